@@ -136,6 +136,11 @@ void require_relaxable(const FlattenStageOptions& options,
   }
   std::optional<int> first;
   for (const FlattenGarment& garment : garments) {
+    if (garment.note.taut) {
+      throw DataError(garment.file.string(), "",
+                      "a surface without folds, in which no garment was captured",
+                      "the template as it was captured: WORKSPACE/template/current");
+    }
     if (!relax.registered.empty()) {
       open_sequence(registered_of(relax.registered, garment.file));
     }
@@ -145,8 +150,8 @@ void require_relaxable(const FlattenStageOptions& options,
           relax.body, "",
           "bodies in motion, and nobody says in whose frame " + garment.file.filename().string() +
               " is",
-          "WORKSPACE/surfaces, which says it, --relax.registered, or a mesh of the body "
-          "in that frame");
+          "WORKSPACE/template/current, which says it, --relax.registered, or a mesh of the "
+          "body in that frame");
     }
     if (bodies && frame) {
       row_of(*bodies, *frame, relax.body);

@@ -168,6 +168,7 @@ TemplateNote template_note(const fs::path& file, const std::string& label) {
     if (const std::optional<JsonPlace> frame = one.find("frame")) {
       note.frame = static_cast<int>(frame->integer(0, std::numeric_limits<int>::max()));
     }
+    note.taut = one.has("taut") && one.at("taut").value() == true;
   }
   return note;
 }

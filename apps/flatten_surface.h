@@ -38,6 +38,7 @@ inline constexpr const char* kTemplateGarments = "garments";
 struct TemplateNote {
   Eigen::Vector3d facing = Eigen::Vector3d::Zero();  ///< where its wearer looks; zero: not known
   std::optional<int> frame;                          ///< in whose pose it is
+  bool taut = false;  ///< without what folds took (registration/taut_surface.h): it hangs nowhere
 };
 
 /// A garment to be flattened.

@@ -18,6 +18,7 @@
 #include "core/garment_archive.h"
 #include "core/io/mesh_obj.h"
 #include "core/normals.h"
+#include "core/printable.h"
 #include "core/sequence_archive.h"
 #include "core/store/digest_meter.h"
 #include "core/store/result.h"
@@ -400,6 +401,10 @@ void write_garments(StageRun& run, const RegisteredOutfit& outfit,
       run.output(folder + "/frames/" + frame_name(id) + ".h5",
                  [&](const fs::path& file) { write_mesh_archive(file, part); });
       frames.push_back(part.vertices);
+    }
+    if (frames.size() < kTautFrames) {
+      run.say(worn.name + ": " + counted(static_cast<Index>(frames.size()), "frame") +
+              ", too few to tell what folds take: it is laid flat as the template is");
     }
     Mesh taut = worn.garment.mesh;
     taut.vertices = taut_surface(taut, frames);

@@ -96,7 +96,7 @@ constexpr std::array kSteps = {
     RunStep{"body", no_masks, nullptr, nullptr, {.per_frame = 2.6, .parallel = true}},
     RunStep{"template", no_clothes, nullptr, nullptr, {.seconds = 60, .per_clothed = 2}},
     RunStep{"register", no_clothes, nullptr, nullptr, {.seconds = 10, .per_clothed = 3}},
-    RunStep{"flatten", no_clothes, template_alone, flat_meshes, {.seconds = 20}},
+    RunStep{"flatten", no_clothes, template_alone, flat_meshes, {.seconds = 30}},
     RunStep{"material", no_clothes, nullptr, nullptr, {.seconds = 30}},
     RunStep{"simulate", no_scene, of_clothes, scene_of, {.seconds = 30, .per_frame = 0.8}},
     RunStep{"appearance", no_look, nullptr, nullptr, {.seconds = 100, .per_clothed = 1}},

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
+#include "core/io/json.h"
 #include "core/io/mesh_file.h"
 #include "core/limits.h"
 #include "core/sequence_archive.h"
@@ -27,6 +29,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kTemplateNote = "template.json";
+
 fs::path result_of(const fs::path& workspace, const std::string& stage) {
   const auto name = current_name(workspace / stage);
   if (!name) {
@@ -37,7 +41,7 @@ fs::path result_of(const fs::path& workspace, const std::string& stage) {
 
 /// Which results, by the keys that their folders are named after, and what their people agreed to.
 struct MadeOf {
-  std::string text = "3\n";  // the version of this file: what it makes of the same results
+  std::string text = "4\n";  // the version of this file: what it makes of the same results
   std::vector<Consent> consent;
 };
 
@@ -153,8 +157,15 @@ fs::path flat_surfaces(const fs::path& workspace) {
         }
       }
     }
-    if (fs::exists(made / "template.json")) {  // where wearers look
-      fs::copy_file(made / "template.json", folder / "template.json");
+    if (fs::exists(made / kTemplateNote)) {  // where wearers look
+      nlohmann::json note = read_json(made / kTemplateNote);
+      for (nlohmann::json& garment : note["garments"]) {
+        if (followed) {
+          garment["taut"] = true;  // so in nobody's pose
+          garment.erase("frame");
+        }
+      }
+      write_file_atomically(folder / kTemplateNote, note.dump(1) + "\n");
     }
   });
 }

@@ -16,7 +16,6 @@
 namespace atelier {
 namespace {
 
-constexpr std::size_t kLeastFrames = 5;
 constexpr double kMostChange = 0.3;  // of a length: no fold takes more
 constexpr double kStay = 1e-4;       // of a vertex's own place, so that it is somewhere
 
@@ -192,7 +191,7 @@ Points taut_surface(const Mesh& mesh, const std::vector<Points>& frames,
     ATELIER_CHECK(frame.rows() == count && frame.allFinite(),
                   "finite vertices of the mesh in each frame");
   }
-  if (frames.size() < kLeastFrames || mesh.faces.rows() == 0) {
+  if (frames.size() < kTautFrames || mesh.faces.rows() == 0) {
     return mesh.vertices;
   }
   const Topology topology = topology_of(mesh.faces, count);

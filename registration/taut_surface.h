@@ -6,6 +6,8 @@
 
 namespace atelier {
 
+constexpr std::size_t kTautFrames = 5;  ///< of fewer nothing is known
+
 struct TautOptions {
   double quantile = 0.8;  ///< of an edge's lengths over the frames, in [0, 1]
   double reach = 0.035;   ///< m, over which what lengths lack is averaged
@@ -23,8 +25,8 @@ struct TautOptions {
 /// least (25 rounds of Sorkine and Alexa, "As-rigid-as-possible surface modeling", 2007, an edge at
 /// a time). The result is turned about +Y and moved to where `mesh` is. Our choice.
 ///
-/// `frames` are the vertices of each frame, [V,3] metres. Of fewer than five nothing is known, and
-/// the mesh's own come back. Throws LogicError for frames of another size, numbers that are not
+/// `frames` are the vertices of each frame, [V,3] metres. Of fewer than kTautFrames the mesh's own
+/// come back. Throws LogicError for frames of another size, numbers that are not
 /// finite and options out of range. Two sparse Cholesky factorisations, and a solve for each frame.
 Points taut_surface(const Mesh& mesh, const std::vector<Points>& frames,
                     const TautOptions& options = {});

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -22,6 +23,8 @@
 #include "core/device.h"
 #include "core/io/file_bytes.h"
 #include "core/io/image_file.h"
+#include "core/io/mesh_file.h"
+#include "core/normals.h"
 #include "core/store/commit.h"
 #include "core/store/file_lock.h"
 #include "core/store/input_digest.h"
@@ -422,15 +425,13 @@ TEST_F(Run, ErrorsOfTheCaptureAreSaidAndRememberedByTheExitCode) {
               HasSubstr("the capture has errors"));
 }
 
-/// A result of `template`: a patch of cloth, of somebody who agreed to something.
-fs::path make_template(const fs::path& workspace) {
-  const fs::path staging = workspace / "template" / ".staging-0";
-  fs::create_directories(staging / "garments");
-  std::ofstream patch(staging / "garments" / "upper.obj");
+/// A patch of cloth of seven by seven vertices, which are `width` m apart across.
+void write_patch(const fs::path& file, double width) {
+  std::ofstream patch(file);
   constexpr int kSide = 6;
   for (int y = 0; y <= kSide; ++y) {
     for (int x = 0; x <= kSide; ++x) {
-      patch << "v " << 0.05 * x << " " << 0.05 * y << " 0\n";
+      patch << "v " << width * x << " " << 0.05 * y << " 0\n";
     }
   }
   for (int y = 0; y < kSide; ++y) {
@@ -440,19 +441,42 @@ fs::path make_template(const fs::path& workspace) {
       patch << "f " << v << " " << v + kSide + 2 << " " << v + kSide + 1 << "\n";
     }
   }
-  patch.close();
+}
+
+/// Commits what `write` puts into a folder as the result of a stage, of somebody who agreed to
+/// something.
+fs::path make_result(const fs::path& workspace, const std::string& stage,
+                     const std::function<void(const fs::path&)>& write) {
+  const fs::path staging = workspace / stage / ".staging-0";
+  fs::create_directories(staging);
+  write(staging);
   Manifest manifest;
-  manifest.stage = "template";
+  manifest.stage = stage;
   manifest.stage_version = 1;
   manifest.canonical_options = "{}";
-  manifest.key = stage_key("template", 1, "", "{}", {});
+  manifest.key = stage_key(stage, 1, "", "{}", {});
   manifest.started = manifest.finished = "2026-01-01T00:00:00Z";
   manifest.consent = {{"P. Doe", "research", "2999-12-31"}};
-  const FileDigest digest = digest_of_file(staging / "garments" / "upper.obj");
-  manifest.outputs.push_back({"garments/upper.obj", digest.size, digest.digest});
-  const fs::path result = workspace / "template" / folder_name(manifest.key);
+  for (const auto& entry : fs::recursive_directory_iterator(staging)) {
+    if (!entry.is_directory()) {
+      const FileDigest digest = digest_of_file(entry.path());
+      manifest.outputs.push_back(
+          {entry.path().lexically_relative(staging).generic_string(), digest.size, digest.digest});
+    }
+  }
+  std::sort(manifest.outputs.begin(), manifest.outputs.end(),
+            [](const auto& a, const auto& b) { return a.path < b.path; });
+  const fs::path result = workspace / stage / folder_name(manifest.key);
   commit_result(staging, result, manifest);
   return result;
+}
+
+/// A result of `template`: a patch of cloth.
+fs::path make_template(const fs::path& workspace) {
+  return make_result(workspace, "template", [](const fs::path& folder) {
+    fs::create_directory(folder / "garments");
+    write_patch(folder / "garments" / "upper.obj", 0.05);
+  });
 }
 
 TEST_F(Run, ConsentGoesAlongIntoWhatIsMadeOfResults) {
@@ -484,6 +508,53 @@ TEST_F(Run, StatusFollowsWhatWasMadeOfResultsBackToThem) {
                                   "longer the current one"));
   std::ofstream(workspace_ / "surfaces" / "made_of.txt") << "2\n../template 0123\n";
   EXPECT_THAT(status(), AllOf(HasSubstr("input surface changed"), Not(HasSubstr("is made of"))));
+}
+
+// What is registered is laid flat without what folds took; where its wearer looks is kept, but it
+// is in nobody's pose, and so has no weight that could be taken out.
+TEST_F(Run, FlattensWhatIsRegisteredWithoutItsFolds) {
+  write_small_capture(capture_, SmallCapture());
+  make_result(workspace_, "template", [](const fs::path& folder) {
+    fs::create_directory(folder / "garments");
+    write_patch(folder / "garments" / "upper.obj", 0.05);
+    std::ofstream(folder / "template.json")
+        << R"({"garments": [{"label": "upper", "frame": 3, "facing": [0.6, 0, 0.8]}]})";
+  });
+  make_result(workspace_, "register", [](const fs::path& folder) {
+    fs::create_directories(folder / "registered" / "upper");
+    write_patch(folder / "registered" / "upper" / "taut.obj", 0.06);
+  });
+  const ChildResult result = run({"--from", "flatten", "--to", "flatten"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const Mesh flat = read_mesh(workspace_ / "flatten/current/upper/garment.obj");
+  EXPECT_NEAR(face_areas(flat.vertices, flat.faces).sum(), 0.36 * 0.3, 1e-3);
+  const auto note = nlohmann::json::parse(
+      read_file_text(workspace_ / "surfaces" / "template.json", 1 << 16))["garments"][0];
+  EXPECT_EQ(note["facing"], nlohmann::json({0.6, 0, 0.8}));
+  EXPECT_EQ(note["taut"], true);
+  EXPECT_FALSE(note.contains("frame"));
+
+  const ChildResult relaxed =
+      run_child({program_path(), "flatten", (workspace_ / "surfaces").string(), workspace_.string(),
+                 "--relax.body", (workspace_ / "surfaces" / "upper.obj").string(), "--dry-run"});
+  if (relaxed.err.find("unknown") == std::string::npos) {  // built with simulation
+    EXPECT_EQ(relaxed.exit_code, 3);
+    EXPECT_THAT(relaxed.err, AllOf(HasSubstr("upper.obj: a surface without folds"),
+                                   HasSubstr("WORKSPACE/template/current")));
+  }
+}
+
+TEST_F(Run, ARegistrationOfAnEarlierVersionIsNamed) {
+  write_small_capture(capture_, SmallCapture());
+  make_template(workspace_);
+  const fs::path registered = make_result(workspace_, "register", [](const fs::path& folder) {
+    fs::create_directories(folder / "registered" / "upper");
+    write_patch(folder / "registered" / "upper" / "template.obj", 0.05);
+  });
+  const ChildResult result = run({"--from", "flatten", "--to", "flatten"});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, AllOf(HasSubstr((registered / "registered/upper: taut.obj").string()),
+                                HasSubstr("run 'atelier register' again")));
 }
 
 TEST_F(Run, SurfacesOfAnEarlierTemplateAreSpokenOf) {
