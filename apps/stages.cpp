@@ -113,7 +113,7 @@ constexpr std::array kStages = {
 #endif
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_REGISTRATION)
     Stage{.name = "register",
-          .version = 9,
+          .version = 10,
           .summary = "where every garment is in every frame, from its template",
           .inputs = {"capture", "template", "scans", "bodies"},
           .outputs = {"registered"},
@@ -137,7 +137,7 @@ constexpr std::array kStages = {
 #endif
 #ifdef ATELIER_HAS_REGISTRATION
     Stage{.name = "flatten",
-          .version = 13,
+          .version = 14,
           .summary = "a garment's surface as a flat sewing pattern",
           .inputs = {"surface"},
           .outputs = {"pattern"},
