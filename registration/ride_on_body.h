@@ -31,7 +31,7 @@ struct PredictOptions {
   double rigid = 0.15;    ///< m, length over which cloth keeps its shape on the way
   double momentum = 0.5;  ///< share of what the frame before moved against the body
   double home = 0.2;      ///< share with which cloth on the body tends to its place in the template
-  double hold = 0.1;      ///< against the scan's 1: what keeps cloth on the body from sliding
+  double hold = 0.03;     ///< against the scan's 1: what keeps cloth on the body from sliding
 };
 
 /// How close each vertex is to the body: 1 on it, falling with exp(-(distance / near)^2). [V]
