@@ -54,6 +54,7 @@ struct Flattened {
   PatternLayout layout;
   Eigen::Vector3d facing = Eigen::Vector3d::Zero();  ///< where its wearer looks; zero: not known
   bool reached = true;                               ///< what was asked of found seams
+  double gave_way_mean = 0, gave_way_most = 0;       ///< m, off the smoothed surface
   bool relaxed = true;  ///< hangs as captured, where that was asked for
   bool equal = true;    ///< both sides of every seam are equally long, where that was asked for
 };
@@ -114,6 +115,8 @@ void lay_out_found(Flattened& flat, const FlattenStageOptions& options,
   std::snprintf(text, sizeof text, "the surface gave way by %.2f mm in the mean, %.1f mm at most",
                 1000 * found.moved_mean, 1000 * found.moved_most);
   watcher.say(text);
+  flat.gave_way_mean = found.moved_mean;
+  flat.gave_way_most = found.moved_most;
   flat.mesh = std::move(found.mesh);
   flat.reached = found.reached;
   if (found.reached) {
@@ -214,6 +217,8 @@ nlohmann::ordered_json json_of(const Flattened& flat) {
           {"seam_length", m.seam_length},
           {"inverted", m.inverted},
           {"overlaps", m.overlaps},
+          {"gave_way_mean", flat.gave_way_mean},
+          {"gave_way_most", flat.gave_way_most},
           {"smallest_corner", flat_corner(flat)},
           {"fabric_width", flat.layout.width},
           {"fabric_length", flat.layout.length}};
@@ -326,7 +331,8 @@ OptionTable describe(FlattenStageOptions& options) {
   table.add("smooth", options.smooth, 0, 0.1, "m",
             "Noise and creases finer than six times this are smoothed away before; 0: none");
   table.add("give", options.give, 0, 0.02, "m",
-            "Where seams are found: how far the surface may move to lie flat without stretch, what "
+            "Where seams are found: how far most of the surface may move to lie flat without "
+            "stretch, what "
             "it is in doubt by; 0: not at all");
   table.add("find", describe(options.find));
   table.add("flatten", describe(options.flatten));
@@ -411,6 +417,8 @@ void run_flatten(StageRun& run) {
   const auto& options = run.options<FlattenStageOptions>();
   FlatMeasures worst;
   worst.area_ratio = 1;
+  double gave_way_mean = 0;
+  double gave_way_most = 0;
   int panels = 0;
   const std::vector<FlattenGarment> garments = garments_in(run.input("surface"));
 #ifdef ATELIER_HAS_SIMULATION
@@ -456,6 +464,8 @@ void run_flatten(StageRun& run) {
     if (std::abs(m.area_ratio - 1) > std::abs(worst.area_ratio - 1)) {
       worst.area_ratio = m.area_ratio;
     }
+    gave_way_mean = std::max(gave_way_mean, flat.gave_way_mean);
+    gave_way_most = std::max(gave_way_most, flat.gave_way_most);
     worst.seam_length += m.seam_length;
     worst.inverted += m.inverted;
     worst.overlaps += m.overlaps;
@@ -471,6 +481,8 @@ void run_flatten(StageRun& run) {
   run.metric("area_ratio", worst.area_ratio);
   run.metric("inverted", worst.inverted);
   run.metric("overlaps", worst.overlaps);
+  run.metric("gave_way_mean", gave_way_mean);
+  run.metric("gave_way_most", gave_way_most);
 }
 
 }  // namespace atelier

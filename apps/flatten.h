@@ -48,11 +48,12 @@ struct FlattenStageOptions {
 OptionTable describe(FlattenStageOptions& options);
 
 inline constexpr std::array kFlattenMetrics = {
-    StageMetric{"panels", ""},        StageMetric{"stretch_p50", ""},
-    StageMetric{"stretch_p95", ""},   StageMetric{"stretch_p99", ""},
-    StageMetric{"seam_mismatch", ""}, StageMetric{"seam_length", "m"},
-    StageMetric{"area_ratio", ""},    StageMetric{"inverted", ""},
-    StageMetric{"overlaps", ""},
+    StageMetric{"panels", ""},         StageMetric{"stretch_p50", ""},
+    StageMetric{"stretch_p95", ""},    StageMetric{"stretch_p99", ""},
+    StageMetric{"seam_mismatch", ""},  StageMetric{"seam_length", "m"},
+    StageMetric{"area_ratio", ""},     StageMetric{"inverted", ""},
+    StageMetric{"overlaps", ""},       StageMetric{"gave_way_mean", "m"},
+    StageMetric{"gave_way_most", "m"},
 };
 
 /// Refuses files and words that options name and that are not there, or are not of the garments of

@@ -136,7 +136,7 @@ void require_relaxable(const FlattenStageOptions& options,
   }
   std::optional<int> first;
   for (const FlattenGarment& garment : garments) {
-    if (garment.note.taut) {
+    if (is_taut(garment)) {
       throw DataError(garment.file.string(), "",
                       "a surface without folds, in which no garment was captured",
                       "the template as it was captured: WORKSPACE/template/current");

@@ -168,9 +168,14 @@ TemplateNote template_note(const fs::path& file, const std::string& label) {
     if (const std::optional<JsonPlace> frame = one.find("frame")) {
       note.frame = static_cast<int>(frame->integer(0, std::numeric_limits<int>::max()));
     }
-    note.taut = one.has("taut") && one.at("taut").value() == true;
+    note.taut = one.boolean_or("taut", false);
   }
   return note;
+}
+
+bool is_taut(const FlattenGarment& garment) {
+  return garment.note.taut || garment.file.filename() == kTautFile ||
+         template_note(template_file(garment.file), garment.file.stem().string()).taut;
 }
 
 }  // namespace atelier

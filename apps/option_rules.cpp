@@ -55,6 +55,11 @@ constexpr std::array<IdleRule::Value, 2> kFabricGiven = {
     {{"material.name", "fitted", true}, {"search.coarse", "", true}}};
 constexpr const char* kFitted = "--material.name fitted";
 
+/// Of `flatten`, whose table alone has such a search.
+constexpr std::array<IdleRule::Value, 2> kSeamsGiven = {
+    {{"seams", "auto", true}, {"find.cuts", "", true}}};
+constexpr const char* kSeamsFound = "--seams auto";
+
 /// Of `animate`, whose table alone says by false that there are none.
 constexpr std::array<IdleRule::Value, 2> kNoPictures = {{{"pictures", "false"}, {}}};
 constexpr const char* kPictures = "--pictures";
@@ -85,7 +90,9 @@ constexpr std::array kIdleRules = {
              {{{"xpbd.drag", "0"}, {"xpbd.lift", "0"}}},
              "--xpbd.drag or --xpbd.lift"},
     IdleRule{"relaxing.", {{{"relax", "false"}, {}}}, "--relax", true},
-    // Of `flatten`, which relaxes where there is a body to hang on.
+    // Of `flatten`, which seeks seams where none are given, and relaxes on a body to hang on.
+    IdleRule{"give", kSeamsGiven, kSeamsFound},
+    IdleRule{"find.", kSeamsGiven, kSeamsFound},
     IdleRule{"relax.fabric", kNoBody, kHungOnBody},
     IdleRule{"relax.registered", kNoBody, kHungOnBody},
     IdleRule{"relax.gap", kNoBody, kHungOnBody},

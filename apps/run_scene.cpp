@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <iterator>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -23,6 +24,7 @@
 #include "core/store/input_digest.h"
 #include "core/store/made_of.h"
 #include "core/store/result.h"
+#include "registration/taut_surface.h"
 
 namespace atelier {
 namespace {
@@ -132,6 +134,13 @@ std::vector<fs::path> garment_folders(const fs::path& registered) {
   return folders;
 }
 
+/// Whether the registered garments have frames enough to tell what folds take of them.
+bool is_followed_enough(const fs::path& registered) {
+  const fs::path frames = garment_folders(registered).front() / "frames";
+  return fs::exists(frames) &&
+         std::distance(fs::directory_iterator(frames), {}) >= static_cast<int>(kTautFrames);
+}
+
 }  // namespace
 
 fs::path flat_surfaces(const fs::path& workspace) {
@@ -159,8 +168,8 @@ fs::path flat_surfaces(const fs::path& workspace) {
     }
     if (fs::exists(made / kTemplateNote)) {  // where wearers look
       nlohmann::json note = read_json(made / kTemplateNote);
-      for (nlohmann::json& garment : note["garments"]) {
-        if (followed) {
+      if (followed && is_followed_enough(results.back()) && note.contains("garments")) {
+        for (nlohmann::json& garment : note["garments"]) {
           garment["taut"] = true;  // so in nobody's pose
           garment.erase("frame");
         }

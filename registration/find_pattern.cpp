@@ -182,8 +182,9 @@ class PatternTrial {
   void say(const char* what, const FlatPattern& pattern, const FlatMeasures& measures) const {
     if (watch_) {
       char text[120];
-      std::snprintf(text, sizeof text, "%s: %d panels, %.2f m, stretch p99 %.2f%%", what,
-                    pattern.cut.panel_count, measures.seam_length, 100 * measures.strain_p99);
+      std::snprintf(text, sizeof text, "%s: %d panels, %.2f m, stretch p99 %.2f%%%s", what,
+                    pattern.cut.panel_count, measures.seam_length, 100 * measures.strain_p99,
+                    measures.overlaps > 0 ? ", over itself" : "");
       watch_(text);
     }
   }
@@ -191,7 +192,7 @@ class PatternTrial {
   FindPatternOptions options_;
   FlattenOptions quick_;  // sides of seams as they come
   const SeamWatch& watch_;
-  Mesh surface_;  // as it was given, but for sliding along itself
+  Mesh surface_;  // as it was given, but for vertices that slid along it
   Mesh moved_;    // what of it is laid flat
   FoundPattern best_;
   std::pair<Mesh, Mesh> best_places_;

@@ -19,7 +19,7 @@ struct FoundPattern {
   FlatPattern pattern;
   FlatMeasures measures;
   bool reached = false;  ///< the pattern keeps `find.stretch` and no panel lies over itself
-  double moved_mean = 0, moved_most = 0;  ///< m: of vertices, off the surface that was given
+  double moved_mean = 0, moved_most = 0;  ///< m: of vertices, off the surface as they slid on it
 };
 
 /// Seams of a surface that keep a bound of stretch, short and straight, and the pattern of them.

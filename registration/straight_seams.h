@@ -13,7 +13,7 @@ namespace atelier {
 /// which n smooth over about the root of n / 2 edges to either side: each vertex of a seam goes
 /// halfway to the middle of its neighbours in the seam, each other one within four edges of a seam
 /// halfway to the middle of its neighbours, then to the nearest point of the surface, which curves
-/// between its vertices so that slides take nothing of its area. A move that
+/// between its vertices so that slides take little of its area. A move that
 /// would turn a triangle by more than 60 degrees, or make it a sliver (less than a third as even as
 /// an equilateral one, or with a corner below 10 degrees) or more of one, is not made. Rims, tips
 /// of darts and what is farther stay where they are. Our choice, of Laplacian smoothing (Field,

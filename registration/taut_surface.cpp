@@ -76,8 +76,11 @@ class Averaging {
     const Eigen::VectorXd areas = face_areas(mesh.vertices, mesh.faces);
     for (Index f = 0; f < areas.size(); ++f) {
       for (int k = 0; k < 3; ++k) {
-        system.coeffRef(faces_(f, k), faces_(f, k)) += std::max(areas[f] / 3, 1e-12);
+        system.coeffRef(faces_(f, k), faces_(f, k)) += areas[f] / 3;
       }
+    }
+    for (Index v = 0; v < mesh.vertices.rows(); ++v) {
+      system.coeffRef(v, v) += 1e-12;  // vertices without faces
     }
     solver_.compute(system);
   }
@@ -97,7 +100,12 @@ class Averaging {
       };
       const Eigen::Vector3d normal = (corner(1) - corner(0)).cross(corner(2) - corner(0));
       const double square = normal.squaredNorm();
-      if (!(square > 0)) {
+      double longest = 0;
+      for (int k = 0; k < 3; ++k) {
+        longest = std::max(longest, (corner(k + 1) - corner(k)).squaredNorm());
+      }
+      constexpr double kSliver = 0.1;  // of its longest side: a height that says nothing
+      if (!(std::sqrt(square) > kSliver * longest)) {
         continue;
       }
       Eigen::Matrix3d tensor = Eigen::Matrix3d::Zero();

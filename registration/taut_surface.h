@@ -26,8 +26,10 @@ struct TautOptions {
 /// a time). The result is turned about +Y and moved to where `mesh` is. Our choice.
 ///
 /// `frames` are the vertices of each frame, [V,3] metres. Of fewer than kTautFrames the mesh's own
-/// come back. Throws LogicError for frames of another size, numbers that are not
-/// finite and options out of range. Two sparse Cholesky factorisations, and a solve for each frame.
+/// come back, as where a factorisation fails. Triangles that are crushed in a frame, to less than a
+/// tenth of their longest side, say nothing in it. Throws LogicError for frames of another size,
+/// numbers that are not finite and options out of range. Two sparse Cholesky factorisations, and a
+/// solve for each frame.
 Points taut_surface(const Mesh& mesh, const std::vector<Points>& frames,
                     const TautOptions& options = {});
 

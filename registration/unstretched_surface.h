@@ -14,10 +14,10 @@ namespace atelier {
 /// laplacian of how they moved, so that they move together rather than crumple (a wave of 12 cm and
 /// height `give` costs what `stretch` does). Thirty rounds of local projections and one global
 /// solve (Bouaziz et al., "Projective dynamics: fusing constraint projections for fast
-/// simulation", 2014), beginning at `start`. So nearly every vertex stays within `give`; a pull by
-/// a stretch of many times the bound takes some farther. Each panel is taken as large as the
-/// surface is under it: cloth that is ironed out and followed by its pattern, round by round, would
-/// shrink.
+/// simulation", 2014), beginning at `start`. So most vertices stay within `give`; a pull by
+/// a stretch of many times the bound takes some up to twice as far. Each panel is taken as large as
+/// the surface is under it: cloth that is ironed out and followed by its pattern, round by round,
+/// would shrink.
 ///
 /// `pattern` is one of the same triangles. Throws LogicError unless it is, `start` has a row for
 /// each vertex, and `stretch` and `give` are positive. A sparse Cholesky factorisation.

@@ -572,6 +572,29 @@ TEST_F(FlattenOutfit, AResultOfTemplateSaysWhereTheyLookFromOneFolderUp) {
   }
 }
 
+// Alone, by --mesh, in its folder or by its name: no garment hung in what folds were taken out of.
+TEST_F(FlattenOutfit, WhatHasNoFoldsIsNotRelaxedHoweverItIsNamed) {
+  if (relaxed("body.obj", "", {"--dry-run"}).err.find("unknown") != std::string::npos) {
+    GTEST_SKIP() << "built without simulation";
+  }
+  const std::string body = (root_.path() / "body.obj").string();
+  const std::string workspace = (root_.path() / "workspace").string();
+  const auto refused = [&](std::vector<std::string> how) {
+    how.insert(how.end(), {"--relax.body", body});
+    const ChildResult result = run(how);
+    EXPECT_EQ(result.exit_code, 3) << how[0] << how[1];
+    EXPECT_THAT(result.err, HasSubstr("a surface without folds, in which no garment was captured"));
+  };
+  std::filesystem::copy_file(surfaces() / "upper.obj", root_.path() / "taut.obj");
+  refused({(root_.path() / "taut.obj").string(), workspace});
+  refused({"--mesh", (root_.path() / "taut.obj").string(), "--out", out().string()});
+  std::ofstream(surfaces() / "template.json")
+      << R"({"garments": [{"label": "upper", "facing": [1, 0, 0], "taut": true}]})";
+  refused({surfaces().string(), workspace});
+  refused({(surfaces() / "upper.obj").string(), workspace, "--dry-run"});
+  refused({"--mesh", (surfaces() / "upper.obj").string(), "--out", out().string()});
+}
+
 TEST_F(FlattenOutfit, ANoteOfATemplateThatSaysNothingOfTheKindIsRefused) {
   const auto refused = [&](const char* note, const char* words) {
     std::ofstream(surfaces() / "template.json")
@@ -593,6 +616,7 @@ TEST_F(FlattenOutfit, ANoteOfATemplateThatSaysNothingOfTheKindIsRefused) {
   refused(R"("frame": 4294967303)", "frame");
   refused(R"("frame": -1)", "frame");
   refused(R"("frame": 1.5)", "frame");
+  refused(R"("taut": "yes")", "taut");
 }
 
 TEST_F(Flatten, RefusesWhatIsNoGarment) {
@@ -669,6 +693,18 @@ TEST_F(Flatten, NamesWhereSurfacesOfARunAre) {
   const ChildResult empty = run({root_.path().string(), workspace, "--dry-run"});
   EXPECT_EQ(empty.exit_code, 3);
   EXPECT_THAT(empty.err, HasSubstr("WORKSPACE/surfaces"));
+}
+
+TEST_F(Flatten, RefusesWhatDoesNothingWhereSeamsAreGiven) {
+  for (const std::vector<std::string>& idle : {std::vector<std::string>{"--give", "0.01"},
+                                               {"--find.stretch", "0.1"},
+                                               {"--find.cuts", "3"}}) {
+    std::vector<std::string> all = idle;
+    all.insert(all.end(), {"--seams", "none"});
+    const ChildResult result = alone(all);
+    EXPECT_EQ(result.exit_code, 2) << idle[0];
+    EXPECT_THAT(result.err, HasSubstr("--seams auto"));
+  }
 }
 
 TEST_F(Flatten, RefusesWhatDoesNothingWithoutABodyToHangOn) {

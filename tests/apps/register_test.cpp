@@ -13,6 +13,7 @@
 #include <gtest/gtest.h>
 
 #include "core/io/file_bytes.h"
+#include "core/io/mesh_file.h"
 #include "core/io/mesh_obj.h"
 #include "core/store/write_text.h"
 #include "registration/followed_frame.h"
@@ -332,6 +333,21 @@ TEST_F(Register, AFrameWithoutAScanIsPredictedAndSaidToBeLost) {
   EXPECT_THAT(done.out + done.err, HasSubstr("frame 1: no scan: body and pictures alone"));
   EXPECT_THAT(done.out + done.err, HasSubstr("warning not-followed [lower]: lost in"));
   EXPECT_EQ(manifest()["metrics"]["frames"], 3);
+}
+
+// With enough frames it is what taut_surface makes of them:
+// FlattensWhatIsRegisteredWithoutItsFolds.
+TEST_F(Register, OfFewFramesWhatIsLaidFlatIsTheTemplateAndThatIsSaid) {
+  const ChildResult done = registered();
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out + done.err, HasSubstr("3 frames, too few to tell what folds take"));
+  const fs::path garment = root_ / "work" / "register" / "current" / "registered" / "lower";
+  EXPECT_LT((read_mesh(garment / "taut.obj").vertices -
+             read_mesh_archive(garment / "template.h5").vertices)
+                .rowwise()
+                .norm()
+                .maxCoeff(),
+            1e-5);
 }
 
 TEST_F(Register, AFrameWithoutABodyIsLeftOutAndSaid) {

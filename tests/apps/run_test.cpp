@@ -29,6 +29,7 @@
 #include "core/store/file_lock.h"
 #include "core/store/input_digest.h"
 #include "core/store/result.h"
+#include "registration/taut_surface.h"
 #include "tests/apps/browser.h"
 #include "tests/apps/dressed_workspace.h"
 #include "tests/capture/small_capture.h"
@@ -523,6 +524,10 @@ TEST_F(Run, FlattensWhatIsRegisteredWithoutItsFolds) {
   make_result(workspace_, "register", [](const fs::path& folder) {
     fs::create_directories(folder / "registered" / "upper");
     write_patch(folder / "registered" / "upper" / "taut.obj", 0.06);
+    fs::create_directory(folder / "registered" / "upper" / "frames");
+    for (std::size_t i = 0; i < kTautFrames; ++i) {
+      std::ofstream(folder / "registered" / "upper" / "frames" / std::to_string(i)) << i;
+    }
   });
   const ChildResult result = run({"--from", "flatten", "--to", "flatten"});
   ASSERT_EQ(result.exit_code, 0) << result.err;

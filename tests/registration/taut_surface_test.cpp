@@ -108,6 +108,46 @@ TEST(TautSurface, AFoldTakesOfTheLengthAcrossItAlone) {
   EXPECT_NEAR(whole.y(), kLength, 0.012);
 }
 
+// A triangle that a frame has crushed to a line lacks a lot in a direction that it does not tell.
+TEST(TautSurface, CrushedTrianglesSayNothing) {
+  const Mesh truth = cloth();
+  std::vector<Points> frames(8, truth.vertices);
+  const Triangles& faces = truth.faces;
+  for (Points& frame : frames) {
+    for (const Index f : {Index{900}, Index{1700}, Index{2600}}) {
+      const Eigen::RowVector3d a = frame.row(faces(f, 0));
+      const Eigen::RowVector3d b = frame.row(faces(f, 1));
+      frame.row(faces(f, 2)) = 0.5 * (a + b) + 1e-5 * (frame.row(faces(f, 2)) - a);
+    }
+  }
+  const Points crushed_once = frames[0];
+  // In one frame of them all is as it was cut.
+  frames[3] = truth.vertices;
+  const Points taut = taut_surface(truth, frames, {.quantile = 1});
+  EXPECT_NEAR(area_of(truth, taut), area_of(truth, truth.vertices), 0.01);
+  EXPECT_LT((taut - truth.vertices).rowwise().norm().maxCoeff(), 0.02);
+
+  // Another one in each frame: at the default quantile each is as it was cut in most of them.
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    frames[i] = truth.vertices;
+    const auto f = static_cast<Index>(300 * i + 450);
+    frames[i].row(faces(f, 2)) = 0.5 * (frames[i].row(faces(f, 0)) + frames[i].row(faces(f, 1)));
+    frames[i](faces(f, 2), 1) += 1e-7;
+  }
+  const Points each = taut_surface(truth, frames);
+  EXPECT_NEAR(area_of(truth, each), area_of(truth, truth.vertices),
+              0.002 * area_of(truth, truth.vertices));
+  EXPECT_LT((each - truth.vertices).rowwise().norm().maxCoeff(), 0.02);
+
+  for (Points& frame : frames) {
+    frame = crushed_once;
+  }
+  const std::vector<Points> crushed(8, frames[0]);
+  const Points same = taut_surface(truth, crushed);
+  EXPECT_TRUE(same.allFinite());
+  EXPECT_LT((same - frames[0]).rowwise().norm().maxCoeff(), 0.01);
+}
+
 // Whoever wears it turns and walks on: it comes back where the mesh is.
 TEST(TautSurface, LooksWhereTheMeshDoes) {
   const Mesh truth = cloth();
@@ -139,6 +179,16 @@ TEST(TautSurface, NoiseAddsLittle) {
   }
   const double area = area_of(truth, truth.vertices);
   EXPECT_NEAR(area_of(truth, taut_surface(truth, frames)), area, 0.05 * area);
+}
+
+TEST(TautSurface, AVertexWithoutFacesIsInNobodysWay) {
+  Mesh mesh = cloth();
+  const Index count = mesh.vertices.rows();
+  mesh.vertices.conservativeResize(count + 1, 3);
+  mesh.vertices.row(count) << 0, 1, 0;
+  Points wider = 1.05 * mesh.vertices;
+  const Points taut = taut_surface(mesh, std::vector<Points>(6, wider));
+  EXPECT_NEAR(area_of(mesh, taut), 1.05 * 1.05 * area_of(mesh, mesh.vertices), 1e-4);
 }
 
 TEST(TautSurface, OfFewFramesNothingIsKnown) {
