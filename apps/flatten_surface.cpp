@@ -21,6 +21,7 @@
 #include "registration/loose_vertices.h"
 #include "registration/needless_triangles.h"
 #include "registration/orient_faces.h"
+#include "registration/taut_surface.h"
 
 namespace atelier {
 namespace {

@@ -56,11 +56,8 @@ std::filesystem::path template_file(const std::filesystem::path& mesh);
 /// what is no frame or no direction.
 TemplateNote template_note(const std::filesystem::path& file, const std::string& label);
 
-/// What `register` calls a garment's surface without what folds took of it.
-inline constexpr const char* kTautFile = "taut.obj";
-
 /// Whether a garment is such a surface: by its note, by one that its INPUT leaves unread, or by its
-/// name. Throws as template_note.
+/// name (kTautFile). Throws as template_note.
 bool is_taut(const FlattenGarment& garment);
 
 }  // namespace atelier

@@ -409,7 +409,7 @@ void write_garments(StageRun& run, const RegisteredOutfit& outfit,
     Mesh taut = worn.garment.mesh;
     taut.vertices = taut_surface(taut, frames);
     taut.normals.resize(0, 3);
-    run.output(folder + "/taut.obj", [&](const fs::path& file) { write_obj(file, taut); });
+    run.output(folder + "/" + kTautFile, [&](const fs::path& file) { write_obj(file, taut); });
   }
 }
 

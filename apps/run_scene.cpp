@@ -153,11 +153,10 @@ fs::path flat_surfaces(const fs::path& workspace) {
   return renewed(workspace, "surfaces", made_of(results), [&](const fs::path& folder) {
     if (followed) {
       for (const fs::path& garment : garment_folders(results.back())) {
-        if (!fs::exists(garment / "taut.obj")) {  // of an earlier version
-          throw DataError(garment.string(), "taut.obj", "not there",
-                          "run 'atelier register' again");
+        if (!fs::exists(garment / kTautFile)) {  // of an earlier version
+          throw DataError(garment.string(), kTautFile, "not there", "run 'atelier register' again");
         }
-        fs::copy_file(garment / "taut.obj", folder / (garment.filename().string() + ".obj"));
+        fs::copy_file(garment / kTautFile, folder / (garment.filename().string() + ".obj"));
       }
     } else {
       for (const auto& entry : fs::directory_iterator(made / "garments")) {

@@ -6,7 +6,8 @@
 
 namespace atelier {
 
-constexpr std::size_t kTautFrames = 5;  ///< of fewer nothing is known
+constexpr std::size_t kTautFrames = 5;         ///< of fewer nothing is known
+constexpr const char* kTautFile = "taut.obj";  ///< what such a surface is called on disk
 
 struct TautOptions {
   double quantile = 0.8;  ///< of an edge's lengths over the frames, in [0, 1]
