@@ -7,7 +7,7 @@
 
 #include <benchmark/benchmark.h>
 
-#include "bodymodel/default_human.h"
+#include "bodymodel/human/default_human.h"
 #include "bodymodel/tracking/track.h"
 #include "core/random.h"
 

@@ -6,10 +6,10 @@
 
 #include <benchmark/benchmark.h>
 
-#include "bodymodel/default_human.h"
+#include "bodymodel/human/default_human.h"
 #include "bodymodel/kinematics.h"
 #include "bodymodel/skinning.h"
-#include "bodymodel/underlying_sequence.h"
+#include "bodymodel/underlying/underlying_sequence.h"
 #include "core/normals.h"
 #include "core/parallel.h"
 

@@ -6,9 +6,9 @@
 #include <benchmark/benchmark.h>
 
 #include "registration/edge_paths.h"
-#include "registration/find_seams.h"
-#include "registration/flat_pattern.h"
-#include "registration/open_to_discs.h"
+#include "registration/flattening/find_seams.h"
+#include "registration/flattening/flat_pattern.h"
+#include "registration/flattening/open_to_discs.h"
 
 namespace atelier {
 namespace {

@@ -9,7 +9,7 @@
 #include <benchmark/benchmark.h>
 
 #include "core/parallel.h"
-#include "registration/register_sequence.h"
+#include "registration/tracking/register_sequence.h"
 
 namespace atelier {
 namespace {

@@ -15,8 +15,8 @@
 #include "core/mesh.h"
 #include "core/normals.h"
 #include "core/random.h"
-#include "registration/cloth_energy.h"
-#include "registration/ride_on_body.h"
+#include "registration/tracking/cloth_energy.h"
+#include "registration/tracking/ride_on_body.h"
 
 namespace atelier {
 namespace {

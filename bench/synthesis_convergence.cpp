@@ -13,8 +13,8 @@
 #include <ctime>
 #include <exception>
 
-#include "apps/performance.h"
 #include "core/random.h"
+#include "pipeline/synthesis/performance.h"
 
 namespace atelier {
 namespace {

@@ -14,12 +14,12 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "bodymodel/formats/personal_body.h"
+#include "bodymodel/formats/tracked_motion.h"
 #include "bodymodel/kinematics.h"
-#include "bodymodel/personal_body.h"
-#include "bodymodel/tracked_motion.h"
 #include "capture/layouts/open_dataset.h"
-#include "capture/truth_archive.h"
 #include "core/garment_archive.h"
+#include "core/io/ground_truth_archive.h"
 #include "core/random.h"
 #include "core/sequence_archive.h"
 #include "core/store/run_stage.h"

@@ -55,14 +55,6 @@ void refuse_unknown_keys(const JsonPlace& table, const std::set<std::string>& kn
 
 }  // namespace
 
-bool is_plain_name(const std::string& name) {
-  return !name.empty() && name.size() <= 100 && name.front() != '.' &&
-         std::all_of(name.begin(), name.end(), [](char c) {
-           return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                  c == '.' || c == '_' || c == '-';
-         });
-}
-
 void check_capture_info(const CaptureInfo& info, const std::string& file) {
   const auto refuse = [&](const std::string& where, const std::string& found,
                           const std::string& expected) {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/limits.h"
+#include "core/plain_name.h"
 #include "core/store/consent.h"
 
 namespace atelier {
@@ -43,9 +44,5 @@ CaptureInfo parse_capture_toml(const std::string& text, const std::string& file 
 
 /// Reads `folder`/capture.toml. A folder without it is no finished capture: DataError.
 CaptureInfo read_capture_info(const std::filesystem::path& folder, const Limits& limits = {});
-
-/// True for names that are safe as one part of a path: of [A-Za-z0-9._-], 1 to 100 bytes, not
-/// starting with a dot.
-bool is_plain_name(const std::string& name);
 
 }  // namespace atelier

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "capture/cameras_file.h"
 #include "capture/capture_info.h"
 #include "capture/dome.h"
 #include "capture/keypoint_schema.h"
-#include "capture/truth_archive.h"
 #include "core/depths_inside.h"
 #include "core/error.h"
+#include "core/io/cameras_file.h"
+#include "core/io/ground_truth_archive.h"
 #include "core/io/image_file.h"
 #include "core/io/json.h"
 #include "core/io/json_place.h"

@@ -24,11 +24,11 @@ struct KeptDistance {
   double scatter;    // m
 };
 
-using Pair = std::pair<std::size_t, std::size_t>;
+using PointPair = std::pair<std::size_t, std::size_t>;
 
 /// Pairs of points between which bodies keep their distance, as far as the schema has them.
-std::vector<Pair> kept_pairs(const KeypointSchema& schema) {
-  std::vector<Pair> pairs;
+std::vector<PointPair> kept_pairs(const KeypointSchema& schema) {
+  std::vector<PointPair> pairs;
   const auto join = [&](const std::string& a, const std::string& b) {
     const int i = find_keypoint(schema, a);
     const int j = find_keypoint(schema, b);
@@ -65,7 +65,7 @@ Eigen::Matrix3d covariance_of(const SpacePoint& point) {
 }
 
 std::vector<KeptDistance> kept_distances(const std::vector<SpacePose>& frames,
-                                         const std::vector<Pair>& pairs) {
+                                         const std::vector<PointPair>& pairs) {
   std::vector<KeptDistance> kept;
   for (const auto& [a, b] : pairs) {
     std::vector<double> lengths;

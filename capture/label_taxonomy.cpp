@@ -9,9 +9,6 @@
 namespace atelier {
 namespace {
 
-constexpr std::array kNames = {"background", "skin",  "hair",  "upper", "lower",
-                               "dress",      "outer", "shoes", "other"};
-
 constexpr Label kBackground = Label::Background;
 constexpr Label kSkin = Label::Skin;
 constexpr Label kHair = Label::Hair;
@@ -36,8 +33,8 @@ LabelTaxonomy lip_like(std::string name, const std::string& tenth, Label tenth_l
 
 LabelTaxonomy atelier_taxonomy() {
   LabelTaxonomy taxonomy{"atelier", {}, all_labels(), {}};
-  for (const char* name : kNames) {
-    taxonomy.names.emplace_back(name);
+  for (const Label label : all_labels()) {
+    taxonomy.names.push_back(label_name(label));
   }
   return taxonomy;
 }
@@ -78,32 +75,6 @@ const std::vector<LabelTaxonomy>& all_taxonomies() {
 }
 
 }  // namespace
-
-const std::vector<Label>& all_labels() {
-  static const std::vector<Label> labels = {Label::Background, Label::Skin,  Label::Hair,
-                                            Label::Upper,      Label::Lower, Label::Dress,
-                                            Label::Outer,      Label::Shoes, Label::Other};
-  return labels;
-}
-
-std::string label_name(Label label) {
-  const auto index = static_cast<std::size_t>(label);
-  return index < kNames.size() ? kNames[index] : "unknown";
-}
-
-std::optional<Label> label_of(std::string_view name) {
-  for (const Label label : all_labels()) {
-    if (label_name(label) == name) {
-      return label;
-    }
-  }
-  return name == "unknown" ? std::optional(Label::Unknown) : std::nullopt;
-}
-
-bool is_cloth(Label label) {
-  return label == Label::Upper || label == Label::Lower || label == Label::Dress ||
-         label == Label::Outer;
-}
 
 const std::vector<std::string>& label_taxonomy_names() {
   static const std::vector<std::string> names = [] {

@@ -1,6 +1,6 @@
 # atelier_library(name DIRECTORY dir [ONLY ...] [EXCEPT ...] PUBLIC ... PRIVATE ... [OPTIONAL ...]
 #                 [LATE ...])
-#   The library of one folder: every *.cpp in it, and every *.cu where there is CUDA (ONLY and EXCEPT
+#   The library of a folder, or of several: every *.cpp in it, and every *.cu where there is CUDA (ONLY and EXCEPT
 #   name files, without extension, where a part of a folder needs less than the rest). Each
 #   dependency is said to be PUBLIC (appears in a header) or PRIVATE; OPTIONAL ones are private
 #   and used where present (ATELIER_HAS_<NAME>=1). If a needed package is missing, the library is
@@ -8,7 +8,15 @@
 #   loads, needed too.
 # atelier_late_library(name folder PRIVATE ...)   <folder>/<name>.cpp as the shared object
 #   lib/libatelier_<name>.so, which programs load when they first need it (core/late_library.h)
+# atelier_room(name [STAGES ...] [DIRECTORY dir] NEEDS ...)   the library pipeline_<name> of the folder
+#   pipeline/<name>; it is left out where one that it needs is missing. STAGES: those whose rows it has, each
+#   a function `const StageRow& <stage>_row()`
+# atelier_stage_table(name ROOMS ...)   the library that lists the stages of rooms (pipeline/row/stage_row.h), of
+#   those that are there, in this order
 # atelier_executable(name DIRECTORY dir [EXCEPT ...] PRIVATE ... [OPTIONAL ...])
+# atelier_program(name DIRECTORY dir [EXCEPT ...] PRIVATE ... COMMANDS "file: target ..." ...)   an executable
+#   whose files of commands, of these names, are left out where a target that they need is missing;
+#   ATELIER_COMMAND_<FILE>=1 tells its other files of each that is there
 # atelier_objects(name DIRECTORY dir ONLY ... PRIVATE ... [OPTIONAL ...])   files of a program's
 #   folder as objects, for the program and for whoever else links them; where a package is missing
 #   there are none, and the program says so
@@ -103,10 +111,14 @@ function(atelier_precompiled target from)
   target_compile_options(${target} PRIVATE "$<$<COMPILE_LANGUAGE:CXX>:-fpch-preprocess>")  # ccache
 endfunction()
 
-function(atelier_sources result directory)
-  file(GLOB sources CONFIGURE_DEPENDS "${CMAKE_SOURCE_DIR}/${directory}/*.cpp")
+# atelier_sources(result folders...)
+function(atelier_sources result)
+  list(TRANSFORM ARGN PREPEND "${CMAKE_SOURCE_DIR}/" OUTPUT_VARIABLE folders)
+  list(TRANSFORM folders APPEND "/*.cpp" OUTPUT_VARIABLE patterns)
+  file(GLOB sources CONFIGURE_DEPENDS ${patterns})
   if(ATELIER_HAS_CUDA)
-    file(GLOB cuda_sources CONFIGURE_DEPENDS "${CMAKE_SOURCE_DIR}/${directory}/*.cu")
+    list(TRANSFORM folders APPEND "/*.cu" OUTPUT_VARIABLE patterns)
+    file(GLOB cuda_sources CONFIGURE_DEPENDS ${patterns})
     # Each takes long alone; CMake from 3.31 on would batch these too.
     set_source_files_properties(${cuda_sources} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
     list(APPEND sources ${cuda_sources})
@@ -176,7 +188,7 @@ function(atelier_optional target)
 endfunction()
 
 function(atelier_library name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "DIRECTORY" "ONLY;EXCEPT;PUBLIC;PRIVATE;OPTIONAL;LATE")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "DIRECTORY;ONLY;EXCEPT;PUBLIC;PRIVATE;OPTIONAL;LATE")
   if(arg_UNPARSED_ARGUMENTS)
     message(FATAL_ERROR "${name}: say PUBLIC or PRIVATE before ${arg_UNPARSED_ARGUMENTS}")
   endif()
@@ -215,7 +227,7 @@ function(atelier_late_library name folder)
 endfunction()
 
 function(atelier_executable name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "DIRECTORY" "EXCEPT;PRIVATE;OPTIONAL")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "DIRECTORY;EXCEPT;PRIVATE;OPTIONAL")
   atelier_missing(missing ${arg_PRIVATE})
   if(missing)
     message(STATUS "left out: ${name} (missing: ${missing})")
@@ -231,6 +243,70 @@ function(atelier_executable name)
   target_link_libraries(${name} PRIVATE ${arg_PRIVATE})
   atelier_optional(${name} ${arg_OPTIONAL})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${CMAKE_BINARY_DIR}/bin")
+endfunction()
+
+function(atelier_program name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "DIRECTORY;EXCEPT;PRIVATE;COMMANDS")
+  set(definitions "")
+  set(libraries "")
+  foreach(row IN LISTS arg_COMMANDS)
+    string(REGEX MATCH "^([a-z_]+): (.*)$" row "${row}")
+    set(command ${CMAKE_MATCH_1})
+    string(REPLACE " " ";" needs "${CMAKE_MATCH_2}")
+    atelier_missing(missing ${needs})
+    if(missing)
+      message(STATUS "left out: ${name} ${command} (missing: ${missing})")
+      list(APPEND arg_EXCEPT ${command})
+    else()
+      string(TOUPPER "ATELIER_COMMAND_${command}=1" definition)
+      list(APPEND definitions ${definition})
+      list(APPEND libraries ${needs})
+    endif()
+  endforeach()
+  list(REMOVE_DUPLICATES libraries)
+  atelier_executable(${name} DIRECTORY ${arg_DIRECTORY} EXCEPT ${arg_EXCEPT} PRIVATE ${arg_PRIVATE} ${libraries})
+  if(TARGET ${name})
+    set_source_files_properties("${CMAKE_SOURCE_DIR}/apps/console/commands.cpp" PROPERTIES
+      COMPILE_DEFINITIONS "${definitions}" SKIP_PRECOMPILE_HEADERS ON SKIP_UNITY_BUILD_INCLUSION ON)
+  endif()
+endfunction()
+
+function(atelier_room name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "DIRECTORY" "STAGES;NEEDS")
+  if(NOT arg_DIRECTORY)
+    set(arg_DIRECTORY pipeline/${name})
+  endif()
+  atelier_library(pipeline_${name} DIRECTORY ${arg_DIRECTORY} PUBLIC ${arg_NEEDS})
+  if(NOT TARGET pipeline_${name})
+    return()
+  endif()
+  set_target_properties(pipeline_${name} PROPERTIES ATELIER_STAGES "${arg_STAGES}")
+  if(TARGET pipeline_statistics AND NOT name STREQUAL "statistics")
+    atelier_precompiled(pipeline_${name} pipeline_statistics)
+  elseif(name STREQUAL "statistics")
+    atelier_precompiled(pipeline_${name} pipeline/precompiled.h)
+  endif()
+endfunction()
+
+function(atelier_stage_table name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "ROOMS")
+  set(declarations "")
+  set(rows "")
+  set(rooms "")
+  foreach(room IN LISTS arg_ROOMS)
+    if(TARGET pipeline_${room})
+      list(APPEND rooms pipeline_${room})
+      get_target_property(stages pipeline_${room} ATELIER_STAGES)
+      foreach(stage IN LISTS stages)
+        string(APPEND declarations "const StageRow& ${stage}_row();\n")
+        string(APPEND rows "      &${stage}_row(),\n")
+      endforeach()
+    endif()
+  endforeach()
+  configure_file("${CMAKE_SOURCE_DIR}/cmake/stage_table.cpp.in" "${CMAKE_BINARY_DIR}/generated/${name}.cpp" @ONLY)
+  add_library(${name} STATIC "${CMAKE_BINARY_DIR}/generated/${name}.cpp")
+  atelier_settings(${name})
+  target_link_libraries(${name} PUBLIC core core_store ${rooms})
 endfunction()
 
 function(atelier_objects name)

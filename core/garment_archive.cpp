@@ -10,7 +10,7 @@ namespace atelier {
 namespace {
 
 constexpr const char* kSchema = "atelier.garment";
-constexpr int kVersion = 1;
+constexpr int kGarmentVersion = 1;
 constexpr const char* kCloth = "cloth";
 
 using IntRows = Eigen::Matrix<int, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -171,7 +171,7 @@ Archive archive_of(const Garment& garment) {
   check_garment(garment);
   Archive archive;
   archive.schema = kSchema;
-  archive.version = kVersion;
+  archive.version = kGarmentVersion;
   archive.texts["name"] = garment.name;
   archive.texts["material"] = garment.material.name;
   put_cloth(archive, kCloth, garment);
@@ -199,7 +199,7 @@ void write_garment_archive(const std::filesystem::path& path, const Garment& gar
 }
 
 Garment read_garment_archive(const std::filesystem::path& path, const Limits& limits) {
-  return garment_of(read_archive(path, kSchema, kVersion, limits), path.string());
+  return garment_of(read_archive(path, kSchema, kGarmentVersion, limits), path.string());
 }
 
 }  // namespace atelier

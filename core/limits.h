@@ -13,10 +13,10 @@ namespace atelier {
 /// image), kMaxElements and kMaxProperties (ply_header.cpp), kMaxCorners and kMaxFaceCorners
 /// (mesh_obj_read.cpp, mesh_ply_read.cpp: cutting a face into triangles costs their square),
 /// kMostNodes and kMostInfluences (fbx_import.cpp, fbx_mesh.cpp: what glTF can say of one vertex),
-/// kMostColumns (apps/table_text.cpp) and kMostModelBytes (apps/detect.cpp: what its library can
-/// hold); kMostPeople (capture/person_id.h), which keeps an id an int; and
-/// kMostFiles (store/manifest_limits.h), of manifests that the store has written itself: they may
-/// name more than JSON from elsewhere.
+/// kMostColumns (core/io/table_text.cpp) and kMostModelBytes (apps/commands/detect.cpp: what its
+/// library can hold); kMostPeople (capture/person_id.h), which keeps an id an int; and kMostFiles
+/// (store/manifest_limits.h), of manifests that the store has written itself: they may name more
+/// than JSON from elsewhere.
 struct Limits {
   std::int64_t image_side = 16'384;              ///< pixels
   std::int64_t image_pixels = 64'000'000;        ///< width x height

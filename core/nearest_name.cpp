@@ -6,7 +6,7 @@
 namespace atelier {
 namespace {
 
-constexpr std::size_t kLongestName = 256;  // longer is no name; keeps the cost bounded
+constexpr std::size_t kLongestGuess = 256;  // longer is no name; keeps the cost bounded
 
 std::size_t alignment_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> two_above(b.size() + 1);
@@ -54,7 +54,7 @@ std::string_view last_word(std::string_view name) {
 }  // namespace
 
 std::string nearest_name(std::string_view typed, const std::vector<std::string>& known) {
-  if (typed.empty() || typed.size() > kLongestName) {
+  if (typed.empty() || typed.size() > kLongestGuess) {
     return "";
   }
   const std::string name = lower_case(typed);
@@ -63,9 +63,9 @@ std::string nearest_name(std::string_view typed, const std::vector<std::string>&
     return "cuda";
   }
   std::string best;
-  std::size_t best_distance = kLongestName;
+  std::size_t best_distance = kLongestGuess;
   for (const std::string& candidate : known) {
-    if (candidate.size() > kLongestName) {
+    if (candidate.size() > kLongestGuess) {
       continue;
     }
     const std::size_t distance = alignment_distance(name, lower_case(candidate));

@@ -13,7 +13,7 @@ namespace {
 
 constexpr const char* kMeshSchema = "atelier.mesh";
 constexpr const char* kSequenceSchema = "atelier.sequence";
-constexpr int kVersion = 1;
+constexpr int kSequenceVersion = 1;
 
 /// Takes arrays out of an archive; what is left over at the end was never meant to be there.
 class Fields {
@@ -94,7 +94,7 @@ void put(Archive& archive, const std::string& name, const Rows& rows) {
 Archive unchecked_archive_of(const Mesh& mesh) {
   Archive archive;
   archive.schema = kMeshSchema;
-  archive.version = kVersion;
+  archive.version = kSequenceVersion;
   put(archive, "vertices", mesh.vertices);
   put(archive, "faces", mesh.faces);
   put(archive, "normals", mesh.normals);
@@ -217,7 +217,7 @@ void write_mesh_archive(const std::filesystem::path& path, const Mesh& mesh) {
 
 Mesh read_mesh_archive(const std::filesystem::path& path, const Limits& limits) {
   Mesh mesh =
-      unchecked_mesh_of(read_archive(path, kMeshSchema, kVersion, limits), path.string(), limits);
+      unchecked_mesh_of(read_archive(path, kMeshSchema, kSequenceVersion, limits), path.string(), limits);
   check_mesh(mesh, path.string());
   return mesh;
 }
@@ -306,7 +306,7 @@ SequenceHeader sequence_header_of(Archive archive, const std::string& file, cons
 
 SequenceHeader read_sequence_header(const std::filesystem::path& folder, const Limits& limits) {
   const std::filesystem::path path = header_path(folder);
-  return sequence_header_of(read_archive(path, kSequenceSchema, kVersion, limits), path.string(),
+  return sequence_header_of(read_archive(path, kSequenceSchema, kSequenceVersion, limits), path.string(),
                             limits);
 }
 
@@ -320,7 +320,7 @@ Sequence open_sequence(const std::filesystem::path& folder, const Limits& limits
     const std::filesystem::path path =
         sequence_frame_path(folder, header->frame_ids[static_cast<std::size_t>(frame_idx)]);
     Mesh mesh = with_topology(
-        unchecked_mesh_of(read_archive(path, kMeshSchema, kVersion, limits), path.string(), limits),
+        unchecked_mesh_of(read_archive(path, kMeshSchema, kSequenceVersion, limits), path.string(), limits),
         *header, path.string());
     check_mesh(mesh, path.string());
     return mesh;

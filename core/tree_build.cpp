@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kBins = 16;
 constexpr int kMedianFrom = 32;  // levels; the median needs at most 31 more for 2^31 faces
-constexpr double kLargestCoordinate = 1e100;
+constexpr double kLargestTreeCoordinate = 1e100;
 
 /// A box that grows.
 struct Box {
@@ -131,7 +131,7 @@ int split(Parts& parts, const Task& task, int level) {
 
 std::vector<Vec3d> checked_vertices(const Points& vertices) {
   // A comparison with NaN is false.
-  ATELIER_CHECK(vertices.rows() == 0 || (vertices.array().abs() < kLargestCoordinate).all(),
+  ATELIER_CHECK(vertices.rows() == 0 || (vertices.array().abs() < kLargestTreeCoordinate).all(),
                 "a tree needs finite coordinates below 1e100 m");
   std::vector<Vec3d> copy(static_cast<std::size_t>(vertices.rows()));
   for (Index i = 0; i < vertices.rows(); ++i) {

@@ -1,4 +1,4 @@
-#include "bodymodel/motion_amass.h"
+#include "bodymodel/formats/motion_amass.h"
 #include "fuzz/npz_arrays.h"
 #include "fuzz/reader.h"
 

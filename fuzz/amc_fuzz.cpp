@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "bodymodel/motion_amc.h"
+#include "bodymodel/formats/motion_amc.h"
 #include "fuzz/reader.h"
 
 // A skeleton and a motion in one file, parted by the first NUL byte.

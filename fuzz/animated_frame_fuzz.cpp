@@ -1,6 +1,6 @@
-#include "apps/animated_frame.h"
 #include "fuzz/forged_archive.h"
 #include "fuzz/reader.h"
+#include "simulation/animated_frame.h"
 
 /// A frame of clothes of four vertices with its figures; what is read can be written and reads the
 /// same.

@@ -1,4 +1,4 @@
-#include "bodymodel/body_archive.h"
+#include "bodymodel/formats/body_archive.h"
 #include "fuzz/body_arrays.h"
 #include "fuzz/reader.h"
 

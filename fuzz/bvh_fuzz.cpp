@@ -1,4 +1,4 @@
-#include "bodymodel/motion_bvh.h"
+#include "bodymodel/formats/motion_bvh.h"
 #include "fuzz/reader.h"
 
 ATELIER_FUZZ_READER(bvh) {

@@ -1,4 +1,4 @@
-#include "bodymodel/motion_c3d.h"
+#include "bodymodel/formats/motion_c3d.h"
 #include "fuzz/reader.h"
 
 ATELIER_FUZZ_READER(c3d) {

@@ -1,7 +1,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/cameras_file.h"
+#include "core/io/cameras_file.h"
 #include "fuzz/reader.h"
 
 /// What is read can be used and written, and then says the same.

@@ -1,4 +1,4 @@
-#include "apps/table_text.h"
+#include "core/io/table_text.h"
 #include "core/io/text_scanner.h"
 #include "fuzz/reader.h"
 

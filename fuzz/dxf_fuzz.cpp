@@ -1,4 +1,4 @@
-#include "apps/drawing_text.h"
+#include "core/io/drawing_text.h"
 #include "core/io/text_scanner.h"
 #include "fuzz/reader.h"
 

@@ -1,4 +1,4 @@
-#include "bodymodel/gltf_body.h"
+#include "bodymodel/formats/gltf_body.h"
 #include "core/io/mesh_fbx.h"
 #include "fuzz/reader.h"
 

@@ -1,4 +1,4 @@
-#include "bodymodel/gltf_body.h"
+#include "bodymodel/formats/gltf_body.h"
 #include "fuzz/reader.h"
 
 // The skinned body of a scene, and its first animation as a motion of the skeleton.

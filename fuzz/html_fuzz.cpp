@@ -1,4 +1,4 @@
-#include "apps/page_text.h"
+#include "core/io/page_text.h"
 #include "core/io/text_scanner.h"
 #include "fuzz/reader.h"
 

@@ -1,7 +1,7 @@
 #include <string_view>
 
-#include "apps/material_file.h"
 #include "fuzz/reader.h"
+#include "simulation/files/material_file.h"
 
 /// What is read is in its ranges, can be written as materials that were given, and reads the same.
 ATELIER_FUZZ_READER(materials) {

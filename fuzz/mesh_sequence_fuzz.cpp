@@ -1,4 +1,4 @@
-#include "apps/mesh_sequence_file.h"
+#include "core/io/mesh_sequence_file.h"
 #include "core/io/safetensors.h"
 #include "fuzz/reader.h"
 

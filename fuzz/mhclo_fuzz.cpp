@@ -1,4 +1,4 @@
-#include "bodymodel/mhclo.h"
+#include "bodymodel/formats/mhclo.h"
 #include "fuzz/reader.h"
 
 ATELIER_FUZZ_READER(mhclo) {

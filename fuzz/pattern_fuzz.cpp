@@ -1,5 +1,5 @@
 #include "fuzz/reader.h"
-#include "registration/garment_pattern_json.h"
+#include "registration/sewing/garment_pattern_json.h"
 
 ATELIER_FUZZ_READER(pattern) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());

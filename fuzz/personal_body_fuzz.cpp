@@ -1,4 +1,4 @@
-#include "bodymodel/personal_body.h"
+#include "bodymodel/formats/personal_body.h"
 #include "fuzz/body_arrays.h"
 #include "fuzz/reader.h"
 

@@ -1,6 +1,6 @@
 #include <nlohmann/json.hpp>
 
-#include "bodymodel/makehuman_rig.h"
+#include "bodymodel/formats/makehuman_rig.h"
 #include "core/io/json.h"
 #include "fuzz/reader.h"
 

@@ -1,7 +1,7 @@
 #include <string_view>
 
-#include "apps/run_account.h"
 #include "fuzz/reader.h"
+#include "pipeline/pictures/run_account.h"
 
 /// What is read can be written, and read again to the same text.
 ATELIER_FUZZ_READER(run_account) {

@@ -1,8 +1,8 @@
 #include <algorithm>
 #include <string_view>
 
-#include "apps/seam_input.h"
 #include "fuzz/reader.h"
+#include "registration/flattening/seam_input.h"
 
 namespace {
 

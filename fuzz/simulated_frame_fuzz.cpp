@@ -1,6 +1,6 @@
-#include "apps/simulation_table.h"
 #include "fuzz/forged_archive.h"
 #include "fuzz/reader.h"
+#include "simulation/simulation_table.h"
 
 /// A frame of a cloth of four vertices with its report; what is read can be written and reads the
 /// same.

@@ -1,4 +1,4 @@
-#include "bodymodel/smpl.h"
+#include "bodymodel/formats/smpl.h"
 #include "fuzz/npz_arrays.h"
 #include "fuzz/reader.h"
 

@@ -1,6 +1,6 @@
-#include "apps/performance_state.h"
 #include "fuzz/forged_archive.h"
 #include "fuzz/reader.h"
+#include "pipeline/synthesis/performance_state.h"
 
 /// A cloth of four vertices on a body of three; what is read can be written and reads the same.
 ATELIER_FUZZ_READER(synthesis_state) {

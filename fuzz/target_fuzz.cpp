@@ -1,4 +1,4 @@
-#include "bodymodel/makehuman_target.h"
+#include "bodymodel/formats/makehuman_target.h"
 #include "fuzz/reader.h"
 
 ATELIER_FUZZ_READER(target) {

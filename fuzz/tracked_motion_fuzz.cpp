@@ -1,4 +1,4 @@
-#include "bodymodel/tracked_motion.h"
+#include "bodymodel/formats/tracked_motion.h"
 #include "fuzz/forged_archive.h"
 #include "fuzz/reader.h"
 

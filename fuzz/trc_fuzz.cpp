@@ -1,4 +1,4 @@
-#include "bodymodel/motion_trc.h"
+#include "bodymodel/formats/motion_trc.h"
 #include "fuzz/reader.h"
 
 ATELIER_FUZZ_READER(trc) {

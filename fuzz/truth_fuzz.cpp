@@ -1,4 +1,4 @@
-#include "capture/truth_archive.h"
+#include "core/io/ground_truth_archive.h"
 #include "fuzz/forged_archive.h"
 #include "fuzz/reader.h"
 

@@ -1,7 +1,7 @@
 #include <cmath>
 
-#include "apps/usd_text.h"
 #include "core/io/text_scanner.h"
+#include "core/io/usd_text.h"
 #include "fuzz/reader.h"
 
 ATELIER_FUZZ_READER(usda) {

@@ -27,17 +27,17 @@
 #include "appearance/painted_picture.h"
 #include "appearance/static_fit.h"
 #include "appearance/training_log.h"
-#include "apps/device_advice.h"
-#include "apps/exit_code.h"
-#include "apps/not_converged.h"
-#include "apps/usage_error.h"
-#include "apps/writable_place.h"
+#include "apps/console/device_advice.h"
 #include "core/archive.h"
 #include "core/atomic_file.h"
 #include "core/device.h"
 #include "core/error.h"
+#include "core/exit_code.h"
 #include "core/file_kind.h"
 #include "core/io/safetensors.h"
+#include "core/not_converged.h"
+#include "core/usage_error.h"
+#include "core/writable_place.h"
 
 namespace {
 

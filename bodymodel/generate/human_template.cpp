@@ -1,6 +1,6 @@
-// Prints bodymodel/human_template_data.cpp anew; scripts/human-template builds and runs it.
+// Prints bodymodel/human/human_template_data.cpp anew; scripts/human-template builds and runs it.
 
-#include "bodymodel/human_template.h"
+#include "bodymodel/human/human_template.h"
 
 #include <iostream>
 

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "bodymodel/body_model.h"
-#include "bodymodel/marker_pose.h"
+#include "bodymodel/formats/marker_pose.h"
 
 namespace atelier {
 

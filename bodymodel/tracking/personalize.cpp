@@ -8,7 +8,7 @@
 #include <optional>
 
 #include "bodymodel/bone_lengths.h"
-#include "bodymodel/default_human.h"
+#include "bodymodel/human/default_human.h"
 #include "bodymodel/humanoid.h"
 #include "bodymodel/measure.h"
 #include "bodymodel/tracking/keypoint_unit.h"

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "bodymodel/personal_body.h"
+#include "bodymodel/formats/personal_body.h"
 #include "bodymodel/tracking/track.h"
 
 namespace atelier {

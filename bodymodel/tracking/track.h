@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "bodymodel/tracked_motion.h"
+#include "bodymodel/formats/tracked_motion.h"
 #include "bodymodel/tracking/dynamic_region.h"
 #include "bodymodel/tracking/scan_match.h"
 #include "bodymodel/tracking/solve_window.h"

@@ -6,11 +6,11 @@
 
 #include "capture/camera_conventions.h"
 #include "capture/layouts/frame_files.h"
-#include "capture/truth_archive.h"
 #include "core/archive.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/io/foreign_hdf5.h"
+#include "core/io/ground_truth_archive.h"
 #include "core/io/image_file.h"
 #include "core/tensor.h"
 

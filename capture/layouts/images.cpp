@@ -1,8 +1,8 @@
 #include "capture/layouts/images.h"
 
 #include "capture/layouts/frame_files.h"
-#include "capture/truth_archive.h"
 #include "core/error.h"
+#include "core/io/ground_truth_archive.h"
 
 namespace atelier {
 namespace fs = std::filesystem;

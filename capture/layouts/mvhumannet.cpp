@@ -7,11 +7,11 @@
 #include "capture/camera_conventions.h"
 #include "capture/layouts/frame_files.h"
 #include "capture/layouts/json_numbers.h"
-#include "capture/truth_archive.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/io/byte_reader.h"
 #include "core/io/file_bytes.h"
+#include "core/io/ground_truth_archive.h"
 #include "core/io/json.h"
 
 namespace atelier {

@@ -1,11 +1,11 @@
 #include "capture/layouts/native.h"
 
-#include "capture/cameras_file.h"
 #include "capture/label_taxonomy.h"
 #include "capture/layouts/frame_files.h"
-#include "capture/truth_archive.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/io/cameras_file.h"
+#include "core/io/ground_truth_archive.h"
 #include "core/io/image_file.h"
 
 namespace atelier {

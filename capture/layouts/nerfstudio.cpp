@@ -7,10 +7,10 @@
 #include "capture/layouts/frame_files.h"
 #include "capture/layouts/json_numbers.h"
 #include "capture/layouts/posed_images.h"
-#include "capture/truth_archive.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
+#include "core/io/ground_truth_archive.h"
 #include "core/io/image_file.h"
 #include "core/io/json.h"
 

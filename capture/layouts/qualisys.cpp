@@ -6,10 +6,10 @@
 #include "capture/layouts/camera_side.h"
 #include "capture/layouts/camera_toml.h"
 #include "capture/layouts/frame_files.h"
-#include "capture/truth_archive.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
+#include "core/io/ground_truth_archive.h"
 #include "core/io/text_scanner.h"
 #include "core/io/xml_elements.h"
 

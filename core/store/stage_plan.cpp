@@ -32,7 +32,7 @@ std::filesystem::path real_path(const std::filesystem::path& path) {
   return real;
 }
 
-bool is_inside(const std::filesystem::path& path, const std::filesystem::path& folder) {
+bool lies_inside(const std::filesystem::path& path, const std::filesystem::path& folder) {
   const auto [end, rest] = std::mismatch(folder.begin(), folder.end(), path.begin(), path.end());
   return end == folder.end();
 }
@@ -219,7 +219,7 @@ std::string amount_text(std::int64_t files, std::int64_t bytes) {
 bool is_inside_input(const StageRequest& request) {
   const std::filesystem::path input = real_path(request.input);
   return file_kind(input) == std::filesystem::file_type::directory &&
-         is_inside(real_path(request.workspace), input);
+         lies_inside(real_path(request.workspace), input);
 }
 
 StagePlan plan_stage(std::span<const Stage> stages, const Stage& stage, const StageRequest& request,

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/file_kind.h"
+#include "core/printable.h"
 #include "core/store/file_lock.h"
 #include "core/store/frame_log.h"
 #include "core/store/input_digest.h"
@@ -247,6 +248,12 @@ std::vector<StageStatus> workspace_status(std::span<const Stage> stages,
     all.push_back(std::move(status));
   }
   return all;
+}
+
+std::string unlinked_text(std::int64_t results) {
+  return counted(results, "result") +
+         " without a current link; the stage's command, given as then, links " +
+         (results == 1 ? "it" : "one of them") + " again without doing it anew";
 }
 
 }  // namespace atelier

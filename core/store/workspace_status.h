@@ -56,4 +56,7 @@ std::vector<StageStatus> workspace_status(std::span<const Stage> stages,
                                           const std::filesystem::path& workspace,
                                           Check check = Check::Sizes);
 
+/// Results that no link names as current, and what to do about it. @param results  1 or more
+std::string unlinked_text(std::int64_t results);
+
 }  // namespace atelier

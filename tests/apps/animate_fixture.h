@@ -8,7 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bodymodel/motion_bvh.h"
+#include "bodymodel/formats/motion_bvh.h"
 #include "core/io/file_bytes.h"
 #include "tests/apps/dressed_workspace.h"
 #include "tests/support/child_process.h"

@@ -6,14 +6,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/material_file.h"
-#include "bodymodel/gltf_body.h"
-#include "bodymodel/motion_bvh.h"
-#include "bodymodel/motion_file.h"
+#include "bodymodel/formats/gltf_body.h"
+#include "bodymodel/formats/motion_bvh.h"
+#include "bodymodel/formats/motion_file.h"
 #include "core/archive.h"
 #include "core/io/file_bytes.h"
 #include "core/io/image_file.h"
 #include "core/io/mesh_file.h"
+#include "simulation/files/material_file.h"
 #include "tests/apps/animate_fixture.h"
 
 namespace atelier::fixtures {

@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <numbers>
 
-#include "bodymodel/motion_file.h"
+#include "bodymodel/formats/motion_file.h"
 #include "capture/layouts/open_dataset.h"
 #include "core/io/image_file.h"
 #include "core/io/npz.h"

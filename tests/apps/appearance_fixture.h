@@ -15,11 +15,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "capture/cameras_file.h"
 #include "capture/capture_info.h"
-#include "capture/truth_archive.h"
 #include "core/archive.h"
 #include "core/atomic_file.h"
+#include "core/io/cameras_file.h"
+#include "core/io/ground_truth_archive.h"
 #include "core/io/image_file.h"
 #include "core/raster.h"
 #include "core/sequence_archive.h"

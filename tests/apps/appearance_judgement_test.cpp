@@ -1,5 +1,5 @@
 // Figures of networks with known answers: pictures, motion and what networks draw are made by hand.
-#include "apps/appearance_judgement.h"
+#include "pipeline/appearance/appearance_judgement.h"
 
 #if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_APPEARANCE) &&      \
     defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION) && \

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "capture/cameras_file.h"
+#include "core/io/cameras_file.h"
 #include "core/io/image_file.h"
 #include "tests/support/child_process.h"
 #include "tests/support/places.h"

@@ -7,8 +7,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "capture/cameras_file.h"
 #include "capture/layouts/open_dataset.h"
+#include "core/io/cameras_file.h"
 #include "core/store/consent_file.h"
 #include "core/store/file_lock.h"
 #include "tests/apps/system_calls.h"

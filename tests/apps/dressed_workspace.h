@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "bodymodel/body_archive.h"
+#include "bodymodel/formats/body_archive.h"
+#include "bodymodel/formats/personal_body.h"
+#include "bodymodel/formats/tracked_motion.h"
 #include "bodymodel/kinematics.h"
-#include "bodymodel/personal_body.h"
 #include "bodymodel/skinning.h"
-#include "bodymodel/tracked_motion.h"
 #include "core/garment_archive.h"
 #include "core/sequence_archive.h"
 #include "core/store/run_stage.h"

@@ -1,11 +1,11 @@
-#include "apps/failure.h"
+#include "apps/console/failure.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/device_advice.h"
-#include "apps/exit_code.h"
+#include "apps/console/device_advice.h"
 #include "core/error.h"
+#include "core/exit_code.h"
 #ifdef ATELIER_HAS_CUDA
 #include "core/cuda_check.h"
 #endif

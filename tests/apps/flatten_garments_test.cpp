@@ -12,7 +12,7 @@
 #include <gtest/gtest.h>
 
 #include "core/io/mesh_file.h"
-#include "registration/flat_overlaps.h"
+#include "registration/flattening/flat_overlaps.h"
 #include "tests/support/child_process.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"

@@ -1,4 +1,4 @@
-#include "apps/hanging_acceleration.h"
+#include "simulation/hanging_acceleration.h"
 
 #include <gtest/gtest.h>
 

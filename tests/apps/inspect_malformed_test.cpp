@@ -12,21 +12,21 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/drawing_text.h"
-#include "apps/inspection.h"
-#include "apps/page_text.h"
-#include "apps/table_text.h"
 #include "core/archive.h"
 #include "core/archive_arrays.h"
 #include "core/error.h"
+#include "core/io/drawing_text.h"
 #include "core/io/file_bytes.h"
 #include "core/io/mesh_file.h"
 #include "core/io/npz.h"
+#include "core/io/page_text.h"
 #include "core/io/safetensors.h"
+#include "core/io/table_text.h"
 #include "core/io/zip_archive.h"
 #include "core/sequence_archive.h"
 #include "fuzz/body_arrays.h"
 #include "fuzz/forged_archive.h"
+#include "pipeline/inspection/inspection.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 

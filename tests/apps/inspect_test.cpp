@@ -9,14 +9,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/exit_code.h"
-#include "apps/inspection.h"
 #include "core/error.h"
+#include "core/exit_code.h"
 #include "core/io/file_bytes.h"
 #include "core/io/mesh_file.h"
 #include "core/io/mesh_gltf.h"
 #include "core/io/npz.h"
 #include "core/io/safetensors.h"
+#include "pipeline/inspection/inspection.h"
 #ifdef ATELIER_HAS_CORE_RENDER
 #include "core/render/video.h"
 #endif

@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/exit_code.h"
+#include "core/exit_code.h"
 #include "core/io/mesh_file.h"
 #include "core/io/mesh_gltf.h"
 #include "tests/apps/program_fixture.h"

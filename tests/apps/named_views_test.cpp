@@ -1,7 +1,7 @@
 // What pictures call the sides of somebody, whichever way they face.
 #if defined(ATELIER_HAS_CORE_RENDER) && defined(ATELIER_HAS_REGISTRATION)
 
-#include "apps/named_views.h"
+#include "pipeline/pictures/named_views.h"
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -9,8 +9,8 @@
 
 #include <gtest/gtest.h>
 
-#include "apps/flatten_pictures.h"
-#include "apps/template_pictures.h"
+#include "pipeline/pictures/flatten_pictures.h"
+#include "pipeline/pictures/template_pictures.h"
 #include "tests/support/shapes.h"
 #include "tests/support/turned.h"
 

@@ -1,4 +1,4 @@
-#include "apps/option_rules.h"
+#include "apps/console/option_rules.h"
 
 #include <array>
 

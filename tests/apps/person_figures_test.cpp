@@ -6,7 +6,7 @@
 
 #include <gmock/gmock.h>
 
-#include "bodymodel/personal_body.h"
+#include "bodymodel/formats/personal_body.h"
 #include "core/store/commit.h"
 #include "core/store/stage.h"
 #include "tests/apps/person_fixture.h"

@@ -11,8 +11,8 @@
 
 #include <gtest/gtest.h>
 
-#include "bodymodel/tracked_motion.h"
-#include "capture/truth_archive.h"
+#include "bodymodel/formats/tracked_motion.h"
+#include "core/io/ground_truth_archive.h"
 #include "core/sequence_archive.h"
 #include "core/sha256.h"
 #include "core/store/manifest.h"

@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bodymodel/personal_body.h"
+#include "bodymodel/formats/personal_body.h"
 #include "core/sequence_archive.h"
 #include "core/store/manifest.h"
 #include "tests/apps/person_fixture.h"

@@ -6,10 +6,10 @@
 
 #include <gmock/gmock.h>
 
+#include "bodymodel/formats/motion_trc.h"
+#include "bodymodel/formats/personal_body.h"
 #include "bodymodel/measure.h"
-#include "bodymodel/motion_trc.h"
-#include "bodymodel/personal_body.h"
-#include "capture/truth_archive.h"
+#include "core/io/ground_truth_archive.h"
 #include "tests/apps/person_fixture.h"
 #include "tests/support/test_data.h"
 

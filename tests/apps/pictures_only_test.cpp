@@ -7,8 +7,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "capture/cameras_file.h"
 #include "capture/capture_info.h"
+#include "core/io/cameras_file.h"
 #include "core/io/file_bytes.h"
 #include "core/io/image_file.h"
 #include "tests/capture/small_capture.h"

@@ -9,7 +9,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/exit_code.h"
+#include "core/exit_code.h"
 #include "tests/apps/program_fixture.h"
 #include "tests/support/places.h"
 

@@ -13,7 +13,8 @@ namespace atelier::fixtures {
 /// Stages of a fixture that make results in the name of the program's own, with the versions that
 /// those have: with others their results would be outdated.
 inline std::vector<Stage> with_program_versions(std::span<const Stage> stages) {
-  const std::string text = read_file_text(source_directory() / "apps/stages.cpp", 1 << 20);
+  const std::string text =
+      read_file_text(source_directory() / "pipeline/stages/stages.cpp", 1 << 20);
   const std::string version = ".version = ";
   std::vector<Stage> all(stages.begin(), stages.end());
   for (Stage& stage : all) {

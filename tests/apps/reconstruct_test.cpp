@@ -8,9 +8,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "capture/cameras_file.h"
-#include "capture/truth_archive.h"
+#include "core/io/cameras_file.h"
 #include "core/io/file_bytes.h"
+#include "core/io/ground_truth_archive.h"
 #include "core/io/image_file.h"
 #include "core/mesh_statistics.h"
 #include "core/sequence_archive.h"

@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include "apps/exit_code.h"
+#include "core/exit_code.h"
 #include "tests/apps/program_fixture.h"
 #include "tests/support/places.h"
 

@@ -16,7 +16,7 @@
 #include "core/io/mesh_file.h"
 #include "core/io/mesh_obj.h"
 #include "core/store/write_text.h"
-#include "registration/followed_frame.h"
+#include "registration/tracking/followed_frame.h"
 #include "tests/apps/dressed_workspace.h"
 #include "tests/apps/program_versions.h"
 #include "tests/support/child_process.h"

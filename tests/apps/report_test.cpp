@@ -3,14 +3,14 @@
 #include <cmath>
 #include <fstream>
 
-#include "apps/exit_code.h"
-#include "apps/report_page.h"
-#include "apps/report_plots.h"
+#include "core/exit_code.h"
 #include "core/io/image_file.h"
 #include "core/io/mesh_file.h"
 #include "core/sequence_archive.h"
 #include "core/store/commit.h"
 #include "core/store/input_digest.h"
+#include "pipeline/pictures/report_page.h"
+#include "pipeline/pictures/report_plots.h"
 #include "tests/apps/browser.h"
 #include "tests/apps/statistics_fixture.h"
 #include "tests/support/places.h"

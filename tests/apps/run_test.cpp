@@ -18,8 +18,6 @@
 #include <gtest/gtest.h>
 #include <sys/mount.h>
 
-#include "apps/run_account.h"
-#include "apps/targets.h"
 #include "core/device.h"
 #include "core/io/file_bytes.h"
 #include "core/io/image_file.h"
@@ -29,7 +27,9 @@
 #include "core/store/file_lock.h"
 #include "core/store/input_digest.h"
 #include "core/store/result.h"
-#include "registration/taut_surface.h"
+#include "pipeline/evaluation/targets.h"
+#include "pipeline/pictures/run_account.h"
+#include "registration/flattening/taut_surface.h"
 #include "tests/apps/browser.h"
 #include "tests/apps/dressed_workspace.h"
 #include "tests/capture/small_capture.h"

@@ -4,7 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bodymodel/motion_bvh.h"
+#include "bodymodel/formats/motion_bvh.h"
 #include "core/io/mesh_file.h"
 #include "core/sequence_archive.h"
 #include "tests/apps/dressed_workspace.h"

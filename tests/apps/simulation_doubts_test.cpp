@@ -1,6 +1,6 @@
 #if defined(ATELIER_HAS_SIMULATION)
 
-#include "apps/simulation_doubts.h"
+#include "simulation/simulation_doubts.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,6 +1,6 @@
 #if defined(ATELIER_HAS_SIMULATION)
 
-#include "apps/simulation_table.h"
+#include "simulation/simulation_table.h"
 
 #include <string>
 

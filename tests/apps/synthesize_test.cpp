@@ -11,16 +11,16 @@
 #include <sys/mount.h>
 #include <sys/stat.h>
 
-#include "apps/garment_fabric.h"
-#include "capture/cameras_file.h"
 #include "capture/capture_info.h"
 #include "capture/capture_measures.h"
 #include "capture/detector.h"
+#include "capture/garment_fabric.h"
 #include "capture/label_taxonomy.h"
-#include "capture/truth_archive.h"
 #include "core/archive.h"
 #include "core/error.h"
+#include "core/io/cameras_file.h"
 #include "core/io/file_bytes.h"
+#include "core/io/ground_truth_archive.h"
 #include "core/io/image_file.h"
 #include "core/io/npz.h"
 #include "core/raster.h"

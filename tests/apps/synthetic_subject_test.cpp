@@ -2,7 +2,7 @@
 // docs name, measured on the body itself.
 #if defined(ATELIER_HAS_BODYMODEL) && defined(ATELIER_HAS_CAPTURE)
 
-#include "apps/synthetic_subject.h"
+#include "pipeline/synthesis/synthetic_subject.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -12,8 +12,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/synthetic_motion.h"
 #include "bodymodel/kinematics.h"
+#include "bodymodel/retarget/synthetic_motion.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"
 #include "core/normals.h"

@@ -1,4 +1,4 @@
-#include "apps/unfinished_folder.h"
+#include "core/store/unfinished_folder.h"
 
 #include <filesystem>
 #include <fstream>

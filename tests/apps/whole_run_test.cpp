@@ -19,12 +19,12 @@
 #include <gtest/gtest.h>
 #include <sys/mount.h>
 
-#include "apps/run_account.h"
 #include "capture/capture_info.h"
 #include "core/atomic_file.h"
 #include "core/io/file_bytes.h"
 #include "core/random.h"
 #include "core/store/result.h"
+#include "pipeline/pictures/run_account.h"
 #include "tests/apps/browser.h"
 #include "tests/support/child_process.h"
 #include "tests/support/places.h"

@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/exit_code.h"
+#include "core/exit_code.h"
 #include "core/store/file_lock.h"
 #include "tests/apps/program_fixture.h"
 

@@ -1,4 +1,4 @@
-#include "bodymodel/body_archive.h"
+#include "bodymodel/formats/body_archive.h"
 
 #include <cmath>
 #include <cstring>

@@ -1,4 +1,4 @@
-#include "bodymodel/body_file.h"
+#include "bodymodel/formats/body_file.h"
 
 #include <filesystem>
 #include <fstream>
@@ -6,11 +6,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bodymodel/body_size.h"
-#include "bodymodel/gltf_body.h"
+#include "bodymodel/formats/body_size.h"
+#include "bodymodel/formats/gltf_body.h"
 #include "bodymodel/humanoid.h"
 #include "bodymodel/kinematics.h"
-#include "bodymodel/retarget.h"
+#include "bodymodel/retarget/retarget.h"
 #include "core/error.h"
 #include "core/io/npz.h"
 #include "tests/bodymodel/synthetic_person.h"

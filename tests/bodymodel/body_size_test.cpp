@@ -1,4 +1,4 @@
-#include "bodymodel/body_size.h"
+#include "bodymodel/formats/body_size.h"
 
 #include <cmath>
 #include <filesystem>
@@ -6,8 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bodymodel/body_file.h"
-#include "bodymodel/gltf_body.h"
+#include "bodymodel/formats/body_file.h"
+#include "bodymodel/formats/gltf_body.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"
 #include "tests/bodymodel/synthetic_body.h"

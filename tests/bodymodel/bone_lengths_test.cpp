@@ -4,8 +4,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bodymodel/body_file.h"
-#include "bodymodel/default_human.h"
+#include "bodymodel/formats/body_file.h"
+#include "bodymodel/human/default_human.h"
 #include "bodymodel/kinematics.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"

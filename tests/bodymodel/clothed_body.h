@@ -5,7 +5,7 @@
 #include <functional>
 #include <vector>
 
-#include "bodymodel/clothed_scan.h"
+#include "bodymodel/underlying/clothed_scan.h"
 #include "core/normals.h"
 #include "core/random.h"
 #include "core/topology.h"

@@ -1,11 +1,11 @@
-#include "bodymodel/clothed_scan.h"
+#include "bodymodel/underlying/clothed_scan.h"
 
 #include <limits>
 
 #include <gtest/gtest.h>
 
-#include "bodymodel/body_certificate.h"
-#include "bodymodel/body_cover.h"
+#include "bodymodel/underlying/body_certificate.h"
+#include "bodymodel/underlying/body_cover.h"
 #include "core/error.h"
 #include "core/random.h"
 #include "tests/bodymodel/clothed_body.h"

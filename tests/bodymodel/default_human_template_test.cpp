@@ -1,8 +1,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bodymodel/human_head.h"
-#include "bodymodel/human_template.h"
+#include "bodymodel/human/human_head.h"
+#include "bodymodel/human/human_template.h"
 
 namespace atelier {
 namespace {

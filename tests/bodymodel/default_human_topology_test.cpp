@@ -5,7 +5,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bodymodel/default_human.h"
+#include "bodymodel/human/default_human.h"
 #include "core/error.h"
 #include "core/topology.h"
 

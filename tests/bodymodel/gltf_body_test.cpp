@@ -1,4 +1,4 @@
-#include "bodymodel/gltf_body.h"
+#include "bodymodel/formats/gltf_body.h"
 
 #include <cmath>
 #include <numeric>
@@ -8,7 +8,7 @@
 
 #include "bodymodel/humanoid.h"
 #include "bodymodel/kinematics.h"
-#include "bodymodel/retarget.h"
+#include "bodymodel/retarget/retarget.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"
 #include "core/normals.h"

@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bodymodel/motion_bvh.h"
+#include "bodymodel/formats/motion_bvh.h"
 #include "core/error.h"
 #include "tests/bodymodel/synthetic_body.h"
 #include "tests/bodymodel/synthetic_person.h"

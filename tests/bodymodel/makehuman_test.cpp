@@ -1,4 +1,4 @@
-#include "bodymodel/makehuman.h"
+#include "bodymodel/formats/makehuman.h"
 
 #include <cmath>
 #include <fstream>
@@ -7,8 +7,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "bodymodel/formats/makehuman_rig.h"
 #include "bodymodel/kinematics.h"
-#include "bodymodel/makehuman_rig.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"
 #include "core/io/json.h"

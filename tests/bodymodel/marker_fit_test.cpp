@@ -1,15 +1,15 @@
-#include "bodymodel/marker_fit.h"
+#include "bodymodel/formats/marker_fit.h"
 
 #include <cmath>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bodymodel/default_human.h"
+#include "bodymodel/formats/marker_head.h"
+#include "bodymodel/formats/motion_file.h"
+#include "bodymodel/human/default_human.h"
 #include "bodymodel/humanoid.h"
-#include "bodymodel/marker_head.h"
-#include "bodymodel/motion_file.h"
-#include "bodymodel/retarget.h"
+#include "bodymodel/retarget/retarget.h"
 #include "bodymodel/rotation.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"

@@ -5,10 +5,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bodymodel/default_human.h"
+#include "bodymodel/formats/mhclo.h"
+#include "bodymodel/human/default_human.h"
 #include "bodymodel/humanoid.h"
 #include "bodymodel/kinematics.h"
-#include "bodymodel/mhclo.h"
 #include "core/error.h"
 #include "tests/support/test_data.h"
 

@@ -1,4 +1,4 @@
-#include "bodymodel/mhclo.h"
+#include "bodymodel/formats/mhclo.h"
 
 #include <fstream>
 

@@ -1,4 +1,4 @@
-#include "bodymodel/motion_amc.h"
+#include "bodymodel/formats/motion_amc.h"
 
 #include <numbers>
 
@@ -6,10 +6,10 @@
 #include <gtest/gtest.h>
 
 #include "bodymodel/euler.h"
+#include "bodymodel/formats/motion_bvh.h"
+#include "bodymodel/formats/motion_trc.h"
 #include "bodymodel/humanoid.h"
 #include "bodymodel/kinematics.h"
-#include "bodymodel/motion_bvh.h"
-#include "bodymodel/motion_trc.h"
 #include "bodymodel/rotation.h"
 #include "core/error.h"
 #include "tests/support/test_data.h"

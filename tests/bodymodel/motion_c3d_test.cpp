@@ -1,15 +1,15 @@
-#include "bodymodel/motion_c3d.h"
+#include "bodymodel/formats/motion_c3d.h"
 
 #include <algorithm>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bodymodel/default_human.h"
+#include "bodymodel/formats/marker_fit.h"
+#include "bodymodel/formats/motion_file.h"
+#include "bodymodel/human/default_human.h"
 #include "bodymodel/kinematics.h"
-#include "bodymodel/marker_fit.h"
-#include "bodymodel/motion_file.h"
-#include "bodymodel/retarget.h"
+#include "bodymodel/retarget/retarget.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"

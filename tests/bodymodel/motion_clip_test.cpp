@@ -8,7 +8,7 @@
 
 #include "bodymodel/euler.h"
 #include "bodymodel/kinematics.h"
-#include "bodymodel/motion_resample.h"
+#include "bodymodel/retarget/motion_resample.h"
 #include "bodymodel/rotation.h"
 #include "core/error.h"
 #include "tests/bodymodel/synthetic_person.h"

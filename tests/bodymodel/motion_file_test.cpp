@@ -1,10 +1,10 @@
-#include "bodymodel/motion_file.h"
+#include "bodymodel/formats/motion_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bodymodel/body_archive.h"
-#include "bodymodel/gltf_body.h"
+#include "bodymodel/formats/body_archive.h"
+#include "bodymodel/formats/gltf_body.h"
 #include "bodymodel/humanoid.h"
 #include "bodymodel/kinematics.h"
 #include "core/error.h"

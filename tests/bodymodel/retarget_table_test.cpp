@@ -7,14 +7,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bodymodel/body_file.h"
-#include "bodymodel/default_human.h"
-#include "bodymodel/gltf_body.h"
-#include "bodymodel/human_anatomy.h"
-#include "bodymodel/human_rig.h"
+#include "bodymodel/formats/body_file.h"
+#include "bodymodel/formats/gltf_body.h"
+#include "bodymodel/formats/motion_file.h"
+#include "bodymodel/human/default_human.h"
+#include "bodymodel/human/human_anatomy.h"
+#include "bodymodel/human/human_rig.h"
 #include "bodymodel/humanoid.h"
-#include "bodymodel/motion_file.h"
-#include "bodymodel/retarget.h"
+#include "bodymodel/retarget/retarget.h"
 #include "bodymodel/rotation.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"

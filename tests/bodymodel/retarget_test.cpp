@@ -1,4 +1,4 @@
-#include "bodymodel/retarget.h"
+#include "bodymodel/retarget/retarget.h"
 
 #include <cmath>
 #include <numbers>
@@ -6,12 +6,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bodymodel/default_human.h"
+#include "bodymodel/formats/makehuman.h"
+#include "bodymodel/formats/motion_bvh.h"
+#include "bodymodel/human/default_human.h"
 #include "bodymodel/humanoid.h"
 #include "bodymodel/kinematics.h"
-#include "bodymodel/makehuman.h"
-#include "bodymodel/motion_bvh.h"
-#include "bodymodel/retarget_contacts.h"
+#include "bodymodel/retarget/retarget_contacts.h"
 #include "bodymodel/rotation.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"

@@ -1,4 +1,4 @@
-#include "bodymodel/skin_weights.h"
+#include "bodymodel/formats/skin_weights.h"
 
 #include <cmath>
 

@@ -1,4 +1,4 @@
-#include "bodymodel/smpl.h"
+#include "bodymodel/formats/smpl.h"
 
 #include <cmath>
 #include <map>
@@ -8,9 +8,9 @@
 #include <gtest/gtest.h>
 
 #include "bodymodel/euler.h"
+#include "bodymodel/formats/motion_amass.h"
 #include "bodymodel/humanoid.h"
 #include "bodymodel/kinematics.h"
-#include "bodymodel/motion_amass.h"
 #include "bodymodel/rotation.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"

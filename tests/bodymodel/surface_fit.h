@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "bodymodel/default_human.h"
+#include "bodymodel/human/default_human.h"
 #include "bodymodel/kinematics.h"
 #include "bodymodel/skinning_jacobian.h"
 #include "core/normals.h"

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "bodymodel/human_anatomy.h"
-#include "bodymodel/human_rig.h"
-#include "bodymodel/marker_names.h"
-#include "bodymodel/marker_pose.h"
-#include "bodymodel/motion_trc.h"
+#include "bodymodel/formats/marker_names.h"
+#include "bodymodel/formats/marker_pose.h"
+#include "bodymodel/formats/motion_trc.h"
+#include "bodymodel/human/human_anatomy.h"
+#include "bodymodel/human/human_rig.h"
 #include "core/random.h"
 
 namespace atelier::fixtures {

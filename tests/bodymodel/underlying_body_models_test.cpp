@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include "bodymodel/body_error.h"
-#include "bodymodel/body_file.h"
+#include "bodymodel/formats/body_file.h"
 #include "bodymodel/skinning.h"
-#include "bodymodel/underlying_sequence.h"
+#include "bodymodel/underlying/body_error.h"
+#include "bodymodel/underlying/underlying_sequence.h"
 #include "core/error.h"
 #include "tests/bodymodel/clothed_body.h"
 #include "tests/support/refusals.h"

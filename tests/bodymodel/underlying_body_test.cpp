@@ -1,12 +1,12 @@
-#include "bodymodel/underlying_body.h"
+#include "bodymodel/underlying/underlying_body.h"
 
 #include <Eigen/Geometry>
 #include <limits>
 
 #include <gtest/gtest.h>
 
-#include "bodymodel/body_error.h"
 #include "bodymodel/surface_frames.h"
+#include "bodymodel/underlying/body_error.h"
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/random.h"

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "bodymodel/default_human.h"
+#include "bodymodel/human/default_human.h"
 #include "bodymodel/kinematics.h"
 #include "core/error.h"
 #include "core/random.h"

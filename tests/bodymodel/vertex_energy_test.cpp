@@ -1,4 +1,4 @@
-#include "bodymodel/vertex_energy.h"
+#include "bodymodel/underlying/vertex_energy.h"
 
 #include <gtest/gtest.h>
 

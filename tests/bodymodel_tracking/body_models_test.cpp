@@ -2,8 +2,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bodymodel/body_file.h"
 #include "bodymodel/bone_lengths.h"
+#include "bodymodel/formats/body_file.h"
 #include "bodymodel/tracking/personalize.h"
 #include "core/normals.h"
 #include "tests/bodymodel_tracking/posed_person.h"

@@ -2,11 +2,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bodymodel/body_archive.h"
-#include "bodymodel/default_human.h"
+#include "bodymodel/formats/body_archive.h"
+#include "bodymodel/formats/personal_body.h"
+#include "bodymodel/formats/tracked_motion.h"
+#include "bodymodel/human/default_human.h"
 #include "bodymodel/kinematics.h"
-#include "bodymodel/personal_body.h"
-#include "bodymodel/tracked_motion.h"
 #include "core/error.h"
 #include "core/io/npz.h"
 #include "tests/support/temporary_directory.h"

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "bodymodel/default_human.h"
+#include "bodymodel/human/default_human.h"
 #include "bodymodel/tracking/track.h"
 #include "core/random.h"
 

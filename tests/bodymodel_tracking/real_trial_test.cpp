@@ -1,11 +1,11 @@
 // A real trial of a person, from keypoints in space alone.
 #include <gtest/gtest.h>
 
-#include "bodymodel/default_human.h"
+#include "bodymodel/formats/makehuman.h"
+#include "bodymodel/formats/motion_trc.h"
+#include "bodymodel/human/default_human.h"
 #include "bodymodel/humanoid.h"
-#include "bodymodel/makehuman.h"
 #include "bodymodel/measure.h"
-#include "bodymodel/motion_trc.h"
 #include "bodymodel/tracking/personalize.h"
 #include "tests/bodymodel_tracking/posed_person.h"
 #include "tests/support/test_data.h"

@@ -4,12 +4,12 @@
 
 #include <gtest/gtest.h>
 
-#include "capture/cameras_file.h"
 #include "capture/capture_info.h"
 #include "capture/dome.h"
 #include "capture/keypoint_schema.h"
-#include "capture/truth_archive.h"
 #include "core/error.h"
+#include "core/io/cameras_file.h"
+#include "core/io/ground_truth_archive.h"
 #include "tests/support/refusals.h"
 #include "tests/support/temporary_directory.h"
 

@@ -13,15 +13,15 @@
 #include <gtest/gtest.h>
 
 #include "capture/associate_people.h"
-#include "capture/cameras_file.h"
 #include "capture/capture_info.h"
 #include "capture/detector.h"
 #include "capture/dome.h"
 #include "capture/keypoints2d.h"
 #include "capture/layouts/open_dataset.h"
 #include "capture/triangulation.h"
-#include "capture/truth_archive.h"
 #include "core/error.h"
+#include "core/io/cameras_file.h"
+#include "core/io/ground_truth_archive.h"
 #include "tests/capture/seeded_capture.h"
 #include "tests/support/temporary_directory.h"
 #include "tests/support/test_data.h"

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <fstream>
 
-#include "capture/cameras_file.h"
 #include "capture/detector.h"
 #include "capture/keypoint_schema.h"
-#include "capture/truth_archive.h"
 #include "core/atomic_file.h"
+#include "core/io/cameras_file.h"
+#include "core/io/ground_truth_archive.h"
 #include "core/io/image_file.h"
 #include "core/random.h"
 

@@ -1,7 +1,7 @@
 #include <fstream>
 
 #include "capture/keypoint_schema.h"
-#include "capture/truth_archive.h"
+#include "core/io/ground_truth_archive.h"
 #include "tests/capture/seeded_defects.h"
 
 namespace atelier::fixtures {

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <fstream>
 
-#include "capture/truth_archive.h"
+#include "core/io/ground_truth_archive.h"
 #include "tests/capture/seeded_defects.h"
 
 namespace atelier::fixtures {

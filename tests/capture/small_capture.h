@@ -4,13 +4,13 @@
 #include <string>
 #include <vector>
 
-#include "capture/cameras_file.h"
 #include "capture/capture_info.h"
 #include "capture/dome.h"
 #include "capture/keypoint_schema.h"
 #include "capture/keypoints2d.h"
-#include "capture/truth_archive.h"
 #include "core/atomic_file.h"
+#include "core/io/cameras_file.h"
+#include "core/io/ground_truth_archive.h"
 #include "core/io/image_file.h"
 
 namespace atelier::fixtures {

@@ -1,13 +1,13 @@
 // Clothes on the default human: drafted ones in layers, patterns of the data, an extreme motion.
 
-#include "apps/dressing.h"
+#include "pipeline/outfit/dressing.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "apps/fitting.h"
-#include "apps/synthetic_subject.h"
 #include "core/error.h"
+#include "pipeline/outfit/fitting.h"
+#include "pipeline/synthesis/synthetic_subject.h"
 #include "simulation/crossings.h"
 #include "tests/dressing/human_fixture.h"
 #include "tests/support/test_data.h"

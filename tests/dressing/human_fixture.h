@@ -1,6 +1,6 @@
 #pragma once
 
-#include "bodymodel/default_human.h"
+#include "bodymodel/human/default_human.h"
 #include "bodymodel/kinematics.h"
 #include "bodymodel/skinning.h"
 #include "simulation/crossings.h"

@@ -6,9 +6,9 @@
 
 #include <gtest/gtest.h>
 
-#include "apps/dressing.h"
-#include "registration/find_pattern.h"
-#include "registration/front_and_back.h"
+#include "pipeline/outfit/dressing.h"
+#include "registration/flattening/find_pattern.h"
+#include "registration/flattening/front_and_back.h"
 #include "tests/dressing/human_fixture.h"
 #include "tests/support/turned.h"
 

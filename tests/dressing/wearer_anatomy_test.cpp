@@ -1,12 +1,12 @@
-#include "apps/wearer_anatomy.h"
+#include "pipeline/outfit/wearer_anatomy.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "bodymodel/default_human.h"
+#include "bodymodel/human/default_human.h"
 #include "core/error.h"
 #include "core/winding_number.h"
-#include "registration/garment_boundaries.h"
+#include "registration/template/garment_boundaries.h"
 
 namespace atelier {
 namespace {

@@ -10,11 +10,11 @@
 #include <string>
 
 #include "appearance/network/network.h"
-#include "apps/worn_subject.h"
 #include "capture/capture_info.h"
 #include "core/io/image_file.h"
 #include "core/io/safetensors.h"
 #include "core/render/contact_sheet.h"
+#include "pipeline/outfit/worn_subject.h"
 
 namespace atelier {
 namespace {

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "bodymodel/default_human.h"
+#include "bodymodel/human/default_human.h"
 #include "bodymodel/kinematics.h"
 #include "bodymodel/rotation.h"
 #include "bodymodel/skinning.h"

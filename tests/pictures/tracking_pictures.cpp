@@ -8,10 +8,10 @@
 #include <filesystem>
 #include <string>
 
-#include "bodymodel/personal_body.h"
+#include "bodymodel/formats/personal_body.h"
+#include "bodymodel/formats/tracked_motion.h"
 #include "bodymodel/skinning.h"
-#include "bodymodel/tracked_motion.h"
-#include "capture/truth_archive.h"
+#include "core/io/ground_truth_archive.h"
 #include "core/io/image_file.h"
 #include "core/render/contact_sheet.h"
 #include "core/render/studio.h"

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "registration/register_garment.h"
+#include "registration/tracking/register_garment.h"
 #include "tests/registration/registered_shapes.h"
 
 namespace atelier {

@@ -1,4 +1,4 @@
-#include "registration/cloth_energy.h"
+#include "registration/tracking/cloth_energy.h"
 
 #include <Eigen/Dense>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
-#include "registration/ride_on_body.h"
+#include "registration/tracking/ride_on_body.h"
 #include "tests/support/finite_differences.h"
 #include "tests/support/refusals.h"
 #include "tests/support/shapes.h"

@@ -5,7 +5,7 @@
 #include "core/mesh.h"
 #include "core/topology.h"
 #include "registration/edge_paths.h"
-#include "registration/open_to_discs.h"
+#include "registration/flattening/open_to_discs.h"
 
 namespace atelier::fixtures {
 

@@ -1,4 +1,4 @@
-#include "registration/cut_rim_folds.h"
+#include "registration/tracking/cut_rim_folds.h"
 
 #include <algorithm>
 
@@ -7,7 +7,7 @@
 #include "core/error.h"
 #include "core/normals.h"
 #include "core/topology.h"
-#include "registration/register_garment.h"
+#include "registration/tracking/register_garment.h"
 #include "tests/registration/registered_shapes.h"
 #include "tests/support/shapes.h"
 

@@ -8,7 +8,7 @@
 
 #include "core/garment.h"
 #include "core/topology.h"
-#include "registration/flat_pattern.h"
+#include "registration/flattening/flat_pattern.h"
 
 namespace atelier::fixtures {
 

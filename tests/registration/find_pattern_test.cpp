@@ -1,4 +1,4 @@
-#include "registration/find_pattern.h"
+#include "registration/flattening/find_pattern.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,9 +13,9 @@
 #include "core/normals.h"
 #include "core/tree.h"
 #include "registration/blunt_corners.h"
-#include "registration/straight_seams.h"
-#include "registration/surface_cut.h"
-#include "registration/unstretched_surface.h"
+#include "registration/flattening/straight_seams.h"
+#include "registration/flattening/surface_cut.h"
+#include "registration/flattening/unstretched_surface.h"
 #include "tests/support/shapes.h"
 
 namespace atelier {

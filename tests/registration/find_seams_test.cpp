@@ -1,4 +1,4 @@
-#include "registration/find_seams.h"
+#include "registration/flattening/find_seams.h"
 
 #include <Eigen/Geometry>
 #include <cmath>
@@ -10,8 +10,8 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
-#include "registration/flat_pattern.h"
-#include "registration/front_and_back.h"
+#include "registration/flattening/flat_pattern.h"
+#include "registration/flattening/front_and_back.h"
 #include "tests/registration/cut_fixtures.h"
 #include "tests/support/refusals.h"
 #include "tests/support/shapes.h"

@@ -1,4 +1,4 @@
-#include "registration/flat_pattern.h"
+#include "registration/flattening/flat_pattern.h"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -12,9 +12,9 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
-#include "registration/garment_pattern_json.h"
-#include "registration/parametric_patterns.h"
-#include "registration/pattern_garment.h"
+#include "registration/sewing/garment_pattern_json.h"
+#include "registration/sewing/parametric_patterns.h"
+#include "registration/sewing/pattern_garment.h"
 #include "tests/registration/cut_fixtures.h"
 #include "tests/registration/edge_runs.h"
 #include "tests/registration/pattern_files.h"

@@ -1,4 +1,4 @@
-#include "registration/flatten_panel.h"
+#include "registration/flattening/flatten_panel.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -14,9 +14,9 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
-#include "registration/flat_overlaps.h"
-#include "registration/flat_pattern.h"
-#include "registration/panel_energy.h"
+#include "registration/flattening/flat_overlaps.h"
+#include "registration/flattening/flat_pattern.h"
+#include "registration/flattening/panel_energy.h"
 #include "tests/support/shapes.h"
 
 namespace atelier {

@@ -1,6 +1,6 @@
 // What `register` keeps of every frame: read back as it was, refused where it is another's, and
 // enough to go on from after a stop, or beside another run, to the same bits.
-#include "registration/followed_frame.h"
+#include "registration/tracking/followed_frame.h"
 
 #include <limits>
 #include <map>
@@ -14,7 +14,7 @@
 
 #include "core/archive_arrays.h"
 #include "core/error.h"
-#include "registration/register_sequence.h"
+#include "registration/tracking/register_sequence.h"
 #include "tests/registration/registered_shapes.h"
 #include "tests/support/refusals.h"
 

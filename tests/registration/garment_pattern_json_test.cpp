@@ -1,4 +1,4 @@
-#include "registration/garment_pattern_json.h"
+#include "registration/sewing/garment_pattern_json.h"
 
 #include <fstream>
 #include <string>
@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
-#include "registration/pattern_garment.h"
+#include "registration/sewing/pattern_garment.h"
 #include "tests/support/test_data.h"
 
 namespace atelier {

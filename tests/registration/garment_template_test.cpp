@@ -1,4 +1,4 @@
-#include "registration/garment_template.h"
+#include "registration/template/garment_template.h"
 
 #include <Eigen/Geometry>
 #include <numbers>
@@ -14,12 +14,12 @@
 #include "core/tree.h"
 #include "registration/attach_to_body.h"
 #include "registration/blunt_corners.h"
-#include "registration/cut_rim_folds.h"
-#include "registration/garment_boundaries.h"
-#include "registration/garment_cover.h"
 #include "registration/part_crossings.h"
-#include "registration/surface_through_points.h"
-#include "registration/trim_surface.h"
+#include "registration/template/garment_boundaries.h"
+#include "registration/template/garment_cover.h"
+#include "registration/template/surface_through_points.h"
+#include "registration/template/trim_surface.h"
+#include "registration/tracking/cut_rim_folds.h"
 #include "tests/registration/mannequin.h"
 #include "tests/support/shapes.h"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/random.h"
-#include "registration/garment_template.h"
+#include "registration/template/garment_template.h"
 
 namespace atelier::fixtures {
 

@@ -1,11 +1,11 @@
-#include "registration/needless_triangles.h"
+#include "registration/flattening/needless_triangles.h"
 
 #include <limits>
 
 #include <gtest/gtest.h>
 
 #include "core/topology.h"
-#include "registration/flat_pattern.h"
+#include "registration/flattening/flat_pattern.h"
 #include "tests/support/shapes.h"
 
 namespace atelier {

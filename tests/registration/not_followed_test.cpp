@@ -1,4 +1,4 @@
-#include "registration/not_followed.h"
+#include "registration/tracking/not_followed.h"
 
 #include <vector>
 

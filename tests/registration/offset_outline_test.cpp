@@ -1,4 +1,4 @@
-#include "registration/offset_outline.h"
+#include "registration/flattening/offset_outline.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
-#include "registration/flat_overlaps.h"
+#include "registration/flattening/flat_overlaps.h"
 
 namespace atelier {
 namespace {

@@ -1,9 +1,9 @@
-#include "registration/open_to_discs.h"
+#include "registration/flattening/open_to_discs.h"
 
 #include <gtest/gtest.h>
 
 #include "core/error.h"
-#include "registration/surface_cut.h"
+#include "registration/flattening/surface_cut.h"
 #include "tests/registration/cut_fixtures.h"
 #include "tests/support/shapes.h"
 

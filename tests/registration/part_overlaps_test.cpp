@@ -1,4 +1,4 @@
-#include "registration/part_overlaps.h"
+#include "registration/flattening/part_overlaps.h"
 
 #include <algorithm>
 #include <array>
@@ -12,8 +12,8 @@
 
 #include "core/cross.h"
 #include "core/error.h"
-#include "registration/flat_overlaps.h"
-#include "registration/pattern_pieces.h"
+#include "registration/flattening/flat_overlaps.h"
+#include "registration/flattening/pattern_pieces.h"
 #include "tests/registration/cut_fixtures.h"
 #include "tests/support/shapes.h"
 

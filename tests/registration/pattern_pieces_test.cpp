@@ -1,4 +1,4 @@
-#include "registration/pattern_pieces.h"
+#include "registration/flattening/pattern_pieces.h"
 
 #include <cmath>
 #include <fstream>
@@ -6,12 +6,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "registration/flat_overlaps.h"
-#include "registration/flat_pattern.h"
-#include "registration/flatten_panel.h"
-#include "registration/offset_outline.h"
-#include "registration/parametric_patterns.h"
-#include "registration/pattern_garment.h"
+#include "registration/flattening/flat_overlaps.h"
+#include "registration/flattening/flat_pattern.h"
+#include "registration/flattening/flatten_panel.h"
+#include "registration/flattening/offset_outline.h"
+#include "registration/sewing/parametric_patterns.h"
+#include "registration/sewing/pattern_garment.h"
 #include "tests/registration/cut_fixtures.h"
 #include "tests/registration/pattern_files.h"
 #include "tests/support/shapes.h"

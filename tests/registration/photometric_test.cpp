@@ -1,4 +1,4 @@
-#include "registration/photometric.h"
+#include "registration/tracking/photometric.h"
 
 #include <Eigen/Geometry>
 

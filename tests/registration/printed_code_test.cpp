@@ -1,4 +1,4 @@
-#include "registration/printed_code.h"
+#include "registration/tracking/printed_code.h"
 
 #include <Eigen/Geometry>
 #include <random>
@@ -7,7 +7,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
-#include "registration/register_sequence.h"
+#include "registration/tracking/register_sequence.h"
 #include "tests/registration/registered_shapes.h"
 #include "tests/support/refusals.h"
 

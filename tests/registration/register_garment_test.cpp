@@ -1,4 +1,4 @@
-#include "registration/register_garment.h"
+#include "registration/tracking/register_garment.h"
 
 #include <Eigen/Geometry>
 #include <numbers>
@@ -11,10 +11,10 @@
 #include "core/parallel.h"
 #include "core/random.h"
 #include "registration/edge_paths.h"
-#include "registration/flat_pattern.h"
-#include "registration/open_to_discs.h"
-#include "registration/register_sequence.h"
-#include "registration/registration_error.h"
+#include "registration/flattening/flat_pattern.h"
+#include "registration/flattening/open_to_discs.h"
+#include "registration/tracking/register_sequence.h"
+#include "registration/tracking/registration_error.h"
 #include "tests/registration/registered_shapes.h"
 #include "tests/support/refusals.h"
 

@@ -8,7 +8,7 @@
 
 #include "core/mesh.h"
 #include "core/topology.h"
-#include "registration/photometric.h"
+#include "registration/tracking/photometric.h"
 #include "tests/support/shapes.h"
 
 namespace atelier::fixtures {

@@ -1,4 +1,4 @@
-#include "registration/sewing_pattern.h"
+#include "registration/sewing/sewing_pattern.h"
 
 #include <cmath>
 #include <numbers>
@@ -8,9 +8,9 @@
 
 #include "core/error.h"
 #include "core/topology.h"
-#include "registration/panel_triangulation.h"
-#include "registration/parametric_patterns.h"
-#include "registration/pattern_garment.h"
+#include "registration/sewing/panel_triangulation.h"
+#include "registration/sewing/parametric_patterns.h"
+#include "registration/sewing/pattern_garment.h"
 
 namespace atelier {
 namespace {

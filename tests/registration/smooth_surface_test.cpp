@@ -1,4 +1,4 @@
-#include "registration/smooth_surface.h"
+#include "registration/flattening/smooth_surface.h"
 
 #include <cmath>
 #include <numbers>

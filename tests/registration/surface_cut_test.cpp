@@ -1,4 +1,4 @@
-#include "registration/surface_cut.h"
+#include "registration/flattening/surface_cut.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "registration/taut_surface.h"
+#include "registration/flattening/taut_surface.h"
 
 #include <Eigen/Geometry>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "registration/unfolded.h"
+#include "registration/tracking/unfolded.h"
 
 #include <limits>
 #include <random>
@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
-#include "registration/clear_of_body.h"
-#include "registration/register_garment.h"
+#include "registration/tracking/clear_of_body.h"
+#include "registration/tracking/register_garment.h"
 #include "tests/registration/registered_shapes.h"
 #include "tests/support/refusals.h"
 

@@ -5,7 +5,7 @@
 #include "core/error.h"
 #include "core/remesh/even_mesh.h"
 #include "core/topology.h"
-#include "registration/register_garment.h"
+#include "registration/tracking/register_garment.h"
 #include "tests/registration/registered_shapes.h"
 #include "tests/support/refusals.h"
 

@@ -1,5 +1,6 @@
-#include "apps/command.h"
-#include "apps/outdated_results.h"
+#include "apps/console/command.h"
+#include "apps/console/stand_alone.h"
+#include "pipeline/chain/outdated_results.h"
 
 namespace atelier {
 namespace {
@@ -10,6 +11,10 @@ constexpr Command kCommands[] = {{"status", "what a workspace holds", add_status
 
 std::span<const Command> all_commands() {
   return kCommands;
+}
+
+std::span<const StandAlone> all_stand_alone() {
+  return {};
 }
 
 /// What makes a result anew is known to the chain of `run`, which this program is without.

@@ -1,0 +1,138 @@
+#include <iostream>
+#include <memory>
+
+#include "apps/console/arguments.h"
+#include "apps/console/command.h"
+#include "apps/console/option_flags.h"
+#include "capture/calibration/calibration_report.h"
+#include "capture/input/board_pictures.h"
+#include "capture/layouts/open_dataset.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/exit_code.h"
+#include "core/io/cameras_file.h"
+#include "core/io/file_bytes.h"
+#include "core/printable.h"
+#include "core/store/output_place.h"
+#include "core/usage_error.h"
+#include "core/writable_place.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct CalibrateArguments {
+  std::string pictures;
+  std::string out;
+  std::string lenses;
+  bool json = false;
+};
+
+struct CalibrateCommandOptions {
+  BoardOptions board;
+  CalibrateOptions calibration;
+  int every = 1;
+  int ground_frame = -1;
+};
+
+OptionTable describe(CalibrateCommandOptions& options) {
+  OptionTable table;
+  table.add("board", describe(options.board));
+  table.add("calibration", describe(options.calibration));
+  table.add("every", options.every, 1, 100000, "",
+            "Frames of videos of which one is looked at; 1 looks at all");
+  table.add("ground_frame", options.ground_frame, -1, 1000000000, "",
+            "Frame in which the board lies on the ground, its middle at the origin; -1: up is the "
+            "cameras' mean, the origin where they look");
+  return table;
+}
+
+/// Cameras whose pose is known.
+std::vector<Camera> cameras_of(const Calibration& calibration) {
+  std::vector<Camera> cameras;
+  for (std::size_t c = 0; c < calibration.cameras.size(); ++c) {
+    if (calibration.quality[c].in_rig) {
+      cameras.push_back(calibration.cameras[c]);
+    }
+  }
+  return cameras;
+}
+
+/// A capture, a calibration file of any layout, or cameras.json alone, as `calibrate` writes it.
+Dataset lenses_of(const fs::path& path) {
+  if (path.filename() != "cameras.json") {
+    return open_dataset(path);
+  }
+  Dataset dataset;
+  dataset.root = path;
+  dataset.cameras =
+      parse_cameras_json(read_file_text(path, Limits{}.text_file_bytes), path.string());
+  return dataset;
+}
+
+int run(const CalibrateArguments& arguments, const CalibrateCommandOptions& options) {
+  if (arguments.pictures.empty() || arguments.out.empty()) {
+    throw UsageError(
+        "calibrate takes PICTURES of a board and --out: atelier calibrate PICTURES --out FOLDER");
+  }
+  const fs::path out = arguments.out;
+  require_new_place(out, "--out");
+  require_folder_place(out);
+  BoardPictures pictures =
+      find_boards(open_board_pictures(arguments.pictures), options.board, options.every);
+  for (const Finding& finding : pictures.findings) {
+    if (finding.code == "board-nearby") {
+      throw DataError(arguments.pictures, finding.place, finding.what, finding.advice);
+    }
+  }
+  if (!arguments.lenses.empty()) {
+    pictures.rig = with_lenses(std::move(pictures.rig), lenses_of(arguments.lenses));
+  }
+  Calibration calibration =
+      calibrate(pictures.rig, pictures.views, options.board, options.calibration);
+  calibration.rejected.insert(calibration.rejected.begin(), pictures.rejected.begin(),
+                              pictures.rejected.end());
+  calibration.findings.insert(calibration.findings.begin(), pictures.findings.begin(),
+                              pictures.findings.end());
+  calibration = stand_up(std::move(calibration), options.board, options.ground_frame);
+  const std::string json = calibration_json(calibration);
+  make_private_directory(out);
+  write_file_atomically(out / "calibration.json", json + "\n");
+  write_file_atomically(out / "cameras.json", cameras_json(cameras_of(calibration)));
+  if (arguments.json) {
+    std::cout << json << "\n";
+  } else {
+    std::cout << calibration_text(calibration) << (out / "cameras.json").string() << "\n";
+  }
+  if (has_errors(calibration.findings)) {
+    return kExitBadData;
+  }
+  return calibration.converged ? kExitDone : kExitNotConverged;
+}
+
+}  // namespace
+
+OptionSet calibrate_options() {
+  return option_set<CalibrateCommandOptions>();
+}
+
+Action add_calibrate(CLI::App& parser) {
+  auto arguments = std::make_shared<CalibrateArguments>();
+  add_option(parser, "PICTURES", arguments->pictures,
+             "Of the board: a folder, zip or video for each camera, or a folder of pictures "
+             "like left01.jpg")
+      .required();
+  add_option(parser, "--out", arguments->out, "New folder: cameras.json, calibration.json")
+      .type_name("FOLDER");
+  add_option(parser, "--lenses", arguments->lenses,
+             "Capture or calibration file whose lenses are kept; poses alone are found")
+      .type_name("CAPTURE");
+  add_flag(parser, "--json", arguments->json, "The report for machines");
+  const OptionReader options = add_option_flags(parser, calibrate_options());
+  return [arguments, options] {
+    return run(*arguments, options_of<CalibrateCommandOptions>(options()));
+  };
+}
+
+}  // namespace atelier

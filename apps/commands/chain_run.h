@@ -1,0 +1,105 @@
+#pragma once
+
+#include <chrono>
+#include <nlohmann/json_fwd.hpp>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "apps/console/stage_console.h"
+#include "capture/layouts/capture_facts.h"
+#include "core/exit_code.h"
+#include "core/options.h"
+#include "core/store/stage_plan.h"
+#include "pipeline/chain/run_chain.h"
+#include "pipeline/pictures/run_account.h"
+
+namespace atelier {
+
+/// What `atelier run` is told beside the options of the stages.
+struct RunArguments {
+  RunPlaces places;
+  std::string from;
+  std::string to;
+  int jobs = 0;
+  std::string device = "cpu";
+  std::string material;
+  bool dry_run = false;
+  bool json = false;
+};
+
+/// One run of the chain, and its account. What a stage throws is told and kept in the account: the
+/// stages that do not read its result go on, unless it was the surroundings that failed.
+class ChainRun {
+ public:
+  /// @param options  as `run_options` makes them; what this capture asks for is set where nobody
+  ///                 set anything else. Throws as `capture_facts`.
+  ChainRun(const RunArguments& arguments, const OptionSet& options);
+
+  /// What there is, what will be done, and how long it takes.
+  void announce();
+  /// Every stage in its order.
+  void work();
+  /// Says that the report is being made, and how long it takes.
+  void announce_report() const;
+  /// Says what `work` would do. After `announce`. Returns the exit code of a run that could not.
+  int plan() const;
+
+  const RunAccount& account() const { return account_; }
+  /// s since this run began
+  double seconds() const;
+  const CaptureFacts& facts() const { return facts_; }
+  /// Of the first failure.
+  int exit_code() const { return exit_code_; }
+  /// Whether it ended because another run works on one of its stages.
+  bool yields() const { return yields_; }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+
+  /// What there is to do for one stage, as far as that can be told before the stages in front of it
+  /// have run.
+  struct Foreseen {
+    std::string words;  ///< "would run"
+    std::vector<std::string> why;
+    bool works = false;   ///< takes its time: unlikely to find its result as it is
+    bool cannot = false;  ///< lacks what this run does not make
+  };
+
+  void suggest(const std::string& name, const std::string& value, const std::string& why);
+  bool has_result(const std::string& stage) const;
+  bool works(std::string_view stage) const;
+  Foreseen unplanned(std::string_view needed) const;
+  Foreseen planned(std::size_t i, bool earlier) const;
+  const RunStageAccount* account_of(std::string_view stage) const;
+  bool animate_goes_without_material() const;
+  void foresee();
+  void pass_over();
+  double factor() const;
+  double rest_after(std::size_t i) const;
+  StageRequest request_of(std::size_t i, bool make_input) const;
+  void stage(std::size_t i);
+  void end_at(const std::string& stage);
+  void export_avatar();
+  void show_end(StageConsole& console, const StageReport& report, const RunStageAccount& one);
+  std::vector<std::string> option_changes(std::size_t i) const;
+  Foreseen foreseen(std::size_t i) const;
+
+  RunArguments arguments_;
+  OptionSet options_;
+  CaptureFacts facts_;
+  double report_seconds_ = 0;
+  RunAccount account_;
+  std::vector<Foreseen> foreseen_;  ///< of each stage of the account; of those that are to run
+  std::set<std::string> warnings_;
+  int exit_code_ = kExitDone;
+  bool stopped_by_surroundings_ = false;
+  bool yields_ = false;
+  Clock::time_point begin_ = Clock::now();
+};
+
+/// One line of JSON on standard output, for machines.
+void show_event(const nlohmann::json& json);
+
+}  // namespace atelier

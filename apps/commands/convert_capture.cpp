@@ -1,0 +1,187 @@
+#include <algorithm>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+
+#include "apps/console/arguments.h"
+#include "apps/console/command.h"
+#include "apps/console/interrupt.h"
+#include "apps/console/option_flags.h"
+#include "capture/layouts/frame_files.h"
+#include "capture/layouts/open_dataset.h"
+#include "capture/layouts/write_layout.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/exit_code.h"
+#include "core/file_kind.h"
+#include "core/io/cameras_file.h"
+#include "core/io/file_bytes.h"
+#include "core/printable.h"
+#include "core/store/digest_meter.h"
+#include "core/store/output_place.h"
+#include "core/store/unfinished_folder.h"
+#include "core/usage_error.h"
+#include "core/writable_place.h"
+
+namespace atelier {
+namespace {
+
+struct ConvertCaptureArguments {
+  std::string in;
+  std::string out;
+  std::string to = "native";
+  std::string cameras;
+};
+
+std::string layout_choices() {
+  std::string text;
+  for (const std::string& name : layout_names()) {
+    text += (text.empty() ? "" : "|") + name;
+  }
+  return text;
+}
+
+/// The folder that a calibration file is in, or the capture's own.
+std::filesystem::path capture_folder(const std::string& in) {
+  return file_kind(in) == std::filesystem::file_type::regular
+             ? std::filesystem::absolute(in).parent_path()
+             : std::filesystem::path(in);
+}
+
+/// The capture with the cameras of a calibration, by name; those it does not have are left out.
+Dataset with_cameras(Dataset dataset, const std::string& file) {
+  const std::vector<Camera> cameras =
+      parse_cameras_json(read_file_text(file, Limits{}.text_file_bytes), file);
+  std::vector<std::string> there;
+  std::vector<std::string> wanted;
+  there.reserve(cameras.size());
+  wanted.reserve(dataset.cameras.size());
+  for (const Camera& camera : cameras) {
+    there.push_back(camera.id);
+  }
+  for (const Camera& camera : dataset.cameras) {
+    wanted.push_back(camera.id);
+  }
+  const MatchedNames matched = matched_names(wanted, there);
+  Dataset result = dataset;
+  result.cameras.clear();
+  result.frames.clear();
+  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
+    const auto found = std::find_if(cameras.begin(), cameras.end(), [&](const Camera& camera) {
+      return camera.id == matched.names[c];
+    });
+    const CameraFrames& frames = dataset.frames[c];
+    if (found == cameras.end()) {
+      result.findings.push_back({Severity::Warning, "camera-left-out", dataset.cameras[c].id,
+                                 "the calibration does not have it", "calibrate it too"});
+      continue;
+    }
+    if (frames.image_width > 0 &&
+        (frames.image_width != found->width || frames.image_height != found->height)) {
+      throw DataError(
+          file, "camera '" + found->id + "'",
+          std::to_string(found->width) + " x " + std::to_string(found->height) + " pixels",
+          "the pictures' " + std::to_string(frames.image_width) + " x " +
+              std::to_string(frames.image_height));
+    }
+    result.cameras.push_back(*found);
+    result.cameras.back().id = dataset.cameras[c].id;
+    result.frames.push_back(frames);
+  }
+  if (result.cameras.empty()) {
+    throw DataError(file, "", "no camera of the capture", "those that it has pictures of");
+  }
+  std::erase_if(result.findings,
+                [](const Finding& finding) { return finding.code == "not-calibrated"; });
+  result.calibrated = true;
+  return result;
+}
+
+/// Writes the layout to ".NAME.unfinished/NAME" beside `out`, and moves it there once it is whole:
+/// half a capture looks like a smaller one. What a kill left is written anew. Throws StopRequested.
+LayoutReport write_whole(const Dataset& dataset, const std::string& layout,
+                         const std::filesystem::path& out) {
+  const UnfinishedFolder unfinished(out);
+  LayoutReport report = write_layout(dataset, layout, unfinished.content(), interrupted);
+  unfinished.finish();
+  const auto moved = [&](const std::filesystem::path& path) {
+    const std::filesystem::path inside = path.lexically_relative(unfinished.content());
+    return inside == "." ? out : out / inside;
+  };
+  for (std::filesystem::path& path : report.folders) {
+    path = moved(path);
+  }
+  report.consent = report.consent.empty() ? report.consent : moved(report.consent);
+  return report;
+}
+
+/// The same; ends the program where a signal says so, after the unfinished capture is gone.
+LayoutReport write_or_end(const Dataset& dataset, const std::string& layout,
+                          const std::filesystem::path& out) {
+  catch_interrupts();
+  try {
+    return write_whole(dataset, layout, out);
+  } catch (const StopRequested&) {
+    std::cout << "stopped; nothing was written" << std::endl;
+    end_by_signal();
+  }
+}
+
+int run(const ConvertCaptureArguments& arguments, const DatasetOptions& options) {
+  if (arguments.in.empty() || arguments.out.empty()) {
+    throw UsageError("convert-capture takes IN and OUT: atelier convert-capture IN OUT");
+  }
+  if (is_inside(arguments.out, capture_folder(arguments.in))) {
+    throw UsageError(
+        "OUT lies in the capture IN, which is not changed; name a folder outside of it");
+  }
+  require_new_place(arguments.out, "OUT");
+  require_folder_place(std::filesystem::absolute(arguments.out).parent_path());
+  Dataset dataset = open_dataset(arguments.in, options);
+  if (!arguments.cameras.empty()) {
+    dataset = with_cameras(std::move(dataset), arguments.cameras);
+  }
+  std::cout << printable(arguments.in) << ": " << dataset.layout << " ("
+            << printable(dataset.evidence) << "), "
+            << counted(static_cast<std::int64_t>(dataset.cameras.size()), "camera") << ", "
+            << counted(static_cast<std::int64_t>(frame_ids(dataset).size()), "frame") << "\n";
+  for (const Finding& finding : dataset.findings) {
+    std::cout << "  " << printable(to_string(finding)) << "\n";
+    if (finding.code == "symbolic-link") {  // as stages refuse it
+      throw DataError(finding.place, "", finding.what, "the file itself");
+    }
+  }
+  const LayoutReport report = write_or_end(dataset, arguments.to, arguments.out);
+  for (const std::string& sentence : report.lost) {
+    std::cout << "  " << arguments.to << ": " << sentence << "\n";
+  }
+  std::cout << "  consent: " << printable(to_string(dataset.info.consent))
+            << (report.consent.empty() ? "" : "; kept in " + report.consent.string()) << "\n";
+  for (const std::filesystem::path& folder : report.folders) {
+    std::cout << printable(folder.string()) << "\n";
+  }
+  return kExitDone;
+}
+
+}  // namespace
+
+OptionSet convert_capture_options() {
+  return option_set<DatasetOptions>();
+}
+
+Action add_convert_capture(CLI::App& parser) {
+  auto arguments = std::make_shared<ConvertCaptureArguments>();
+  add_option(parser, "IN", arguments->in, "Capture to read: a folder, or a calibration file in it")
+      .required();
+  add_option(parser, "OUT", arguments->out, "Folder to write; new").required();
+  add_option(parser, "--to", arguments->to, "Layout to write [native]")
+      .check(one_of(layout_names()))
+      .type_name(layout_choices());
+  add_option(parser, "--cameras", arguments->cameras,
+             "Calibration to take instead of IN's: cameras.json as calibrate writes it")
+      .type_name("FILE");
+  const OptionReader options = add_option_flags(parser, convert_capture_options());
+  return [arguments, options] { return run(*arguments, options_of<DatasetOptions>(options())); };
+}
+
+}  // namespace atelier

@@ -1,0 +1,228 @@
+#include "capture/detection/detect.h"
+
+#include <algorithm>
+#include <iostream>
+#include <memory>
+
+#include "apps/console/arguments.h"
+#include "apps/console/command.h"
+#include "apps/console/option_flags.h"
+#include "capture/frame_reader.h"
+#include "capture/keypoint_schema.h"
+#include "capture/label_taxonomy.h"
+#include "capture/layouts/open_dataset.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/exit_code.h"
+#include "core/io/file_bytes.h"
+#include "core/io/ground_truth_archive.h"
+#include "core/io/image_file.h"
+#include "core/printable.h"
+#include "core/store/output_place.h"
+#include "core/usage_error.h"
+#include "core/writable_place.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::int64_t kMostModelBytes = 2'000'000'000;  // protobuf holds no more
+
+struct DetectArguments {
+  std::string capture;
+  std::string model;
+  std::string out;
+};
+
+struct DetectCommandOptions {
+  DatasetOptions capture;
+  std::string schema = "auto";
+  std::string taxonomy = "auto";
+  DetectOptions network;
+};
+
+OptionTable describe(DetectCommandOptions& options) {
+  OptionTable table;
+  table.add("capture", describe(options.capture));
+  std::vector<std::string> schemas = keypoint_schema_names();
+  schemas.insert(schemas.begin(), "auto");
+  table.add("schema", options.schema, schemas,
+            "Order of the network's points; auto: told by their number");
+  std::vector<std::string> taxonomies = label_taxonomy_names();
+  taxonomies.insert(taxonomies.begin(), "auto");
+  table.add("taxonomy", options.taxonomy, taxonomies,
+            "Numbers of a parsing network's classes; auto: told by how many there are");
+  return table.add(describe(options.network));
+}
+
+/// The order of that many points, unless the user says it.
+std::string schema_of(const std::string& said, Index points, const std::string& model) {
+  std::string schema = said != "auto" ? said : guess_keypoint_schema(points, {});
+  if (schema.empty() || static_cast<Index>(keypoint_schema(schema).points.size()) != points) {
+    throw DataError(model, "", std::to_string(points) + " points",
+                    schema.empty() ? "as many as an order that is known; --schema says which"
+                                   : std::to_string(keypoint_schema(schema).points.size()) +
+                                         ", as " + schema + " has");
+  }
+  return schema;
+}
+
+std::string taxonomy_of(const std::string& said, int classes, const std::string& model) {
+  if (said != "auto") {
+    if (static_cast<int>(label_taxonomy(said).labels.size()) != classes) {
+      throw DataError(model, "", std::to_string(classes) + " classes",
+                      std::to_string(label_taxonomy(said).labels.size()) + ", as " + said + " has");
+    }
+    return said;
+  }
+  std::string found;
+  for (const std::string& name : label_taxonomy_names()) {
+    if (static_cast<int>(label_taxonomy(name).labels.size()) == classes) {
+      if (!found.empty()) {
+        throw UsageError(std::string("--taxonomy must say which: ")
+                             .append(found)
+                             .append(" and ")
+                             .append(name)
+                             .append(" both have ")
+                             .append(std::to_string(classes))
+                             .append(" classes"));
+      }
+      found = name;
+    }
+  }
+  if (found.empty()) {
+    throw DataError(model, "", std::to_string(classes) + " classes",
+                    "as many as a taxonomy that is known has; --taxonomy lists them");
+  }
+  return found;
+}
+
+/// One part of a picture that a network looks at: round the mask, or all of it.
+DetectBox box_of(FrameReader& reader, Index camera, int frame, const ByteImage& image,
+                 const DetectOptions& options) {
+  if (options.box != DetectArea::Mask) {
+    return whole_box(image.width, image.height);
+  }
+  const auto mask = reader.mask(camera, frame);
+  return mask ? mask_box(*mask, options.padding) : whole_box(image.width, image.height);
+}
+
+/// Notes the order of points in capture.toml, where the results are the capture's own.
+void note_schema(const fs::path& capture, const std::string& schema) {
+  CaptureInfo info = read_capture_info(capture);
+  if (info.keypoint_schema != schema) {
+    info.keypoint_schema = schema;
+    write_file_atomically(capture / "capture.toml", capture_toml(info));
+  }
+}
+
+int run(const DetectArguments& arguments, const DetectCommandOptions& options) {
+  if (arguments.capture.empty() || arguments.model.empty()) {
+    throw UsageError(
+        "detect takes a CAPTURE and --model: atelier detect CAPTURE --model FILE.onnx");
+  }
+  if (options.network.mean.size() != 3 || options.network.deviation.size() != 3) {
+    throw UsageError("--mean and --deviation take three numbers each, as in [124, 116, 104]");
+  }
+  const Dataset dataset = open_dataset(arguments.capture, options.capture);
+  const bool in_place = arguments.out.empty();
+  if (in_place && dataset.layout != "native") {
+    throw UsageError("CAPTURE has the layout " + dataset.layout +
+                     ", which takes no detections: give --out FOLDER, or make it native with "
+                     "atelier convert-capture");
+  }
+  const fs::path out = in_place ? arguments.capture : arguments.out;
+  require_folder_place(out);
+  for (const char* part : {"keypoints2d", "labels"}) {
+    const bool mine = (options.network.kind == NetworkKind::Parsing) == (part[0] == 'l');
+    if (mine) {
+      require_new_place(out / part, "--out");
+    }
+  }
+  const std::vector<std::byte> model = read_file_bytes(arguments.model, kMostModelBytes);
+  FrameReader reader(dataset);
+  std::string said;  // schema or taxonomy
+  int pictures = 0;
+  int people = 0;
+  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
+    const auto camera = static_cast<Index>(c);
+    const std::string& id = dataset.cameras[c].id;
+    std::vector<int> frames;
+    for (const auto& [frame, place] : dataset.frames[c].images) {
+      frames.push_back(frame);
+    }
+    for (std::size_t first = 0; first < frames.size();
+         first += static_cast<std::size_t>(options.network.batch)) {
+      const std::size_t last =
+          std::min(frames.size(), first + static_cast<std::size_t>(options.network.batch));
+      std::vector<DetectPicture> batch;
+      for (std::size_t i = first; i < last; ++i) {
+        DetectPicture picture;
+        picture.image = *reader.byte_image(camera, frames[i]);
+        picture.box = box_of(reader, camera, frames[i], picture.image, options.network);
+        batch.push_back(std::move(picture));
+      }
+      const std::vector<Detection> found = detect(model, batch, options.network, arguments.model);
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        const std::string name = frame_name(frames[first + i]);
+        const Detection& one = found[i];
+        if (!one.classes.data.empty()) {
+          said = taxonomy_of(options.taxonomy, one.class_count, arguments.model);
+          make_private_directory(out / "labels" / id);
+          write_labels(out / "labels" / id / (name + ".png"),
+                       to_atelier_labels(one.classes, label_taxonomy(said), arguments.model));
+        } else {
+          std::vector<PersonKeypoints> persons;
+          for (const DetectedPoints& points : one.people) {
+            said = schema_of(options.schema, points.rows(), arguments.model);
+            PersonKeypoints person;
+            person.points = points;
+            persons.push_back(person);
+          }
+          people += static_cast<int>(persons.size());
+          make_private_directory(out / "keypoints2d" / id);
+          write_file_atomically(out / "keypoints2d" / id / (name + ".json"),
+                                openpose_json(persons));
+        }
+        ++pictures;
+      }
+    }
+  }
+  if (pictures == 0) {
+    throw DataError(arguments.capture, "", "no pictures", "some");
+  }
+  if (options.network.kind == NetworkKind::Parsing) {
+    std::cout << pictures << " pictures, classes of " << said
+              << " as labels of atelier: " << (out / "labels").string() << "\n";
+    return kExitDone;
+  }
+  if (in_place && !said.empty()) {
+    note_schema(out, said);
+  }
+  std::cout << pictures << " pictures, " << people << " people, points in the order "
+            << (said.empty() ? "(nobody was found)" : said) << ": "
+            << (out / "keypoints2d").string() << "\n";
+  return kExitDone;
+}
+
+}  // namespace
+
+OptionSet detect_options() {
+  return option_set<DetectCommandOptions>();
+}
+
+Action add_detect(CLI::App& parser) {
+  auto arguments = std::make_shared<DetectArguments>();
+  add_option(parser, "CAPTURE", arguments->capture, "Of any layout").required();
+  add_option(parser, "--model", arguments->model, "ONNX network of your own; none is shipped")
+      .type_name("FILE.onnx");
+  add_option(parser, "--out", arguments->out,
+             "Folder for keypoints2d/ or labels/; a native CAPTURE itself by default")
+      .type_name("FOLDER");
+  const OptionReader options = add_option_flags(parser, detect_options());
+  return
+      [arguments, options] { return run(*arguments, options_of<DetectCommandOptions>(options())); };
+}
+
+}  // namespace atelier

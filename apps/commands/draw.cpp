@@ -1,0 +1,518 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <set>
+
+#include "apps/console/arguments.h"
+#include "apps/console/command.h"
+#include "apps/console/interrupt.h"
+#include "apps/console/option_flags.h"
+#include "capture/layouts/open_dataset.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/exit_code.h"
+#include "core/io/ground_truth_archive.h"
+#include "core/io/image_file.h"
+#include "core/io/lower_extension.h"
+#include "core/io/mesh_sequence_file.h"
+#include "core/io/safetensors.h"
+#include "core/nearest_name.h"
+#include "core/new_folders.h"
+#include "core/printable.h"
+#include "core/render/framing.h"
+#include "core/render/video.h"
+#include "core/sequence_archive.h"
+#include "core/store/output_place.h"
+#include "core/store/result.h"
+#include "core/usage_error.h"
+#include "core/writable_place.h"
+#include "pipeline/chain/outdated_results.h"
+#include "pipeline/stages/stages.h"
+#include "pipeline/outfit/worn_subject.h"
+#include "pipeline/pictures/paint_scene.h"
+#include "pipeline/pictures/picture_size.h"
+#include "pipeline/pictures/straight_alpha.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct DrawArguments {
+  std::string workspace;
+  std::string out;
+  std::string body;
+  std::vector<std::string> garments;
+  std::string capture;
+  std::string camera;
+};
+
+struct DrawOptions {
+  std::string networks = "appearance";  ///< whose: "appearance", "ceiling"
+  double azimuth = 34;                  ///< degrees; as kThreeQuarter
+  double elevation = 9;                 ///< degrees
+  bool turn = false;                    ///< once round the subject over all frames
+  PictureOptions picture;
+  VideoOptions video;
+  PaintOptions paint;
+  Device device = Device::Cpu;
+};
+
+OptionTable describe(DrawOptions& options) {
+  OptionTable table;
+  table.add("networks", options.networks, {"appearance", "ceiling"},
+            "Of which stage; ceiling: on the true garments and body of --capture");
+  table.add("azimuth", options.azimuth, -360, 360, "degrees", "0 from the front, 90 from its left");
+  table.add("elevation", options.elevation, -90, 90, "degrees", "0 level, 90 from above");
+  table.add("turn", options.turn, "The camera goes once round the subject over all frames");
+  table.add("width", options.picture.width, 1, 16384, "px", "Of pictures by no capture's camera");
+  table.add("height", options.picture.height, 1, 16384, "px", "Of pictures by no capture's camera");
+  table.add("framing", describe(options.picture.framing));
+  table.add("video", describe(options.video));
+  for (OptionField& field : table.fields) {
+    if (field.name == "video.fps") {
+      field.help = "Frames per second; unless said, the meshes' own, if they have one";
+    }
+  }
+  table.add(describe(options.paint));
+  table.add("device", options.device, {{"cpu", Device::Cpu}, {"cuda", Device::Cuda}},
+            "Where networks work");
+  return table;
+}
+
+/// Everything that moves, as it is drawn.
+struct Cast {
+  PaintedScene scene;
+  std::vector<Sequence> sequences;  ///< of the layers
+};
+
+fs::path current_result(const fs::path& workspace, const std::string& stage) {
+  const auto current = current_name(workspace / stage);
+  if (!current) {
+    throw DataError((workspace / stage).string(), "", "no result",
+                    "a result; run 'atelier " + stage + "' first");
+  }
+  return workspace / stage / *current;
+}
+
+/// @param is_garment  has a network; a body is grey without its own, which is made on demand
+void add_layer(Cast& cast, const std::string& name, const fs::path& networks, bool is_garment,
+               Triangles faces, Sequence sequence) {
+  SceneLayer layer;
+  layer.name = name;
+  const fs::path model = networks / name / "model.safetensors";
+  layer.model = fs::exists(model) ? model.string() : "";
+  if (layer.model.empty() && is_garment) {
+    const std::string stage = networks.parent_path().filename().string();
+    throw DataError(model.string(), "", "no network", "the one that 'atelier " + stage + "' makes");
+  }
+  layer.faces = std::move(faces);
+  cast.sequences.push_back(std::move(sequence));
+  cast.scene.layers.push_back(std::move(layer));
+}
+
+void add_meshes(Cast& cast, const std::string& name, const fs::path& meshes,
+                const fs::path& networks) {
+  MeshSequenceFile read = read_mesh_sequence(meshes, false);
+  // A folder of meshes has faces in each; read.sequence then has none.
+  add_layer(cast, name, networks, name != "body", std::move(read.shared.faces),
+            std::move(read.sequence));
+}
+
+/// What was true in the first clothed sequence of a synthetic capture.
+Cast true_cast(const DrawArguments& arguments) {
+  const fs::path networks = current_result(arguments.workspace, "ceiling");
+  const auto truth = std::make_shared<const CaptureTruth>(read_capture_truth(arguments.capture));
+  const WornSubject worn = worn_in_truth(arguments.capture, truth);
+  const CaptureInfo info = open_dataset(arguments.capture).info;
+  const auto clothed = std::find_if(info.sequences.begin(), info.sequences.end(),
+                                    [](const auto& one) { return one.kind != "minimal"; });
+  if (clothed == info.sequences.end()) {
+    throw DataError(arguments.capture, "sequences", "none that is clothed", "a clothed one");
+  }
+  Cast cast;
+  for (std::size_t s = 0; s < worn.templates.size(); ++s) {
+    Sequence sequence;
+    sequence.fps = clothed->fps;
+    sequence.frame_ids = clothed->frame_ids;
+    sequence.load = [load = worn.subject.load, ids = clothed->frame_ids,
+                     faces = worn.subject.faces[s], s](Index i) {
+      Mesh mesh;
+      mesh.vertices = load(ids[static_cast<std::size_t>(i)])[s];
+      mesh.faces = faces;
+      return mesh;
+    };
+    add_layer(cast, worn.subject.names[s], networks, s >= worn.first_garment, worn.subject.faces[s],
+              std::move(sequence));
+  }
+  return cast;
+}
+
+Cast cast_of(const DrawArguments& arguments) {
+  const fs::path workspace = arguments.workspace;
+  const fs::path networks = current_result(workspace, "appearance");
+  Cast cast;
+  add_meshes(cast, "body",
+             arguments.body.empty() ? current_result(workspace, "body") : fs::path(arguments.body),
+             networks);
+  std::map<std::string, fs::path> given;
+  for (const std::string& garment : arguments.garments) {
+    const std::size_t at = garment.find('=');
+    if (at == std::string::npos || at == 0) {
+      throw UsageError("--garment takes NAME=MESHES, as in dress=simulated/dress, not '" +
+                       garment.substr(0, 80) + "'");
+    }
+    given[garment.substr(0, at)] = garment.substr(at + 1);
+  }
+  // Of the manifest, not of the folder: a garment whose folder is gone would be left out unsaid.
+  std::set<std::string> names;
+  for (const ManifestOutput& output : read_manifest(networks, "appearance").outputs) {
+    const fs::path path = output.path;
+    if (path.filename() == "model.safetensors" && path.parent_path() != "body") {
+      names.insert(path.parent_path().string());
+    }
+  }
+  for (const std::string& name : names) {
+    const auto found = given.find(name);
+    add_meshes(cast, name,
+               found != given.end() ? found->second
+                                    : current_result(workspace, "register") / "registered" / name,
+               networks);
+    if (found != given.end()) {
+      given.erase(found);
+    }
+  }
+  if (!given.empty()) {
+    const std::string name = given.begin()->first.substr(0, 80);
+    throw UsageError("the workspace has no network of a garment '" + name + "'" +
+                     did_you_mean(name, {names.begin(), names.end()}));
+  }
+  return cast;
+}
+
+/// Refuses a garment's meshes as the body's, and warns of meshes that are not as the workspace's:
+/// without its network a body is drawn whatever its faces are.
+void require_body(const Cast& cast, const DrawArguments& arguments) {
+  if (arguments.body.empty()) {
+    return;
+  }
+  const std::vector<SceneLayer>& layers = cast.scene.layers;
+  const Triangles& faces = layers[0].faces;
+  for (std::size_t i = 1; i < layers.size(); ++i) {
+    if (equal_arrays(layers[i].faces, faces)) {
+      throw DataError(arguments.body, "faces", "those of " + layers[i].name,
+                      "meshes of the body; --garment " + layers[i].name + "=MESHES takes these");
+    }
+  }
+  const fs::path stage = fs::path(arguments.workspace) / "body";
+  if (const auto current = current_name(stage)) {
+    const Index own = open_sequence(stage / *current).faces.rows();
+    if (own != faces.rows()) {
+      std::cout << "warning: --body has " << faces.rows() << " triangles, the workspace's body "
+                << own << ": is it a body?" << std::endl;
+    }
+  }
+}
+
+/// Frames in which every layer is there, with its vertices.
+void fill_frames(Cast& cast) {
+  for (const int id : cast.sequences[0].frame_ids) {
+    std::vector<Points> vertices;
+    for (const Sequence& sequence : cast.sequences) {
+      const auto at = std::lower_bound(sequence.frame_ids.begin(), sequence.frame_ids.end(), id);
+      if (at != sequence.frame_ids.end() && *at == id) {
+        vertices.push_back(frame(sequence, at - sequence.frame_ids.begin()).vertices);
+      }
+    }
+    if (vertices.size() == cast.sequences.size()) {
+      cast.scene.frame_ids.push_back(id);
+      cast.scene.vertices.push_back(std::move(vertices));
+    }
+  }
+  std::size_t most = 0;
+  for (const Sequence& sequence : cast.sequences) {
+    most = std::max(most, sequence.frame_ids.size());
+  }
+  if (const std::size_t all = cast.scene.frame_ids.size(); all > 0 && all < most) {
+    std::cout << "warning: " << all << " of " << most
+              << " frames are drawn: those that body and garments share" << std::endl;
+  }
+  if (cast.scene.frame_ids.empty()) {
+    throw DataError("", "frames", "none that body and garments share",
+                    "sequences whose frames have the same numbers");
+  }
+}
+
+/// What is said of the light has to be how the networks learnt: they know no other.
+void require_light(const Cast& cast, const DrawOptions& options) {
+  const OcclusionOptions& asked = options.paint.occlusion;
+  if (asked.strata <= 0 && asked.reach <= 0 && asked.offset < 0) {
+    return;
+  }
+  for (const SceneLayer& layer : cast.scene.layers) {
+    if (layer.model.empty()) {
+      continue;
+    }
+    const std::string problem = occlusion_problem(
+        asked, {layer.name, occlusion_at(read_safetensors(layer.model).metadata, layer.model)});
+    if (!problem.empty()) {
+      throw UsageError(problem + "; leave it out");
+    }
+  }
+}
+
+/// Whether somebody named this very file or folder as meshes, whatever it holds.
+bool is_named(const DrawArguments& arguments, const fs::path& file) {
+  const auto is_value = [&](const std::string& value) {
+    return file == value.substr(value.find('=') + 1);
+  };
+  return file == arguments.body ||
+         std::any_of(arguments.garments.begin(), arguments.garments.end(), is_value);
+}
+
+/// The cast with its frames. What is wrong with a file of a result is said with the stage that
+/// makes it anew.
+Cast whole_cast(const DrawArguments& arguments, const DrawOptions& options) {
+  if (!fs::is_directory(arguments.workspace)) {
+    throw DataError(arguments.workspace, "", "no folder", "a workspace");
+  }
+  try {
+    Cast cast = options.networks == "ceiling" ? true_cast(arguments) : cast_of(arguments);
+    require_body(cast, arguments);
+    require_light(cast, options);
+    fill_frames(cast);
+    return cast;
+  } catch (const DataError& error) {
+    for (const Stage& stage : all_stages()) {
+      // Of a sound result that is no sequence, making it anew would change nothing.
+      const std::string advice =
+          is_named(arguments, error.file)
+              ? "one in every frame, as the results of 'body' and 'register' (registered/NAME) have"
+              : "run 'atelier " + std::string(stage.name) + "' again";
+      if (!error.file.empty() &&
+          is_inside(error.file, fs::path(arguments.workspace) / stage.name) &&
+          error.expected.find("run 'atelier") == std::string::npos) {
+        throw DataError(error.file, error.where, error.found, error.expected + "; " + advice);
+      }
+    }
+    throw;
+  }
+}
+
+/// The camera of the capture that looks; nothing where it goes round the subject, whose pictures
+/// then have a size. Before any mesh is read: what is refused here has nothing to do with them.
+std::optional<Camera> captured_camera(const DrawArguments& arguments, const DrawOptions& options) {
+  if (arguments.capture.empty()) {
+    require_picture_size(options.picture);
+    return std::nullopt;
+  }
+  std::string ids;
+  for (const Camera& camera : open_dataset(arguments.capture).cameras) {
+    if (camera.id == arguments.camera) {
+      return camera;
+    }
+    ids += (ids.empty() ? "" : ", ") + camera.id;
+  }
+  throw UsageError("the capture has no camera '" + arguments.camera.substr(0, 80) + "'; it has " +
+                   ids);
+}
+
+/// Round the subject.
+std::vector<Camera> cameras_round(const Cast& cast, const DrawOptions& options) {
+  Index count = 0;
+  for (const std::vector<Points>& frame : cast.scene.vertices) {
+    for (const Points& layer : frame) {
+      count += layer.rows();
+    }
+  }
+  Points all(count, 3);
+  Index at = 0;
+  for (const std::vector<Points>& frame : cast.scene.vertices) {
+    for (const Points& layer : frame) {
+      all.middleRows(at, layer.rows()) = layer;
+      at += layer.rows();
+    }
+  }
+  const View view{options.azimuth * std::numbers::pi / 180,
+                  options.elevation * std::numbers::pi / 180};
+  const int frames = static_cast<int>(cast.scene.frame_ids.size());
+  return options.turn
+             ? turntable_cameras(all, view, frames, options.picture.width, options.picture.height,
+                                 options.picture.framing)
+             : std::vector<Camera>{camera_around(all, view, options.picture.width,
+                                                 options.picture.height, options.picture.framing)};
+}
+
+/// Frames a second at which the sequences are played, 0 where none says it. Throws DataError where
+/// two say another: frames of one number are then of other moments.
+double rate_of(const Cast& cast) {
+  double rate = 0;
+  for (std::size_t i = 0; i < cast.sequences.size(); ++i) {
+    const double own = cast.sequences[i].fps;
+    constexpr double kSame = 1e-6;  // of it
+    if (own > 0 && rate > 0 && std::abs(own - rate) > kSame * rate) {
+      char found[60];
+      std::snprintf(found, sizeof found, "%g frames a second", own);
+      char expected[60];
+      std::snprintf(expected, sizeof expected, "%g, as those before them", rate);
+      throw DataError("", "meshes of " + cast.scene.layers[i].name, found, expected);
+    }
+    rate = own > 0 ? own : rate;
+  }
+  return rate;
+}
+
+/// How a film is played: as fast as its meshes say, unless it was said otherwise.
+VideoOptions film_options(const OptionSet& set, double rate) {
+  VideoOptions video = options_of<DrawOptions>(set).video;
+  for (const OptionField& field : set.table.fields) {
+    if (field.name == "video.fps" && field.source == "default" && rate > 0) {
+      video.fps = std::clamp(rate, field.min, field.max);
+    }
+  }
+  return video;
+}
+
+/// Options that the kind of output leaves without effect.
+void require_use(const DrawOptions& options, const OptionTable& table, bool video) {
+  for (const OptionField& field : table.fields) {
+    if (field.source == "default") {
+      continue;
+    }
+    if (field.name.starts_with("video.") && !video) {
+      throw UsageError(flag_of(field.name) + " is of a video; name --out T.mp4, or leave it out");
+    }
+    if (field.name == "background" && options.paint.alpha) {
+      throw UsageError("--background does nothing with --alpha; leave one of them out");
+    }
+  }
+}
+
+/// What places the camera round the subject is refused beside a capture's: it would do nothing.
+void require_use(const DrawArguments& arguments, const OptionTable& table) {
+  static const std::set<std::string> placing = {"azimuth", "elevation", "turn", "width", "height"};
+  for (const OptionField& field : table.fields) {
+    if (!arguments.capture.empty() && field.source != "default" &&
+        (placing.contains(field.name) || field.name.starts_with("framing."))) {
+      throw UsageError(flag_of(field.name) +
+                       " does nothing: the camera of --capture looks; leave one of them out");
+    }
+  }
+}
+
+int run(const DrawArguments& arguments, const OptionSet& set) {
+  const auto& options = options_of<DrawOptions>(set);
+  if (arguments.workspace.empty() || arguments.out.empty()) {
+    throw UsageError("draw takes a WORKSPACE and --out: atelier draw WORKSPACE --out FOLDER");
+  }
+  if (arguments.camera.empty() != arguments.capture.empty()) {
+    throw UsageError("--capture and --camera go together: the camera ID of the capture CAPTURE");
+  }
+  if (options.networks == "ceiling") {
+    if (arguments.capture.empty()) {
+      throw UsageError(
+          "--networks ceiling draws what was true in a synthetic capture: name --capture and "
+          "--camera");
+    }
+    if (!arguments.body.empty() || !arguments.garments.empty()) {
+      throw UsageError(
+          "--body and --garment do nothing: --networks ceiling draws the truth of "
+          "--capture; leave them out");
+    }
+  }
+  require_use(arguments, set.table);
+  if (options.paint.background.size() != 3) {
+    throw UsageError("--background takes three numbers, as in [0.9, 0.9, 0.9]");
+  }
+  const std::string extension = lower_extension(arguments.out);
+  const bool video = extension == ".mp4";
+  static const std::set<std::string> other_kinds = {".avi", ".gif", ".jpg", ".m4v",
+                                                    ".mkv", ".mov", ".png", ".webm"};
+  if (other_kinds.contains(extension)) {
+    throw UsageError("--out takes a folder or a video .mp4, not '" + extension + "'");
+  }
+  if (video && options.paint.alpha) {
+    throw UsageError("a video has no fourth channel: leave out --alpha, or name a folder");
+  }
+  require_use(options, set.table, video);
+  catch_interrupts();
+  require_new_place(arguments.out, "--out");
+  require_outside_results(arguments.out, arguments.workspace, all_stages(), "--out");
+  if (is_inside(arguments.out, arguments.workspace)) {
+    throw UsageError("--out lies in the WORKSPACE; name a place outside of it");
+  }
+  video ? require_file_place(arguments.out) : require_folder_place(arguments.out);
+  const std::optional<Camera> captured = captured_camera(arguments, options);
+  Cast cast = whole_cast(arguments, options);
+  for (const std::string& one : outdated_results(arguments.workspace, {options.networks})) {
+    std::cout << "warning: " << printable(one) << std::endl;
+  }
+  const VideoOptions film_as = film_options(set, rate_of(cast));
+  cast.scene.cameras = captured ? std::vector{*captured} : cameras_round(cast, options);
+  const NewFolders made(arguments.out);
+  if (!video) {
+    make_private_directory(arguments.out);
+  }
+  std::optional<VideoWriter> film;
+  if (video) {
+    film.emplace(arguments.out, film_as);
+  }
+  PaintHooks hooks;
+  hooks.stop = [] { return interrupted(); };
+  hooks.picture = [&](Index i, const Image& picture) {
+    const std::string name = frame_name(cast.scene.frame_ids[static_cast<std::size_t>(i)]);
+    if (!video) {
+      write_image(fs::path(arguments.out) / (name + ".png"), straight_alpha(picture));
+    } else {
+      film->add(before_black(picture));
+    }
+    std::cout << "frame " << name << std::endl;
+  };
+  try {
+    if (!paint_scene(cast.scene, options.paint, options.device, hooks)) {
+      film.reset();
+      made.remove_empty();
+      end_by_signal();
+    }
+    if (film) {
+      film->finish();
+    }
+  } catch (const std::exception&) {
+    film.reset();
+    made.remove_empty();  // so that the same command can be given again
+    throw;
+  }
+  return kExitDone;
+}
+
+}  // namespace
+
+OptionSet draw_options() {
+  return option_set<DrawOptions>();
+}
+
+Action add_draw(CLI::App& parser) {
+  auto arguments = std::make_shared<DrawArguments>();
+  add_option(parser, "WORKSPACE", arguments->workspace, "Whose networks draw").required();
+  add_option(parser, "--out", arguments->out, "New folder for 000012.png ..., or new .mp4")
+      .type_name("FOLDER|VIDEO")
+      .required();
+  add_option(parser, "--body", arguments->body,
+             "Meshes of the body, one a frame [those of the stage body]")
+      .type_name("MESHES");
+  add_option(parser, "--garment", arguments->garments,
+             "Meshes of a garment, of its template's faces [those of the stage register]")
+      .type_name("NAME=MESHES")
+      .once_a_flag();
+  add_option(parser, "--capture", arguments->capture, "Whose camera looks [one round the subject]")
+      .type_name("CAPTURE");
+  add_option(parser, "--camera", arguments->camera, "Which of its cameras").type_name("ID");
+  const OptionReader options = add_option_flags(parser, draw_options());
+  return [arguments, options] { return run(*arguments, options()); };
+}
+
+}  // namespace atelier

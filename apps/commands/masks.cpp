@@ -1,0 +1,295 @@
+#include <algorithm>
+#include <cstdio>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "apps/console/arguments.h"
+#include "apps/console/command.h"
+#include "apps/console/option_flags.h"
+#include "capture/frame_reader.h"
+#include "capture/layouts/frame_files.h"
+#include "capture/layouts/open_dataset.h"
+#include "capture/masks/background.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/exit_code.h"
+#include "core/io/ground_truth_archive.h"
+#include "core/io/image_file.h"
+#include "core/io/json_text.h"
+#include "core/parallel.h"
+#include "core/printable.h"
+#include "core/store/output_place.h"
+#include "core/usage_error.h"
+#include "core/writable_place.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+enum class MaskWay { Auto, Plates, Chroma, Time };
+
+struct MasksArguments {
+  std::string capture;
+  std::string out;
+  std::string plates;
+  std::string truth;
+  bool json = false;
+};
+
+struct MasksOptions {
+  MaskWay way = MaskWay::Auto;
+  int background_frames = 40;
+  DatasetOptions capture;
+  MaskOptions mask;
+  ChromaOptions chroma;
+};
+
+OptionTable describe(MasksOptions& options) {
+  OptionTable table;
+  table.add("way", options.way,
+            {{"auto", MaskWay::Auto},
+             {"plates", MaskWay::Plates},
+             {"chroma", MaskWay::Chroma},
+             {"time", MaskWay::Time}},
+            "Against clean plates, a coloured screen, or what each pixel is most of the time; auto "
+            "takes plates where they are given, else time");
+  table.add("background_frames", options.background_frames, 5, 1000, "",
+            "Of each camera, spread over time, that the way `time` learns the background from");
+  table.add("capture", describe(options.capture));
+  table.add("mask", describe(options.mask));
+  table.add("chroma", describe(options.chroma));
+  return table;
+}
+
+Image three_channels(Image image) {
+  if (image.channels == 3) {
+    return image;
+  }
+  Image colour(image.width, image.height, 3);
+  for (std::size_t i = 0; i < colour.data.size(); ++i) {
+    colour.data[i] = image.data[i / 3];
+  }
+  return colour;
+}
+
+/// The empty stage as one camera sees it: PLATES/<camera>.png, or every picture of
+/// PLATES/<camera>/.
+std::vector<Image> plates_of(const fs::path& folder, const std::string& camera) {
+  std::vector<Image> plates;
+  for (const char* extension : {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp"}) {
+    const fs::path file = folder / (camera + extension);
+    if (fs::is_regular_file(file)) {
+      plates.push_back(three_channels(read_image(file)));
+    }
+  }
+  for (const auto& [frame, place] : camera_pictures(folder, camera)) {
+    if (place.index < 0 && place.member.empty()) {
+      plates.push_back(three_channels(read_image(place.file)));
+    }
+  }
+  if (plates.empty()) {
+    throw DataError(folder.string(), "camera '" + camera + "'", "no plate",
+                    camera + ".png, or a folder " + camera + " of pictures of the empty stage");
+  }
+  return plates;
+}
+
+/// What came of one camera.
+struct CameraMasks {
+  int written = 0;
+  double covered = 0;  ///< mean share of the picture
+  double iou = 0;      ///< against the truth, mean
+  int judged = 0;
+  std::vector<Finding> findings;
+};
+
+CameraMasks masks_of(const Dataset& dataset, std::size_t c, const MasksArguments& arguments,
+                     MaskWay way, const MasksOptions& options) {
+  CameraMasks result;
+  FrameReader reader(dataset);
+  const auto index = static_cast<Index>(c);
+  const std::string& id = dataset.cameras[c].id;
+  std::vector<int> frames;
+  for (const auto& [frame, place] : dataset.frames[c].images) {
+    frames.push_back(frame);
+  }
+  if (frames.empty()) {
+    return result;
+  }
+  EmptyStage background;
+  if (way == MaskWay::Plates) {
+    background = background_of_plates(plates_of(arguments.plates, id));
+  } else if (way == MaskWay::Time) {
+    std::vector<Image> some;
+    const std::size_t count =
+        std::min(frames.size(), static_cast<std::size_t>(options.background_frames));
+    for (std::size_t i = 0; i < count; ++i) {
+      if (auto image = reader.image(index, frames[i * frames.size() / count])) {
+        some.push_back(three_channels(std::move(*image)));
+      }
+    }
+    MovingBackground moving = background_over_time(some);
+    constexpr double kDoubtful = 0.05;
+    if (moving.still_share > kDoubtful) {
+      result.findings.push_back(
+          {Severity::Warning, "mask-background-doubtful", id,
+           "in " + std::to_string(static_cast<int>(100 * moving.still_share)) +
+               "% of the picture something stays or moves for half of the time",
+           "take clean plates (--plates), or frames in which the person walks about"});
+    }
+    background = std::move(moving.background);
+  }
+  const fs::path folder = fs::path(arguments.out) / "labels" / id;
+  make_private_directory(folder);
+  for (const int frame : frames) {
+    std::optional<Image> image;
+    try {
+      image = reader.image(index, frame);
+    } catch (const DataError& error) {
+      result.findings.push_back({Severity::Warning, "mask-picture-broken",
+                                 id + " " + std::to_string(frame), error.what(), "it has no mask"});
+      continue;
+    }
+    const Image picture = three_channels(std::move(*image));
+    if (way != MaskWay::Chroma &&
+        (picture.width != background.mean.width || picture.height != background.mean.height)) {
+      throw DataError(arguments.plates.empty() ? arguments.capture : arguments.plates,
+                      "camera '" + id + "'",
+                      "a background of " + std::to_string(background.mean.width) + " x " +
+                          std::to_string(background.mean.height) + " pixels",
+                      std::to_string(picture.width) + " x " + std::to_string(picture.height));
+    }
+    ByteImage mask = way == MaskWay::Chroma
+                         ? mask_by_chroma(picture, options.chroma, options.mask)
+                         : mask_from_background(picture, background, options.mask);
+    const auto set = std::count_if(mask.data.begin(), mask.data.end(),
+                                   [](std::uint8_t value) { return value != 0; });
+    if (set == 0) {
+      result.findings.push_back({Severity::Warning, "mask-empty", id + " " + std::to_string(frame),
+                                 "nobody was found", "lower --mask.threshold"});
+    }
+    result.covered += static_cast<double>(set) / static_cast<double>(mask.data.size());
+    write_labels(folder / (frame_name(frame) + ".png"), mask);
+    if (!arguments.truth.empty()) {
+      const fs::path truth =
+          fs::path(arguments.truth) / "truth" / "labels" / id / (frame_name(frame) + ".png");
+      result.iou += mask_iou(mask, read_labels(truth));
+      ++result.judged;
+    }
+    ++result.written;
+  }
+  return result;
+}
+
+void check_places(const Dataset& dataset, const MasksArguments& arguments, MaskWay way) {
+  if (way == MaskWay::Plates && arguments.plates.empty()) {
+    throw UsageError("--way plates takes --plates FOLDER, pictures of the empty stage");
+  }
+  require_new_place(fs::path(arguments.out) / "labels", "--out");
+  require_folder_place(arguments.out);
+  const bool any = std::any_of(dataset.frames.begin(), dataset.frames.end(),
+                               [](const CameraFrames& f) { return !f.images.empty(); });
+  if (!any) {
+    throw DataError(arguments.capture, "", "no pictures", "some");
+  }
+}
+
+int run(MasksArguments arguments, const MasksOptions& options) {
+  if (arguments.capture.empty()) {
+    throw UsageError("masks takes a CAPTURE: atelier masks CAPTURE --plates FOLDER");
+  }
+  const Dataset dataset = open_dataset(arguments.capture, options.capture);
+  if (arguments.out.empty()) {
+    if (dataset.layout != "native") {
+      throw UsageError("CAPTURE has the layout " + dataset.layout +
+                       ", which takes no masks: give --out FOLDER, or make it native with atelier "
+                       "convert-capture");
+    }
+    arguments.out = arguments.capture;
+  }
+  MaskWay way = options.way;
+  if (way == MaskWay::Auto) {
+    way = arguments.plates.empty() ? MaskWay::Time : MaskWay::Plates;
+  }
+  check_places(dataset, arguments, way);
+  std::vector<CameraMasks> results(dataset.cameras.size());
+  parallel_for(static_cast<Index>(results.size()), 1, [&](Index begin, Index end) {
+    for (Index c = begin; c < end; ++c) {
+      results[static_cast<std::size_t>(c)] =
+          masks_of(dataset, static_cast<std::size_t>(c), arguments, way, options);
+    }
+  });
+  nlohmann::ordered_json json = {{"capture", arguments.capture},
+                                 {"out", (fs::path(arguments.out) / "labels").string()}};
+  json["cameras"] = nlohmann::ordered_json::array();
+  double iou = 0;
+  int judged = 0;
+  for (std::size_t c = 0; c < results.size(); ++c) {
+    const CameraMasks& result = results[c];
+    iou += result.iou;
+    judged += result.judged;
+    nlohmann::ordered_json one = {{"id", dataset.cameras[c].id}, {"masks", result.written}};
+    one["covered"] = result.written > 0 ? result.covered / result.written : 0;
+    if (result.judged > 0) {
+      one["iou"] = result.iou / result.judged;
+    }
+    json["cameras"].push_back(one);
+    if (arguments.json) {
+      continue;
+    }
+    char text[160];
+    std::snprintf(text, sizeof text, "%-12s %d masks, %.1f%% of the picture",
+                  dataset.cameras[c].id.c_str(), result.written,
+                  result.written > 0 ? 100 * result.covered / result.written : 0);
+    std::cout << text;
+    if (result.judged > 0) {
+      std::snprintf(text, sizeof text, ", IoU %.4f", result.iou / result.judged);
+      std::cout << text;
+    }
+    std::cout << "\n";
+    for (const Finding& finding : result.findings) {
+      std::cout << "  " << printable(to_string(finding)) << "\n";
+    }
+  }
+  if (judged > 0) {
+    json["iou"] = iou / judged;
+  }
+  if (arguments.json) {
+    std::cout << json_text(json, 1) << "\n";
+  } else {
+    if (judged > 0) {
+      char text[80];
+      std::snprintf(text, sizeof text, "mean IoU against the truth %.4f\n", iou / judged);
+      std::cout << text;
+    }
+    std::cout << (fs::path(arguments.out) / "labels").string() << "\n";
+  }
+  return kExitDone;
+}
+
+}  // namespace
+
+OptionSet masks_options() {
+  return option_set<MasksOptions>();
+}
+
+Action add_masks(CLI::App& parser) {
+  auto arguments = std::make_shared<MasksArguments>();
+  add_option(parser, "CAPTURE", arguments->capture, "Of any layout").required();
+  add_option(parser, "--out", arguments->out,
+             "Folder for labels/<camera>/<frame>.png; a native CAPTURE itself by default")
+      .type_name("FOLDER");
+  add_option(parser, "--plates", arguments->plates,
+             "Pictures of the empty stage: <camera>.png, or a folder for each camera")
+      .type_name("FOLDER");
+  add_option(parser, "--truth", arguments->truth,
+             "Synthetic capture whose true labels the masks are held against")
+      .type_name("CAPTURE");
+  add_flag(parser, "--json", arguments->json, "For machines");
+  const OptionReader options = add_option_flags(parser, masks_options());
+  return [arguments, options] { return run(*arguments, options_of<MasksOptions>(options())); };
+}
+
+}  // namespace atelier

@@ -1,0 +1,258 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "apps/commands/chain_run.h"
+#include "apps/console/arguments.h"
+#include "apps/console/command.h"
+#include "apps/console/failure.h"
+#include "apps/console/interrupt.h"
+#include "apps/console/option_flags.h"
+#include "apps/console/option_rules.h"
+#include "apps/console/stage_command.h"
+#include "apps/console/standard_streams.h"
+#include "core/error.h"
+#include "core/exit_code.h"
+#include "core/printable.h"
+#include "core/quantity_text.h"
+#include "core/store/result.h"
+#include "core/store/workspace_folder.h"
+#include "core/usage_error.h"
+#include "pipeline/chain/outdated_results.h"
+#include "pipeline/chain/run_options.h"
+#include "pipeline/stages/stages.h"
+#include "pipeline/pictures/report_folder.h"
+#include "pipeline/report/report_file.h"
+#include "simulation/fabric.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A film of the avatar, of the last stage that has one; "" if none has. A stage that this run did
+/// not bring to its end may show what it came to long ago.
+fs::path video_in(const fs::path& workspace, const std::vector<StageStatus>& stages,
+                  const RunAccount& account) {
+  for (const char* stage : {"animate", "simulate"}) {
+    if (std::none_of(account.stages.begin(), account.stages.end(), [&](const auto& one) {
+          return one.stage == stage && one.end.starts_with("done");
+        })) {
+      continue;
+    }
+    for (const StageStatus& status : stages) {
+      if (status.stage != stage || !status.manifest) {
+        continue;
+      }
+      for (const ManifestOutput& output : status.manifest->outputs) {
+        if (output.path.ends_with(".mp4")) {
+          return workspace / stage / "current" / output.path;
+        }
+      }
+    }
+  }
+  return {};
+}
+
+/// A sentence on each outdated result that the chain leaves out and does not make anew (`refine`).
+std::vector<std::string> outdated_beside_chain(const fs::path& workspace) {
+  std::vector<std::string_view> beside;
+  for (const Stage& stage : all_stages()) {
+    const std::span<const RunStep> steps = run_steps();
+    if (std::none_of(steps.begin(), steps.end(),
+                     [&](const RunStep& step) { return step.stage == stage.name; })) {
+      beside.push_back(stage.name);
+    }
+  }
+  return outdated_results(workspace, beside);
+}
+
+/// @param page   the report; "" if it was not written
+/// @param video  "" if there is none
+void show_end(const RunArguments& arguments, const ChainRun& chain, const fs::path& page,
+              const fs::path& video) {
+  const RunAccount& account = chain.account();
+  const double seconds = chain.seconds();  // with the report
+  const std::vector<std::string> outdated = outdated_beside_chain(arguments.places.workspace);
+  if (arguments.json) {
+    nlohmann::json json = {{"event", "run_end"},
+                           {"seconds", seconds},
+                           {"report", page.string()},
+                           {"video", video.string()},
+                           {"outdated", outdated}};
+    json["stages"] = nlohmann::json::array();
+    for (const RunStageAccount& one : account.stages) {
+      json["stages"].push_back({{"stage", one.stage},
+                                {"end", one.end},
+                                {"why", one.why},
+                                {"expected_seconds", one.expected},
+                                {"seconds", one.seconds}});
+    }
+    show_event(json);
+    return;
+  }
+  std::cout << "run: " << duration_text(seconds) << "\n";
+  for (const RunStageAccount& one : account.stages) {
+    if (!one.why.empty()) {
+      std::cout << "  " << one.stage << " "
+                << (one.end == "failed"    ? "FAILED"
+                    : one.end == "skipped" ? "was skipped"
+                                           : "is " + one.end)
+                << ": " << printable(one.why) << "\n";
+    }
+  }
+  for (const std::string& sentence : outdated) {
+    std::cout << "  warning: " << printable(sentence) << "\n";
+  }
+  if (!page.empty()) {
+    std::cout << "report: " << printable(page.string()) << "\n";
+  }
+  if (!video.empty()) {
+    std::cout << "video: " << printable(video.string()) << "\n";
+  }
+}
+
+/// One fabric for every stage that takes one; `material` then has nothing to search.
+void set_material(OptionSet& options, const std::string& fabric) {
+  if (const std::string problem = one_of(fabric_names())(fabric); !problem.empty()) {
+    throw UsageError("--material: " + problem);  // "fitted" is what `material` does without it
+  }
+  for (const char* stage : {"material", "simulate"}) {
+    const std::string name = std::string(stage) + ".material.name";
+    const bool there = std::any_of(options.table.fields.begin(), options.table.fields.end(),
+                                   [&](const OptionField& field) { return field.name == name; });
+    const std::string problem =
+        there ? set_option(options.table, name, fabric, "--material") : std::string();
+    if (!problem.empty()) {
+      throw UsageError("--material: " + problem);
+    }
+  }
+  if (const std::vector<std::string> problems = broken_rules(options.table); !problems.empty()) {
+    throw UsageError(problems);
+  }
+}
+
+/// Writes account and report, and says how the run ended. What failed before counts more than a
+/// report that cannot be written: a disk that is full is full for both. Where another run is at
+/// work, what the workspace comes to is that one's to tell: this one's end is no failure of it.
+int report_on(const ChainRun& chain, const RunArguments& arguments, const ReportOptions& options) {
+  const fs::path& workspace = arguments.places.workspace;
+  const bool any = std::any_of(all_stages().begin(), all_stages().end(), [&](const Stage& stage) {
+    return current_name(workspace / stage.name).has_value();
+  });
+  if (!any && chain.exit_code() != kExitDone) {
+    return chain.exit_code();  // there is nothing to report on
+  }
+  if (chain.yields()) {
+    show_end(arguments, chain, "", "");
+    return chain.exit_code();
+  }
+  chain.announce_report();
+  fs::path page = report_folder(workspace) / "index.html";
+  fs::path video;
+  try {
+    write_run_account(workspace, chain.account());
+    std::string truth = chain.facts().synthetic ? arguments.places.capture.string() : "";
+    try {
+      video = video_in(workspace, write_report(workspace, page, options, truth), chain.account());
+    } catch (const DataError& error) {  // of the truth: everything else can be shown
+      standard_error() << "atelier: no figure against the truth: " << printable(error.what())
+                       << std::endl;
+      video = video_in(workspace, write_report(workspace, page, options, ""), chain.account());
+    }
+  } catch (const std::exception& error) {
+    if (chain.exit_code() == kExitDone) {
+      throw;
+    }
+    standard_error() << "atelier: report: " << printable(failure_of(error).text) << std::endl;
+    page.clear();
+  }
+  show_end(arguments, chain, page, video);
+  return chain.exit_code();
+}
+
+int run(RunArguments arguments, OptionSet options) {
+  if (!arguments.material.empty()) {
+    set_material(options, arguments.material);
+  }
+  RunPlaces& places = arguments.places;
+  if (places.capture.empty() || places.workspace.empty()) {
+    throw UsageError("run takes CAPTURE and WORKSPACE: atelier run CAPTURE WORKSPACE");
+  }
+  places.workspace = workspace_place(places.workspace);
+  require_stage_places(places.capture, places.workspace);
+  require_folder_or_nothing(places.workspace);
+  const std::span<const RunStep> steps = run_steps();
+  const auto place = [&](const std::string& name) {
+    return std::find_if(steps.begin(), steps.end(),
+                        [&](const RunStep& step) { return step.stage == name; });
+  };
+  if (!arguments.from.empty() && !arguments.to.empty() &&
+      place(arguments.to) < place(arguments.from)) {
+    throw UsageError("--to " + arguments.to + " lies before --from " + arguments.from);
+  }
+  catch_interrupts();
+  ChainRun chain(arguments, options);
+  chain.announce();
+  if (arguments.dry_run) {
+    return chain.plan();
+  }
+  chain.work();
+  // The report asks no one whether it is to stop, and `atelier report` makes it again.
+  release_interrupts();
+  if (interrupted()) {
+    end_by_signal();
+  }
+  return report_on(chain, arguments,
+                   options_of<ReportOptions>(options_of<RunOptions>(options).report));
+}
+
+std::string stage_problem(const std::string& text) {
+  std::vector<std::string> names;
+  for (const RunStep& step : run_steps()) {
+    names.emplace_back(step.stage);
+  }
+  return one_of(names)(text);
+}
+
+}  // namespace
+
+Action add_run(CLI::App& parser) {
+  auto arguments = std::make_shared<RunArguments>();
+  const auto to_path = [](fs::path& path) {
+    return [&path](const std::string& text) { path = text; };
+  };
+  add_option(parser, "CAPTURE", to_path(arguments->places.capture), "Capture to read").required();
+  add_option(parser, "WORKSPACE", to_path(arguments->places.workspace),
+             "Folder of results; made if it is missing")
+      .required();
+  add_option(parser, "--from", arguments->from, "First stage [validate]")
+      .check(stage_problem)
+      .type_name("STAGE");
+  add_option(parser, "--to", arguments->to, "Last stage, before the report [all]")
+      .check(stage_problem)
+      .type_name("STAGE");
+  add_option(parser, "--jobs", arguments->jobs,
+             "Frames worked on at once; 0: as many as processors")
+      .check(jobs_problem)
+      .type_name("N");
+  add_option(parser, "--device", arguments->device, "Where stages work that can on both")
+      .check(one_of({"cpu", "cuda"}))
+      .type_name("cpu|cuda");
+  add_option(parser, "--material", arguments->material,
+             "A fabric for every garment, instead of one that is fitted")
+      .type_name("NAME");
+  add_flag(parser, "--dry-run", arguments->dry_run, "Only say what would be done, and why");
+  add_flag(parser, "--json", arguments->json, "Events as lines of JSON, for machines");
+  const OptionReader options = add_option_flags(parser, run_options(), "");
+  parser.footer(
+      "Options of every stage (atelier options lists them, TOML files take them, too):\n"
+      "  of a stage    --STAGE.section.field VALUE, as --track.exclude none\n"
+      "  of captures   --capture.field VALUE, for every stage that takes it\n\n" +
+      parser.get_footer());
+  return [arguments, options] { return run(*arguments, options()); };
+}
+
+}  // namespace atelier

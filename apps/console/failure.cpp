@@ -1,0 +1,65 @@
+#include "apps/console/failure.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <new>
+#include <system_error>
+
+#include "apps/console/device_advice.h"
+#include "core/error.h"
+#include "core/exit_code.h"
+#include "core/file_kind.h"
+#include "core/not_converged.h"
+#include "core/system_reason.h"
+#include "core/usage_error.h"
+
+namespace atelier {
+namespace {
+
+/// What a reason says to do stands behind its first semicolon.
+Failure environment_failure(const std::string& place, const std::string& reason) {
+  const std::size_t end = std::min(reason.find("; "), reason.size());
+  return {place + ": " + reason,
+          kExitEnvironment,
+          place,
+          "",
+          reason.substr(0, end),
+          end < reason.size() ? reason.substr(end + 2) : ""};
+}
+
+}  // namespace
+
+Failure failure_of(const std::exception& error) {
+  if (const auto* data = dynamic_cast<const DataError*>(&error)) {
+    return {error.what(), kExitBadData, data->file, data->where, data->found, data->expected};
+  }
+  if (dynamic_cast<const UsageError*>(&error) != nullptr) {
+    return {error.what(), kExitUsage, "", "", error.what(), ""};
+  }
+  if (dynamic_cast<const NotConverged*>(&error) != nullptr) {
+    return {error.what(), kExitNotConverged, "", "", error.what(), ""};
+  }
+  if (const auto* environment = dynamic_cast<const EnvironmentError*>(&error)) {
+    return environment_failure(environment->place, with_device_advice(*environment));
+  }
+  if (const auto* file = dynamic_cast<const std::filesystem::filesystem_error*>(&error)) {
+    const int reason = file->code().value();
+    return environment_failure(denied_place(file->path1(), reason).string(), system_reason(reason));
+  }
+  const auto* system = dynamic_cast<const std::system_error*>(&error);
+  if (system != nullptr && (system->code().category() == std::generic_category() ||
+                            system->code().category() == std::system_category())) {
+    return environment_failure("the system", system_reason(system->code().value()));
+  }
+  if (dynamic_cast<const std::bad_alloc*>(&error) != nullptr) {
+    return environment_failure("memory", "there is not enough; use fewer --jobs or smaller data");
+  }
+  return {std::string(error.what()) + "; this is a defect of the program",
+          kExitBug,
+          "",
+          "",
+          error.what(),
+          "no defect of the program"};
+}
+
+}  // namespace atelier

@@ -1,0 +1,218 @@
+#include "apps/console/option_flags.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <memory>
+#include <optional>
+#include <set>
+
+#include "apps/console/option_rules.h"
+#include "core/error.h"
+#include "core/io/file_bytes.h"
+#include "core/limits.h"
+#include "core/nearest_name.h"
+#include "core/store/options_file.h"
+#include "core/usage_error.h"
+#include "core/utf8.h"
+
+namespace atelier {
+namespace {
+
+struct OptionTexts {
+  std::vector<std::string> config_files;
+  std::vector<std::pair<std::string, std::string>> flags;  ///< option name and text
+};
+
+void set_options(OptionTable& table, const OptionTexts& texts) {
+  std::vector<std::string> problems;
+  const auto note = [&](const std::string& problem) {
+    if (!problem.empty()) {
+      problems.push_back(problem);
+    }
+  };
+  for (const std::string& file : texts.config_files) {
+    if (file.empty()) {
+      throw UsageError("--config cannot be '': it takes a TOML file");
+    }
+    if (!is_printable_utf8(file)) {  // manifests name it as where options came from
+      throw UsageError("--config cannot be '" + file +
+                       "': the name is no printable UTF-8, as which results keep it; rename "
+                       "the file");
+    }
+    try {
+      const std::string text = read_file_text(file, Limits{}.text_file_bytes);
+      for (const std::string& problem : set_options_from_toml(table, text, file)) {
+        note(problem);
+      }
+    } catch (const DataError& error) {  // part of the command line: a wrong one is wrong usage
+      note(std::string("--config ") + error.what());
+    }
+  }
+  for (const auto& [name, text] : texts.flags) {
+    note(set_option(table, name, text));
+  }
+  if (problems.empty()) {  // each is in its range: do they go together?
+    problems = broken_rules(table);
+  }
+  if (!problems.empty()) {
+    throw UsageError(problems);
+  }
+}
+
+void add_flag(CLI::App& parser, const OptionField& field, const std::shared_ptr<OptionTexts>& texts,
+              const std::string& group) {
+  const std::string value = option_text(field);
+  const std::string help = field.help + " [" + (value.empty() ? "none" : value) + "]";
+  const auto note = [texts, name = field.name](const std::string& text) {
+    texts->flags.emplace_back(name, text);
+  };
+  parser.add_option_function<std::string>(flag_of(field.name), note, help)
+      ->type_name(option_range(field) + (field.unit.empty() ? "" : " " + field.unit))
+      ->group(group);
+}
+
+constexpr const char* kSwitch = "true|false";  // as option_range has it
+
+/// The option that an argument names, null if it names none.
+const CLI::Option* option_named(const CLI::App& parser, const std::string& argument) {
+  const auto options = parser.get_options();
+  const auto found = std::find_if(options.begin(), options.end(), [&](const CLI::Option* option) {
+    return argument.starts_with("-") && option->check_name(argument);
+  });
+  return found == options.end() ? nullptr : *found;
+}
+
+/// The name that this parser has for a flag: with dashes, as flags are shown, or with
+/// underscores, as files have it; and with or without "capture.", so that what one command finds
+/// wrong with a capture can be told to every other.
+std::string as_declared(const CLI::App& parser, const std::string& argument) {
+  if (!argument.starts_with("--")) {
+    return argument;
+  }
+  const std::string flag = flag_of(argument.substr(2));
+  constexpr std::string_view kSection = "--capture.";
+  const std::string other = flag.starts_with(kSection) ? "--" + flag.substr(kSection.size())
+                                                       : std::string(kSection) + flag.substr(2);
+  for (const std::string& candidate : {flag, other}) {
+    if (option_named(parser, candidate) != nullptr) {
+      return candidate;
+    }
+  }
+  return argument;
+}
+
+bool is_switch(const CLI::Option* option) {
+  return option->get_type_name() == kSwitch;
+}
+
+bool takes_value(const CLI::Option* option) {
+  return option->get_items_expected_min() > 0;
+}
+
+bool is_truth(const std::string& text) {
+  return text == "true" || text == "false";
+}
+
+/// Not so lists (--garment, --config).
+bool is_given_once(const CLI::Option* option) {
+  return option->get_items_expected_max() <= 1;
+}
+
+}  // namespace
+
+std::vector<std::string> with_switches(const CLI::App& parser,
+                                       const std::vector<std::string>& arguments) {
+  std::vector<std::string> out;
+  std::set<const CLI::Option*> seen;
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    if (arguments[i] == "--") {  // all that follows are no flags
+      out.insert(out.end(), arguments.begin() + static_cast<std::ptrdiff_t>(i), arguments.end());
+      break;
+    }
+    const std::string as_typed = arguments[i].substr(0, arguments[i].find('='));
+    const std::string name = as_declared(parser, as_typed);
+    const CLI::Option* option = option_named(parser, name);
+    if (option == nullptr) {  // INPUT, or a flag that is refused later
+      out.push_back(arguments[i]);
+      continue;
+    }
+    std::optional<std::string> value;
+    if (as_typed.size() < arguments[i].size()) {
+      value = arguments[i].substr(as_typed.size() + 1);
+    }
+    if (is_given_once(option) && !seen.insert(option).second) {
+      throw UsageError(as_typed + " is given twice");
+    }
+    const bool more = i + 1 < arguments.size() && arguments[i + 1] != "--";
+    const bool told = more && is_truth(arguments[i + 1]);
+    if (!value && is_switch(option)) {
+      value = told ? arguments[++i] : "true";
+    } else if (!value && told && !takes_value(option) && option != parser.get_help_ptr()) {
+      value = arguments[++i];
+    } else if (!value && takes_value(option)) {
+      if (!more) {
+        throw UsageError(as_typed + " needs a value behind it: " + option->get_type_name() +
+                         "; see atelier " + parser.get_name() + " --help");
+      }
+      value = arguments[++i];
+    }
+    if (!takes_value(option) && value && !is_truth(*value)) {
+      throw UsageError(as_typed + " cannot be '" + value->substr(0, 60) +
+                       "': it takes true or false, or nothing");
+    }
+    if (takes_value(option)) {
+      out.insert(out.end(), {name, *value});
+    } else {
+      out.push_back(name + (value ? "=" + *value : ""));
+    }
+  }
+  return out;
+}
+
+std::string switch_before(const CLI::App& parser, const std::vector<std::string>& arguments,
+                          const std::string& word) {
+  for (std::size_t i = 1; i < arguments.size(); ++i) {
+    const CLI::Option* option = option_named(parser, as_declared(parser, arguments[i - 1]));
+    if (arguments[i] == word && !is_truth(word) && option != nullptr &&
+        (is_switch(option) || !takes_value(option))) {
+      return arguments[i - 1];
+    }
+  }
+  return "";
+}
+
+std::string flag_of(const std::string& option) {
+  std::string flag = "--" + option;
+  std::replace(flag.begin(), flag.end(), '_', '-');
+  return flag;
+}
+
+TextCheck one_of(std::vector<std::string> choices) {
+  return [choices = std::move(choices)](const std::string& text) {
+    if (std::find(choices.begin(), choices.end(), text) != choices.end()) {
+      return std::string();
+    }
+    std::string all;
+    for (const std::string& choice : choices) {
+      all += (all.empty() ? "" : ", ") + choice;
+    }
+    return "'" + text.substr(0, 60) + "' is none of " + all + did_you_mean(text, choices);
+  };
+}
+
+OptionReader add_option_flags(CLI::App& parser, const OptionSet& defaults,
+                              const std::string& group) {
+  const auto texts = std::make_shared<OptionTexts>();
+  parser.add_option("--config", texts->config_files, "TOML file of options; flags win over it")
+      ->type_name("FILE")
+      ->allow_extra_args(false);
+  for (const OptionField& field : defaults.table.fields) {
+    add_flag(parser, field, texts, group);
+  }
+  return [texts, set = defaults]() mutable {
+    set_options(set.table, *texts);
+    return set;
+  };
+}
+
+}  // namespace atelier

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "bodymodel/formats/motion_trc.h"
+#include "bodymodel/motion_clip.h"
+#include "core/options.h"
+
+namespace atelier {
+
+struct MarkerFitOptions {
+  double noise = 0.005;           ///< m, what a marker is trusted to, [1e-4, 0.1]; 0.02 suits
+                                  ///< keypoints of a detector
+  double offset_freedom = 0.025;  ///< m by which a skin marker may be off its named place, [0, 0.2]
+  bool limits = true;             ///< keep joints within the default human's limits
+  int calibration_frames = 30;    ///< frames from which lengths and places are measured, [1, 1000]
+  int rounds = 6;                 ///< of measuring and posing in turn, [1, 100]
+};
+
+OptionTable describe(MarkerFitOptions& options);
+
+/// A person's motion found from markers.
+struct MarkerFit {
+  MotionClip clip;                   ///< the default human's 22 joints of the body, A-pose at rest,
+                                     ///< with bones as long as the markers say; metres, Y up
+  std::vector<std::string> used;     ///< names that were understood
+  std::vector<std::string> unknown;  ///< names that were not, and were left out
+  std::vector<double> rms;           ///< [N] m between markers and where the fit has them
+};
+
+/// Inverse kinematics of a recorded person, so that markers become a motion like any other:
+///  - names say where each marker is (marker_names.h); which axis is up and, where the header's
+///    unit gives no person, which unit, are guessed and said in the clip's findings;
+///  - on some frames bone lengths (equal left and right) and the places of skin markers are
+///    solved by linear least squares, in turn with the poses;
+///  - then every frame is posed by Levenberg-Marquardt within joint limits, starting from the frame
+///    before, and anew from a few plain poses where that fits badly (marker_pose.h).
+/// Frames in which fewer than six markers are seen keep to the frame before. Hands and feet without
+/// markers stay at rest. Throws DataError, with the names, unless there are markers on the pelvis
+/// or hips and on the knee, ankle or foot of both legs. About 2 ms a frame with 40 markers.
+MarkerFit fit_markers(const MarkerClip& markers, const MotionOptions& motion = {},
+                      const MarkerFitOptions& options = {});
+
+}  // namespace atelier

@@ -1,0 +1,114 @@
+#include "bodymodel/formats/motion_file.h"
+
+#include <algorithm>
+#include <cctype>
+#include <optional>
+
+#include "bodymodel/formats/body_archive.h"
+#include "bodymodel/formats/gltf_body.h"
+#include "bodymodel/formats/motion_amass.h"
+#include "bodymodel/formats/motion_amc.h"
+#include "bodymodel/formats/motion_bvh.h"
+#include "bodymodel/formats/motion_c3d.h"
+#include "bodymodel/humanoid.h"
+#include "core/error.h"
+#include "core/io/npz.h"
+#include "core/io/scene_file.h"
+
+namespace atelier {
+namespace {
+
+constexpr double kLeastLegs = 0.15;  // metres, hip to knee to ankle
+constexpr double kMostLegs = 1.5;
+
+std::string extension_of(const std::filesystem::path& path) {
+  std::string extension = path.extension().string();
+  for (char& c : extension) {
+    c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  }
+  return extension;
+}
+
+std::filesystem::path skeleton_of(const std::filesystem::path& amc) {
+  std::vector<std::filesystem::path> all;
+  std::filesystem::path best;
+  const std::string stem = amc.stem().string();
+  const std::filesystem::path folder = amc.has_parent_path() ? amc.parent_path() : ".";
+  if (std::filesystem::is_directory(folder)) {
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      if (extension_of(entry.path()) == ".asf") {
+        all.push_back(entry.path());
+        const std::string name = entry.path().stem().string();
+        if (stem.starts_with(name) && name.size() > best.stem().string().size()) {
+          best = entry.path();
+        }
+      }
+    }
+  }
+  if (best.empty() && all.size() == 1) {
+    best = all[0];
+  }
+  if (best.empty()) {
+    throw DataError(amc.string(), "skeleton", "no .asf of that name beside it",
+                    "the ASF file of this motion");
+  }
+  return best;
+}
+
+// A clip of a format that is in metres, Y up, with what `options` say instead.
+MotionClip as_said(MotionClip clip, MotionOptions options) {
+  const std::optional<Humanoid> person = find_humanoid(clip.skeleton);
+  const double legs = person ? leg_length(clip.skeleton, *person) : 1;
+  if (options.metres_per_unit == 0 && legs > kLeastLegs && legs < kMostLegs) {
+    options.metres_per_unit = 1;
+  }
+  options.up = options.up == 0 ? 'y' : options.up;
+  return in_metres_y_up(std::move(clip), options);
+}
+
+}  // namespace
+
+MotionClip read_motion_file(const std::filesystem::path& path, const MotionOptions& options,
+                            const std::filesystem::path& asf, const MarkerFitOptions& markers,
+                            const Limits& limits) {
+  const std::string extension = extension_of(path);
+  if (extension == ".bvh") {
+    return read_bvh(path, options, limits);
+  }
+  if (extension == ".amc") {
+    return read_amc(asf.empty() ? skeleton_of(path) : asf, path, options, limits);
+  }
+  if (has_scene_extension(path)) {
+    MotionOptions sampled = options;
+    sampled.fps = 0;
+    return as_said(read_gltf_motion(path, options, limits), sampled);
+  }
+  if (extension == ".trc" || extension == ".c3d") {
+    return fit_markers(extension == ".trc" ? read_trc(path, limits) : read_c3d(path, limits),
+                       options, markers)
+        .clip;
+  }
+  if (extension == ".npz") {
+    const Npz npz(path, limits);
+    return as_said(archive_schema(npz).empty() ? read_amass(path, nullptr, limits)
+                                               : motion_of_arrays(npz, limits),
+                   options);
+  }
+  throw DataError(path.string(), "file name", "extension '" + extension.substr(0, 20) + "'",
+                  "a motion: .bvh, .amc, .trc, .c3d, .npz, .glb, .gltf or .fbx");
+}
+
+void write_motion_file(const std::filesystem::path& path, const MotionClip& clip) {
+  const std::string extension = extension_of(path);
+  if (extension == ".bvh") {
+    write_bvh(path, clip);
+  } else if (extension == ".npz") {
+    write_motion(path, clip);
+  } else {
+    ATELIER_CHECK(extension == ".glb" || extension == ".gltf",
+                  "motions are written as .bvh, .npz, .glb or .gltf");
+    write_gltf(path, gltf_motion(clip));
+  }
+}
+
+}  // namespace atelier

@@ -1,0 +1,328 @@
+#include "bodymodel/underlying/underlying_body.h"
+
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "bodymodel/surface_frames.h"
+#include "bodymodel/underlying/vertex_energy.h"
+#include "core/error.h"
+#include "core/normals.h"
+#include "core/parallel.h"
+#include "core/topology.h"
+
+namespace atelier {
+namespace {
+
+constexpr double kSkinAlongScan = 0.5;  // cosine between skin and seen skin
+constexpr double kLeastGap = 0.5;       // of the usual one; closer, cloth pushes
+
+/// Cotangent weights of the edges, at least a little, so that obtuse faces pull the right way.
+Eigen::VectorXd edge_weights(const Topology& topology, const Points& vertices) {
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(topology.edges.rows());
+  for (Index f = 0; f < topology.faces.rows(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      const int edge = topology.face_edges(f, k);
+      if (edge < 0) {
+        continue;
+      }
+      const Eigen::RowVector3d apex = vertices.row(topology.faces(f, (k + 2) % 3));
+      const Eigen::Vector3d a = (vertices.row(topology.faces(f, k)) - apex).transpose();
+      const Eigen::Vector3d b = (vertices.row(topology.faces(f, (k + 1) % 3)) - apex).transpose();
+      const double area = a.cross(b).norm();
+      weights[edge] += area > 0 ? std::clamp(0.5 * a.dot(b) / area, 0.0, 5.0) : 0;
+    }
+  }
+  return weights.cwiseMax(0.05);
+}
+
+/// Rotation that takes the edges around each vertex best from one shape to another.
+std::vector<Eigen::Matrix3d> edge_rotations(const VertexEnergy& energy, const Points& from,
+                                            const Points& to) {
+  std::vector<Eigen::Matrix3d> spread(static_cast<std::size_t>(from.rows()),
+                                      Eigen::Matrix3d::Zero());
+  for (Index e = 0; e < energy.edges.rows(); ++e) {
+    const int i = energy.edges(e, 0);
+    const int j = energy.edges(e, 1);
+    const Eigen::Matrix3d product =
+        energy.edge_weights[e] * (to.row(i) - to.row(j)).transpose() * (from.row(i) - from.row(j));
+    spread[static_cast<std::size_t>(i)] += product;
+    spread[static_cast<std::size_t>(j)] += product;
+  }
+  parallel_for(from.rows(), 256, [&](Index begin, Index end) {
+    for (Index v = begin; v < end; ++v) {
+      auto& matrix = spread[static_cast<std::size_t>(v)];
+      const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix,
+                                                  Eigen::ComputeFullU | Eigen::ComputeFullV);
+      Eigen::Vector3d turn(1, 1, 1);
+      turn[2] = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
+      matrix = svd.matrixU() * turn.asDiagonal() * svd.matrixV().transpose();
+    }
+  });
+  return spread;
+}
+
+PlaneRow vertex_row(Index v, const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
+                    double weight, double scale) {
+  const int at = static_cast<int>(v);
+  PlaneRow row;
+  row.vertices = {at, at, at};
+  row.barycentric = {1, 0, 0};
+  row.normal = normal;
+  row.offset = normal.dot(point);
+  row.weight = weight;
+  row.scale = scale;
+  return row;
+}
+
+/// What the scan says of each vertex: of bare ones the skin next to them, of covered ones what is
+/// over them.
+std::vector<PlaneRow> rows_of_body(const Triangles& faces, const Points& x, const ScanSurface& scan,
+                                   const BodyCover& cover, const Eigen::VectorXd& areas,
+                                   const UnderlyingBodyOptions& options) {
+  const Points normals = vertex_normals(x, faces);
+  std::vector<PlaneRow> rows(static_cast<std::size_t>(2 * x.rows()));
+  parallel_for(x.rows(), 256, [&](Index begin, Index end) {
+    for (Index v = begin; v < end; ++v) {
+      const Eigen::Vector3d at = x.row(v).transpose();
+      const Eigen::Vector3d normal = normals.row(v).transpose();
+      const double covered = cover.covered[v];
+      if (covered < 1) {
+        const auto skin = nearest_point(scan, scan.skin, at, options.skin_reach);
+        if (skin && !skin->border && skin->normal.dot(normal) > kSkinAlongScan) {
+          rows[static_cast<std::size_t>(2 * v)] =
+              vertex_row(v, skin->point, skin->normal,
+                         0.5 * options.skin_weight * areas[v] * (1 - covered), options.skin_scale);
+        }
+      }
+      if (covered > 0) {
+        const auto over = cover_gap(scan, at, normal, options.cover_reach, options.sign);
+        if (!over) {
+          continue;
+        }
+        auto& row = rows[static_cast<std::size_t>(2 * v + 1)];
+        const double usual = options.gap > 0 ? options.gap : cover.gap;
+        const double least = kLeastGap * usual;
+        if (over->gap < least && options.sign != CoverSign::Unsigned) {
+          row = vertex_row(v, over->point - least * over->outward, over->outward,
+                           options.outside_weight * areas[v] * covered, 0);
+        } else if (over->role == ScanRole::Cloth) {
+          row = vertex_row(v, over->point - usual * over->outward, over->outward,
+                           options.tight_weight * areas[v] * covered * cover.tightness[v],
+                           options.tight_scale);
+        }
+      }
+    }
+  });
+  std::erase_if(rows, [](const PlaneRow& row) { return row.weight <= 0; });
+  return rows;
+}
+
+/// What the body is to each point of seen skin.
+std::vector<PlaneRow> rows_of_skin(const Triangles& faces, const Points& x,
+                                   const TriangleTree& tree, const ScanSurface& scan,
+                                   const BodyCover& cover, const UnderlyingBodyOptions& options) {
+  const Points normals = face_normals(x, faces);
+  const Index count = scan.vertices.rows();
+  std::vector<PlaneRow> rows(static_cast<std::size_t>(count));
+  parallel_for(count, 256, [&](Index begin, Index end) {
+    for (Index i = begin; i < end; ++i) {
+      if (scan.roles[static_cast<std::size_t>(i)] != ScanRole::Skin) {
+        continue;
+      }
+      const Eigen::Vector3d point = scan.vertices.row(i).transpose();
+      const Eigen::Vector3d normal = scan.normals.row(i).transpose();
+      const ClosestPoint closest = closest_point(tree, point, options.skin_reach);
+      if (closest.face < 0 || normals.row(closest.face).transpose().dot(normal) < kSkinAlongScan) {
+        continue;
+      }
+      double bare = 0;
+      PlaneRow row;
+      for (int k = 0; k < 3; ++k) {
+        row.vertices[static_cast<std::size_t>(k)] = faces(closest.face, k);
+        bare += closest.barycentric[k] * (1 - cover.covered[faces(closest.face, k)]);
+      }
+      row.barycentric = closest.barycentric;
+      row.normal = normal;
+      row.offset = normal.dot(point);
+      row.weight = 0.5 * options.skin_weight * scan.areas[i] * bare;
+      row.scale = options.skin_scale;
+      rows[static_cast<std::size_t>(i)] = row;
+    }
+  });
+  std::erase_if(rows, [](const PlaneRow& row) { return row.weight <= 0; });
+  return rows;
+}
+
+/// The vertices' energy without what the scan says: edges and places of a shape.
+VertexEnergy energy_of_shape(const Triangles& faces, const Points& shape,
+                             const Eigen::VectorXd& areas, const UnderlyingBodyOptions& options) {
+  VertexEnergy energy;
+  energy.edges.resize(0, 2);
+  if (options.coupling) {
+    const Topology topology = topology_of(faces, shape.rows());
+    energy.edges = topology.edges;
+    energy.edge_weights =
+        options.coupling_length * options.coupling_length * edge_weights(topology, shape);
+  }
+  const double least = areas.size() > 0 ? 1e-3 * areas.mean() : 0;  // of vertices without a face
+  energy.anchor_weights = options.anchor_weight * areas.cwiseMax(least);
+  energy.anchors = shape;
+  return energy;
+}
+
+/// The edges of a shape, turned as the body has turned about each of them.
+Points turned_edges(const VertexEnergy& energy, const Points& shape, const Points& body) {
+  const std::vector<Eigen::Matrix3d> rotations = edge_rotations(energy, shape, body);
+  Points vectors(energy.edges.rows(), 3);
+  for (Index e = 0; e < energy.edges.rows(); ++e) {
+    const int a = energy.edges(e, 0);
+    const int b = energy.edges(e, 1);
+    const Eigen::Matrix3d& first = rotations[static_cast<std::size_t>(a)];
+    const Eigen::Matrix3d& second = rotations[static_cast<std::size_t>(b)];
+    vectors.row(e) = 0.5 * (shape.row(a) - shape.row(b)) * (first + second).transpose();
+  }
+  return vectors;
+}
+
+/// How much the rows say of each vertex, against what seen skin says.
+Eigen::VectorXd support_of(const std::vector<PlaneRow>& rows, const Points& body,
+                           const Eigen::VectorXd& areas) {
+  Eigen::VectorXd support = Eigen::VectorXd::Zero(body.rows());
+  for (const PlaneRow& row : rows) {
+    const double weight = row_weight(row, body);
+    for (int k = 0; k < 3; ++k) {
+      support[row.vertices[static_cast<std::size_t>(k)]] += weight * row.barycentric[k];
+    }
+  }
+  for (Index v = 0; v < support.size(); ++v) {
+    support[v] = areas[v] > 0 ? std::min(1.0, support[v] / areas[v]) : 0;
+  }
+  return support;
+}
+
+/// A body and how much the scan says of each vertex.
+struct Fitted {
+  Points body;
+  Eigen::VectorXd support;
+};
+
+Fitted fitted(const Triangles& faces, const Points& shape, Points body, const ScanSurface& scan,
+              const BodyCover& cover, const UnderlyingBodyOptions& options) {
+  constexpr double kSettled = 3e-5;  // m, mean move of a round
+  const Eigen::VectorXd areas = vertex_areas(shape, faces);
+  VertexEnergy energy = energy_of_shape(faces, shape, areas, options);
+  TriangleTree tree = build_tree(body, faces);
+  for (int i = 0; i < options.iterations; ++i) {
+    energy.edge_vectors = turned_edges(energy, shape, body);
+    energy.rows = rows_of_body(faces, body, scan, cover, areas, options);
+    const std::vector<PlaneRow> skin = rows_of_skin(faces, body, tree, scan, cover, options);
+    energy.rows.insert(energy.rows.end(), skin.begin(), skin.end());
+    const Points before = std::exchange(body, lower_vertex_energy(energy, body));
+    if ((body - before).rowwise().norm().mean() < kSettled) {
+      break;
+    }
+    tree = refit_tree(std::move(tree), body);
+  }
+  Eigen::VectorXd support = support_of(energy.rows, body, areas);
+  return {std::move(body), std::move(support)};
+}
+
+}  // namespace
+
+OptionTable describe(UnderlyingBodyOptions& options) {
+  OptionTable table;
+  table.add("iterations", options.iterations, 1, 100, "",
+            "Rounds of looking for nearest points and solving");
+  table.add(
+      "sign", options.sign,
+      {{"winding", CoverSign::Winding},
+       {"normal", CoverSign::Normal},
+       {"unsigned", CoverSign::Unsigned}},
+      "How the inside of clothes is told from the outside; all but winding are for comparison");
+  table.add("coupling", options.coupling,
+            "Keep the personal body's shape where nothing is seen; off only for comparison");
+  table.add("temporal", options.temporal, "Keep the shape that the frames before and after have");
+  table.add("coupling_length", options.coupling_length, 0.001, 1, "m",
+            "Over which skin follows its neighbours against data; longer is smoother");
+  table.add("anchor_weight", options.anchor_weight, 1e-6, 100, "",
+            "Of the personal body's own place against the 1 of seen skin");
+  table.add("skin_weight", options.skin_weight, 0, 1000, "", "Of skin that is seen");
+  table.add("skin_reach", options.skin_reach, 0.001, 1, "m",
+            "Points farther off are not the same skin; raise it where tracking is bad");
+  table.add("skin_scale", options.skin_scale, 0.0001, 1, "m",
+            "Distance at which points of skin are taken for outliers");
+  table.add("cover_reach", options.cover_reach, 0.001, 1, "m",
+            "Deepest poke through clothes that is mended");
+  table.add("outside_weight", options.outside_weight, 0, 1000, "", "Of skin outside of clothes");
+  table.add("gap", options.gap, 0, 0.05, "m",
+            "That clothes keep from skin where they lie on it; 0: the most frequent one is found");
+  table.add("tight_weight", options.tight_weight, 0, 1000, "", "Of skin under tight clothes");
+  table.add("tight_scale", options.tight_scale, 0.0001, 1, "m",
+            "Gaps much larger than this no longer attract skin");
+  table.add("temporal_weight", options.temporal_weight, 0, 1, "",
+            "Share of the offsets of the frames around in the shape that is kept");
+  return table;
+}
+
+std::vector<Finding> underlying_findings(const ScanSurface& scan,
+                                         const BodyCertificate& certificate) {
+  std::vector<Finding> findings;
+  const auto warn = [&](const char* code, std::string what, std::string advice) {
+    findings.push_back({Severity::Warning, code, "", std::move(what), std::move(advice)});
+  };
+  if (scan.vertices.rows() == 0) {
+    warn("no-scan", "there is no scan: the body is the tracked one alone", "");
+    return findings;
+  }
+  constexpr double kHalf = 0.5;
+  if (certificate.seen_rate < kHalf) {
+    warn("little-seen",
+         "the scan says something of only " +
+             std::to_string(static_cast<int>(std::lround(100 * certificate.seen_rate))) +
+             "% of the body",
+         "look at the scan and the tracked pose; the rest follows the personal body");
+  }
+  if (scan.skin.faces.rows() == 0) {
+    warn("no-skin", "no part of the scan is labelled skin: the body only stays inside of it",
+         "label images tell skin from clothing (docs/surfaces.md)");
+  }
+  return findings;
+}
+
+UnderlyingBody underlying_body(const Triangles& faces, const Points& posed, const ScanSurface& scan,
+                               const BodyCover& cover, const KnownOffsets& known,
+                               const UnderlyingBodyOptions& options) {
+  const Index count = posed.rows();
+  ATELIER_CHECK(cover.covered.size() == count && cover.tightness.size() == count,
+                "cover of another body");
+  ATELIER_CHECK(known.usual.rows() == 0 || known.usual.rows() == count, "offsets of another body");
+  ATELIER_CHECK(known.start.rows() == 0 || known.start.rows() == count, "offsets of another body");
+  ATELIER_CHECK(posed.allFinite() && known.usual.allFinite() && known.start.allFinite(),
+                "coordinates must be finite");
+  const std::vector<Eigen::Matrix3d> frames = surface_frames(posed, faces);
+  Points shape = posed;  // that is kept
+  if (options.temporal && known.usual.rows() > 0) {
+    shape += options.temporal_weight * from_surface_frames(frames, known.usual);
+  }
+  UnderlyingBody body;
+  body.vertices =
+      known.start.rows() > 0 ? Points(posed + from_surface_frames(frames, known.start)) : shape;
+  if (scan.vertices.rows() > 0) {
+    Fitted fit = fitted(faces, shape, std::move(body.vertices), scan, cover, options);
+    body.vertices = std::move(fit.body);
+    body.support = std::move(fit.support);
+  } else {
+    body.vertices = shape;
+    body.support = Eigen::VectorXd::Zero(count);
+  }
+  body.offsets = in_surface_frames(frames, body.vertices - posed);
+  body.certificate = body_certificate(faces, body.vertices, scan, cover);
+  body.findings = underlying_findings(scan, body.certificate);
+  body.trusted = body.findings.empty();
+  return body;
+}
+
+}  // namespace atelier

@@ -1,0 +1,318 @@
+#include "pipeline/animation/animate_stage.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "bodymodel/formats/body_archive.h"
+#include "core/archive.h"
+#include "core/io/ground_truth_archive.h"
+#include "core/io/image_file.h"
+#include "core/render/contact_sheet.h"
+#include "core/render/video.h"
+#include "core/sequence_archive.h"
+#include "core/store/digest_meter.h"
+#include "pipeline/animation/animated_cloth.h"
+#include "pipeline/cloth/scene_check.h"
+#include "pipeline/pictures/paint_scene.h"
+#include "pipeline/pictures/picture_size.h"
+#include "pipeline/pictures/straight_alpha.h"
+#include "simulation/simulation_doubts.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+constexpr std::size_t kStripFrames = 8;
+constexpr double kLeastVideoRate = 0.1;  // 1/s
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+/// A sequence of one topology, file by file.
+void write_meshes(StageRun& run, const Animation& animation, const std::string& folder,
+                  const Mesh& shared, const std::function<Points(Index row)>& vertices) {
+  SequenceHeader header;
+  header.fps = animation.fps;
+  header.frame_ids = animation.frame_ids;
+  header.shared.faces = shared.faces;
+  header.shared.uvs = shared.uvs;
+  header.shared.uv_faces = shared.uv_faces;
+  run.output(folder + "/sequence.h5",
+             [&](const fs::path& file) { write_archive(file, archive_of(header)); });
+  for (std::size_t i = 0; i < header.frame_ids.size(); ++i) {
+    Mesh mesh;
+    mesh.vertices = vertices(static_cast<Index>(i));
+    run.output(sequence_frame_path(folder, header.frame_ids[i]).generic_string(),
+               [&](const fs::path& file) { write_mesh_archive(file, mesh); });
+  }
+}
+
+/// The body's and the clothes' surfaces in a frame, as they are rendered.
+std::vector<RenderMesh> dressed_meshes(const Animation& animation, const Points& body,
+                                       const Points& cloth) {
+  std::vector<RenderMesh> meshes;
+  Mesh wearer;
+  wearer.vertices = body;
+  wearer.faces = animation.body.model.mesh.faces;
+  meshes.push_back({std::move(wearer), skin_look()});
+  for (std::size_t g = 0; g < animation.worn.meshes.size(); ++g) {
+    Mesh garment = animation.worn.meshes[g];
+    garment.vertices = cloth.middleRows(animation.worn.first[g], garment.vertices.rows());
+    meshes.push_back({std::move(garment), cloth_look(g)});
+  }
+  return meshes;
+}
+
+/// Gets the picture of every frame, in order.
+using TakePicture = std::function<void(const Image& picture)>;
+
+/// Draws all frames in plain colours. False if the run was told to stop.
+bool draw_plain(StageRun& run, const Animation& animation, const AnimationView& view,
+                const std::vector<Points>& bodies, const std::vector<Points>& cloths,
+                const TakePicture& take) {
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (run.stop_requested()) {
+      return false;
+    }
+    take(animation_picture(view, static_cast<int>(i),
+                           dressed_meshes(animation, bodies[i], cloths[i]),
+                           run.options<AnimateOptions>().view));
+  }
+  return true;
+}
+
+/// What is drawn, each by its network, or in one colour where it has none.
+std::vector<SceneLayer> drawn_layers(const Animation& animation) {
+  std::vector<SceneLayer> layers;
+  const auto add = [&](const std::string& name, const Eigen::Vector3f& color,
+                       const Triangles& faces) {
+    const auto found = animation.networks.find(name);
+    layers.push_back(
+        {name, found == animation.networks.end() ? "" : found->second.string(), color, faces});
+  };
+  add("body", skin_look().color, animation.body.model.mesh.faces);
+  for (std::size_t g = 0; g < animation.worn.names.size(); ++g) {
+    add(animation.worn.names[g], cloth_look(g).color, animation.worn.meshes[g].faces);
+  }
+  return layers;
+}
+
+/// Draws all frames by networks.
+bool draw_by_networks(StageRun& run, const Animation& animation, const AnimationView& view,
+                      const std::vector<Points>& bodies, const std::vector<Points>& cloths,
+                      const TakePicture& take) {
+  PaintedScene scene;
+  scene.layers = drawn_layers(animation);
+  scene.cameras = view.cameras;
+  scene.frame_ids = animation.frame_ids;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    std::vector<Points> vertices = {bodies[i]};
+    for (std::size_t g = 0; g < animation.worn.names.size(); ++g) {
+      vertices.emplace_back(
+          cloths[i].middleRows(animation.worn.first[g], animation.worn.meshes[g].vertices.rows()));
+    }
+    scene.vertices.push_back(std::move(vertices));
+  }
+  PaintOptions options;
+  options.alpha = view.alpha;
+  const Eigen::Vector3f& behind = view.studio.background.bottom;
+  options.background = {behind.x(), behind.y(), behind.z()};
+  PaintHooks hooks;
+  hooks.stop = [&] { return run.stop_requested(); };
+  hooks.picture = [&](Index /*frame_idx*/, const Image& picture) {
+    take(view.alpha ? picture : before_black(picture));
+  };
+  return paint_scene(scene, options, run.device(), hooks);
+}
+
+/// Pictures of every frame, a video and a strip. False if the run was told to stop.
+bool write_pictures(StageRun& run, const Animation& animation, const std::vector<Points>& bodies,
+                    const std::vector<Points>& cloths) {
+  const auto& options = run.options<AnimateOptions>().view;
+  const auto frames = static_cast<Index>(bodies.size());
+  Points corners(static_cast<Index>(16 * bodies.size()), 3);
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const auto row = static_cast<Index>(16 * i);
+    corners.middleRows(row, 8) = box_corners(bodies[i]);
+    corners.middleRows(row + 8, 8) = box_corners(cloths[i].rows() > 0 ? cloths[i] : bodies[i]);
+  }
+  const AnimationView view = animation_view(corners, first_azimuth(animation),
+                                            static_cast<int>(frames), animation.cameras, options);
+  const fs::path video = run.scratch_folder() / "animation.mp4";
+  VideoWriter film(video, {.fps = std::max(kLeastVideoRate, animation.fps)});
+  std::vector<CaptionedImage> strip;
+  const std::size_t every =
+      std::max<std::size_t>(1, (bodies.size() + kStripFrames - 1) / kStripFrames);
+  const auto start = Clock::now();
+  const TakePicture take = [&](const Image& picture) {
+    const auto i = static_cast<std::size_t>(film.frames());
+    run.output_text("pictures/" + frame_name(animation.frame_ids[i]) + ".png",
+                    image_bytes(view.alpha ? straight_alpha(picture) : picture, ImageFormat::Png));
+    const Image opaque = view.alpha ? before_black(picture) : picture;
+    film.add(opaque);
+    if (i % every == 0) {
+      char caption[40];
+      std::snprintf(caption, sizeof caption, "%.2f s", static_cast<double>(i) / animation.fps);
+      strip.push_back({opaque, caption});
+    }
+    run.progress(film.frames(), frames, "pictures");
+  };
+  run.progress(0, frames, "pictures");
+  const auto draw = animation.networks.empty() ? draw_plain : draw_by_networks;
+  if (!draw(run, animation, view, bodies, cloths, take)) {
+    return false;
+  }
+  run.metric("picture_seconds", seconds_since(start) / static_cast<double>(frames));
+  film.finish();
+  run.output("animation.mp4", [&](const fs::path& file) {
+    fs::copy_file(video, file, fs::copy_options::overwrite_existing);
+  });
+  ContactSheetOptions sheet;
+  sheet.columns = static_cast<int>(strip.size());
+  sheet.cell_width = std::min(240, strip.front().image.width);
+  run.output_text("strip.png", image_bytes(contact_sheet(strip, sheet), ImageFormat::Png));
+  return true;
+}
+
+/// Mean distance of the simulated vertices from where they were registered, m.
+double distance_to_registered(const Animation& animation, const std::vector<Points>& cloths) {
+  double sum = 0;
+  double count = 0;
+  for (std::size_t g = 0; g < animation.registered.size(); ++g) {
+    const RegisteredGarmentSequence& garment = animation.registered[g];
+    const std::vector<int>& ids = garment.registered.frame_ids;
+    for (std::size_t i = 0; i < cloths.size(); ++i) {
+      if (!std::binary_search(ids.begin(), ids.end(), animation.frame_ids[i])) {
+        continue;
+      }
+      const Points there = registered_mesh(garment, animation.frame_ids[i]).vertices;
+      sum += (cloths[i].middleRows(animation.worn.first[g], there.rows()) - there)
+                 .rowwise()
+                 .norm()
+                 .sum();
+      count += static_cast<double>(there.rows());
+    }
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+void write_figures(StageRun& run, const Animation& animation,
+                   const std::vector<FrameFigures>& figures, Index vertices) {
+  nlohmann::ordered_json all;
+  FrameFigures most;
+  double inside = 0;
+  for (std::size_t i = 0; i < figures.size(); ++i) {
+    nlohmann::ordered_json& json = all["frames"][frame_name(animation.frame_ids[i])];
+    for (const auto& [name, member] : kFrameFigures) {
+      json[name] = figures[i].*member;
+      most.*member = std::max(most.*member, figures[i].*member);
+    }
+    inside += figures[i].inside;
+  }
+  run.output_text("figures.json", all.dump(1));
+  const auto frames = static_cast<double>(figures.size());
+  run.metric("frames", frames);
+  run.metric("garments", static_cast<double>(animation.worn.names.size()));
+  run.metric("vertices", static_cast<double>(vertices));
+  run.metric("strain_p99", most.strain_p99);
+  run.metric("penetration_depth", most.depth);
+  run.metric("penetration_rate",
+             inside / frames / static_cast<double>(std::max<Index>(1, vertices)));
+  run.metric("self_intersections", most.crossings);
+}
+
+/// Says where the cloth is hardly to be trusted, as `simulate` does.
+void warn_of_doubts(StageRun& run, const Animation& animation,
+                    const std::vector<FrameFigures>& figures, const std::vector<Points>& cloths) {
+  std::vector<FrameReport> reports;
+  for (std::size_t i = 0; i < figures.size(); ++i) {
+    reports.push_back(frame_report(animation, animation.frame_ids[i], cloths[i], figures[i]));
+  }
+  // How another simulator treats cloth is not ours to say.
+  const bool self_contact = animation.foreign || animation.worn.solver.self_contact;
+  for (const std::string& doubt :
+       simulation_doubts(reports, self_contact, {"--cloth.xpbd.", "--cloth.contact"})) {
+    run.warn(doubt);
+  }
+}
+
+/// The poses as they were played, at the result's rate.
+MotionClip played_motion(const Animation& animation) {
+  MotionClip clip;
+  clip.name = "animation";
+  clip.skeleton = animation.body.shaped.skeleton;
+  clip.motion.fps = animation.fps;
+  clip.motion.frame_ids = animation.frame_ids;
+  for (std::size_t i = 0; i < animation.frame_ids.size(); ++i) {
+    clip.motion.poses.push_back(pose_at(
+        animation.body, step_of(animation, static_cast<Index>(i)) * animation.step_seconds));
+  }
+  return clip;
+}
+
+}  // namespace
+
+void run_animate(StageRun& run) {
+  const auto& options = run.options<AnimateOptions>();
+  if (options.pictures) {
+    require_picture_size(options.view.picture);
+  }
+  require_solver(options.cloth.xpbd, run.device());
+  const Animation animation = read_animation(run);
+  const std::vector<int>& ids = animation.frame_ids;
+  AnimatedCloth frames(run, animation);
+  const auto row_of = [&](int id) {
+    return std::lower_bound(ids.begin(), ids.end(), id) - ids.begin();
+  };
+  try {
+    if (!run.each_frame("frames", ".h5", ids, [&](int id, const fs::path& file) {
+          const ClothState state = frames.at(row_of(id));
+          const Points body = body_after(animation, step_of(animation, row_of(id)));
+          write_animated_frame(file, {state, frame_figures(animation, state.positions, body)});
+        })) {
+      return;
+    }
+  } catch (const StopRequested&) {
+    return;  // in the midst of a frame or on the way to the first
+  }
+  const Index vertices = animation.worn.first.back();
+  std::vector<Points> bodies;
+  std::vector<Points> cloths;
+  std::vector<FrameFigures> figures;
+  for (std::size_t i = 0; i < ids.size(); ++i) {
+    AnimatedFrame frame = read_animated_frame(run.frame_file(ids[i]), vertices);
+    bodies.push_back(body_after(animation, step_of(animation, static_cast<Index>(i))));
+    cloths.push_back(std::move(frame.state.positions));
+    figures.push_back(frame.figures);
+  }
+  write_meshes(run, animation, "body", animation.body.model.mesh,
+               [&](Index i) { return bodies[static_cast<std::size_t>(i)]; });
+  for (std::size_t g = 0; g < animation.worn.names.size(); ++g) {
+    write_meshes(run, animation, "garments/" + animation.worn.names[g], animation.worn.meshes[g],
+                 [&](Index i) {
+                   return Points(cloths[static_cast<std::size_t>(i)].middleRows(
+                       animation.worn.first[g], animation.worn.meshes[g].vertices.rows()));
+                 });
+  }
+  run.output("body.npz", [&](const fs::path& file) { write_body(file, animation.body.model); });
+  run.output("motion.npz",
+             [&](const fs::path& file) { write_motion(file, played_motion(animation)); });
+  if (options.pictures && !write_pictures(run, animation, bodies, cloths)) {
+    return;
+  }
+  write_figures(run, animation, figures, vertices);
+  warn_of_doubts(run, animation, figures, cloths);
+  if (!animation.registered.empty()) {
+    run.metric("registered_distance", distance_to_registered(animation, cloths));
+  }
+  if (frames.simulated()) {
+    run.metric("seconds_a_frame", frames.seconds_a_step() * animation.steps_per_frame);
+  }
+}
+
+}  // namespace atelier

@@ -1,0 +1,29 @@
+#pragma once
+
+#include <array>
+
+#include "core/store/stage.h"
+#include "pipeline/animation/animation_input.h"
+
+namespace atelier {
+
+inline constexpr std::array kAnimateMetrics = {
+    StageMetric{"frames", ""},
+    StageMetric{"garments", ""},
+    StageMetric{"vertices", "of cloth"},
+    StageMetric{"strain_p99", "of rest length"},
+    StageMetric{"penetration_depth", "m"},
+    StageMetric{"penetration_rate", "of the vertices"},
+    StageMetric{"self_intersections", "in a frame"},
+    StageMetric{"registered_distance", "m"},
+    StageMetric{"seconds_a_frame", "s"},
+    StageMetric{"picture_seconds", "s"},
+};
+
+/// Person, motion, garments and material -> frames/ (the cloth's state in every frame, schema
+/// "atelier.animated_frame", from which a run that was ended goes on with the same bits), body/ and
+/// garments/<name>/ (core/sequence_archive.h), body.npz and motion.npz (who moves, and how),
+/// figures.json, and pictures/, animation.mp4 and strip.png.
+void run_animate(StageRun& run);
+
+}  // namespace atelier

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "bodymodel/retarget/moving_body.h"
+#include "core/store/stage.h"
+#include "pipeline/outfit/worn_cloth.h"
+#include "pipeline/pictures/animation_pictures.h"
+#include "simulation/said_material.h"
+
+namespace atelier {
+
+struct AnimateOptions {
+  std::string motion = "";       ///< file or procedural motion; "": the capture's own
+  std::string sequence = "";     ///< of the capture, whose motion is its own; "": the first clothed
+  double start = 0;              ///< s into the motion, 0 to 1e6
+  double seconds = 0;            ///< of it; 0: to its end
+  double fps = 0;                ///< of the result; 0: the capture's own, of other motions up to 30
+  std::string body = "";         ///< another body: file, female or male; "": the person
+  std::string garment = "auto";  ///< auto: as registered; else what `synthesize --garment` takes
+  std::string cloth_sequence = "";                     ///< of another simulator, instead of ours
+  Material material = fabrics_own_material("fitted");  ///< what is said of it, see said_material
+  WornClothOptions cloth;
+  double settle = 0.5;  ///< s that cloth hangs before the body begins to move, 0 to 60
+  bool pictures = true;
+  AnimationViewOptions view;
+};
+OptionTable describe(AnimateOptions& options);
+
+/// Everything that is to be animated, read and placed.
+struct Animation {
+  MovingBody body;
+  WornCloth worn;                   ///< with `foreign`, its names, meshes and `first` alone
+  std::optional<Sequence> foreign;  ///< cloth that another simulator moved
+  std::vector<int> frame_ids;       ///< of the result
+  double fps = 0;
+  double step_seconds = 0;      ///< of a simulated frame
+  int steps_before = 0;         ///< simulated frames before the first of the result
+  int steps_per_frame = 1;      ///< from one to the next
+  std::vector<Camera> cameras;  ///< of the capture
+  /// Files of networks by what they draw, "body" and garments; none: everything has one colour.
+  std::map<std::string, std::filesystem::path> networks;
+  /// Where the clothes are to be, where that is known: the capture's own motion on its own person.
+  std::vector<RegisteredGarmentSequence> registered;
+};
+
+/// Refuses files and cameras that the options name and that are not there, as `read_animation` does
+/// behind its inputs. Quick: what is there is not read. Throws DataError, UsageError for networks
+/// of what none is learnt of.
+void require_named(const AnimateOptions& options, const std::filesystem::path& capture);
+
+/// Reads the workspace and what the options name; says what it assumes. Throws DataError for
+/// results or files that are missing or do not fit each other, with what would help.
+Animation read_animation(StageRun& run);
+
+/// Step whose end is the i-th frame of the result.
+int step_of(const Animation& animation, Index frame);
+
+/// Azimuth, as of a View, to which the person's hips face in the first frame; 0 where they lie.
+double first_azimuth(const Animation& animation);
+
+/// The body's surface after a step, [V,3] m.
+Points body_after(const Animation& animation, int step);
+
+}  // namespace atelier

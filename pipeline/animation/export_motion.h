@@ -1,0 +1,37 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "core/io/mesh_gltf.h"
+#include "core/io/usd_sequence.h"
+#include "core/store/manifest.h"
+
+namespace atelier {
+
+/// Whether a result's file is a motion of ours: "atelier.tracked" or a motion's npz.
+bool is_motion_result(const std::filesystem::path& file);
+
+/// Writes such a motion as BVH. Throws DataError for a file that is damaged.
+void export_bvh(const std::filesystem::path& file, const std::filesystem::path& bvh);
+
+/// Two scenes side by side, their animations as one. Throws LogicError as check_gltf.
+GltfScene joined_scenes(GltfScene scene, const GltfScene& other);
+
+/// Whether a result is of `animate`: a body, its motion, and garments.
+bool is_animation_result(const std::filesystem::path& result);
+
+/// The networks that such a result was drawn by; "" if there are none.
+std::filesystem::path networks_of(const Manifest& manifest, const std::filesystem::path& workspace);
+
+/// Such a result as one scene: the body with its skin, four influences a vertex, moved by its
+/// joints, with what each frame's surface is off that as morph targets; each garment as morph
+/// targets, a frame each, with the texture that does not change of what `appearance` learnt
+/// (joined_scenes, image inside). Throws DataError for damaged files.
+/// @param networks  the result of `appearance` that it was drawn by; "": one colour each
+GltfScene avatar_scene(const std::filesystem::path& result, const std::filesystem::path& networks);
+
+/// Such a result as sequences side by side: "body", and each garment under its name.
+std::vector<NamedSequence> avatar_sequences(const std::filesystem::path& result);
+
+}  // namespace atelier

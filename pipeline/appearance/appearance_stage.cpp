@@ -1,0 +1,429 @@
+#include "pipeline/appearance/appearance_stage.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <optional>
+#include <set>
+#include <sstream>
+#include <utility>
+
+#include "appearance/learnt.h"
+#include "appearance/static_fit.h"
+#include "appearance/training_log.h"
+#include "capture/capture_info.h"
+#include "capture/frame_reader.h"
+#include "capture/layouts/open_dataset.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/file_kind.h"
+#include "core/io/child_program.h"
+#include "core/io/image_file.h"
+#include "core/not_converged.h"
+#include "core/usage_error.h"
+#include "pipeline/outfit/worn_subject.h"
+#include "pipeline/pictures/taken_and_drawn.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What a training may see: no camera and no frame that is held out.
+struct Seen {
+  std::vector<Camera> cameras;
+  std::vector<Index> camera_idx;  // of the data set
+  std::vector<int> clothed;       // frames
+  std::vector<int> all;           // with the minimally clothed ones
+};
+
+Seen what_training_sees(const Dataset& dataset, const fs::path& capture) {
+  const std::set<std::string> held_cameras(dataset.info.held_out_cameras.begin(),
+                                           dataset.info.held_out_cameras.end());
+  const std::set<int> held_frames(dataset.info.held_out_frames.begin(),
+                                  dataset.info.held_out_frames.end());
+  Seen seen;
+  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
+    if (!held_cameras.contains(dataset.cameras[c].id)) {
+      seen.cameras.push_back(dataset.cameras[c]);
+      seen.camera_idx.push_back(static_cast<Index>(c));
+    }
+  }
+  for (const CaptureSequence& sequence : dataset.info.sequences) {
+    for (const int frame_id : sequence.frame_ids) {
+      if (!held_frames.contains(frame_id)) {
+        seen.all.push_back(frame_id);
+        if (sequence.kind != "minimal") {
+          seen.clothed.push_back(frame_id);
+        }
+      }
+    }
+  }
+  std::sort(seen.clothed.begin(), seen.clothed.end());
+  std::sort(seen.all.begin(), seen.all.end());
+  if (seen.cameras.empty() || seen.clothed.empty()) {
+    throw DataError(capture.string(), "cameras and frames", "none that is not held out",
+                    "a clothed sequence that cameras took");
+  }
+  return seen;
+}
+
+/// Resolved options of a training as the words of the other program.
+std::vector<std::string> words_of(TrainOptions options) {
+  std::vector<std::string> words;
+  for (const OptionField& field : describe(options).fields) {
+    std::string text = option_text(field);
+    if (text.size() >= 2 && text.front() == '"') {
+      text = text.substr(1, text.size() - 2);
+    }
+    words.push_back("--" + field.name);
+    words.push_back(text);
+  }
+  return words;
+}
+
+struct Trained {
+  std::optional<double> psnr;  // dB, mean over the last steps; nothing: their rows are lost
+  double seconds = 0;          // of the steps of this run: a resumed one has fewer
+  double steps = 0;            // of this run
+  bool done = false;
+};
+
+/// @param options  resolved
+/// @param views    in the data
+Trained train_network(StageRun& run, const std::string& name, const TrainOptions& options,
+                      int views, const fs::path& data, const fs::path& model, const fs::path& log,
+                      const fs::path& checkpoint) {
+  std::vector<std::string> words = {"train",
+                                    data.string(),
+                                    model.string(),
+                                    "--log",
+                                    log.string(),
+                                    "--checkpoint",
+                                    checkpoint.string(),
+                                    "--device",
+                                    device_name(run.device())};
+  const std::vector<std::string> more = words_of(options);
+  words.insert(words.end(), more.begin(), more.end());
+  Trained result;
+  auto start = std::chrono::steady_clock::now();
+  long long first = 0;
+  const auto train = [&] {
+    return run_child_program(
+        "atelier-appearance", words, "it is built where libtorch is (libtorch-dev)",
+        [&](const std::string& line) {
+          long long step = 0;
+          int of = 0;
+          double loss = 0;
+          double psnr = 0;
+          if (std::sscanf(line.c_str(), "begin %lld %d", &step, &of) == 2) {
+            start = std::chrono::steady_clock::now();
+            first = step;
+            run.progress(step, of, "steps");
+          } else if (std::sscanf(line.c_str(), "step %lld %d %lf %lf", &step, &of, &loss, &psnr) ==
+                     4) {
+            result.steps = static_cast<double>(step - first);
+            result.seconds =
+                std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+            run.progress(step, of, "steps", {{"loss", loss}, {"psnr_db", psnr}});
+          }
+        },
+        [&] { return run.stop_requested(); });
+  };
+  try {
+    result.done = train();
+  } catch (const NotConverged& error) {
+    throw NotConverged(name + ": " + error.what());
+  }
+  if (result.done) {
+    // From its log, which has all steps: what is resumed takes the last ones alone, or none.
+    std::ostringstream rows;
+    rows << std::ifstream(log).rdbuf();
+    result.psnr =
+        mean_psnr_after(rows.str(), judged_after(options.iterations, views, options.batch));
+  }
+  return result;
+}
+
+/// Says which cameras have no picture of some frames: a training on fewer looks like any other.
+void tell_missing(StageRun& run, const Dataset& dataset, const Seen& seen) {
+  for (std::size_t c = 0; c < seen.cameras.size(); ++c) {
+    const auto& images = dataset.frames[static_cast<std::size_t>(seen.camera_idx[c])].images;
+    const auto missing = std::count_if(seen.clothed.begin(), seen.clothed.end(),
+                                       [&](int frame_id) { return !images.contains(frame_id); });
+    if (missing > 0) {
+      run.warn("camera " + seen.cameras[c].id + " has no picture of " + std::to_string(missing) +
+               " of " + std::to_string(seen.clothed.size()) +
+               " frames; nothing is learnt from them");
+    }
+  }
+}
+
+/// Warns of cameras whose label images do not have the garment where the geometry has it.
+void tell_strange_labels(StageRun& run, const AppearanceData& data,
+                         const std::vector<LabelAgreement>& agreement) {
+  constexpr double kShare = 0.8;  // of what is registered as it should be labels have 0.95 and more
+  for (std::size_t c = 0; c < agreement.size(); ++c) {
+    const auto [judged, agreed] = agreement[c];
+    if (static_cast<double>(agreed) < kShare * static_cast<double>(judged)) {
+      char text[200];
+      std::snprintf(text, sizeof(text),
+                    "%s: label images of camera %s have it in %.0f%% of the pixels in which the "
+                    "geometry does; are they of this camera, and is it registered well?",
+                    data.name.c_str(), data.camera_ids[c].c_str(),
+                    100 * static_cast<double>(agreed) / static_cast<double>(judged));
+      run.warn(text);
+    }
+  }
+}
+
+/// Label images tell whether pictures and geometry belong together; this does where there are none.
+/// Throws DataError where most cameras contradict the geometry, warns of single ones.
+void judge_pictures(StageRun& run, const AppearanceData& data) {
+  const StaticFit fit = static_fit(data, judged_texels(data));
+  if (most_contradict(fit)) {
+    char found[120];
+    std::snprintf(found, sizeof(found), "no texture shows them: the best one reaches %.1f dB",
+                  fit.psnr);
+    throw DataError("", "pictures of " + data.name, found,
+                    "pictures, calibration and geometry of one capture");
+  }
+  for (const std::size_t c : contradicting_cameras(fit)) {
+    char text[240];
+    std::snprintf(
+        text, sizeof(text),
+        "%s: pictures of camera %s contradict the geometry (one texture for all shows "
+        "them at %.1f dB and explains %.0f%% of what differs in them; all at %.1f dB); are "
+        "they of this camera, and is it registered well?",
+        data.name.c_str(), data.camera_ids[c].c_str(), fit.camera_psnr[c],
+        100 * std::max(fit.camera_explained[c], 0.0), fit.psnr);
+    run.warn(text);
+  }
+}
+
+/// Warns of a network that has learnt little; one that diverged is no result, as
+/// `atelier-appearance` says, too.
+void require_learnt(StageRun& run, const std::string& name, std::optional<double> psnr,
+                    double fixed) {
+  if (!psnr) {
+    run.warn(name + ": rows of the training's log are lost: how it ended is unknown");
+    return;
+  }
+  const std::string text = name + ": " + little_learnt_text(*psnr, fixed);
+  switch (learnt(*psnr, fixed)) {
+    case Learnt::Diverged:
+      throw NotConverged(text);
+    case Learnt::Doubtful:
+      run.warn(text);
+      break;
+    case Learnt::Enough:
+      break;
+  }
+}
+
+/// Those of some frames in which a surface is worn.
+std::vector<int> frames_of(const WornSubject& worn, std::size_t which,
+                           const std::vector<int>& candidates) {
+  std::vector<int> frames;
+  for (const int frame_id : candidates) {
+    if (worn.subject.load(frame_id)[which].rows() > 0) {
+      frames.push_back(frame_id);
+    }
+  }
+  return frames;
+}
+
+ByteImage in_colors(ByteImage picture) {
+  if (picture.channels != 1) {
+    return picture;
+  }
+  ByteImage colors(picture.width, picture.height, 3);
+  for (std::size_t i = 0; i < colors.data.size(); ++i) {
+    colors.data[i] = picture.data[i / 3];
+  }
+  return colors;
+}
+
+/// pictures.png: three pictures of the training, each as it was taken and as it is drawn. False if
+/// the run was told to stop.
+bool show(StageRun& run, const WornSubject& worn, const Seen& seen, const ReadPicture& picture,
+          const std::map<std::size_t, std::string>& models) {
+  constexpr std::size_t kShown = 3;
+  std::vector<TakenView> views;
+  std::set<std::pair<std::size_t, int>> shown;
+  for (std::size_t i = 0; i < kShown; ++i) {
+    const std::size_t camera = i * seen.cameras.size() / kShown;
+    const int frame_id = seen.clothed[i * (seen.clothed.size() - 1) / (kShown - 1)];
+    if (!shown.insert({camera, frame_id}).second) {
+      continue;  // fewer than three pictures are there
+    }
+    const TakenPicture one = picture(camera, frame_id);
+    if (!one.colors.data.empty()) {
+      views.push_back({seen.cameras[camera], frame_id, linear_from_srgb(one.colors)});
+    }
+  }
+  if (views.empty()) {
+    return true;
+  }
+  const std::optional<Image> sheet =
+      taken_and_drawn(worn, models, views, run.device(), [&] { return run.stop_requested(); });
+  if (sheet) {
+    run.output_text("pictures.png", image_bytes(*sheet, ImageFormat::Png));
+  }
+  return sheet.has_value();
+}
+
+/// What an interrupted run of the same request had prepared whole; nothing else is there.
+std::optional<AppearanceData> prepared_before(const fs::path& file) {
+  if (file_kind(file) == fs::file_type::not_found) {
+    return std::nullopt;
+  }
+  try {
+    return read_appearance_data(file);
+  } catch (const DataError&) {  // damaged meanwhile: prepared anew
+    return std::nullopt;
+  }
+}
+
+void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
+  const auto& options = run.options<AppearanceStageOptions>();
+  const TrainOptions known = resolved(options.train, run.device());
+  const Seen seen = what_training_sees(dataset, run.input("capture"));
+  tell_missing(run, dataset, seen);
+  FrameReader reader(dataset);
+  const NetworkOptions network = network_options(known);
+  const ReadPicture picture = [&](std::size_t camera, int frame_id) {
+    const Index idx = seen.camera_idx[camera];
+    return TakenPicture{in_colors(reader.byte_image(idx, frame_id).value_or(ByteImage())),
+                        reader.labels(idx, frame_id).value_or(ByteImage())};
+  };
+  double views = 0;
+  double pixels = 0;
+  double psnr = 0;
+  double known_ends = 0;
+  double seconds = 0;
+  double steps = 0;
+  std::map<std::size_t, std::string> models;
+  std::vector<std::size_t> drawn;
+  for (std::size_t s = worn.first_garment; s < worn.templates.size(); ++s) {
+    drawn.push_back(s);
+  }
+  if (options.body) {
+    drawn.push_back(0);
+  }
+  for (const std::size_t which : drawn) {
+    const std::string& name = worn.subject.names[which];
+    const std::vector<int> frames =
+        frames_of(worn, which, which < worn.first_garment ? seen.all : seen.clothed);
+    run.say(name + ": " + std::to_string(frames.size()) + " frames of " +
+            std::to_string(seen.cameras.size()) + " cameras");
+    DrawnSurface surface;
+    surface.which = which;
+    surface.label = worn.labels[which];
+    surface.atlas = pack_atlas(worn.templates[which], {.resolution = network.resolution});
+    const fs::path scratch = run.scratch_folder() / name;
+    make_private_directory(scratch);
+    const fs::path data_file = scratch / "data.h5";
+    std::optional<AppearanceData> prepared = prepared_before(data_file);
+    if (prepared) {
+      run.say(name + ": goes on with the data that were prepared before");
+    } else {
+      std::vector<LabelAgreement> agreement;
+      const AppearanceData fresh =
+          prepare_appearance(worn.subject, surface, seen.cameras, frames, picture, options.prepare,
+                             run.device(), &agreement);
+      if (which >= worn.first_garment) {  // hair and shoes hide a body, and no result has them
+        tell_strange_labels(run, fresh, agreement);
+      }
+      write_archive(data_file, archive_of(fresh));
+      // As the next run finds it: coordinates are rounded there.
+      prepared = read_appearance_data(data_file);
+    }
+    const AppearanceData& data = *prepared;
+    views += static_cast<double>(data.views.size());
+    for (const AppearanceView& view : data.views) {
+      pixels += static_cast<double>(view.pixel.size());
+    }
+    if (run.stop_requested()) {
+      return;
+    }
+    judge_pictures(run, data);
+    const Trained trained =
+        train_network(run, name, known, static_cast<int>(data.views.size()), data_file,
+                      scratch / "model.safetensors", scratch / "training.csv",
+                      scratch / "checkpoint.safetensors");
+    if (!trained.done) {
+      return;
+    }
+    require_learnt(run, name, trained.psnr,
+                   static_fit(data, std::min(network.resolution, kJudgedTexels)).psnr);
+    models[which] = (scratch / "model.safetensors").string();
+    for (const char* kept : {"model.safetensors", "training.csv", "data.h5"}) {
+      run.output(name + "/" + kept, [&](const fs::path& file) {
+        fs::copy_file(scratch / kept, file, fs::copy_options::overwrite_existing);
+      });
+    }
+    psnr += trained.psnr.value_or(0);
+    known_ends += trained.psnr ? 1 : 0;
+    seconds += trained.seconds;
+    steps += trained.steps;
+  }
+  if (!show(run, worn, seen, picture, models)) {
+    return;
+  }
+  const auto surfaces = static_cast<double>(drawn.size());
+  const double iterations = known.iterations;
+  run.metric("surfaces", surfaces);
+  run.metric("frames", static_cast<double>(seen.clothed.size()));
+  run.metric("views", views);
+  run.metric("pixels", pixels);
+  run.metric("iterations", iterations);
+  if (known_ends > 0) {
+    run.metric("training_psnr_db", psnr / known_ends);
+  }
+  if (steps > 0) {
+    run.metric("seconds_a_step", seconds / steps);
+  }
+}
+
+}  // namespace
+
+OptionTable describe(AppearanceStageOptions& options) {
+  OptionTable table;
+  table.add(describe(options.train));
+  table.add(describe(options.prepare));
+  table.add("body", options.body, "Also the body under the clothes, with the same kind of network");
+  table.add("capture", describe(options.capture));
+  return table;
+}
+
+void require_trainable(const AppearanceStageOptions& options, Device device) {
+  const std::string problem = training_problem(resolved(options.train, device), device);
+  if (!problem.empty()) {
+    throw UsageError(problem);
+  }
+  check_device(device);
+}
+
+void require_cameras(const AppearanceStageOptions& options, const fs::path& capture) {
+  what_training_sees(open_dataset(capture, options.capture), capture);
+}
+
+void run_appearance(StageRun& run) {
+  const auto& options = run.options<AppearanceStageOptions>();
+  require_trainable(options, run.device());  // not after minutes of preparing its data
+  learn(run, open_dataset(run.input("capture"), options.capture),
+        worn_in_workspace(run.input("registered"), run.input("bodies")));
+}
+
+void run_ceiling(StageRun& run) {
+  const auto& options = run.options<AppearanceStageOptions>();
+  require_trainable(options, run.device());  // not after minutes of preparing its data
+  const fs::path& capture = run.input("capture");
+  const auto truth = std::make_shared<const CaptureTruth>(read_capture_truth(capture));
+  learn(run, open_dataset(capture, options.capture), worn_in_truth(capture, truth));
+}
+
+}  // namespace atelier

@@ -1,0 +1,53 @@
+#include "capture/layouts/open_dataset.h"
+#include "pipeline/appearance/appearance_stage.h"
+#include "pipeline/row/stage_row.h"
+
+namespace atelier {
+
+const StageRow& appearance_row() {
+  static const StageRow row{
+      .stage = {.name = "appearance",
+                .version = 10,
+                .summary = "how each garment looks: networks that draw its texture",
+                .inputs = {"capture", "registered", "bodies"},
+                .outputs = {"networks"},
+                .metrics = kAppearanceMetrics,
+                .options = option_set<AppearanceStageOptions>,
+                .run = run_appearance,
+                .check_input = require_no_folder_above,
+                .has_cuda = true,
+                .device_keyed = true},
+      .require_startable =
+          [](const StageRequest& request) {
+            const auto& options = options_of<AppearanceStageOptions>(request.options);
+            require_trainable(options, request.device);
+            require_cameras(options, request.input);
+          },
+  };
+  return row;
+}
+
+const StageRow& ceiling_row() {
+  static const StageRow row{
+      .stage = {.name = "ceiling",
+                .version = 9,
+                .summary = "appearance on a synthetic capture's true garments, to compare with",
+                .inputs = {"capture"},
+                .outputs = {"true_networks"},
+                .metrics = kAppearanceMetrics,
+                .options = option_set<AppearanceStageOptions>,
+                .run = run_ceiling,
+                .check_input = require_no_folder_above,
+                .has_cuda = true,
+                .device_keyed = true},
+      .require_startable =
+          [](const StageRequest& request) {
+            const auto& options = options_of<AppearanceStageOptions>(request.options);
+            require_trainable(options, request.device);
+            require_cameras(options, request.input);
+          },
+  };
+  return row;
+}
+
+}  // namespace atelier

@@ -1,0 +1,397 @@
+#include "pipeline/capture/reconstruct_stage.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+#include <string>
+
+#include "capture/associate_people.h"
+#include "capture/detections.h"
+#include "capture/frame_reader.h"
+#include "capture/keypoint_schema.h"
+#include "capture/keypoints3d_file.h"
+#include "capture/label_taxonomy.h"
+#include "capture/stereo/halved.h"
+#include "capture/surface/holes.h"
+#include "core/error.h"
+#include "core/io/ground_truth_archive.h"
+#include "core/mesh_statistics.h"
+#include "core/sequence_archive.h"
+
+namespace atelier {
+namespace {
+
+/// Advice that names options of a capture, as this stage spells them: "--up" is "--capture.up".
+std::string in_section(const std::string& advice) {
+  DatasetOptions options;
+  std::string text = advice;
+  for (const OptionField& field : describe(options).fields) {
+    std::string flag = "--" + field.name;
+    std::replace(flag.begin() + 2, flag.end(), '_', '-');
+    const std::size_t at = text.find(flag);
+    if (at != std::string::npos) {
+      text.insert(at + 2, "capture.");
+    }
+  }
+  return text;
+}
+
+Dataset open_input(const std::filesystem::path& path, const DatasetOptions& options) {
+  try {
+    Dataset dataset = open_dataset(path, options);
+    for (Finding& finding : dataset.findings) {
+      finding.advice = in_section(finding.advice);
+    }
+    return dataset;
+  } catch (const DataError& error) {
+    throw DataError(error.file, error.where, error.found, in_section(error.expected));
+  }
+}
+
+/// Without the cameras that no stage may open.
+Dataset without_held_out(Dataset dataset) {
+  const std::set<std::string> held(dataset.info.held_out_cameras.begin(),
+                                   dataset.info.held_out_cameras.end());
+  Dataset rest = dataset;
+  rest.cameras.clear();
+  rest.frames.clear();
+  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
+    if (!held.contains(dataset.cameras[c].id)) {
+      rest.cameras.push_back(dataset.cameras[c]);
+      rest.frames.push_back(std::move(dataset.frames[c]));
+    }
+  }
+  return rest;
+}
+
+/// True if a camera's label image says of a pixel what it is; masks say only where the person is.
+bool has_labels(const Dataset& dataset, int frame) {
+  FrameReader reader(dataset);
+  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
+    const auto labels = reader.labels(static_cast<Index>(c), frame);
+    if (labels && std::any_of(labels->data.begin(), labels->data.end(), [](std::uint8_t label) {
+          return label != static_cast<std::uint8_t>(Label::Background) &&
+                 label != static_cast<std::uint8_t>(Label::Unknown);
+        })) {
+      return true;
+    }
+  }
+  return false;
+}
+
+bool has_detections(const Dataset& dataset) {
+  return std::any_of(dataset.frames.begin(), dataset.frames.end(),
+                     [](const CameraFrames& f) { return !f.keypoints.empty(); });
+}
+
+void reconstruct_keypoints(StageRun& run, const Dataset& dataset,
+                           const TriangulationOptions& options) {
+  if (!has_detections(dataset)) {
+    run.warn("no detections: no keypoints in space");
+    return;
+  }
+  const KeypointSchema& schema = keypoint_schema(dataset.info.keypoint_schema);
+  FrameReader reader(dataset);
+  double found = 0;
+  double wanted = 0;
+  for (const CaptureSequence& sequence : dataset.info.sequences) {
+    const Detections detections = read_detections(reader, sequence.frame_ids);
+    tell(run, detections.findings, sequence.name + ": ");
+    std::vector<std::vector<std::vector<Keypoints2d>>> people = {main_person(detections)};
+    if (most_people(detections) > 1) {
+      auto apart = associate_people(dataset.cameras, detections, schema, options);
+      run.say(sequence.name + ": " + std::to_string(apart.size()) + " people");
+      if (!apart.empty()) {
+        people = std::move(apart);
+      }
+    }
+    std::vector<std::vector<PersonPose>> frames(sequence.frame_ids.size());
+    for (std::size_t p = 0; p < people.size(); ++p) {
+      const Triangulation result =
+          triangulate(dataset.cameras, people[p], schema, std::max(sequence.fps, 1.0), options);
+      tell(run, result.findings, sequence.name + ": ");
+      for (std::size_t f = 0; f < result.frames.size(); ++f) {
+        PersonPose person{static_cast<int>(p), result.frames[f]};
+        const auto there = static_cast<double>(
+            std::count_if(person.pose.points.begin(), person.pose.points.end(),
+                          [](const SpacePoint& point) { return point.confidence > 0; }));
+        if (p == 0) {
+          wanted += static_cast<double>(schema.points.size());
+          found += there;
+        }
+        if (p == 0 || there > 0) {
+          frames[f].push_back(std::move(person));
+        }
+      }
+    }
+    for (std::size_t f = 0; f < frames.size(); ++f) {
+      run.output_text("keypoints3d/" + frame_name(sequence.frame_ids[f]) + ".json",
+                      keypoints3d_json(frames[f]));
+    }
+  }
+  run.metric("keypoints_found", wanted > 0 ? found / wanted : 0);
+}
+
+/// Throws DataError where a picture, mask or label image is not as large as the camera says.
+void require_size(const char* what, int width, int height, const Camera& camera, int frame,
+                  const DataPlace& place) {
+  if (width != camera.width || height != camera.height) {
+    const auto size = [](int w, int h) { return std::to_string(w) + "x" + std::to_string(h); };
+    throw DataError(place.file.string(), "camera " + camera.id + ", frame " + std::to_string(frame),
+                    std::string(what) + " of " + size(width, height) + " pixels",
+                    size(camera.width, camera.height) + ", as the camera has");
+  }
+}
+
+/// Of one camera's frames, those without a picture or without a mask.
+std::optional<Finding> missing_of(const std::string& camera, const CameraFrames& files,
+                                  const std::vector<int>& frames) {
+  std::size_t pictures = 0;
+  std::vector<int> without;
+  for (const int frame : frames) {
+    pictures += files.images.contains(frame) ? 1 : 0;
+    if (!files.images.contains(frame) ||
+        (!files.masks.contains(frame) && !files.labels.contains(frame))) {
+      without.push_back(frame);
+    }
+  }
+  const std::string all = std::to_string(frames.size());
+  const auto finding = [&](std::string what, std::string advice) {
+    return Finding{Severity::Warning, "view-missing", camera, std::move(what), std::move(advice)};
+  };
+  if (without.empty()) {
+    return std::nullopt;
+  }
+  if (pictures == 0) {
+    return finding("no picture of any of the " + all + " frames",
+                   "it takes no part; look where its pictures are and how they are named");
+  }
+  if (without.size() == frames.size()) {
+    return finding("no mask and no labels of any of its pictures",
+                   "it takes no part; atelier masks makes masks");
+  }
+  return finding("no picture or no mask of " + std::to_string(without.size()) + " of " + all +
+                     " frames, the first is " + std::to_string(without.front()),
+                 "its other frames are used");
+}
+
+/// What is not there of the capture's frames, as far as it is worked on: views without a picture or
+/// a mask, and frames that have too few of them.
+std::vector<Finding> missing_views(const Dataset& dataset, const std::vector<int>& frames) {
+  std::vector<Finding> findings;
+  for (std::size_t c = 0; c < dataset.cameras.size() && !frames.empty(); ++c) {
+    if (auto finding = missing_of(dataset.cameras[c].id, dataset.frames[c], frames)) {
+      findings.push_back(std::move(*finding));
+    }
+  }
+  std::vector<int> dropped;
+  for (const int frame : frame_ids(dataset)) {
+    if (!std::binary_search(frames.begin(), frames.end(), frame) &&
+        std::any_of(dataset.frames.begin(), dataset.frames.end(),
+                    [&](const CameraFrames& camera) { return camera.images.contains(frame); })) {
+      dropped.push_back(frame);
+    }
+  }
+  if (!dropped.empty() && !frames.empty()) {
+    findings.push_back({Severity::Warning, "frame-without-masks",
+                        "frame " + std::to_string(dropped.front()),
+                        std::to_string(dropped.size()) +
+                            " frames have pictures with masks or labels in fewer than two views",
+                        "they get no surface; atelier masks makes masks"});
+  }
+  return findings;
+}
+
+/// Where each scan is open: its loops' centres, lengths and areas, the largest first.
+void map_holes(StageRun& run, const std::vector<int>& frames) {
+  if (frames.empty()) {
+    return;
+  }
+  nlohmann::json all = nlohmann::json::object();
+  double surface = 0;
+  double open = 0;
+  for (const int frame : frames) {
+    const Mesh scan = read_mesh_archive(run.frame_file(frame));
+    surface += mesh_statistics(scan).area;
+    nlohmann::json& list = all[frame_name(frame)] = nlohmann::json::array();
+    for (const Hole& hole : find_holes(scan)) {
+      open += hole.area;
+      list.push_back({{"centre", {hole.centre.x(), hole.centre.y(), hole.centre.z()}},
+                      {"length", hole.length},
+                      {"area", hole.area}});
+    }
+  }
+  run.output_text("holes.json", all.dump(1));
+  run.metric("hole_share", surface + open > 0 ? open / (surface + open) : 0);
+}
+
+}  // namespace
+
+Dataset stage_dataset(const std::filesystem::path& path, const DatasetOptions& options) {
+  Dataset dataset = without_held_out(open_input(path, options));
+  if (!dataset.calibrated) {
+    throw DataError(path.string(), "", "cameras without calibration",
+                    "calibrated ones; atelier validate says more");
+  }
+  if (dataset.cameras.size() < 2) {
+    throw DataError(path.string(), "cameras",
+                    std::to_string(dataset.cameras.size()) + " that a stage may use",
+                    "at least two, held-out and left-out ones not counted");
+  }
+  return dataset;
+}
+
+std::vector<int> frames_with_masks(const Dataset& dataset) {
+  std::vector<int> frames;
+  for (const int frame : frame_ids(dataset)) {
+    int views = 0;
+    for (const CameraFrames& camera : dataset.frames) {
+      views += camera.images.contains(frame) &&
+                       (camera.masks.contains(frame) || camera.labels.contains(frame))
+                   ? 1
+                   : 0;
+    }
+    if (views >= 2) {
+      frames.push_back(frame);
+    }
+  }
+  return frames;
+}
+
+int halvings_for(const Dataset& dataset, double gibibytes) {
+  constexpr double kGibibyte = 1073741824;
+  constexpr double kBytesPerPixel = 125;  // measured; what does not grow with pictures is little
+  constexpr int kMost = 4;
+  double bytes = 0;
+  for (const Camera& camera : dataset.cameras) {
+    bytes += kBytesPerPixel * camera.width * camera.height;
+  }
+  int halvings = 0;
+  for (; bytes > gibibytes * kGibibyte && halvings < kMost; ++halvings) {
+    bytes /= 4;
+  }
+  return halvings;
+}
+
+std::string halvings_text(int halvings, double gibibytes) {
+  char text[200];
+  std::snprintf(text, sizeof(text),
+                "pictures are taken at 1/%d of their size, so that those of a frame take %.3g GiB "
+                "at most where four halvings do it (--memory)",
+                1 << halvings, gibibytes);
+  return text;
+}
+
+std::vector<InstantView> instant_of(const Dataset& dataset, int frame, int halvings) {
+  FrameReader reader(dataset);
+  std::vector<InstantView> views;
+  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
+    const auto index = static_cast<Index>(c);
+    auto image = reader.image(index, frame);
+    auto mask = reader.mask(index, frame);
+    if (!image || !mask) {
+      continue;
+    }
+    if (image->channels == 1) {
+      Image colour(image->width, image->height, 3);
+      for (std::size_t i = 0; i < colour.data.size(); ++i) {
+        colour.data[i] = image->data[i / 3];
+      }
+      image = std::move(colour);
+    }
+    InstantView view;
+    view.camera = dataset.cameras[c];
+    view.image = std::move(*image);
+    view.mask = std::move(*mask);
+    const CameraFrames& files = dataset.frames[c];
+    require_size("a picture", view.image.width, view.image.height, view.camera, frame,
+                 files.images.at(frame));
+    if (auto labels = reader.labels(index, frame)) {
+      view.labels = std::move(*labels);
+      require_size("a label image", view.labels.width, view.labels.height, view.camera, frame,
+                   files.labels.at(frame));
+    }
+    require_size("a mask", view.mask.width, view.mask.height, view.camera, frame,
+                 files.masks.contains(frame) ? files.masks.at(frame) : files.labels.at(frame));
+    for (int i = 0; i < halvings; ++i) {
+      view.camera = halved(view.camera);
+      view.image = halved(view.image);
+      view.mask = halved(view.mask);
+      view.labels = view.labels.data.empty() ? ByteImage{} : halved(view.labels);
+    }
+    views.push_back(std::move(view));
+  }
+  return views;
+}
+
+OptionTable describe(ReconstructStageOptions& options) {
+  OptionTable table;
+  table.add("capture", describe(options.capture));
+  table.add("keypoints", describe(options.keypoints));
+  table.add(describe(options.scan));
+  table.add("label_by_color", options.label_by_color,
+            "Where no label image says what is what, skin and clothing are told by colour");
+  table.add("split", describe(options.split));
+  table.add(
+      "memory", options.memory, 0.01, 4096, "GiB",
+      "Pictures are halved until the work on one frame fits; --jobs frames take so much each.");
+  return table;
+}
+
+void run_reconstruct(StageRun& run) {
+  const auto& options = run.options<ReconstructStageOptions>();
+  const Dataset dataset = stage_dataset(run.input("capture"), options.capture);
+  tell(run, dataset.findings);
+  const std::vector<int> frames = frames_with_masks(dataset);
+  if (frames.empty() && !has_detections(dataset)) {
+    throw DataError(run.input("capture").string(), "",
+                    "neither masks nor labels in two views of a frame, and no detections",
+                    "some of them; atelier masks and atelier detect make them");
+  }
+  if (frames.empty()) {
+    run.warn("no frame has masks or labels in two views: no surfaces");
+  }
+  const bool by_color =
+      options.label_by_color && !frames.empty() && !has_labels(dataset, frames[0]);
+  tell(run, missing_views(dataset, frames));
+  const int halvings = halvings_for(dataset, options.memory);
+  if (halvings > 0) {
+    run.say(halvings_text(halvings, options.memory));
+  }
+  if (!run.each_frame("scans", ".h5", frames, [&](int frame, const std::filesystem::path& file) {
+        const ReconstructedScan scan = [&] {
+          try {
+            return reconstruct_scan(instant_of(dataset, frame, halvings), options.scan,
+                                    run.device());
+          } catch (const DataError& error) {
+            if (!error.file.empty()) {
+              throw;
+            }
+            throw DataError(run.input("capture").string(),
+                            "frame " + std::to_string(frame) + ", " + error.where, error.found,
+                            error.expected);
+          }
+        }();
+        tell(run, scan.findings, "frame " + std::to_string(frame) + ": ");
+        if (by_color) {
+          Mesh labelled = scan.scan;
+          ColorSplit split = split_by_color(labelled, options.split);
+          tell(run, split.findings, "frame " + std::to_string(frame) + ": ");
+          labelled.labels = std::move(split.labels);
+          write_mesh_archive(file, labelled);
+          return;
+        }
+        write_mesh_archive(file, scan.scan);
+      })) {
+    return;
+  }
+  reconstruct_keypoints(run, dataset, options.keypoints);
+  map_holes(run, frames);
+  run.metric("labels_by_color", by_color ? 1 : 0);
+  run.metric("scans", static_cast<double>(frames.size()));
+  run.metric("cameras", static_cast<double>(dataset.cameras.size()));
+}
+
+}  // namespace atelier

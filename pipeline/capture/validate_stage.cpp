@@ -1,0 +1,65 @@
+#include "pipeline/capture/validate_stage.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "core/io/json_text.h"
+#include "pipeline/pictures/validate_page.h"
+
+namespace atelier {
+
+OptionTable describe(ValidateStageOptions& options) {
+  OptionTable table;
+  table.add("capture", describe(options.capture));
+  table.add(describe(options.checks));
+  return table;
+}
+
+std::string validation_json(const std::string& name, const Dataset& dataset,
+                            const Validation& validation) {
+  nlohmann::ordered_json json = {{"capture", name},
+                                 {"layout", dataset.layout},
+                                 {"evidence", dataset.evidence},
+                                 {"cameras", dataset.cameras.size()},
+                                 {"frames", frame_ids(dataset).size()},
+                                 {"consent", to_string(dataset.info.consent)}};
+  json["findings"] = nlohmann::ordered_json::array();
+  for (const Finding& finding : validation.findings) {
+    json["findings"].push_back({{"severity", severity_name(finding.severity)},
+                                {"code", finding.code},
+                                {"place", finding.place},
+                                {"what", finding.what},
+                                {"advice", finding.advice},
+                                {"setting", finding.setting}});
+  }
+  json["settings"] = settings_of(validation.findings);
+  return json_text(json, 1) + "\n";
+}
+
+void run_validate(StageRun& run) {
+  const auto& options = run.options<ValidateStageOptions>();
+  const std::filesystem::path& capture = run.input("capture");
+  FrameReader reader(without_held_out_pictures(open_dataset(capture, options.capture)));
+  const Validation validation = validate(
+      reader, options.checks, [&](int done, int total) { run.progress(done, total, "pictures"); });
+  if (run.stop_requested()) {
+    return;
+  }
+  for (const Finding& finding : validation.findings) {
+    if (finding.severity != Severity::Note) {
+      run.warn(to_string(finding));
+    }
+  }
+  const std::string name = capture.filename().string();
+  run.output_text("findings.json", validation_json(name, reader.dataset(), validation));
+  run.output_text("validation.html", validate_page(reader, validation, name));
+  const auto count = [&](Severity severity) {
+    return static_cast<double>(
+        std::count_if(validation.findings.begin(), validation.findings.end(),
+                      [&](const Finding& finding) { return finding.severity == severity; }));
+  };
+  run.metric("errors", count(Severity::Error));
+  run.metric("warnings", count(Severity::Warning));
+}
+
+}  // namespace atelier

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <array>
+#include <string>
+
+#include "capture/frame_reader.h"
+#include "capture/layouts/open_dataset.h"
+#include "capture/validate.h"
+#include "core/store/stage.h"
+
+namespace atelier {
+
+/// How to read a capture, and what to check of it.
+struct ValidateStageOptions {
+  DatasetOptions capture;
+  ValidateOptions checks;
+};
+OptionTable describe(ValidateStageOptions& options);
+
+/// What was found, for machines: capture, layout, cameras, frames, consent, findings, settings.
+std::string validation_json(const std::string& name, const Dataset& dataset,
+                            const Validation& validation);
+
+inline constexpr std::array kValidateMetrics = {
+    StageMetric{.name = "errors", .unit = "", .input_errors = true},
+    StageMetric{"warnings", ""},
+};
+
+/// A capture -> findings.json and validation.html (validate_page.h).
+void run_validate(StageRun& run);
+
+}  // namespace atelier

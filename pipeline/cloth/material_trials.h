@@ -1,0 +1,53 @@
+#pragma once
+
+#include <atomic>
+#include <string>
+#include <vector>
+
+#include "core/store/stage.h"
+#include "pipeline/cloth/tried_garment.h"
+#include "simulation/said_material.h"
+#include "simulation/stiffness_search.h"
+
+namespace atelier {
+
+struct MaterialStageOptions {
+  /// "fitted", or a fabric, whose values are then taken as they are.
+  Material material = fabrics_own_material("fitted");
+  StiffnessSearchOptions search = {.band = 0.2, .usual = {}};
+  bool usual = true;           ///< published fabrics decide what the capture leaves open
+  double leash = 20;           ///< 1/s, how quickly cloth is led back to where it was seen, 1 to 60
+  std::string sequence = "";   ///< of the capture; "": the first clothed one
+  int frames = 12;             ///< of it that are simulated, 2 to 10000
+  double edge_length = 0.035;  ///< m of the garments as they are tried, 0.005 to 0.2
+  int substeps = 20;           ///< of a sixtieth of a second, 1 to 1000
+  bool self_contact = false;   ///< cloth against cloth in a trial
+};
+OptionTable describe(MaterialStageOptions& options);
+
+/// Everything that all trials share.
+struct Trials {
+  std::vector<TriedGarment> garments;
+  Triangles body_faces;
+  std::vector<Points> bodies;  ///< after each simulated frame, the start first
+  std::vector<int> steps;      ///< after which the frames are compared
+  double leash = 0;            ///< 1/s
+  WornClothOptions options;
+};
+
+/// Reads the body and the garments as all trials have them: one stretch of frames that follow each
+/// other. Throws DataError where there are fewer than two.
+Trials read_trials(StageRun& run, const std::vector<RegisteredGarmentSequence>& outfit);
+
+/// How far each garment stays off where it was registered, m, steadily: its offset averaged over
+/// patches and frames; infinite where the simulation broke. And where all are at the end.
+struct SceneResult {
+  std::vector<double> distances;
+  Points end;  ///< [V,3] m; no rows where it broke
+};
+
+/// Simulates all garments, each with its stiffness, led along where they were registered.
+SceneResult run_scene(const Trials& trials, const std::vector<Stiffness>& scene,
+                      const std::atomic<bool>& stopped);
+
+}  // namespace atelier

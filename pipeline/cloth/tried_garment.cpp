@@ -1,0 +1,107 @@
+#include "pipeline/cloth/tried_garment.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+
+#include "core/remesh/even_mesh.h"
+#include "core/topology.h"
+#include "core/tree.h"
+#include "simulation/median_rest.h"
+
+namespace atelier {
+namespace {
+
+constexpr double kPatch = 0.25;  // m, cloth that is looked at as one
+
+/// Places on a template's triangles, that go with it wherever it is registered.
+struct Binding {
+  std::vector<ClosestPoint> places;
+
+  Points on(const Points& vertices, const Triangles& faces) const {
+    Points points(static_cast<Index>(places.size()), 3);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+      for (int k = 0; k < 3; ++k) {
+        sum += places[i].barycentric[k] * vertices.row(faces(places[i].face, k));
+      }
+      points.row(static_cast<Index>(i)) = sum;
+    }
+    return points;
+  }
+};
+
+Mesh coarse_mesh(const Mesh& mesh, double edge_length) {
+  Mesh surface;
+  surface.vertices = mesh.vertices;
+  surface.faces = mesh.faces;
+  return even_mesh(surface, {.edge_length = edge_length, .holes = {}});
+}
+
+/// Speeds from five frames, where there are as many: the slope of the polynomial through them. The
+/// difference of two neighbours is a tenth of a metre a second off where a skirt turns.
+std::vector<Points> smooth_velocities(const std::vector<Points>& at, double fps) {
+  std::vector<Points> velocities;
+  const auto count = static_cast<int>(at.size());
+  for (int i = 0; i < count; ++i) {
+    const auto x = [&](int k) -> const Points& {
+      return at[static_cast<std::size_t>(std::ptrdiff_t{i} + k)];
+    };
+    if (i >= 2 && i + 2 < count) {
+      velocities.push_back(fps * (8 * (x(1) - x(-1)) - (x(2) - x(-2))) / 12);
+    } else if (i >= 1 && i + 1 < count) {
+      velocities.push_back(fps * (x(1) - x(-1)) / 2);
+    } else {
+      velocities.push_back(i == 0 ? Points(fps * (x(1) - x(0))) : Points(fps * (x(0) - x(-1))));
+    }
+  }
+  return velocities;
+}
+
+/// Cells of a raster in space.
+void cut_patches(TriedGarment& tried) {
+  std::map<std::array<int, 3>, int> cells;
+  const Points& at = tried.targets.front();
+  for (Index v = 0; v < at.rows(); ++v) {
+    std::array<int, 3> cell{};
+    for (std::size_t c = 0; c < 3; ++c) {
+      cell[c] = static_cast<int>(std::floor(at(v, static_cast<Index>(c)) / kPatch));
+    }
+    tried.patches.push_back(cells.try_emplace(cell, static_cast<int>(cells.size())).first->second);
+  }
+  tried.patch_count = static_cast<int>(cells.size());
+}
+
+}  // namespace
+
+TriedGarment tried_garment(const RegisteredGarmentSequence& garment, const MovingBody& moving,
+                           const Points& body, const Material& material, double edge_length) {
+  const std::vector<int>& frames = moving.motion.frame_ids;
+  const Triangles& body_faces = moving.model.mesh.faces;
+  TriedGarment tried;
+  tried.name = garment.name;
+  const WornGarment fine = worn_in_frame(garment, frames.front(), body, body_faces, material);
+  const Triangles& faces = garment.garment.mesh.faces;
+  tried.worn.name = garment.name;
+  Garment& coarse = tried.worn.garment;
+  coarse.name = garment.name;
+  coarse.mesh = coarse_mesh(fine.garment.mesh, edge_length);
+  coarse.material = material;
+  const Binding binding{
+      closest_points(build_tree(fine.garment.mesh.vertices, faces), coarse.mesh.vertices)};
+  for (const int id : frames) {
+    tried.targets.push_back(binding.on(registered_mesh(garment, id).vertices, faces));
+  }
+  tried.velocities = smooth_velocities(tried.targets, moving.motion.fps);
+  tried.worn.start = tried.targets.front();
+  tried.worn.velocity = tried.velocities.front();
+  coarse.attachments = held_by_body(
+      garment.label, boundary_loops(topology_of(coarse.mesh.faces, coarse.mesh.vertices.rows())),
+      tried.worn.start, body, body_faces);
+  rest_on_median_lengths(coarse, tried.targets);
+  cut_patches(tried);
+  return tried;
+}
+
+}  // namespace atelier

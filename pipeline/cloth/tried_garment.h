@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "bodymodel/retarget/moving_body.h"
+#include "pipeline/outfit/worn_cloth.h"
+#include "registration/tracking/registered_outfit.h"
+
+namespace atelier {
+
+/// A garment coarse enough to be simulated many times, and where it was seen.
+struct TriedGarment {
+  std::string name;
+  WornGarment worn;
+  std::vector<Points> targets;     ///< [F] of [V,3] m, where it was registered
+  std::vector<Points> velocities;  ///< [F] of [V,3] m/s
+  std::vector<int> patches;        ///< [V] the patch of each vertex: cloth that is looked at as one
+  int patch_count = 0;
+};
+
+/// A registered garment with even triangles of `edge_length` m, in the frames of the body's motion.
+/// Its edges are at rest as long as they were in half of the frames.
+/// @param body  [V,3] m, the body's surface in the first frame
+TriedGarment tried_garment(const RegisteredGarmentSequence& garment, const MovingBody& moving,
+                           const Points& body, const Material& material, double edge_length);
+
+}  // namespace atelier

@@ -1,0 +1,241 @@
+#include "pipeline/evaluation/evaluation.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <set>
+#include <utility>
+
+#include "core/error.h"
+#include "core/nearest_name.h"
+#include "core/store/input_digest.h"
+#include "core/store/output_place.h"
+#include "core/store/result.h"
+#include "core/store/stage_plan.h"
+#include "core/store/workspace_status.h"
+#include "core/usage_error.h"
+#include "pipeline/animation/animate_measures.h"
+#include "pipeline/appearance/appearance_measures.h"
+#include "pipeline/capture/reconstruct_measures.h"
+#include "pipeline/chain/outdated_results.h"
+#include "pipeline/stages/stages.h"
+#include "pipeline/garment/register_measures.h"
+#include "pipeline/garment/template_measures.h"
+#include "pipeline/pattern/flatten_measures.h"
+#include "pipeline/person/body_measures.h"
+#include "pipeline/person/person_measures.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// What can be measured, one row for each stage as it comes. A row measures the results of its
+/// stage in the workspace against the truth; none where there are none.
+struct Evaluation {
+  const char* stage;
+  std::vector<Measure> (*measure)(const fs::path& workspace, const fs::path& truth);
+  /// Why its result cannot be measured, though it is not outdated; "" if it can. Null: it can.
+  std::string (*problem)(const fs::path& workspace, const fs::path& truth) = nullptr;
+};
+
+std::vector<Measure> of_capture(const fs::path& /*workspace*/, const fs::path& truth) {
+  return measure_capture(truth);
+}
+
+constexpr Evaluation kEvaluations[] = {
+    {"capture", of_capture},
+    {"reconstruct", measure_reconstruct},
+    {"personalize", measure_personalize, personalize_problem},
+    {"track", measure_track},
+    {"template", measure_template},
+    {"register", measure_register},
+    {"flatten", measure_flatten},
+    {"body", measure_body},
+    {"refine", measure_refine},
+    {"ceiling", measure_ceiling},
+    {"appearance", measure_appearance},
+    {"material", measure_material},
+    {"animate", measure_animate},
+};
+
+/// How the workspace stands; nothing of a folder that is none, as a capture is.
+std::vector<StageStatus> status_of(const fs::path& workspace) {
+  const auto has_result = [&](const Stage& stage) {
+    return fs::is_directory(workspace / stage.name);
+  };
+  const std::span<const Stage> stages = all_stages();
+  return std::any_of(stages.begin(), stages.end(), has_result) ? workspace_status(stages, workspace)
+                                                               : std::vector<StageStatus>{};
+}
+
+/// Why a stage's figures would say nothing of the workspace as it is: what its result was made of
+/// has changed since, or another version of the stage made it or anything that it rests on. With
+/// the first such reason and the command that mends it.
+std::string outdated_problem(const std::vector<StageStatus>& all, const Evaluation& evaluation,
+                             const fs::path& workspace, const fs::path& truth) {
+  const auto own = std::find_if(all.begin(), all.end(), [&](const StageStatus& one) {
+    return one.stage == evaluation.stage;
+  });
+  if (own == all.end() || own->state != StageStatus::State::Outdated) {
+    return "";
+  }
+  return "outdated: " + own->reasons.front() + "; run " +
+         mending_command(all, *own, workspace, truth);
+}
+
+/// Refuses the truth of another capture than the one that results with figures were made from. As
+/// for `run`, a capture is the same by its content or by its place: results may be of what it was
+/// before it grew where it lies, or before it moved as it is.
+void require_own_truth(const std::vector<StageStatus>& all, const fs::path& truth) {
+  constexpr std::string_view kKind = "capture";
+  std::error_code ignored;
+  const std::string place = fs::weakly_canonical(truth, ignored).string();
+  std::vector<std::pair<const StageStatus*, const ManifestInput*>> unknown;
+  for (const StageStatus& status : all) {
+    const bool has_figures =
+        std::any_of(std::begin(kEvaluations), std::end(kEvaluations),
+                    [&](const Evaluation& one) { return one.stage == status.stage; });
+    if (!has_figures || !status.manifest || status.inputs_changed) {
+      continue;  // what has changed may have been of another place
+    }
+    for (const ManifestInput& input : status.manifest->inputs) {
+      if (input.kind == kKind) {
+        unknown.emplace_back(&status, &input);
+      }
+    }
+  }
+  std::set<std::string> places = {place};
+  std::set<Digest> contents;
+  const auto take_known = [&] {
+    std::size_t before = 0;
+    do {
+      before = unknown.size();
+      std::erase_if(unknown, [&](const auto& one) {
+        const ManifestInput& input = *one.second;
+        if (!places.contains(input.path) && !contents.contains(input.digest)) {
+          return false;
+        }
+        places.insert(input.path);
+        contents.insert(input.digest);
+        return true;
+      });
+    } while (unknown.size() < before);
+  };
+  take_known();
+  if (unknown.empty() || !fs::is_directory(truth)) {  // what is no capture its readers refuse
+    return;
+  }
+  const InputDigest found = digest_of_input(truth);
+  contents.insert(found.digest);
+  take_known();
+  if (!unknown.empty()) {
+    const auto& [status, input] = unknown.front();
+    throw DataError(truth.string(), "",
+                    "another capture than the one that the result of '" + status->stage +
+                        "' was made from: " + amount_text(found.files, found.bytes) + " here, " +
+                        amount_text(input->files, input->bytes) + " there",
+                    "--truth " + input->path + ", or the results of this one");
+  }
+}
+
+std::string problem_of(const Evaluation& evaluation, const std::vector<StageStatus>& status,
+                       const fs::path& workspace, const fs::path& truth) {
+  std::string why = outdated_problem(status, evaluation, workspace, truth);
+  return !why.empty() || evaluation.problem == nullptr ? why : evaluation.problem(workspace, truth);
+}
+
+/// Why a stage cannot be measured that reads a file which cannot be read, and what mends it.
+std::string damage_text(const DataError& error, const fs::path& workspace) {
+  std::string text = error.what();
+  const fs::path file = fs::weakly_canonical(fs::current_path() / error.file);
+  if (error.file.empty() || !is_inside(file, workspace) ||
+      text.find("run 'atelier ") != std::string::npos) {
+    return text;
+  }
+  const fs::path inside = file.lexically_relative(fs::weakly_canonical(workspace));
+  return text + "; run 'atelier " + inside.begin()->string() + "' again";
+}
+
+}  // namespace
+
+std::vector<std::string> evaluated_stages() {
+  std::vector<std::string> stages;
+  for (const Evaluation& evaluation : kEvaluations) {
+    stages.emplace_back(evaluation.stage);
+  }
+  return stages;
+}
+
+WorkspaceFigures workspace_figures(const fs::path& workspace, const fs::path& truth,
+                                   const std::string& stage) {
+  WorkspaceFigures all;
+  const std::vector<StageStatus> status = status_of(workspace);
+  require_own_truth(status, truth);
+  std::string stages;
+  std::vector<std::string> names;
+  bool known = stage.empty();
+  // What registration costs lies between the two.
+  const auto wanted = [&](const std::string& one) {
+    return stage.empty() || stage == one || (stage == "appearance" && one == "ceiling");
+  };
+  for (const Evaluation& evaluation : kEvaluations) {
+    stages += std::string(stages.empty() ? "" : ", ") + evaluation.stage;
+    names.emplace_back(evaluation.stage);
+    if (wanted(evaluation.stage)) {
+      known = true;
+      try {
+        if (evaluation.stage == stage && evaluation.measure != of_capture &&
+            !current_name(workspace / stage)) {
+          all.unmeasured.push_back(
+              {stage, "there is no result of " + stage + "; run 'atelier " + stage + "' first",
+               false});
+          continue;
+        }
+        if (std::string why = problem_of(evaluation, status, workspace, truth); !why.empty()) {
+          all.unmeasured.push_back({evaluation.stage, std::move(why), false});
+          continue;
+        }
+        const std::vector<Measure> some = evaluation.measure(workspace, truth);
+        all.measures.insert(all.measures.end(), some.begin(), some.end());
+      } catch (const DataError& error) {
+        if (evaluation.measure == of_capture || is_inside(error.file, truth)) {
+          throw;  // without the truth nothing can be measured
+        }
+        all.unmeasured.push_back({evaluation.stage, damage_text(error, workspace), true});
+      }
+    }
+  }
+  if (const std::optional<Measure> cost = below_ceiling(workspace, all.measures)) {
+    all.measures.push_back(*cost);
+  }
+  if (!known) {
+    const std::string name = stage.substr(0, 80);
+    const std::string meant = did_you_mean(name, names);
+    throw UsageError("'" + name + "' has no figures" +
+                     (meant.empty() ? "; these have: " + stages : meant));
+  }
+  return all;
+}
+
+std::vector<Judged> judged(const WorkspaceFigures& figures, Targets targets,
+                           const fs::path& workspace) {
+  std::vector<Judged> rows = judged(figures.measures, targets, workspace);
+  for (Judged& row : rows) {
+    for (const Unmeasured& one : figures.unmeasured) {
+      row.why = !row.value && row.stage == one.stage ? one.why : row.why;
+    }
+  }
+  return rows;
+}
+
+std::string verdict_of(const Measure& measure) {
+  if (measure.side == Measure::Side::None) {
+    return "";
+  }
+  char text[80];
+  std::snprintf(text, sizeof(text), "%s (%s %g)", is_met(measure) ? "met" : "MISSED",
+                measure.side == Measure::Side::AtMost ? "at most" : "at least", measure.target);
+  return text;
+}
+
+}  // namespace atelier

@@ -1,0 +1,64 @@
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "capture/capture_measures.h"
+
+namespace atelier {
+
+/// Which targets results are judged by.
+enum class Targets {
+  Accuracy,  ///< captures as the preset "accuracy" makes them
+  Demo,      ///< as the preset "demo": the ranges of docs/demo_ranges.md
+};
+
+/// One figure that results are judged by, a row of the table of targets.
+struct Target {
+  std::string_view key;   ///< as `atelier evaluate --json` has it
+  std::string_view unit;  ///< "mm", "" for a share
+  Measure::Side side = Measure::Side::AtMost;
+  double accuracy = 0;              ///< the target on `accuracy`
+  std::optional<double> demo = {};  ///< what the results on `demo` stay within; none: not judged
+  std::string_view stage = "";      ///< whose result is measured
+  /// Why there may be no figure although there is a result, one sentence.
+  std::string_view absent = "";
+};
+
+/// Every row, in the order of the stages.
+std::span<const Target> all_targets();
+
+/// A row with what was measured.
+struct Judged {
+  std::string key;
+  std::string stage;  ///< whose result is measured
+  std::optional<double> value;
+  std::string unit;
+  std::string target;    ///< "at most 5"; "none" where it is not judged
+  std::string verdict;   ///< "met", "missed", "not judged" or "not measured"
+  std::string why;       ///< over what it was taken, or why it was not
+  double missed_by = 0;  ///< how far it is from its target, where that is missed
+};
+
+/// The measure with what it is judged by: on `accuracy` by its own target, which may be sharper
+/// than the table's (from truth scans); on `demo` by the table's range, if it has one. Figures of
+/// the capture itself keep theirs.
+Measure against(const Measure& measure, Targets targets);
+
+/// The table of targets for a workspace, given everything that was measured; then every figure that
+/// is judged and not in it.
+std::vector<Judged> judged(std::span<const Measure> measures, Targets targets,
+                           const std::filesystem::path& workspace);
+
+/// "accuracy" or "demo"; "auto": by the size of the capture's pictures, "demo" below half a
+/// megapixel.
+Targets targets_named(const std::string& name, const std::filesystem::path& capture);
+
+/// "at most 5"; "none" for Side::None.
+std::string target_text(Measure::Side side, double target);
+
+}  // namespace atelier

@@ -1,0 +1,547 @@
+#include "pipeline/garment/register_stage.h"
+
+#include <algorithm>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <set>
+
+#include "capture/frame_reader.h"
+#include "capture/label_taxonomy.h"
+#include "capture/truth_scan.h"
+#include "core/error.h"
+#include "core/garment_archive.h"
+#include "core/io/mesh_obj.h"
+#include "core/normals.h"
+#include "core/printable.h"
+#include "core/sequence_archive.h"
+#include "core/store/digest_meter.h"
+#include "core/store/result.h"
+#include "pipeline/capture/reconstruct_stage.h"
+#include "pipeline/garment/kept_frames.h"
+#include "registration/flattening/taut_surface.h"
+#include "registration/tracking/not_followed.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// All of one instant that garments share.
+struct Instant {
+  Mesh scan;
+  Points body;
+  std::vector<InstantView> views;
+};
+
+/// One garment of the outfit.
+struct Worn {
+  std::string name;
+  Label label = Label::Unknown;
+  Garment garment;
+  Index template_row = 0;
+  std::unique_ptr<RegisteredSequence> sequence;
+  Index first_vertex = 0;  ///< in the mesh of all
+};
+
+/// Frames of every sequence with clothes, increasing.
+std::vector<int> clothed_frames(const CaptureInfo& info) {
+  std::vector<int> ids;
+  for (const CaptureSequence& sequence : info.sequences) {
+    if (sequence.kind != "minimal") {
+      ids.insert(ids.end(), sequence.frame_ids.begin(), sequence.frame_ids.end());
+    }
+  }
+  std::sort(ids.begin(), ids.end());
+  return ids;
+}
+
+std::vector<int> those_with_body(std::vector<int> ids, const Sequence& bodies) {
+  std::erase_if(ids, [&](int id) {
+    return !std::binary_search(bodies.frame_ids.begin(), bodies.frame_ids.end(), id);
+  });
+  return ids;
+}
+
+/// Every frame of an outfit, as the stage reads it. Instants are opened once for all garments.
+class RegisteredOutfit {
+ public:
+  explicit RegisteredOutfit(StageRun& run)
+      : run_(run),
+        options_(run.options<RegisterStageOptions>()),
+        dataset_(stage_dataset(run.input("capture"), options_.capture)),
+        bodies_(open_sequence(run.input("bodies"))) {
+    if (options_.truth_scans) {
+      truth_ = std::make_unique<CaptureTruth>(read_capture_truth(run.input("capture")));
+    }
+    find_frames();
+    if (options_.fit.fit.photometric) {
+      tell_missing_pictures();
+    }
+    if (!truth_) {
+      tell_missing_scans();
+    }
+    read_garments();
+  }
+
+  const std::vector<int>& frame_ids() const { return ids_; }
+  double fps() const { return fps_; }
+  std::vector<Worn>& garments() { return garments_; }
+  bool has_truth() const { return truth_ != nullptr; }
+
+  /// Faces of all garments, one behind the other.
+  Triangles faces() const {
+    Triangles all;
+    for (const Worn& worn : garments_) {
+      const Index before = all.rows();
+      all.conservativeResize(before + worn.garment.mesh.faces.rows(), 3);
+      all.bottomRows(worn.garment.mesh.faces.rows()) =
+          worn.garment.mesh.faces.array() + static_cast<int>(worn.first_vertex);
+    }
+    return all;
+  }
+
+ private:
+  void find_frames() {
+    for (const CaptureSequence& sequence : dataset_.info.sequences) {
+      if (sequence.kind != "minimal" && !sequence.frame_ids.empty()) {
+        fps_ = fps_ > 0 ? fps_ : sequence.fps;
+        takes_.push_back(sequence.frame_ids.front());
+      }
+    }
+    ids_ = clothed_frames(dataset_.info);
+    const std::size_t clothed = ids_.size();
+    ids_ = those_with_body(std::move(ids_), bodies_);
+    if (const std::size_t without = clothed - ids_.size(); without > 0 && !ids_.empty()) {
+      run_.warn(std::to_string(without) + " of " + std::to_string(clothed) + " clothed frames " +
+                (without > 1 ? "have no body and are" : "has no body and is") + " left out");
+    }
+    if (ids_.empty()) {
+      throw DataError(run_.input("bodies").string(), "frames", "none of the clothed ones",
+                      "a body in every clothed frame of the capture; run body on this capture");
+    }
+    fps_ = fps_ > 0 ? fps_ : bodies_.fps;
+  }
+
+  /// Once for each camera: in every frame the same would be said again.
+  void tell_missing_pictures() {
+    for (std::size_t c = 0; c < dataset_.cameras.size(); ++c) {
+      const CameraFrames& files = dataset_.frames[c];
+      const auto without = std::count_if(ids_.begin(), ids_.end(), [&](int id) {
+        return !files.images.contains(id) ||
+               !(files.masks.contains(id) || files.labels.contains(id));
+      });
+      if (without > 0) {
+        run_.warn("camera " + dataset_.cameras[c].id + ": no picture with a mask in " +
+                  std::to_string(without) + " of " + std::to_string(ids_.size()) + " frames");
+      }
+    }
+  }
+
+  fs::path scan_file(int id) const {
+    return run_.input("scans") / "scans" / (frame_name(id) + ".h5");
+  }
+
+  /// Before there are frames: a run that goes on does not open those that were followed before.
+  void tell_missing_scans() {
+    for (const int id : ids_) {
+      if (!fs::exists(scan_file(id))) {
+        run_.warn("frame " + std::to_string(id) + ": no scan: body and pictures alone");
+      }
+    }
+  }
+
+  /// Of what this run and others side by side have followed: the first frame that is finished may
+  /// need all of its window.
+  void tell_progress() {
+    std::int64_t followed = 0;
+    for (const Worn& worn : garments_) {
+      followed += kept_count(run_, worn.name, ids_);
+    }
+    run_.progress(followed, std::ssize(garments_) * std::ssize(ids_), "frames followed");
+  }
+
+  Index row_of(int id) const {
+    return std::lower_bound(ids_.begin(), ids_.end(), id) - ids_.begin();
+  }
+
+  Points body(Index row) const {
+    const int id = ids_[static_cast<std::size_t>(row)];
+    const auto at = std::lower_bound(bodies_.frame_ids.begin(), bodies_.frame_ids.end(), id);
+    return frame(bodies_, at - bodies_.frame_ids.begin()).vertices;
+  }
+
+  void read_garments() {
+    const fs::path folder = run_.input("template") / "garments";
+    std::vector<fs::path> files;
+    if (fs::is_directory(folder)) {
+      for (const auto& entry : fs::directory_iterator(folder)) {
+        if (entry.path().extension() == ".h5") {
+          files.push_back(entry.path());
+        }
+      }
+    }
+    std::sort(files.begin(), files.end());
+    if (files.empty()) {
+      throw DataError(folder.string(), "", "no garment", "<label>.h5 of the stage template");
+    }
+    Index vertices = 0;
+    for (const fs::path& file : files) {
+      Worn worn;
+      worn.name = file.stem().string();
+      const auto label = label_of(worn.name);
+      if (!label) {
+        throw DataError(file.string(), "", "a garment whose name is no label",
+                        "upper, lower, dress, outer, ...: what the scans call it");
+      }
+      worn.label = *label;
+      worn.garment = read_garment_archive(file);
+      RegistrationSource source;
+      source.rows = static_cast<Index>(ids_.size());
+      source.body_faces = bodies_.faces;
+      source.body = [this](Index row) { return body(row); };
+      source.load = [this, label](Index row) { return frame_of(*instant(row), *label); };
+      source.keeping = kept_frames(run_, worn.name, ids_);
+      source.keeping.write = [this, keep = source.keeping.write](Index row,
+                                                                 const FollowedFrame& frame) {
+        keep(row, frame);
+        tell_progress();
+      };
+      source.before_frame = [this] {
+        if (run_.stop_requested()) {
+          throw StopRequested();
+        }
+      };
+      for (const int id : takes_) {
+        const Index row = row_of(id);
+        if (row < source.rows && (source.starts.empty() || source.starts.back() < row)) {
+          source.starts.push_back(row);
+        }
+      }
+      const Index found = template_row_of(worn.garment, source, file.string());
+      if (found < 0) {
+        run_.say(worn.name + ": no attachments to the body: taken for being in the pose of frame " +
+                 std::to_string(ids_.front()));
+      }
+      worn.template_row = std::max<Index>(found, 0);
+      source.template_row = worn.template_row;
+      worn.sequence = std::make_unique<RegisteredSequence>(worn.garment, std::move(source),
+                                                           options_.fit, file.string());
+      worn.first_vertex = vertices;
+      vertices += worn.garment.mesh.vertices.rows();
+      garments_.push_back(std::move(worn));
+    }
+  }
+
+  /// The instant of a row; the last one is kept for the next garment.
+  std::shared_ptr<const Instant> instant(Index row) {
+    const std::lock_guard lock(mutex_);
+    if (kept_ && kept_row_ == row) {
+      return kept_;
+    }
+    const int id = ids_[static_cast<std::size_t>(row)];
+    auto made = std::make_shared<Instant>();
+    made->body = body(row);
+    if (truth_) {
+      made->scan = truth_scan(*truth_, read_truth_frame(run_.input("capture"), *truth_, id));
+    } else if (fs::exists(scan_file(id))) {
+      made->scan = read_mesh_archive(scan_file(id));
+    }
+    if (options_.fit.fit.photometric) {
+      made->views = instant_of(dataset_, id);
+    }
+    kept_ = std::move(made);
+    kept_row_ = row;
+    return kept_;
+  }
+
+  RegistrationFrame frame_of(const Instant& instant, Label label) const {
+    const auto number = static_cast<std::uint8_t>(label);
+    RegistrationFrame frame;
+    frame.scan = garment_scan(instant.scan, {number});
+    frame.body = body_obstacle(instant.body, bodies_.faces);
+    const Mesh& scan = instant.scan;
+    for (const std::uint8_t other : std::set(scan.labels.begin(), scan.labels.end())) {
+      if (other != number && is_cloth(static_cast<Label>(other))) {
+        frame.scan = without_covered_border(std::move(frame.scan), garment_scan(scan, {other}),
+                                            frame.body.tree);
+      }
+    }
+    if (!scan.labels.empty()) {
+      Triangles rest(scan.faces.rows(), 3);
+      Index count = 0;
+      for (Index f = 0; f < scan.faces.rows(); ++f) {
+        const bool own = (scan.faces.row(f).array().unaryExpr([&](int v) {
+                           return scan.labels[static_cast<std::size_t>(v)] == number ? 1 : 0;
+                         })).any();
+        if (!own) {
+          rest.row(count++) = scan.faces.row(f);
+        }
+      }
+      rest.conservativeResize(count, 3);
+      frame.other = build_tree(scan.vertices, rest);
+    }
+    for (const InstantView& view : instant.views) {
+      PhotoView photo{view.camera, view.image, view.mask};
+      if (!view.labels.data.empty()) {
+        photo.mask = view.labels;
+        for (std::uint8_t& pixel : photo.mask.data) {
+          pixel = pixel == number ? 1 : 0;
+        }
+      }
+      frame.views.push_back(view_pyramid(photo, options_.fit.fit.photometric_levels));
+    }
+    return frame;
+  }
+
+  StageRun& run_;
+  const RegisterStageOptions& options_;
+  Dataset dataset_;
+  Sequence bodies_;
+  std::unique_ptr<CaptureTruth> truth_;
+  std::vector<int> ids_;
+  std::vector<int> takes_;  // first frames
+  double fps_ = 0;
+  std::vector<Worn> garments_;
+  std::mutex mutex_;
+  std::shared_ptr<const Instant> kept_;
+  Index kept_row_ = -1;
+};
+
+constexpr std::array kFigures = {
+    "scan_rms", "support",      "seen",           "correlation", "strain_p95",       "inverted",
+    "inside",   "inside_depth", "body_crossings", "code_read",   "code_contradicted"};
+
+std::array<double, kFigures.size()> figures_of(const RegisteredGarment& garment) {
+  return {garment.scan_rms,
+          garment.support,
+          garment.seen,
+          garment.correlation,
+          garment.strain_p95,
+          static_cast<double>(garment.inverted),
+          garment.contact.inside,
+          garment.contact.depth,
+          static_cast<double>(garment.contact.crossings),
+          static_cast<double>(garment.code_read),
+          static_cast<double>(garment.code_contradicted)};
+}
+
+/// All garments of a frame as one mesh, with each one's figures beside it.
+Archive frame_archive(const std::vector<Worn>& garments, Index row) {
+  Mesh all;
+  Archive archive;
+  std::map<std::string, double> numbers;
+  for (const Worn& worn : garments) {
+    const RegisteredGarment& garment = worn.sequence->at(row);
+    const Index before = all.vertices.rows();
+    const Index count = garment.vertices.rows();
+    all.vertices.conservativeResize(before + count, 3);
+    all.vertices.bottomRows(count) = garment.vertices;
+    all.confidence.conservativeResize(before + count);
+    all.confidence.tail(count) = garment.confidence;
+    const auto figures = figures_of(garment);
+    for (std::size_t i = 0; i < kFigures.size(); ++i) {
+      numbers[worn.name + "." + kFigures[i]] = figures[i];
+    }
+  }
+  archive = archive_of(all);
+  archive.numbers.insert(numbers.begin(), numbers.end());
+  return archive;
+}
+
+/// The part of a joined mesh that is one garment.
+Mesh part_of(const Mesh& all, const Worn& worn) {
+  Mesh part;
+  const Index count = worn.garment.mesh.vertices.rows();
+  part.vertices = all.vertices.middleRows(worn.first_vertex, count);
+  part.confidence = all.confidence.segment(worn.first_vertex, count);
+  return part;
+}
+
+/// Median distance along the surface between two places of a garment, of vertices that are known.
+double slide(const Mesh& a, const Points& b, const Triangles& faces) {
+  const Points normals = vertex_normals(a.vertices, faces);
+  std::vector<double> slides;
+  for (Index v = 0; v < b.rows(); ++v) {
+    if (a.confidence[v] > 0.5F) {
+      const Eigen::Vector3d off = (a.vertices.row(v) - b.row(v)).transpose();
+      const Eigen::Vector3d normal = normals.row(v).transpose();
+      slides.push_back((off - off.dot(normal) * normal).norm());
+    }
+  }
+  if (slides.empty()) {
+    return 0;
+  }
+  const auto middle = slides.begin() + static_cast<std::ptrdiff_t>(slides.size() / 2);
+  std::nth_element(slides.begin(), middle, slides.end());
+  return *middle;
+}
+
+/// Splits the joined frames into the garments' own sequences.
+void write_garments(StageRun& run, const RegisteredOutfit& outfit,
+                    const std::vector<Worn>& garments) {
+  for (const Worn& worn : garments) {
+    const std::string folder = "registered/" + worn.name;
+    SequenceHeader header;
+    header.fps = outfit.fps();
+    header.frame_ids = outfit.frame_ids();
+    header.shared.faces = worn.garment.mesh.faces;
+    header.shared.uvs = worn.garment.mesh.uvs;
+    header.shared.uv_faces = worn.garment.mesh.uv_faces;
+    run.output(folder + "/sequence.h5",
+               [&](const fs::path& file) { write_archive(file, archive_of(header)); });
+    run.output(folder + "/template.h5",
+               [&](const fs::path& file) { write_mesh_archive(file, worn.garment.mesh); });
+    std::vector<Points> frames;
+    for (const int id : header.frame_ids) {
+      const Mesh part = part_of(read_mesh_archive(run.frame_file(id)), worn);
+      run.output(folder + "/frames/" + frame_name(id) + ".h5",
+                 [&](const fs::path& file) { write_mesh_archive(file, part); });
+      frames.push_back(part.vertices);
+    }
+    if (frames.size() < kTautFrames) {
+      run.say(worn.name + ": " + counted(static_cast<Index>(frames.size()), "frame") +
+              ", too few to tell what folds take: it is laid flat as the template is");
+    }
+    Mesh taut = worn.garment.mesh;
+    taut.vertices = taut_surface(taut, frames);
+    taut.normals.resize(0, 3);
+    run.output(folder + "/" + kTautFile, [&](const fs::path& file) { write_obj(file, taut); });
+  }
+}
+
+/// How far two ways to the same frame come out apart, m.
+struct Drift {
+  double forward_backward = 0;
+  double closure = 0;
+};
+
+Drift drift_of(StageRun& run, const RegisteredOutfit& outfit, const Worn& worn) {
+  Drift drift;
+  const auto rows = static_cast<Index>(outfit.frame_ids().size());
+  const auto read = [&](Index row) {
+    return part_of(
+        read_mesh_archive(run.frame_file(outfit.frame_ids()[static_cast<std::size_t>(row)])), worn);
+  };
+  const Index last = worn.template_row == rows - 1 ? 0 : rows - 1;
+  if (last == worn.template_row) {
+    return drift;
+  }
+  const Index before = last + (last > worn.template_row ? -1 : 1);
+  const Triangles& faces = worn.garment.mesh.faces;
+  const Mesh end = read(last);
+  drift.forward_backward =
+      slide(read(before), worn.sequence->again(before, last, end.vertices).vertices, faces);
+  drift.closure = slide(end, worn.sequence->from_template(last).vertices, faces);
+  return drift;
+}
+
+/// figures.json and the metrics, from the frames as they were written.
+void write_figures(StageRun& run, const RegisteredOutfit& outfit,
+                   const std::vector<Worn>& garments) {
+  nlohmann::json all = nlohmann::json::object();
+  std::map<std::string, double> sums;
+  double count = 0;
+  Drift most;
+  for (const Worn& worn : garments) {
+    nlohmann::json& of = all[worn.name];
+    of["template_frame"] = outfit.frame_ids()[static_cast<std::size_t>(worn.template_row)];
+    std::vector<FrameFigures> followed;
+    for (const int id : outfit.frame_ids()) {
+      const Archive archive = read_archive(run.frame_file(id), "atelier.mesh", 1);
+      nlohmann::json& frame = of["frames"][frame_name(id)];
+      for (const char* figure : kFigures) {
+        const double value = archive.numbers.at(worn.name + "." + figure);
+        frame[figure] = value;
+        sums[figure] += value;
+      }
+      followed.push_back({id, frame["support"], frame["correlation"], frame["inside"]});
+      count += 1;
+    }
+    if (const auto lost = not_followed(worn.name, followed)) {
+      tell(run, {*lost});
+    }
+    if (const auto inside = inside_body(worn.name, followed)) {
+      tell(run, {*inside});
+    }
+    const Drift drift = drift_of(run, outfit, worn);
+    of["forward_backward"] = drift.forward_backward;
+    of["closure"] = drift.closure;
+    most.forward_backward = std::max(most.forward_backward, drift.forward_backward);
+    most.closure = std::max(most.closure, drift.closure);
+  }
+  run.output_text("figures.json", all.dump(1));
+  run.metric("frames", static_cast<double>(outfit.frame_ids().size()));
+  run.metric("garments", static_cast<double>(garments.size()));
+  run.metric("truth_scans", outfit.has_truth() ? 1 : 0);
+  for (const char* figure : {"scan_rms", "support", "seen", "correlation", "inside"}) {
+    run.metric(figure, sums[figure] / count);
+  }
+  for (const char* figure : {"inverted", "body_crossings", "code_read", "code_contradicted"}) {
+    run.metric(figure, sums[figure]);
+  }
+  run.metric("forward_backward", most.forward_backward);
+  run.metric("closure", most.closure);
+}
+
+/// What a stop leaves for the next run: more than the frames that are finished, of which each needs
+/// all garments, and those of its window on the way to it.
+void tell_followed(StageRun& run, RegisteredOutfit& outfit) {
+  for (const Worn& worn : outfit.garments()) {
+    run.say(worn.name + ": " + std::to_string(kept_count(run, worn.name, outfit.frame_ids())) +
+            " of " + std::to_string(outfit.frame_ids().size()) + " frames are followed and kept");
+  }
+}
+
+}  // namespace
+
+OptionTable describe(RegisterStageOptions& options) {
+  OptionTable table;
+  table.add("capture", describe(options.capture));
+  table.add(describe(options.fit));
+  table.add("truth_scans", options.truth_scans,
+            "Take a synthetic capture's true surfaces instead of the scans, for comparison");
+  return table;
+}
+
+void require_registered_frames(const RegisterStageOptions& options, const FrameSelection& selection,
+                               const fs::path& capture, const fs::path& workspace) {
+  const std::optional<std::string> bodies = current_name(workspace / "body");
+  if (selection.everything() || !bodies) {
+    return;
+  }
+  some_selected_frames(selection,
+                       those_with_body(clothed_frames(stage_dataset(capture, options.capture).info),
+                                       open_sequence(workspace / "body" / *bodies)),
+                       capture.string());
+}
+
+void run_register(StageRun& run) {
+  RegisteredOutfit outfit(run);
+  const std::vector<int>& ids = outfit.frame_ids();
+  const auto write = [&](int id, const fs::path& file) {
+    const Index row = std::lower_bound(ids.begin(), ids.end(), id) - ids.begin();
+    write_archive(file, frame_archive(outfit.garments(), row));
+  };
+  bool all = false;
+  try {
+    all = run.each_frame("frames", ".h5", ids, write);
+  } catch (const StopRequested&) {  // within a frame's chain: what was followed is kept
+  }
+  if (!all) {
+    if (run.stop_requested()) {
+      tell_followed(run, outfit);
+    }
+    return;
+  }
+  SequenceHeader header;
+  header.fps = outfit.fps();
+  header.frame_ids = ids;
+  header.shared.faces = outfit.faces();
+  run.output("sequence.h5", [&](const fs::path& file) { write_archive(file, archive_of(header)); });
+  write_garments(run, outfit, outfit.garments());
+  write_figures(run, outfit, outfit.garments());
+}
+
+}  // namespace atelier

@@ -1,0 +1,117 @@
+#include "pipeline/outfit/worn_cloth.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/mesh_statistics.h"
+#include "pipeline/outfit/dressing.h"
+#include "registration/attach_to_body.h"
+#include "registration/blunt_corners.h"
+#include "simulation/contact_distance.h"
+
+namespace atelier {
+namespace {
+
+constexpr double kLeastCorner = 3;  // deg, of rest shapes; simulation refuses half a degree
+
+ClothOptions cloth_options(const WornClothOptions& options) {
+  ClothOptions cloth;
+  cloth.rest_angles = options.rest_angles;
+  return cloth;
+}
+
+}  // namespace
+
+OptionTable describe(WornClothOptions& options) {
+  OptionTable table;
+  table.add("rate", options.rate, 60, 1000, "1/s", "Simulated frames a second");
+  table.add("contact", options.contact, 0, 0.05, "m",
+            "Kept between cloth and body; 0: what the edge length needs");
+  table.add("rest_angles", options.rest_angles, {"flat", "template"},
+            "Cloth wants to be flat, or as it was registered, with its folds");
+  table.add("relax", options.relax,
+            "Take out what its own weight has stretched of the registered garment");
+  table.add("relaxing", describe(options.relaxing));
+  OptionTable xpbd = describe(options.xpbd);
+  std::erase_if(xpbd.fields, [](const OptionField& field) {
+    return field.name == "time_step" || field.name == "thickness";
+  });
+  return table.add("xpbd", xpbd);
+}
+
+WornCloth worn_cloth(const std::vector<WornGarment>& garments, const WornClothOptions& options) {
+  ATELIER_CHECK(!garments.empty(), "no garment is worn");
+  WornCloth worn;
+  std::vector<Cloth> cloths;
+  double edge = 0;
+  worn.first.push_back(0);
+  for (const WornGarment& one : garments) {
+    worn.names.push_back(one.name);
+    Mesh mesh = one.garment.mesh;
+    mesh.normals.resize(0, 3);
+    edge = std::max(edge, mean_edge_length(mesh));
+    worn.meshes.push_back(std::move(mesh));
+    worn.first.push_back(worn.first.back() + one.start.rows());
+    cloths.push_back(make_cloth(one.garment, {}, cloth_options(options)));
+  }
+  worn.cloth = cloths.size() == 1 ? cloths.front() : join_cloths(cloths);
+  worn.state = rest_state(worn.cloth);
+  for (std::size_t g = 0; g < garments.size(); ++g) {
+    const Index count = garments[g].start.rows();
+    worn.state.positions.middleRows(worn.first[g], count) = garments[g].start;
+    if (garments[g].velocity.rows() > 0) {
+      worn.state.velocities.middleRows(worn.first[g], count) = garments[g].velocity;
+    }
+  }
+  worn.solver = options.xpbd;
+  worn.solver.time_step = 1 / options.rate;
+  worn.solver.thickness = options.contact > 0 ? options.contact : contact_distance(edge);
+  return worn;
+}
+
+Points registered_velocity(const RegisteredGarmentSequence& garment, const MovingBody& body) {
+  constexpr double kMoment = 1.0 / 120;  // s
+  const Triangles& faces = body.model.mesh.faces;
+  const Points here = registered_mesh(garment, body.motion.frame_ids.front()).vertices;
+  if (body.motion.frame_ids.size() < 2) {
+    return Points::Zero(here.rows(), 3);
+  }
+  const Points next = registered_mesh(garment, body.motion.frame_ids[1]).vertices;
+  const double lead = lead_seconds(body);
+  const std::vector<Attachment> riding = attach_to_body(here, surface_at(body, lead), faces);
+  const auto carried = [&](double seconds) {
+    return ride_on_body(riding, surface_at(body, lead + seconds), faces);
+  };
+  return (carried(kMoment) - here) / kMoment +
+         body.motion.fps * (next - carried(1 / body.motion.fps));
+}
+
+WornGarment worn_in_frame(const RegisteredGarmentSequence& garment, int frame_id,
+                          const Points& body, const Triangles& body_faces,
+                          const Material& material) {
+  WornGarment worn;
+  worn.name = garment.name;
+  worn.garment = garment.garment;
+  // Registration moves vertices along the cloth, here and there onto the opposite edge.
+  worn.garment.mesh.vertices = with_blunt_corners(registered_mesh(garment, garment.template_frame),
+                                                  {.least = kLeastCorner, .flips = false})
+                                   .vertices;
+  worn.garment.material = material;
+  worn.start = registered_mesh(garment, frame_id).vertices;
+  worn.garment.attachments =
+      held_by_body(garment.label, garment.garment.boundaries, worn.start, body, body_faces);
+  return worn;
+}
+
+RelaxedGarment unloaded(const WornGarment& worn, const Points& body, const Triangles& body_faces,
+                        const WornClothOptions& options, Device device) {
+  XpbdOptions solver = options.xpbd;
+  solver.time_step = 1 / options.rate;
+  // As it will be simulated: one distance for all that is worn.
+  solver.thickness = options.contact > 0 ? options.contact : contact_distance(worn.garment);
+  return relax_gravity(worn.garment, {}, body, body_faces, cloth_options(options), solver,
+                       options.relaxing, device);
+}
+
+}  // namespace atelier

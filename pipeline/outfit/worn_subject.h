@@ -1,0 +1,34 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+
+#include "appearance/prepare.h"
+#include "core/io/ground_truth_archive.h"
+
+namespace atelier {
+
+/// What stands before the cameras: the body, other layers (hair, shoes) where they are known, then
+/// the garments.
+struct WornSubject {
+  DressedSubject subject;
+  std::vector<Mesh> templates;    ///< of each surface, with texture coordinates where it has some
+  std::vector<int> labels;        ///< of each in label images; -1: none
+  std::size_t first_garment = 0;  ///< of its surfaces
+};
+
+/// The surfaces of a frame of the truth, as worn_in_truth has them.
+std::vector<Points> surfaces_of(const TruthFrame& frame, const CaptureTruth& truth);
+
+/// A synthetic capture's truth. Frames are read when they are asked for. Garments have the truth's
+/// names.
+WornSubject worn_in_truth(const std::filesystem::path& capture,
+                          const std::shared_ptr<const CaptureTruth>& truth);
+
+/// The registered garments and the bodies of a workspace: results of `register` and `body`.
+/// Garments have the names of their labels. In a frame in which nothing is registered they are not
+/// worn. Throws DataError where there is no garment, or a garment without texture coordinates.
+WornSubject worn_in_workspace(const std::filesystem::path& registered,
+                              const std::filesystem::path& bodies);
+
+}  // namespace atelier

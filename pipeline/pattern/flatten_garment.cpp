@@ -1,0 +1,195 @@
+#include "pipeline/pattern/flatten_garment.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "core/error.h"
+#include "core/normals.h"
+#include "pipeline/pattern/flatten_relax.h"
+#include "registration/blunt_corners.h"
+#include "registration/edge_paths.h"
+#include "registration/flattening/find_pattern.h"
+#include "registration/flattening/flatten_doubts.h"
+#include "registration/flattening/front_and_back.h"
+#include "registration/flattening/open_to_discs.h"
+#include "registration/flattening/part_overlaps.h"
+#include "registration/flattening/smooth_surface.h"
+
+namespace atelier {
+namespace {
+
+/// What is finer than panels can be is taken out of the surface.
+void smooth_mesh(Mesh& mesh, double reach, const FlattenWatcher& watcher) {
+  const double area = face_areas(mesh.vertices, mesh.faces).sum();
+  const Points smooth = smoothed_surface(mesh, reach);
+  char text[120];
+  std::snprintf(text, sizeof text, "smoothed: moved by %.2f mm in the mean, area %+.2f%%",
+                1000 * (smooth - mesh.vertices).rowwise().norm().mean(),
+                100 * (face_areas(smooth, mesh.faces).sum() / area - 1));
+  watcher.say(text);
+  mesh.vertices = smooth;
+}
+
+/// Slivers, which no simulation takes, are taken out; where seams are given, triangles stay and
+/// only what is near to being refused is changed.
+void blunt_mesh(Mesh& mesh, bool seams_given, const FlattenWatcher& watcher) {
+  constexpr double kNearlyRefused = 2;  // deg
+  BluntCornersOptions how;
+  if (seams_given) {
+    how.least = kNearlyRefused;
+    how.flips = false;
+  }
+  const double before = least_corners(mesh.vertices, mesh.faces).minCoeff();
+  mesh = with_blunt_corners(mesh, how);
+  const double after = least_corners(mesh.vertices, mesh.faces).minCoeff();
+  if (after > before) {
+    char text[120];
+    std::snprintf(text, sizeof text, "slivers taken out: smallest corner %.1f deg, was %.1f", after,
+                  before);
+    watcher.say(text);
+  }
+}
+
+/// The pattern of a cut; panels that lie over themselves are parted.
+void lay_out(FlattenedGarment& flat, const std::vector<char>& cut,
+             const FlattenStageOptions& options, const FlattenWatcher& watcher) {
+  flat.pattern = flatten_apart(flat.mesh, cut, options.flatten, [&](std::size_t panels) {
+    watcher.say(std::to_string(panels) + (panels == 1
+                                              ? " panel that lies over itself is parted"
+                                              : " panels that lie over themselves are parted"));
+  });
+  flat.measures = measure_flat(flat.mesh, flat.pattern);
+}
+
+/// Seams and their pattern. Where none keeps the bound, what was found is laid out as it is.
+void lay_out_found(FlattenedGarment& flat, const FlattenStageOptions& options,
+                   const FlattenWatcher& watcher) {
+  FindPatternOptions how;
+  how.find = options.find;
+  how.find.facing = nearly_ahead(flat.facing);
+  how.flatten = options.flatten;
+  how.give = options.give;
+  FoundPattern found = find_pattern(flat.mesh, how, watcher.say);
+  char text[120];
+  std::snprintf(text, sizeof text, "the surface gave way by %.2f mm in the mean, %.1f mm at most",
+                1000 * found.moved_mean, 1000 * found.moved_most);
+  watcher.say(text);
+  flat.gave_way_mean = found.moved_mean;
+  flat.gave_way_most = found.moved_most;
+  flat.mesh = std::move(found.mesh);
+  flat.reached = found.reached;
+  if (found.reached) {
+    flat.pattern = std::move(found.pattern);
+    flat.measures = std::move(found.measures);
+  } else {
+    FlattenStageOptions as_found = options;  // panels stiffen where the search's do
+    as_found.flatten.panel.even = stiffening_of(options.find.stretch);
+    lay_out(flat, found.seams.cut, as_found, watcher);
+    flat.reached = found.seams.reached && flat.measures.strain_p99 <= options.find.stretch;
+  }
+}
+
+/// The smallest corner of the flat panels, deg: a simulation refuses those below half a degree.
+double flat_corner(const FlattenedGarment& flat) {
+  return least_corners(flat.pattern.vertices, flat.pattern.cut.faces).minCoeff();
+}
+
+}  // namespace
+
+double mismatch_of(const FlattenedGarment& flat) {
+  return std::max(flat.measures.seam_mismatch, flat.layout.seam_mismatch);
+}
+
+FlattenedGarment flatten_garment(const FlattenGarment& garment, const FlattenStageOptions& options,
+                                 const FlattenWatcher& watcher) {
+  FlattenedGarment flat;
+  auto [surface, given] = read_flatten_surface(garment.file, options.seams, options.input, watcher);
+  flat.mesh = std::move(surface);
+  flat.facing = garment.note.facing;
+  if (!options.relax.body.empty()) {
+    flat.relaxed = relax_mesh(flat.mesh, garment, options, watcher);
+    if (watcher.stopped()) {
+      return flat;
+    }
+  }
+  if (options.smooth > 0) {
+    smooth_mesh(flat.mesh, options.smooth, watcher);
+  }
+  blunt_mesh(flat.mesh, options.seams != "auto", watcher);
+  const Topology topology = topology_of(flat.mesh.faces, flat.mesh.vertices.rows());
+  try {
+    if (options.seams == "auto") {
+      lay_out_found(flat, options, watcher);
+    } else {
+      const std::vector<char> open =
+          opened_to_discs(topology, given, edge_lengths(topology, flat.mesh.vertices));
+      if (open != given) {
+        watcher.say("panels with holes were cut open");
+      }
+      lay_out(flat, open, options, watcher);
+    }
+  } catch (const DataError& error) {
+    throw DataError(garment.file.string(), error.where, error.found, error.expected);
+  }
+  flat.layout = lay_out_pattern(flat.pattern, options.pattern);
+  if (const auto doubt =
+          fabric_doubt(flat.layout, options.pattern.fabric_width, garment.file.string())) {
+    watcher.warn(*doubt);
+  }
+  if (options.flatten.equal_seams) {
+    const auto doubt = seam_doubt(mismatch_of(flat), garment.file.string());
+    flat.equal = !doubt;
+    if (doubt) {
+      watcher.warn(*doubt);
+    }
+  }
+  return flat;
+}
+
+std::string summary_of(const FlattenedGarment& flat) {
+  const FlatMeasures& m = flat.measures;
+  char text[400];
+  std::snprintf(
+      text, sizeof text,
+      "%d panels, %zu seams of %.2f m; stretch p50 %.2f%%, p95 %.2f%%, p99 %.2f%%, most "
+      "%.1f%%; area %.2f%% of the surface's; seams differ by %.2f%% at most; %d "
+      "triangles turned over, %d panels over themselves; smallest corner %.1f deg; fabric "
+      "%.2f x %.2f m",
+      flat.pattern.cut.panel_count, flat.pattern.seams.size(), m.seam_length, 100 * m.strain_p50,
+      100 * m.strain_p95, 100 * m.strain_p99, 100 * m.strain_max, 100 * m.area_ratio,
+      100 * mismatch_of(flat), m.inverted, m.overlaps, flat_corner(flat), flat.layout.width,
+      flat.layout.length);
+  return text;
+}
+
+nlohmann::ordered_json json_of(const FlattenedGarment& flat) {
+  const FlatMeasures& m = flat.measures;
+  return {{"panels", flat.pattern.cut.panel_count},
+          {"seams", flat.pattern.seams.size()},
+          {"stretch_p50", m.strain_p50},
+          {"stretch_p95", m.strain_p95},
+          {"stretch_p99", m.strain_p99},
+          {"stretch_max", m.strain_max},
+          {"area_ratio", m.area_ratio},
+          {"seam_mismatch", mismatch_of(flat)},
+          {"seam_length", m.seam_length},
+          {"inverted", m.inverted},
+          {"overlaps", m.overlaps},
+          {"gave_way_mean", flat.gave_way_mean},
+          {"gave_way_most", flat.gave_way_most},
+          {"smallest_corner", flat_corner(flat)},
+          {"fabric_width", flat.layout.width},
+          {"fabric_length", flat.layout.length}};
+}
+
+Mesh with_flat_uvs(const FlattenedGarment& flat) {
+  const Garment garment = garment_of(flat.mesh, flat.pattern);
+  Mesh mesh = flat.mesh;
+  mesh.uvs = garment.rest;
+  mesh.uv_faces = garment.rest_faces;
+  mesh.normals.resize(0, 3);
+  return mesh;
+}
+
+}  // namespace atelier

@@ -1,0 +1,215 @@
+#include "pipeline/pattern/flatten_stage.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "core/error.h"
+#include "core/file_kind.h"
+#include "core/io/image_file.h"
+#include "core/io/mesh_file.h"
+#include "core/io/mesh_obj.h"
+#include "core/store/write_text.h"
+#include "pipeline/pattern/flatten_garment.h"
+#include "pipeline/pattern/flatten_relax.h"
+#include "pipeline/pictures/flatten_pictures.h"
+#include "registration/flattening/flatten_surface.h"
+#include "registration/flattening/seam_input.h"
+#include "simulation/fabric.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// The meshes of a folder, by name.
+std::vector<fs::path> meshes_in(const fs::path& folder) {
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().extension() == ".obj" || entry.path().extension() == ".ply") {
+      files.push_back(entry.path());
+    }
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+/// The mesh itself, or every mesh of a folder or of a result of `template`, with what that says of
+/// it there; none of any other folder. What lies beside the INPUT is no part of it, nor of the
+/// result's key.
+std::vector<FlattenGarment> garments_in(const fs::path& input) {
+  if (!fs::is_directory(input)) {
+    return {{input, {}}};
+  }
+  std::vector<fs::path> files = meshes_in(input);
+  if (files.empty() && fs::exists(input / kTemplateFile) &&
+      fs::is_directory(input / kTemplateGarments)) {
+    files = meshes_in(input / kTemplateGarments);
+  }
+  std::vector<FlattenGarment> garments;
+  garments.reserve(files.size());
+  for (const fs::path& file : files) {
+    garments.push_back({file, template_note(input / kTemplateFile, file.stem().string())});
+  }
+  return garments;
+}
+
+/// The warning "template-unread" of a garment beside whose INPUT lies where its wearer looks.
+std::optional<Finding> unread_doubt(const FlattenGarment& garment) {
+  const fs::path file = template_file(garment.file);
+  try {
+    if (!garment.note.facing.isZero() ||
+        template_note(file, garment.file.stem().string()).facing.isZero()) {
+      return std::nullopt;
+    }
+  } catch (const DataError&) {  // nothing that this run reads
+    return std::nullopt;
+  }
+  return Finding{
+      Severity::Warning, "template-unread", garment.file.string(),
+      file.string() + " says where its wearer looks, and is no part of this INPUT",
+      "seams are found by the shape; INPUT " + file.parent_path().string() + " has it read"};
+}
+
+void write_flat(StageRun& run, const FlattenedGarment& flat, const std::string& title,
+                const std::string& folder) {
+  run.output_text(folder + "pattern.svg", pattern_svg(flat.layout, title));
+  run.output_text(folder + "pattern.dxf", pattern_dxf(flat.layout, title));
+  run.output(folder + "garment.obj", [&](const fs::path& file) {
+    write_text(file, obj_text(polygons_of(with_flat_uvs(flat))));
+  });
+  run.output(folder + "stretch.png", [&](const fs::path& file) {
+    write_text(file,
+               image_bytes(stretch_picture(flat.mesh, flat.pattern, flat.measures, flat.facing),
+                           ImageFormat::Png));
+  });
+}
+
+}  // namespace
+
+OptionTable describe(FlattenRelaxOptions& options) {
+  OptionTable table;
+  table.add("body", options.body, std::vector<std::string>{},
+            "Mesh of the body that a captured garment hangs on, or the bodies of its capture "
+            "(WORKSPACE/body/current), of which the one of its frame is taken: what its weight has "
+            "stretched is taken out before it is flattened; a mesh's unit as the garment's");
+  std::vector<std::string> fabrics = fabric_names();
+  fabrics.insert(fabrics.begin(), "");
+  table.add("fabric", options.fabric, fabrics, "What the garment is made of, for its weight");
+  table.add("registered", options.registered, std::vector<std::string>{},
+            "Folder of the garment's registered sequence (registered/LABEL of register), or of "
+            "those of all garments (registered): one that was captured in motion is not relaxed");
+  table.add("gap", options.gap, 0, 0.02, "m",
+            "Kept from the body; 0: what the garment keeps where it rests on it");
+  table.add("substeps", options.substeps, 1, 1000, "",
+            "Of each simulated frame; more for stiff cloth of fine triangles");
+  table.add("relaxing", describe(options.relaxing));
+  return table;
+}
+
+OptionTable describe(FlattenStageOptions& options) {
+  OptionTable table;
+  table.add("seams", options.seams, std::vector<std::string>{},
+            "auto (found), uvs (where texture coordinates part), labels (where labels of vertices "
+            "part), none (opened alone), or a file (.json)");
+  table.add("smooth", options.smooth, 0, 0.1, "m",
+            "Noise and creases finer than six times this are smoothed away before; 0: none");
+  table.add("give", options.give, 0, 0.02, "m",
+            "Where seams are found: how far most of the surface may move to lie flat without "
+            "stretch, what "
+            "it is in doubt by; 0: not at all");
+  table.add("find", describe(options.find));
+  table.add("flatten", describe(options.flatten));
+  table.add("pattern", describe(options.pattern));
+  table.add("relax", describe(options.relax));
+  table.add("input", describe(options.input));
+  return table;
+}
+
+void require_named(const FlattenStageOptions& options, [[maybe_unused]] const fs::path& input) {
+  require_seams_named(options.seams);
+  if (const std::string& body = options.relax.body;
+      !body.empty() && file_kind(body) == fs::file_type::not_found) {
+    read_mesh(body);  // says what it would have read
+  }
+  require_relaxable(options, garments_in(input));
+}
+
+void check_flatten_input(const fs::path& input) {
+  if (garments_in(input).empty()) {
+    throw DataError(input.string(), "", "no .obj or .ply",
+                    "a mesh for each garment, as 'atelier run' leaves them in WORKSPACE/surfaces");
+  }
+}
+
+void run_flatten(StageRun& run) {
+  const auto& options = run.options<FlattenStageOptions>();
+  FlatMeasures worst;
+  worst.area_ratio = 1;
+  double gave_way_mean = 0;
+  double gave_way_most = 0;
+  int panels = 0;
+  const std::vector<FlattenGarment> garments = garments_in(run.input("surface"));
+  require_relaxable(options, garments);
+  if (options.seams == "auto") {
+    for (const FlattenGarment& garment : garments) {
+      if (const auto doubt = unread_doubt(garment)) {
+        tell(run, {*doubt});
+        break;  // of one INPUT
+      }
+    }
+  }
+  run.progress(0, std::ssize(garments), "garments");
+  for (const FlattenGarment& garment : garments) {
+    if (run.stop_requested()) {
+      return;
+    }
+    const std::string title = garment.file.stem().string();
+    const std::string folder = fs::is_directory(run.input("surface")) ? title + "/" : "";
+    const std::string whose = folder.empty() ? "" : title + ": ";
+    FlattenWatcher watcher;
+    watcher.say = [&](const std::string& line) { run.say(whose + line); };
+    watcher.warn = [&](const Finding& finding) { tell(run, {finding}, whose); };
+    watcher.relaxed = [&](int round, int rounds, double error) {
+      run.progress(round, rounds, "rounds of relaxing", {{"off_mm", 1000 * error}});
+    };
+    watcher.stopped = [&] { return run.stop_requested(); };
+    if (!options.relax.body.empty()) {
+      run.progress(0, options.relax.relaxing.rounds, "rounds of relaxing");
+    }
+    const FlattenedGarment flat = flatten_garment(garment, options, watcher);
+    if (run.stop_requested()) {
+      return;
+    }
+    write_flat(run, flat, title, folder);
+    const FlatMeasures& m = flat.measures;
+    panels += flat.pattern.cut.panel_count;
+    worst.strain_p50 = std::max(worst.strain_p50, m.strain_p50);
+    worst.strain_p95 = std::max(worst.strain_p95, m.strain_p95);
+    worst.strain_p99 = std::max(worst.strain_p99, m.strain_p99);
+    worst.seam_mismatch = std::max(worst.seam_mismatch, mismatch_of(flat));
+    if (std::abs(m.area_ratio - 1) > std::abs(worst.area_ratio - 1)) {
+      worst.area_ratio = m.area_ratio;
+    }
+    gave_way_mean = std::max(gave_way_mean, flat.gave_way_mean);
+    gave_way_most = std::max(gave_way_most, flat.gave_way_most);
+    worst.seam_length += m.seam_length;
+    worst.inverted += m.inverted;
+    worst.overlaps += m.overlaps;
+    run.say((folder.empty() ? "" : title + ": ") + summary_of(flat));
+    run.progress(&garment - garments.data() + 1, std::ssize(garments), "garments");
+  }
+  run.metric("panels", panels);
+  run.metric("stretch_p50", worst.strain_p50);
+  run.metric("stretch_p95", worst.strain_p95);
+  run.metric("stretch_p99", worst.strain_p99);
+  run.metric("seam_mismatch", worst.seam_mismatch);
+  run.metric("seam_length", worst.seam_length);
+  run.metric("area_ratio", worst.area_ratio);
+  run.metric("inverted", worst.inverted);
+  run.metric("overlaps", worst.overlaps);
+  run.metric("gave_way_mean", gave_way_mean);
+  run.metric("gave_way_most", gave_way_most);
+}
+
+}  // namespace atelier

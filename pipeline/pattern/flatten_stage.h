@@ -1,0 +1,65 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+
+#include "core/io/polygon_mesh.h"
+#include "core/store/stage.h"
+#include "registration/flattening/find_seams.h"
+#include "registration/flattening/flat_pattern.h"
+#include "registration/flattening/pattern_pieces.h"
+#include "simulation/relax_gravity.h"
+
+namespace atelier {
+
+/// The weight that has stretched a captured garment, to be taken out before it is flattened.
+struct FlattenRelaxOptions {
+  /// Mesh of the body that the garment hangs on, or folder of a sequence of bodies, of which the
+  /// one of its frame is taken; empty: not relaxed.
+  std::string body;
+  std::string fabric;  ///< of the garment; empty: the default material
+  /// Folder of the garment's registered sequence (registered/LABEL of `register`), or of those of
+  /// all garments (registered), which says whether it hung still; empty: nobody says.
+  std::string registered;
+  double gap = 0;     ///< m kept from the body, 0 to 0.02; 0: as where the garment rests on it
+  int substeps = 30;  ///< per simulated frame, 1 to 1000
+  RelaxGravityOptions relaxing;
+};
+OptionTable describe(FlattenRelaxOptions& options);
+
+struct FlattenStageOptions {
+  std::string seams = "auto";  ///< auto, uvs, labels, or a file
+  double smooth = 0.01;  ///< m: reach over which noise and creases are smoothed before, 0 to 0.1
+  double give = 0.005;   ///< m: how far surfaces move where seams are found, 0 to 0.02
+  FindSeamsOptions find;
+  FlattenOptions flatten;
+  PatternPieceOptions pattern;
+  FlattenRelaxOptions relax;
+  MeshConvention input{.metres_per_unit = 1, .up = 'y'};  ///< of files that do not say
+};
+OptionTable describe(FlattenStageOptions& options);
+
+inline constexpr std::array kFlattenMetrics = {
+    StageMetric{"panels", ""},         StageMetric{"stretch_p50", ""},
+    StageMetric{"stretch_p95", ""},    StageMetric{"stretch_p99", ""},
+    StageMetric{"seam_mismatch", ""},  StageMetric{"seam_length", "m"},
+    StageMetric{"area_ratio", ""},     StageMetric{"inverted", ""},
+    StageMetric{"overlaps", ""},       StageMetric{"gave_way_mean", "m"},
+    StageMetric{"gave_way_most", "m"},
+};
+
+/// Refuses files and words that options name and that are not there, or are not of the garments of
+/// the INPUT, as the stage would later. Throws DataError.
+void require_named(const FlattenStageOptions& options, const std::filesystem::path& input);
+
+/// Throws DataError for a folder without a mesh.
+void check_flatten_input(const std::filesystem::path& input);
+
+/// A garment's surface -> pattern.svg, pattern.dxf, garment.obj (the surface as it was laid flat,
+/// its texture coordinates the pattern, metres) and stretch.png; of a folder of meshes, as
+/// `template` leaves them, a folder of these for each. Metrics are sums of panels, seams and what
+/// is turned over, else the worst garment's.
+void run_flatten(StageRun& run);
+
+}  // namespace atelier

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "appearance/painted_scene.h"
+#include "core/device.h"
+
+namespace atelier {
+
+/// Who gets the pictures of a scene, in the order of its frames. All may be empty.
+struct PaintHooks {
+  /// [H,W,4] linear light; the fourth channel is 1, or with `alpha` the coverage, the colour then
+  /// premultiplied.
+  std::function<void(Index frame_idx, const Image& picture)> picture;
+  std::function<bool()> stop;
+};
+
+/// Draws every frame of a scene, each garment and the body by its network (`SceneLayer::model`, the
+/// <name>/model.safetensors of the stage `appearance`), composed by depth; skin that stands out
+/// of cloth is tucked under it first (appearance/tuck_skin.h). The program
+/// `atelier-appearance` works beside this one; pictures are handed out as they come, and it waits
+/// where nobody takes them, so that no more than four are on the disk. True if all were drawn,
+/// false if it was stopped.
+///
+/// Throws DataError for a network of other faces than its layer's, EnvironmentError where the
+/// program or the device is not there.
+bool paint_scene(const PaintedScene& scene, const PaintOptions& options, Device device,
+                 const PaintHooks& hooks);
+
+}  // namespace atelier

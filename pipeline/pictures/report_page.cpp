@@ -1,0 +1,464 @@
+#include "pipeline/pictures/report_page.h"
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <map>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "core/io/file_bytes.h"
+#include "core/printable.h"
+#include "core/quantity_text.h"
+#include "core/store/build_info.h"
+#include "core/store/workspace_status.h"
+
+namespace atelier {
+namespace {
+
+constexpr const char* kReportStyle = R"(
+body { font: 15px/1.5 system-ui, sans-serif; color: #222; max-width: 64rem; margin: 2rem auto;
+       padding: 0 1rem; }
+h1, h2 { line-height: 1.2; } h2 { margin-top: 2.5rem; border-bottom: 1px solid #ccc; }
+table { border-collapse: collapse; margin: .5rem 0; }
+th, td { text-align: left; padding: .15rem .8rem .15rem 0; vertical-align: top; }
+th { font-weight: 600; color: #555; } td.number { text-align: right; }
+td.number, td.state { white-space: nowrap; }
+.beside { display: flex; flex-wrap: wrap; gap: 0 3rem; align-items: flex-start; }
+svg { max-width: 100%; height: auto; }
+td.number, code { font-family: ui-monospace, monospace; font-size: 13px; }
+td { overflow-wrap: anywhere; } figure { margin: 1rem 0; } img, video { max-width: 100%; }
+figcaption, .quiet { color: #666; } .error { color: #a40000; } .warning { color: #8a5a00; }
+.attention { background: #fff7e0; border-left: 4px solid #d9a400; padding: .5rem 1rem; }
+details { margin: .5rem 0; } summary { cursor: pointer; }
+)";
+
+/// What a reader might look for in vain.
+constexpr const char* kNotYet = R"(<p class="quiet">Not in this version:</p>
+<ul class="quiet"><li>avatars of the body whose look depends on the pose</li>
+<li>a second simulator beside XPBD (another program's mesh sequence can be animated)</li>
+<li>avatars that are sealed for one use or reader</li>
+<li>runs of the whole chain on a cluster (single stages take --shard and --frames)</li></ul>
+)";
+
+/// The media type of what a browser shows, "" of everything else.
+std::string media_type(const std::filesystem::path& path) {
+  constexpr std::array<std::array<const char*, 2>, 6> kTypes = {{{".png", "image/png"},
+                                                                 {".jpg", "image/jpeg"},
+                                                                 {".jpeg", "image/jpeg"},
+                                                                 {".webp", "image/webp"},
+                                                                 {".avif", "image/avif"},
+                                                                 {".mp4", "video/mp4"}}};
+  for (const auto& [extension, type] : kTypes) {
+    if (path.extension() == extension) {
+      return type;
+    }
+  }
+  return "";
+}
+
+/// Warnings of a stage that stand at the head of the page; the rest are in the stage's section.
+constexpr std::size_t kWarningsFirst = 5;
+
+std::string in_table(const std::string& rows) {
+  return rows.empty() ? "" : "<table>\n" + rows + "</table>\n";
+}
+
+std::string row(const std::string& name, const std::string& cell, const char* cell_class = "") {
+  return "<tr><th>" + html_text(name) + "</th><td" +
+         (*cell_class != '\0' ? " class=\"" + std::string(cell_class) + "\"" : "") + ">" +
+         html_text(cell) + "</td></tr>\n";
+}
+
+std::string folded(const std::string& summary, const std::string& content) {
+  return content.empty() ? ""
+                         : "<details><summary>" + html_text(summary) + "</summary>\n" + content +
+                               "</details>\n";
+}
+
+/// Something that asks for attention, of one stage or of several alike.
+struct Attention {
+  bool error = false;
+  std::vector<std::string> of;
+  std::string end;  ///< "failed", "skipped"; "" of what is no stage's end
+  std::string text;
+};
+
+void attend(std::vector<Attention>& items, Attention one) {
+  for (Attention& item : items) {
+    if (item.error == one.error && item.end == one.end && item.text == one.text) {
+      item.of.insert(item.of.end(), one.of.begin(), one.of.end());
+      return;
+    }
+  }
+  items.push_back(std::move(one));
+}
+
+/// One list item each, errors first.
+std::string list_of(std::vector<Attention> items) {
+  std::stable_partition(items.begin(), items.end(),
+                        [](const Attention& item) { return item.error; });
+  std::string list;
+  for (const Attention& item : items) {
+    std::string of;
+    for (const std::string& one : item.of) {
+      of += of.empty() ? "" : ", ";
+      of += html_text(one);
+    }
+    std::string end = item.end.empty() ? "" : " " + html_text(item.end);
+    if (item.end == "skipped") {
+      end = item.of.size() == 1 ? " was skipped" : " were skipped";
+    }
+    list += item.error ? "<li class=\"error\"><b>" : "<li class=\"warning\"><b>";
+    list += of;
+    list += "</b>";
+    list += end;
+    list += ": ";
+    list += html_text(item.text);
+    list += "</li>\n";
+  }
+  return list;
+}
+
+/// What asks for attention of a stage's result.
+void attend_to(const StageStatus& status, std::vector<Attention>& items) {
+  const auto item = [&](const std::string& item_class, const std::string& text) {
+    attend(items, {item_class == "error", {status.stage}, "", text});
+  };
+  if (status.state == StageStatus::State::Damaged) {
+    item("error", "the result is damaged; run the stage again");
+  }
+  for (const Finding& finding : status.findings) {
+    item(finding.severity == Severity::Error ? "error" : "warning", to_string(finding));
+  }
+  for (const std::string& reason : status.reasons) {
+    item("warning", "outdated: " + reason);
+  }
+  for (const UnfinishedWork& work : status.unfinished) {
+    item("warning",
+         "unfinished work of " + counted(work.frames, "frame") + "; run the stage again");
+  }
+  if (status.unlinked_results > 0) {
+    item("warning", unlinked_text(status.unlinked_results));
+  }
+  const std::vector<std::string> none;
+  const std::vector<std::string>& warned = status.manifest ? status.manifest->warnings : none;
+  const bool no_consent = status.manifest && status.manifest->consent.empty();
+  std::size_t shown = 0;
+  std::size_t more = 0;
+  for (const std::string& text : warned) {  // findings begin with how severe they are
+    if (text.starts_with("error ")) {
+      item("error", text);
+    } else if (no_consent && text.starts_with("warning consent-none ")) {
+      continue;  // said below
+    } else if (++shown <= kWarningsFirst) {
+      item("warning", text);
+    } else {
+      ++more;
+    }
+  }
+  if (more > 0) {
+    item("warning", std::to_string(more) + " more warnings, below");
+  }
+  if (no_consent) {
+    item("warning",
+         "no consent is recorded: state who, scope and until in a [[consent]] of capture.toml");
+  }
+}
+
+/// What stands below a picture: words where a stage's own say nothing to a reader, else its path.
+std::string caption_of(const std::string& path) {
+  constexpr std::string_view kFolder = "pictures/";
+  constexpr std::string_view kRegion = "_region.png";
+  return path.starts_with(kFolder) && path.ends_with(kRegion)
+             ? path.substr(kFolder.size(), path.size() - kFolder.size() - kRegion.size()) +
+                   ": the part of the body whose clothing does not count (" + path + ")"
+             : path;
+}
+
+std::string picture(const std::filesystem::path& file, const std::string& name,
+                    const std::string& type, std::int64_t most_bytes) {
+  const std::string data =
+      "data:" + type + ";base64," + base64_text(read_file_bytes(file, most_bytes));
+  const std::string shown = type.starts_with("video")
+                                ? "<video controls loop muted src=\"" + data + "\"></video>"
+                                : "<img alt=\"" + html_text(name) + "\" src=\"" + data + "\">";
+  return "<figure>" + shown + "<figcaption>" + html_text(caption_of(name)) +
+         "</figcaption></figure>\n";
+}
+
+/// What stages draw over frames for whoever has the files alone: the page has plots of the same.
+bool is_plot(const std::string& path) {
+  return path.ends_with("_frames.png") || path.ends_with("certificates.png");
+}
+
+/// Frames in their folder fill no page, and push out none of what shows all of them.
+std::string pictures_of(const StageStatus& status, const std::filesystem::path& folder,
+                        const ReportOptions& options) {
+  std::vector<std::string> top;     // strips, sheets and films
+  std::vector<std::string> single;  // one a frame, or a garment
+  for (const ManifestOutput& output : status.manifest->outputs) {
+    if (!is_plot(output.path) && !media_type(output.path).empty() &&
+        static_cast<double>(output.size) <= options.picture_bytes) {
+      (output.path.find('/') == std::string::npos ? top : single).push_back(output.path);
+    }
+  }
+  const auto most = static_cast<std::size_t>(options.pictures);
+  std::vector<std::string> shown = spread(top, most);
+  std::map<std::string, std::int64_t> more;
+  for (const std::vector<std::string>& all : {top, single}) {
+    for (const std::string& path : all) {
+      ++more[std::filesystem::path(path).parent_path().string()];
+    }
+  }
+  const std::vector<std::string> some = spread(single, most - shown.size());
+  shown.insert(shown.end(), some.begin(), some.end());
+  std::string html;
+  for (const std::string& path : shown) {
+    --more[std::filesystem::path(path).parent_path().string()];
+    html += picture(folder / path, path, media_type(path),
+                    static_cast<std::int64_t>(options.picture_bytes));
+  }
+  for (const auto& [place, count] : more) {
+    if (count > 0) {
+      html += "<p class=\"quiet\">" + std::to_string(count) + " more in " +
+              html_text((std::filesystem::path(status.stage) / "current" / place).string()) +
+              "</p>\n";
+    }
+  }
+  return html;
+}
+
+std::string section_of(const StageStatus& status, const std::filesystem::path& workspace,
+                       const ReportOptions& options, const std::string& drawn) {
+  std::string html =
+      "<h2 id=\"" + html_text(status.stage) + "\">" + html_text(status.stage) + "</h2>\n";
+  if (status.row != nullptr) {
+    html += "<p>" + html_text(status.row->summary) + "</p>\n";
+  }
+  if (!status.manifest) {
+    return html + "<p class=\"quiet\">" + html_text(state_name(status.state)) + "</p>\n";
+  }
+  const Manifest& manifest = *status.manifest;
+  std::string facts = row("state", state_name(status.state));
+  facts += row("consent", to_string(manifest.consent));
+  facts += row("finished", manifest.finished);
+  facts += row("elapsed time, frames side by side added up", duration_text(manifest.work_seconds));
+  facts += row("peak memory", bytes_text(static_cast<double>(manifest.peak_memory_bytes)));
+  if (!manifest.device.empty()) {
+    facts += row("device", manifest.device);
+  }
+  facts += row("build", manifest.build);
+  std::string figures;
+  for (const auto& [name, value] : manifest.metrics) {
+    figures += row(name, metric_text(status.row, name, value), "number");
+  }
+  html += "<div class=\"beside\">" + in_table(figures) + in_table(facts) + "</div>\n" + drawn;
+  if (status.state != StageStatus::State::Damaged) {
+    html += pictures_of(status, workspace / status.stage / folder_name(manifest.key), options);
+  }
+  std::string warned;
+  for (const std::string& line : manifest.warnings) {
+    warned += "<li class=\"warning\">" + html_text(line) + "</li>\n";
+  }
+  html += folded(counted(static_cast<std::int64_t>(manifest.warnings.size()), "warning"),
+                 warned.empty() ? "" : "<ul>\n" + warned + "</ul>\n");
+  std::string set_options;
+  for (const ManifestOption& option : manifest.options) {
+    if (option.source != "default") {
+      set_options += row(option.name, option.json + "  (" + option.source + ")");
+    }
+  }
+  html += set_options.empty() ? "<p class=\"quiet\">Every option has its default.</p>\n"
+                              : "<p>Options that were set:</p>\n" + in_table(set_options);
+  std::string inputs;
+  for (const ManifestInput& input : manifest.inputs) {
+    inputs += row(input.kind, input.path + ", " + counted(input.files, "file") + ", " +
+                                  bytes_text(static_cast<double>(input.bytes)));
+  }
+  html += in_table(inputs);
+  std::string outputs;
+  for (const ManifestOutput& output : manifest.outputs) {
+    outputs += row(output.path, bytes_text(static_cast<double>(output.size)), "number");
+  }
+  html += folded(counted(static_cast<std::int64_t>(manifest.outputs.size()), "file"),
+                 in_table(outputs));
+  return html;
+}
+
+std::string verdict_cell(const ReportFigure& figure) {
+  return "<td class=\"" + std::string(figure.met ? "state" : "state error") + "\">" +
+         html_text(figure.verdict) + "</td>";
+}
+
+/// The table of targets with what was measured, then all other figures.
+std::string figures_section(const ReportFigures& figures) {
+  if (figures.targets.empty() && figures.others.empty()) {
+    return "";
+  }
+  const bool sharper = std::any_of(figures.targets.begin(), figures.targets.end(),
+                                   [](const ReportFigure& one) { return !one.accuracy.empty(); });
+  std::string rows =
+      std::string("<tr><th>figure</th><th>value</th><th>range</th><th>verdict</th>") +
+      "<th>missed by</th>" + (sharper ? "<th>target of accuracy</th>" : "") + "<th></th></tr>\n";
+  std::map<std::string, std::int64_t> count;
+  for (const ReportFigure& figure : figures.targets) {
+    ++count[figure.verdict];
+    rows += "<tr><th>" + html_text(figure.name) + "</th><td class=\"number\">" +
+            html_text(figure.value) + "</td><td class=\"state\">" + html_text(figure.range) +
+            "</td>" + verdict_cell(figure) + "<td class=\"number\">" + html_text(figure.missed_by) +
+            "</td>" +
+            (sharper ? "<td class=\"quiet\">" + html_text(figure.accuracy) + "</td>" : "") +
+            "<td class=\"quiet\">" + html_text(figure.note) + "</td></tr>\n";
+  }
+  std::string html = "<h2 id=\"truth\">Against the truth</h2>\n";
+  if (!figures.targets.empty()) {
+    std::string counts;
+    for (const char* verdict : {"met", "missed", "not judged", "not measured"}) {
+      counts += (counts.empty() ? "" : ", ") + std::to_string(count[verdict]) + " " + verdict;
+    }
+    html += "<p>" + counts + ". " + html_text(figures.judged_by) + "</p>\n" + in_table(rows);
+  }
+  std::string others;
+  for (const ReportFigure& figure : figures.others) {
+    others += "<tr><th>" + html_text(figure.name) + "</th><td class=\"number\">" +
+              html_text(figure.value) + "</td>" + verdict_cell(figure) + "<td class=\"quiet\">" +
+              html_text(figure.note) + "</td></tr>\n";
+  }
+  return html + folded(counted(static_cast<std::int64_t>(figures.others.size()), "other figure"),
+                       in_table(others));
+}
+
+/// How long a stage took; "then" where that was in an earlier run. "" where it is not known.
+std::string took(const RunStageAccount& one) {
+  return one.end == "done" ? duration_text(one.seconds)
+         : (one.end == "done already" || one.end == "not asked for") && one.seconds > 0
+             ? duration_text(one.seconds) + " then"
+             : "";
+}
+
+/// What the last run of the chain came to, stage by stage.
+std::string run_section(const RunAccount& run) {
+  std::string rows;
+  std::map<std::string, std::string> first;  // which stage each reason was said of
+  for (const RunStageAccount& one : run.stages) {
+    const std::string& of = first.emplace(one.why, one.stage).first->second;
+    const std::string why = one.why.empty() || of == one.stage ? one.why : "as " + of;
+    rows += "<tr><th><a href=\"#" + html_text(one.stage) + "\">" + html_text(one.stage) +
+            "</a></th><td" + " class=\"" + (one.end == "failed" ? "state error" : "state") + "\">" +
+            html_text(one.end) + "</td><td class=\"number\">" + html_text(took(one)) +
+            "</td><td class=\"quiet\">" + html_text(why) + "</td></tr>\n";
+  }
+  return "<h2 id=\"run\">The run</h2>\n<p>" + html_text(run.started) + ", " +
+         html_text(duration_text(run.seconds)) + " before this report, of <code>" +
+         html_text(run.capture) + "</code></p>\n" + in_table(rows) + kNotYet;
+}
+
+}  // namespace
+
+OptionTable describe(ReportOptions& options) {
+  return OptionTable()
+      .add("pictures", options.pictures, 0, 1000, "", "Most pictures and videos shown of one stage")
+      .add("picture_bytes", options.picture_bytes, 0, 1e8, "bytes",
+           "Largest picture or video shown; every byte makes the page larger");
+}
+
+std::string base64_text(std::span<const std::byte> bytes) {
+  constexpr std::string_view kDigits =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t there = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t group = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+      group = group << 8U | (k < there ? std::to_integer<std::uint32_t>(bytes[i + k]) : 0U);
+    }
+    for (std::size_t k = 0; k < 4; ++k) {
+      text += k <= there ? kDigits[group >> (18U - 6U * k) & 63U] : '=';
+    }
+  }
+  return text;
+}
+
+std::string html_text(std::string_view text) {
+  std::string html;
+  for (const char c : printable(std::string(text))) {
+    switch (c) {
+      case '&':
+        html += "&amp;";
+        break;
+      case '<':
+        html += "&lt;";
+        break;
+      case '>':
+        html += "&gt;";
+        break;
+      case '"':
+        html += "&quot;";
+        break;
+      case '\'':
+        html += "&#39;";
+        break;
+      default:
+        html += c;
+    }
+  }
+  return html;
+}
+
+std::string report_page(std::span<const StageStatus> stages, const std::filesystem::path& workspace,
+                        const ReportOptions& options, const ReportFigures& figures,
+                        const std::optional<RunAccount>& run,
+                        const std::map<std::string, std::string>& drawn,
+                        const std::string& run_problem, const std::string& subject) {
+  const std::string title =
+      "Atelier: " + workspace.filename().string() + (subject.empty() ? "" : ", " + subject);
+  std::vector<Attention> attention;
+  if (!run_problem.empty()) {
+    attend(attention, {false, {"run"}, "", run_problem});
+  }
+  for (const RunStageAccount& one : run ? run->stages : std::vector<RunStageAccount>{}) {
+    if (!one.why.empty()) {
+      attend(attention, {one.end != "skipped", {one.stage}, one.end, one.why});
+    }
+  }
+  for (const std::vector<ReportFigure>& some : {figures.targets, figures.others}) {
+    for (const ReportFigure& figure : some) {
+      if (!figure.met) {
+        const std::string by =
+            figure.missed_by.empty() ? "" : " by " + figure.missed_by + " (" + figure.range + ")";
+        attend(attention, {false, {figure.name}, "", figure.value + ", " + figure.verdict + by});
+      }
+    }
+  }
+  std::string overview;
+  std::string sections = (run ? run_section(*run) : "") + figures_section(figures);
+  for (const StageStatus& status : stages) {
+    attend_to(status, attention);
+    overview += "<tr><th><a href=\"#" + html_text(status.stage) + "\">" + html_text(status.stage) +
+                "</a></th><td>" + html_text(state_name(status.state)) +
+                (status.running ? ", running when this was written" : "") + "</td></tr>\n";
+    const auto pictures = drawn.find(status.stage);
+    if (status.state != StageStatus::State::None || pictures != drawn.end()) {
+      sections += section_of(status, workspace, options,
+                             pictures == drawn.end() ? std::string() : pictures->second);
+    }
+  }
+  return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
+         "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "
+         "img-src data:; media-src data:; style-src 'unsafe-inline'\">\n"
+         "<meta name=\"viewport\" content=\"width=device-width\">\n<title>" +
+         html_text(title) + "</title><style>" + kReportStyle + "</style></head>\n<body>\n<h1>" +
+         html_text(title) + "</h1>\n" +
+         (attention.empty() ? "<p>Nothing asks for attention.</p>\n"
+                            : "<div class=\"attention\"><ul>\n" + list_of(std::move(attention)) +
+                                  "</ul></div>\n") +
+         (run ? "" : in_table(overview)) + sections + "<p class=\"quiet\">" +
+         html_text(build_info()) + "</p>\n</body></html>\n";
+}
+
+}  // namespace atelier

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/options.h"
+#include "core/store/workspace_status.h"
+#include "pipeline/pictures/run_account.h"
+
+namespace atelier {
+
+struct ReportOptions {
+  int pictures = 24;           ///< of a stage, most that are shown
+  double picture_bytes = 4e6;  ///< largest that is shown, bytes; a page of tens of megabytes opens
+};
+
+OptionTable describe(ReportOptions& options);
+
+/// A figure against the truth, as the page shows it.
+struct ReportFigure {
+  std::string name;
+  std::string value;    ///< with its unit
+  std::string verdict;  ///< "met", "not judged"; outside of the table "met (at most 6)" or ""
+  bool met = true;      ///< false: the page says so among what asks for attention
+  std::string note;     ///< over what it was taken, or why it was not
+  // Of the table of targets alone:
+  std::string range = {};      ///< "at most 6"
+  std::string missed_by = {};  ///< "0.7 mm"
+  std::string accuracy = {};   ///< "at most 5, missed by 1.7 mm"; "" where that is the range
+};
+
+/// What results come to against the truth.
+struct ReportFigures {
+  std::string judged_by;              ///< which ranges those of the table are, a sentence
+  std::vector<ReportFigure> targets;  ///< the table of targets, measured or not
+  std::vector<ReportFigure> others;   ///< all other figures
+};
+
+/// The report on a workspace as one HTML page that needs no other file: what asks for attention
+/// first (what failed and is damaged before all else: outdated results, ended or missing consent,
+/// findings; one text of several stages once), then for each stage its figures, pictures, videos,
+/// the options that somebody set, its inputs and files; `figures`, where there are any, in a
+/// section of their own before the stages, and before them what the last `run` of the whole chain
+/// came to. Every text that came from a file is escaped; the page runs no script and loads nothing.
+///
+/// `drawn` is HTML for the sections of some stages, by their names (stage_pictures); `run_problem`
+/// says why there is no `run` where there should be one, first among what asks for attention;
+/// `subject`, who was captured, stands in the title.
+/// Pictures and videos of sound results are shown as far as the options allow, the others only
+/// named: what lies at the result's top first (strips, sheets), then some of each folder's,
+/// evenly. Throws EnvironmentError or DataError if a picture cannot be read.
+std::string report_page(std::span<const StageStatus> stages, const std::filesystem::path& workspace,
+                        const ReportOptions& options = {}, const ReportFigures& figures = {},
+                        const std::optional<RunAccount>& run = std::nullopt,
+                        const std::map<std::string, std::string>& drawn = {},
+                        const std::string& run_problem = "", const std::string& subject = "");
+
+/// The text as HTML shows it literally, in content and in quoted attributes.
+std::string html_text(std::string_view text);
+
+/// Some of `all` where they are more than `most`: the first, the last and as many between, evenly.
+template <class Value>
+std::vector<Value> spread(const std::vector<Value>& all, std::size_t most) {
+  std::vector<Value> some;
+  const std::size_t count = std::min(all.size(), most);
+  for (std::size_t i = 0; i < count; ++i) {
+    some.push_back(all[count == 1 ? 0 : i * (all.size() - 1) / (count - 1)]);
+  }
+  return some;
+}
+
+/// Bytes as base64, for "data:" addresses.
+std::string base64_text(std::span<const std::byte> bytes);
+
+}  // namespace atelier

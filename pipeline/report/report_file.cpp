@@ -1,0 +1,148 @@
+#include "pipeline/report/report_file.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <optional>
+#include <set>
+#include <span>
+#include <utility>
+
+#include "capture/capture_info.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/store/output_place.h"
+#include "core/writable_place.h"
+#include "pipeline/stages/stages.h"
+#include "pipeline/evaluation/evaluation.h"
+#include "pipeline/evaluation/targets.h"
+#include "pipeline/pictures/report_folder.h"
+#include "pipeline/pictures/run_account.h"
+#include "pipeline/report/report_pictures.h"
+
+namespace atelier {
+namespace {
+
+constexpr const char* kDemo =
+    "Judged by the ranges of captures as the preset demo makes them (docs/demo_ranges.md). They "
+    "say that nothing is broken, not that results are good; beside them stand the targets of the "
+    "preset accuracy.";
+constexpr const char* kAccuracy =
+    "Judged by the targets of captures as the preset accuracy makes them.";
+
+std::string with_unit(double value, const std::string& unit) {
+  char text[60];
+  std::snprintf(text, sizeof(text), unit.empty() ? "%.4g" : "%.4g ", value);
+  return text + unit;
+}
+
+/// What is wanted on `accuracy`. A measure may have a target that it is not judged by: networks of
+/// the setting `small` do not reach what those of `standard` must.
+std::string accuracy_text(const Judged& row, std::span<const Measure> measures) {
+  const auto measure = std::find_if(measures.begin(), measures.end(), [&](const Measure& one) {
+    return one.key == row.key && one.side == Measure::Side::None && one.target != 0;
+  });
+  const auto target = std::find_if(all_targets().begin(), all_targets().end(),
+                                   [&](const Target& one) { return one.key == row.key; });
+  return measure == measures.end() || target == all_targets().end()
+             ? row.target
+             : target_text(target->side, measure->target) +
+                   " with the setting standard, not judged with small";
+}
+
+std::string missed_by(const Judged& row) {
+  return row.verdict == "missed" ? with_unit(row.missed_by, row.unit) : "";
+}
+
+/// Who was captured, as the capture says; "" where it says nothing, or is gone.
+std::string subject_of([[maybe_unused]] std::span<const StageStatus> stages) {
+  for (const StageStatus& status : stages) {
+    for (const ManifestInput& input :
+         status.manifest ? status.manifest->inputs : std::vector<ManifestInput>{}) {
+      if (input.kind != "capture") {
+        continue;
+      }
+      try {
+        return read_capture_info(input.path).subject;
+      } catch (const DataError&) {  // another layout, which names nobody
+        return "";
+      } catch (const EnvironmentError&) {
+        return "";
+      }
+    }
+  }
+  return "";
+}
+
+/// Figures of the workspace's results against the truth of their capture; none without one.
+ReportFigures figures_of([[maybe_unused]] const std::filesystem::path& workspace,
+                         const std::string& truth) {
+  ReportFigures figures;
+  if (truth.empty()) {
+    return figures;
+  }
+  const Targets targets = targets_named("auto", truth);
+  const bool demo = targets == Targets::Demo;
+  figures.judged_by = demo ? kDemo : kAccuracy;
+  const WorkspaceFigures measured = workspace_figures(workspace, truth);
+  const std::vector<Judged> rows = judged(measured, targets, workspace);
+  const std::vector<Judged> sharper = judged(measured, Targets::Accuracy, workspace);
+  std::set<std::string> in_table;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const Judged& row = rows[i];
+    ReportFigure figure{row.key, row.value ? with_unit(*row.value, row.unit) : "-", row.verdict,
+                        row.verdict != "missed", row.why};
+    figure.range = row.target;
+    figure.missed_by = missed_by(row);
+    if (demo) {
+      const std::string by = missed_by(sharper[i]);
+      figure.accuracy = accuracy_text(sharper[i], measured.measures) +
+                        (by.empty() ? "" : ", missed by " + by) +
+                        (sharper[i].verdict == "met" ? ", met" : "");
+    }
+    in_table.insert(row.key);
+    in_table.insert(row.stage);
+    figures.targets.push_back(std::move(figure));
+  }
+  for (const Measure& one : measured.measures) {
+    if (!in_table.contains(one.key)) {
+      const Measure measure = against(one, targets);
+      figures.others.push_back({measure.key, with_unit(measure.value, measure.unit),
+                                verdict_of(measure), is_met(measure), measure.note});
+    }
+  }
+  for (const Unmeasured& one : measured.unmeasured) {
+    if (!in_table.contains(one.stage)) {
+      ReportFigure figure{one.stage, "-", "not measured", true, one.why};
+      figure.range = target_text(Measure::Side::None, 0);
+      figures.targets.push_back(std::move(figure));
+    }
+  }
+  return figures;
+}
+
+}  // namespace
+
+std::vector<StageStatus> write_report(const std::filesystem::path& workspace,
+                                      const std::filesystem::path& page,
+                                      const ReportOptions& options, const std::string& truth) {
+  std::vector<StageStatus> stages = workspace_status(all_stages(), workspace, Check::Digests);
+  std::optional<FileLock> lock;
+  if (page.parent_path() == report_folder(workspace)) {
+    lock = lock_report_folder(workspace);
+  }
+  require_file_place(page);
+  require_outside_inputs(page, stages, "--out");
+  std::optional<RunAccount> account;
+  std::string account_problem;
+  try {
+    account = read_run_account(workspace);
+  } catch (const DataError& error) {  // the results are as good without it
+    account_problem = std::string("what the last run came to cannot be read: ") + error.what();
+  }
+  write_file_atomically(
+      page, report_page(stages, workspace, options, figures_of(workspace, truth), account,
+                        stage_pictures(stages, workspace), account_problem, subject_of(stages)));
+  return stages;
+}
+
+}  // namespace atelier

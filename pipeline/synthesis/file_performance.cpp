@@ -1,0 +1,142 @@
+#include "pipeline/synthesis/file_performance.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "capture/keypoint_schema.h"
+#include "core/error.h"
+#include "core/printable.h"
+
+namespace atelier {
+namespace {
+
+/// The file's frame at the capture's i-th: by time where the file has a rate, else one by one.
+Index file_frame(const FilePerformance& performance, const SynthesisOptions& options, int i,
+                 bool clothed) {
+  const Index count = frame_count(performance.body.sequence);
+  if (!clothed) {
+    return options.minimal_frames < 2 ? 0 : (count - 1) * i / (options.minimal_frames - 1);
+  }
+  const double rate = performance.body.sequence.fps;
+  return rate > 0 ? static_cast<Index>(std::llround(i * rate / options.fps)) : i;
+}
+
+/// Joints that are keypoints by their name, in the schemas' words.
+std::vector<std::pair<std::string, Index>> named_keypoints(const MeshSequenceFile& body) {
+  std::vector<std::pair<std::string, Index>> result;
+  for (std::size_t j = 0; j < body.names.size(); ++j) {
+    const std::string name = body.names[j] == "pelvis" ? "mid_hip" : body.names[j];
+    if (find_keypoint(body_25_schema(), name) >= 0 ||
+        find_keypoint(coco_wholebody_schema(), name) >= 0) {
+      result.emplace_back(name, static_cast<Index>(j));
+    }
+  }
+  return result;
+}
+
+/// Velocities by the difference to the next frame of the file, or from the one before the last.
+void add_velocities(PerformedFrame& result, const FilePerformance& performance,
+                    const SynthesisOptions& options, Index at) {
+  const auto velocity = [&](const Sequence& sequence, Index rows) -> Points {
+    const Index count = frame_count(sequence);
+    if (count < 2 || rows == 0) {
+      return Points::Zero(rows, 3);
+    }
+    const Index first = std::min(at, count - 2);
+    const double rate = sequence.fps > 0 ? sequence.fps : options.fps;
+    return rate * (frame(sequence, first + 1).vertices - frame(sequence, first).vertices);
+  };
+  result.body_velocity = velocity(performance.body.sequence, result.truth.body.rows());
+  for (const Points& garment : result.truth.garments) {
+    result.garment_velocities.push_back(velocity(performance.cloth.sequence, garment.rows()));
+  }
+}
+
+Label label_by_place(const Points& cloth, const Points& body) {
+  const double floor = body.col(1).minCoeff();
+  const double height = body.col(1).maxCoeff() - floor;
+  const double low = (cloth.col(1).minCoeff() - floor) / height;
+  const double high = (cloth.col(1).maxCoeff() - floor) / height;
+  if (low > 0.38) {
+    return Label::Upper;
+  }
+  return high > 0.7 ? Label::Dress : Label::Lower;
+}
+
+}  // namespace
+
+FilePerformance read_performance(const SynthesisOptions& options) {
+  FilePerformance performance;
+  performance.body = read_mesh_sequence(options.body_sequence, true);
+  const Points first = frame(performance.body.sequence, 0).vertices;
+  const Eigen::RowVector3d middle = first.colwise().mean();
+  performance.shift = {-middle.x(), -first.col(1).minCoeff(), -middle.z()};
+  if (!options.cloth_sequence.empty()) {
+    performance.cloth = read_mesh_sequence(options.cloth_sequence, false);
+    performance.label = label_by_place(frame(performance.cloth.sequence, 0).vertices, first);
+  }
+  const Index have = options.cloth_sequence.empty()
+                         ? frame_count(performance.body.sequence)
+                         : std::min(frame_count(performance.body.sequence),
+                                    frame_count(performance.cloth.sequence));
+  const Index want =
+      options.frames > 0 ? file_frame(performance, options, options.frames - 1, true) + 1 : 1;
+  if (want > have) {
+    throw DataError(options.body_sequence, "", counted(have, "frame"),
+                    "at least " + std::to_string(want) + ", or a smaller --frames");
+  }
+  return performance;
+}
+
+CaptureTruth truth_of(const FilePerformance& performance, const SynthesisOptions& options) {
+  CaptureTruth truth;
+  truth.body = performance.body.shared;
+  truth.body.vertices = frame(performance.body.sequence, 0).vertices;
+  truth.body.vertices.rowwise() += performance.shift;
+  if (performance.cloth.shared.faces.rows() > 0) {
+    TruthGarment garment;
+    garment.garment.name = "cloth";
+    garment.garment.mesh = performance.cloth.shared;
+    garment.garment.mesh.labels.clear();
+    garment.garment.mesh.vertices = frame(performance.cloth.sequence, 0).vertices;
+    garment.garment.mesh.vertices.rowwise() += performance.shift;
+    garment.label = performance.label;
+    truth.garments.push_back(garment);
+  }
+  for (const auto& [name, joint] : named_keypoints(performance.body)) {
+    truth.keypoint_names.push_back(name);
+  }
+  truth.numbers = {{"seed", static_cast<double>(options.seed)},
+                   {"exposure", options.sensor.exposure}};
+  truth.texts = {{"subject", "from files"}, {"subject_kind", "files"}};
+  return truth;
+}
+
+PerformedFrame performed_frame(const FilePerformance& performance, const SynthesisOptions& options,
+                               int i, bool clothed) {
+  const Index at = file_frame(performance, options, i, clothed);
+  PerformedFrame result;
+  result.truth.body = frame(performance.body.sequence, at).vertices;
+  result.truth.body.rowwise() += performance.shift;
+  const bool cloth = performance.cloth.shared.faces.rows() > 0;
+  if (cloth) {
+    result.truth.garments.emplace_back(0, 3);
+    if (clothed) {
+      result.truth.garments[0] = frame(performance.cloth.sequence, at).vertices;
+      result.truth.garments[0].rowwise() += performance.shift;
+    }
+  }
+  if (options.shutter > 0) {
+    add_velocities(result, performance, options, at);
+  }
+  const auto named = named_keypoints(performance.body);
+  result.truth.keypoints.resize(static_cast<Index>(named.size()), 3);
+  for (std::size_t k = 0; k < named.size(); ++k) {
+    result.truth.keypoints.row(static_cast<Index>(k)) =
+        performance.body.joints[static_cast<std::size_t>(at)].row(named[k].second) +
+        performance.shift;
+  }
+  return result;
+}
+
+}  // namespace atelier

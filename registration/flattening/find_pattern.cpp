@@ -1,0 +1,264 @@
+#include "registration/flattening/find_pattern.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "core/normals.h"
+#include "core/topology.h"
+#include "core/tree.h"
+#include "registration/blunt_corners.h"
+#include "registration/edge_paths.h"
+#include "registration/flattening/front_and_back.h"
+#include "registration/flattening/straight_seams.h"
+#include "registration/flattening/unstretched_surface.h"
+
+namespace atelier {
+namespace {
+
+constexpr int kSeamSearches = 4;         // at most
+constexpr double kForEqualSeams = 0.97;  // of the stretch: what equal seams cost
+constexpr double kLessStretch = 0.95;    // of the stretch, after a search whose pattern missed it
+constexpr double kPanelLength = 0.15;    // m of seam that a panel is worth
+constexpr double kShorter = 0.98;        // of what there is: worth taking, since it stretches more
+constexpr double kNearlyKept = 1.15;     // of the stretch: what may still come within it
+
+/// How far points are from a surface, m.
+Eigen::VectorXd ways_off(const Mesh& surface, const Points& points) {
+  const std::vector<ClosestPoint> nearest =
+      closest_points(build_tree(surface.vertices, surface.faces), points);
+  Eigen::VectorXd ways(points.rows());
+  for (Index i = 0; i < points.rows(); ++i) {
+    ways[i] = std::sqrt(nearest[static_cast<std::size_t>(i)].squared_distance);
+  }
+  return ways;
+}
+
+/// Patterns as they are tried; what is best is kept.
+class PatternTrial {
+ public:
+  PatternTrial(const Mesh& mesh, const FindPatternOptions& options, const SeamWatch& watch)
+      : options_(options), watch_(watch), surface_(mesh), moved_(mesh) {
+    options_.flatten.panel.even = stiffening_of(options.find.stretch);
+    quick_ = options_.flatten;
+    quick_.equal_seams = false;
+  }
+
+  /// The surface as it is now.
+  const Mesh& mesh() const { return moved_; }
+  /// Of the best that keeps the bound, m; infinite where none does.
+  double cost() const { return cost_; }
+  const FoundPattern& best() const { return best_; }
+
+  /// Where vertices are.
+  std::pair<Mesh, Mesh> places() const { return {surface_, moved_}; }
+  void return_to(const std::pair<Mesh, Mesh>& places) {
+    surface_ = places.first;
+    moved_ = places.second;
+  }
+
+  /// Seams straightened by so many rounds; what would need stretch is taken out of the surface.
+  void straighten(const FoundSeams& seams, int rounds) {
+    surface_.vertices = straightened_seams(surface_, seams.cut, rounds);
+    moved_.vertices = surface_.vertices;
+    constexpr int kTimes = 2;  // the pattern follows the surface, which follows the pattern
+    for (int i = 0; i < kTimes && options_.give > 0; ++i) {
+      unstretch(flatten_surface(moved_, seams.cut, quick_));
+    }
+  }
+
+  /// Lays the surface out by these seams; true if the bound holds.
+  bool keeps_bound(const FoundSeams& seams, const char* what) {
+    FlatPattern pattern = flatten_surface(moved_, seams.cut, options_.flatten);
+    FlatMeasures measures = measure_flat(moved_, pattern);
+    const double bound = options_.find.stretch;
+    const auto nearly = [&] {
+      return measures.strain_p99 > bound && measures.strain_p99 < kNearlyKept * bound;
+    };
+    constexpr int kTimes = 3;
+    for (int i = 0; i < kTimes && options_.give > 0 && nearly(); ++i) {
+      unstretch(pattern);
+      pattern = flatten_surface(moved_, seams.cut, options_.flatten);
+      measures = measure_flat(moved_, pattern);
+    }
+    say(what, pattern, measures);
+    const bool reached = measures.strain_p99 <= bound && measures.overlaps == 0;
+    const double cost = reached ? measures.seam_length + kPanelLength * pattern.cut.panel_count
+                                : std::numeric_limits<double>::infinity();
+    if (cost < kShorter * cost_ || !best_.reached) {
+      cost_ = cost;
+      const Eigen::VectorXd ways = ways_off(surface_, moved_.vertices);
+      best_ = {moved_,  seams,       std::move(pattern), std::move(measures),
+               reached, ways.mean(), ways.maxCoeff()};
+      best_places_ = {surface_, moved_};
+    }
+    return reached;
+  }
+
+  /// Sews seams of the best again that are not needed once the surface gives way to what they join,
+  /// the one first that saves most. Each is tried once, until so many in a row are needed that few
+  /// others will not be.
+  void sew() {
+    constexpr int kNeeded = 24;
+    std::set<std::vector<int>> tried;
+    for (int needed = 0; needed < kNeeded;) {
+      const std::vector<std::vector<int>> runs = seams_to_sew();
+      const auto next = std::find_if(runs.begin(), runs.end(),
+                                     [&](const auto& run) { return !tried.contains(run); });
+      if (next == runs.end()) {
+        return;
+      }
+      tried.insert(*next);
+      FoundSeams seams = best_.seams;
+      for (const int edge : *next) {
+        seams.cut[static_cast<std::size_t>(edge)] = 0;
+      }
+      ++seams.joined;
+      return_to(best_places_);
+      const double before = cost_;
+      keeps_bound(seams, "sewn");
+      needed = cost_ < before ? 0 : needed + 1;
+    }
+  }
+
+ private:
+  /// Runs of edges between two panels of the best, and darts, the longest first. A front and its
+  /// back stay two, but for what is small, as a sleeve.
+  std::vector<std::vector<int>> seams_to_sew() const {
+    constexpr double kSmall = 0.25;  // of the area
+    const FlatPattern& pattern = best_.pattern;
+    const Topology topology = topology_of(best_.mesh.faces, best_.mesh.vertices.rows());
+    std::map<std::pair<int, int>, int> edge_at;
+    for (Index e = 0; e < topology.edges.rows(); ++e) {
+      edge_at[{topology.edges(e, 0), topology.edges(e, 1)}] = static_cast<int>(e);
+    }
+    const std::vector<double> lengths = edge_lengths(topology, best_.mesh.vertices);
+    const Eigen::VectorXd areas = face_areas(best_.mesh.vertices, best_.mesh.faces);
+    std::vector<double> of_panel(static_cast<std::size_t>(pattern.cut.panel_count), 0);
+    for (Index f = 0; f < areas.size(); ++f) {
+      of_panel[static_cast<std::size_t>(pattern.cut.panels[static_cast<std::size_t>(f)])] +=
+          areas[f];
+    }
+    std::vector<std::pair<double, std::vector<int>>> runs;
+    for (const FlatSeam& seam : pattern.seams) {
+      std::vector<int> edges;
+      double length = 0;
+      bool side = false;
+      for (std::size_t i = 1; i < seam.a.size(); ++i) {
+        const int a = pattern.cut.source[static_cast<std::size_t>(seam.a[i - 1])];
+        const int b = pattern.cut.source[static_cast<std::size_t>(seam.a[i])];
+        edges.push_back(edge_at.at({std::min(a, b), std::max(a, b)}));
+        length += lengths[static_cast<std::size_t>(edges.back())];
+        side = side || best_.seams.sides[static_cast<std::size_t>(edges.back())] != 0;
+      }
+      const bool apart = seam.panel_a != seam.panel_b;
+      const bool dart = !apart && seam.a.back() == seam.b.back();
+      const double area = of_panel[static_cast<std::size_t>(seam.panel_a)] +
+                          (apart ? of_panel[static_cast<std::size_t>(seam.panel_b)] : 0);
+      if ((apart || dart) && (!side || area < kSmall * areas.sum())) {
+        std::sort(edges.begin(), edges.end());
+        runs.emplace_back(-length - (apart ? kPanelLength : 0), std::move(edges));
+      }
+    }
+    std::sort(runs.begin(), runs.end());
+    std::vector<std::vector<int>> sorted;
+    sorted.reserve(runs.size());
+    for (auto& run : runs) {
+      sorted.push_back(std::move(run.second));
+    }
+    return sorted;
+  }
+
+  void unstretch(const FlatPattern& pattern) {
+    moved_.vertices = unstretched_surface(surface_, pattern, options_.find.stretch, options_.give,
+                                          moved_.vertices);
+    moved_ = with_blunt_corners(moved_, {.flips = false});
+  }
+
+  void say(const char* what, const FlatPattern& pattern, const FlatMeasures& measures) const {
+    if (watch_) {
+      char text[120];
+      std::snprintf(text, sizeof text, "%s: %d panels, %.2f m, stretch p99 %.2f%%%s", what,
+                    pattern.cut.panel_count, measures.seam_length, 100 * measures.strain_p99,
+                    measures.overlaps > 0 ? ", over itself" : "");
+      watch_(text);
+    }
+  }
+
+  FindPatternOptions options_;
+  FlattenOptions quick_;  // sides of seams as they come
+  const SeamWatch& watch_;
+  Mesh surface_;  // as it was given, but for vertices that slid along it
+  Mesh moved_;    // what of it is laid flat
+  FoundPattern best_;
+  std::pair<Mesh, Mesh> best_places_;
+  double cost_ = std::numeric_limits<double>::infinity();
+};
+
+}  // namespace
+
+FoundPattern find_pattern(const Mesh& mesh, const FindPatternOptions& options,
+                          const SeamWatch& watch) {
+  check_flattenable(mesh);
+  constexpr int kStraight = 30;
+  PatternTrial trial(mesh, options, watch);
+  const std::vector<char> none(
+      static_cast<std::size_t>(topology_of(mesh.faces, mesh.vertices.rows()).edges.rows()), 0);
+  FindSeamsOptions find = options.find;
+  if (find.facing.isZero()) {
+    find.facing = facing_of(mesh);  // of all that the surface becomes
+  }
+  find.stretch *= kForEqualSeams;
+  FindSeamsOptions first = find;
+  first.cuts = 0;
+  first.join = false;
+  FoundSeams seams = find_seams(mesh, none, first, {});
+  trial.straighten(seams, kStraight);
+  for (int i = 0; i < kSeamSearches; ++i) {
+    seams = find_seams(trial.mesh(), none, find, watch, seams);
+    const auto before = trial.places();
+    trial.straighten(seams, kStraight);
+    const double cost_before = trial.cost();
+    if (trial.keeps_bound(seams, "straight")) {
+      if (trial.cost() < cost_before) {
+        continue;  // on what gave way for these seams, some more may not be needed
+      }
+      break;
+    }
+    const auto straight = trial.places();
+    for (const int rounds : {4, 0}) {
+      trial.return_to(before);
+      trial.straighten(seams, rounds);
+      if (trial.keeps_bound(seams, rounds > 0 ? "straighter" : "as found") || !seams.reached) {
+        break;
+      }
+    }
+    trial.return_to(straight);
+    if (!seams.reached) {
+      break;  // no seams keep it, however they run
+    }
+    if (!trial.best().reached) {
+      find.stretch *= kLessStretch;
+    }
+  }
+  // Rough surfaces may lie flat by seams that run zigzag alone.
+  find.stretch = kForEqualSeams * options.find.stretch;
+  for (int i = 0; i < kSeamSearches && !trial.best().reached; ++i) {
+    trial.return_to({mesh, mesh});
+    seams = find_seams(mesh, none, find, watch);
+    if (trial.keeps_bound(seams, "along edges") || !seams.reached) {
+      break;
+    }
+    find.stretch *= kLessStretch;
+  }
+  if (trial.best().reached && options.find.join) {
+    trial.sew();
+  }
+  return trial.best();
+}
+
+}  // namespace atelier

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/mesh.h"
+#include "registration/template/body_anatomy.h"
+
+namespace atelier {
+
+/// Closed loops of boundary vertices and what they are.
+struct GarmentBoundaries {
+  std::vector<std::vector<int>> loops;  ///< openings, in the order of `names`
+  std::vector<std::string> names;       ///< neck, cuff left, armhole right, waist, hem, ankle left
+  std::vector<std::vector<int>> holes;  ///< the body does not pass through these
+};
+
+/// Tells openings from holes and names them: an opening is a loop that a limb's axis (limb_axis)
+/// passes through, from the pelvis to head, hands and feet. What lies beyond the opening names it:
+///
+///   a hand             "cuff left" ("armhole left" where the loop is not on the arm itself)
+///   a foot             "ankle left"
+///   both feet          "hem"
+///   the head           "neck", or "waist" where both hands lie beyond too and no loop is a neck
+///
+/// Where the pelvis lies beyond, as for a short top, head and hands behind the loop make it the
+/// hem, feet the waist. Any other combination is "opening". Names that come twice are numbered,
+/// "ankle left 2", the longest loop first. Of loops that no axis passes through, those up to
+/// `largest_hole` metres round are holes; longer ones are "opening".
+///
+/// Throws LogicError as check_anatomy.
+GarmentBoundaries garment_boundaries(const Points& vertices, const Triangles& faces,
+                                     const BodyAnatomy& anatomy, const Points& body,
+                                     const Triangles& body_faces, double largest_hole = 1.0);
+
+/// Limbs that a garment closes over, as "left hand": the line through them (limb_axis) leaves it
+/// through cloth where it should through an opening. Nothing where it comes back in.
+///
+/// Throws LogicError as check_anatomy.
+std::vector<std::string> limbs_closed_over(const Points& vertices, const Triangles& faces,
+                                           const BodyAnatomy& anatomy, const Points& body,
+                                           const Triangles& body_faces);
+
+}  // namespace atelier

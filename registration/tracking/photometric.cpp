@@ -1,0 +1,543 @@
+#include "registration/tracking/photometric.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/normals.h"
+#include "core/parallel.h"
+
+namespace atelier {
+namespace {
+
+using Vector2 = Eigen::Vector2d;
+using Vector3 = Eigen::Vector3d;
+using Jacobian = Eigen::Matrix<double, 2, 3>;
+
+constexpr int kMaxChannels = 3;
+constexpr double kLeastCosine = 0.25;  // flatter views see too little
+constexpr double kSaturated =
+    0.5;  // standard deviations of a patch: the scale of Geman and McClure
+constexpr float kInside = 0.2F;
+
+/// Half the size, rounded down: every pixel the mean of its four, after a mild blur of neighbours.
+Image half_size(const Image& image) {
+  const int width = std::max(1, image.width / 2);
+  const int height = std::max(1, image.height / 2);
+  Image half(width, height, image.channels);
+  parallel_for(height, 16, [&](Index begin, Index end) {
+    for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
+      for (int x = 0; x < width; ++x) {
+        for (int c = 0; c < image.channels; ++c) {
+          constexpr std::array<float, 4> kWeights = {0.125F, 0.375F, 0.375F, 0.125F};
+          float sum = 0;
+          for (int j = 0; j < 4; ++j) {
+            const int row = std::clamp(2 * y - 1 + j, 0, image.height - 1);
+            for (int i = 0; i < 4; ++i) {
+              const int column = std::clamp(2 * x - 1 + i, 0, image.width - 1);
+              sum += kWeights[static_cast<std::size_t>(i)] * kWeights[static_cast<std::size_t>(j)] *
+                     image.at(column, row, c);
+            }
+          }
+          half.at(x, y, c) = sum;
+        }
+      }
+    }
+  });
+  return half;
+}
+
+/// A picture's value at a point, and how it grows; pixel centres are at halves.
+struct Sampled {
+  std::array<float, kMaxChannels> value{}, dx{}, dy{};
+};
+
+/// False: too near to the picture's edge.
+bool value_at(const Image& image, double px, double py, std::array<float, kMaxChannels>& value) {
+  const double u = px - 0.5;
+  const double v = py - 0.5;
+  if (!(u >= 0 && v >= 0 && u < image.width - 1 && v < image.height - 1)) {
+    return false;
+  }
+  const int x = static_cast<int>(u);
+  const int y = static_cast<int>(v);
+  const auto s = static_cast<float>(u - x);
+  const auto t = static_cast<float>(v - y);
+  const int channels = image.channels;
+  const float* a = &image.data[(static_cast<std::size_t>(y) * image.width + x) * channels];
+  const float* b = a + static_cast<std::size_t>(image.width) * channels;
+  for (int c = 0; c < channels; ++c) {
+    const float top = a[c] + s * (a[c + channels] - a[c]);
+    const float low = b[c] + s * (b[c + channels] - b[c]);
+    value[static_cast<std::size_t>(c)] = top + t * (low - top);
+  }
+  return true;
+}
+
+bool sample_at(const Image& image, double px, double py, Sampled& sampled) {
+  std::array<float, kMaxChannels> left{}, right{}, up{}, down{};
+  if (!value_at(image, px - 0.5, py, left) || !value_at(image, px + 0.5, py, right) ||
+      !value_at(image, px, py - 0.5, up) || !value_at(image, px, py + 0.5, down)) {
+    return false;
+  }
+  for (std::size_t c = 0; c < kMaxChannels; ++c) {
+    sampled.dx[c] = right[c] - left[c];
+    sampled.dy[c] = down[c] - up[c];
+  }
+  return value_at(image, px, py, sampled.value);
+}
+
+/// What a view sees of a face: its corners' pixels at full size, and how far off it looks.
+struct FaceView {
+  std::array<Vector2, 3> corners;
+  double cosine = 0;  ///< 0: not seen
+};
+
+/// Pixels of all vertices that a view sees.
+std::vector<Vector2> vertex_pixels(const Points& x, const Camera& camera,
+                                   const std::vector<float>& seen) {
+  std::vector<Vector2> pixels(static_cast<std::size_t>(x.rows()), Vector2::Zero());
+  parallel_for(x.rows(), 256, [&](Index begin, Index end) {
+    for (Index v = begin; v < end; ++v) {
+      if (seen[static_cast<std::size_t>(v)] > 0) {
+        pixels[static_cast<std::size_t>(v)] =
+            project(camera, x.row(v).transpose()).value_or(Vector2(-1e6, -1e6));
+      }
+    }
+  });
+  return pixels;
+}
+
+FaceView face_view(const Triangles& faces, Index face, const std::vector<Vector2>& pixels,
+                   const std::vector<float>& seen) {
+  FaceView view;
+  double cosine = 1;
+  for (int k = 0; k < 3; ++k) {
+    const auto v = static_cast<std::size_t>(faces(face, k));
+    cosine = std::min(cosine, static_cast<double>(seen[v]));
+    view.corners[static_cast<std::size_t>(k)] = pixels[v];
+  }
+  view.cosine = cosine;
+  return view;
+}
+
+Vector2 pixel_of(const FaceView& view, const Eigen::Vector3f& barycentric) {
+  return barycentric[0] * view.corners[0] + barycentric[1] * view.corners[1] +
+         barycentric[2] * view.corners[2];
+}
+
+/// Sums over a patch, of the picture I and the texture R.
+struct PatchSums {
+  double count = 0;
+  std::array<double, kMaxChannels> I{}, R{};
+  double II = 0, RR = 0, IR = 0;
+
+  PatchSums& operator+=(const PatchSums& other) {
+    count += other.count;
+    for (std::size_t c = 0; c < kMaxChannels; ++c) {
+      I[c] += other.I[c];
+      R[c] += other.R[c];
+    }
+    II += other.II;
+    RR += other.RR;
+    IR += other.IR;
+    return *this;
+  }
+};
+
+/// Means, deviations and correlation of a patch.
+struct PatchMoments {
+  std::array<double, kMaxChannels> mean_I{}, mean_R{};
+  double deviation_I = 1, deviation_R = 1;
+  double correlation = -1;
+};
+
+PatchMoments moments_of(const PatchSums& sums, int channels, double noise) {
+  PatchMoments moments;
+  if (!(sums.count > 0)) {
+    return moments;
+  }
+  double var_I = sums.II / sums.count;
+  double var_R = sums.RR / sums.count;
+  double cov = sums.IR / sums.count;
+  for (std::size_t c = 0; c < static_cast<std::size_t>(channels); ++c) {
+    moments.mean_I[c] = sums.I[c] / sums.count;
+    moments.mean_R[c] = sums.R[c] / sums.count;
+    var_I -= moments.mean_I[c] * moments.mean_I[c];
+    var_R -= moments.mean_R[c] * moments.mean_R[c];
+    cov -= moments.mean_I[c] * moments.mean_R[c];
+  }
+  const double floor = channels * noise * noise;
+  moments.deviation_I = std::sqrt(std::max(var_I, 0.0) + floor);
+  moments.deviation_R = std::sqrt(std::max(var_R, 0.0) + floor);
+  // Where there is contrast, noise lowers the correlation by itself.
+  const double least = 0.1 * floor;
+  moments.correlation =
+      cov / std::sqrt((std::max(var_I, 0.0) + least) * (std::max(var_R, 0.0) + least));
+  return moments;
+}
+
+}  // namespace
+
+ViewPyramid view_pyramid(const PhotoView& view, int levels) {
+  ATELIER_CHECK(view.image.width == view.camera.width && view.image.height == view.camera.height,
+                "a picture of another size than its camera's");
+  ATELIER_CHECK(view.mask.data.empty() ||
+                    (view.mask.width == view.image.width && view.mask.height == view.image.height),
+                "a mask of another size than its picture");
+  ATELIER_CHECK(view.image.channels == 1 || view.image.channels == 3, "one or three channels");
+  ViewPyramid pyramid;
+  pyramid.camera = view.camera;
+  pyramid.mask = view.mask;
+  Image full = view.image;
+  for (float& value : full.data) {
+    value = std::sqrt(std::max(value, 0.0F));
+  }
+  pyramid.levels.push_back(std::move(full));
+  for (int level = 1; level < levels; ++level) {
+    pyramid.levels.push_back(half_size(pyramid.levels.back()));
+  }
+  return pyramid;
+}
+
+ClothSamples cloth_samples(const Points& vertices, const Triangles& faces, double spacing) {
+  ATELIER_CHECK(spacing > 0, "samples need a spacing above 0");
+  const Eigen::VectorXd areas = face_areas(vertices, faces);
+  ClothSamples samples;
+  samples.offsets.push_back(0);
+  for (Index f = 0; f < faces.rows(); ++f) {
+    // n^2 alike triangles, a sample in the middle of each.
+    const int n = std::clamp(static_cast<int>(std::lround(std::sqrt(areas[f]) / spacing)), 1, 32);
+    const auto area = static_cast<float>(areas[f] / (n * n));
+    const auto add = [&](double a, double b) {
+      samples.barycentric.emplace_back(static_cast<float>(1 - (a + b) / n),
+                                       static_cast<float>(a / n), static_cast<float>(b / n));
+      samples.areas.push_back(area);
+    };
+    for (int i = 0; i < n; ++i) {
+      for (int j = 0; i + j < n; ++j) {
+        add(i + 1.0 / 3, j + 1.0 / 3);
+        if (i + j + 1 < n) {
+          add(i + 2.0 / 3, j + 2.0 / 3);
+        }
+      }
+    }
+    samples.offsets.push_back(static_cast<int>(samples.areas.size()));
+  }
+  return samples;
+}
+
+std::vector<std::vector<float>> vertex_views(const Points& x, const Triangles& faces,
+                                             const std::vector<ViewPyramid>& views,
+                                             const std::vector<const TriangleTree*>& occluders) {
+  constexpr double kLift = 0.004;  // m above the surface, where rays begin
+  constexpr int kToMask = 2;       // px to the mask's edge
+  const Points normals = vertex_normals(x, faces);
+  std::vector<std::vector<float>> seen(views.size());
+  for (std::size_t c = 0; c < views.size(); ++c) {
+    const ViewPyramid& view = views[c];
+    const Vector3 centre = camera_center(view.camera);
+    std::vector<float>& of_view = seen[c];
+    of_view.assign(static_cast<std::size_t>(x.rows()), 0);
+    parallel_for(x.rows(), 128, [&](Index begin, Index end) {
+      for (Index v = begin; v < end; ++v) {
+        const Vector3 here = x.row(v).transpose();
+        const Vector3 normal = normals.row(v).transpose();
+        const Vector3 to = centre - here;
+        const double cosine = to.dot(normal) / to.norm();
+        if (!(cosine > kLeastCosine)) {
+          continue;
+        }
+        const auto pixel = project(view.camera, here);
+        if (!pixel || !(pixel->x() >= kToMask && pixel->y() >= kToMask &&
+                        pixel->x() < view.camera.width - kToMask &&
+                        pixel->y() < view.camera.height - kToMask)) {
+          continue;
+        }
+        bool inside = true;
+        if (!view.mask.data.empty()) {
+          const int px = static_cast<int>(pixel->x());
+          const int py = static_cast<int>(pixel->y());
+          for (const auto& [i, j] : std::array<std::array<int, 2>, 4>{
+                   {{-kToMask, 0}, {kToMask, 0}, {0, -kToMask}, {0, kToMask}}}) {
+            inside = inside && view.mask.at(std::clamp(px + i, 0, view.mask.width - 1),
+                                            std::clamp(py + j, 0, view.mask.height - 1)) != 0;
+          }
+        }
+        const Ray ray{here + kLift * normal, to, 0, 1};
+        for (const TriangleTree* tree : occluders) {
+          inside = inside && (tree->nodes.empty() || !any_hit(*tree, ray));
+        }
+        if (inside) {
+          of_view[static_cast<std::size_t>(v)] = static_cast<float>(cosine);
+        }
+      }
+    });
+  }
+  return seen;
+}
+
+void add_texture(GarmentTexture& texture, const ClothSamples& samples, const Points& x,
+                 const Triangles& faces, const std::vector<ViewPyramid>& views,
+                 const std::vector<std::vector<float>>& seen, int sizes) {
+  if (views.empty()) {
+    return;
+  }
+  const std::size_t count = samples.areas.size();
+  const std::size_t all = views.front().levels.size();
+  const std::size_t levels = sizes > 0 ? std::min(all, static_cast<std::size_t>(sizes)) : all;
+  if (texture.levels.empty()) {
+    texture.channels = views.front().levels.front().channels;
+    texture.levels.assign(levels,
+                          std::vector<float>(count * static_cast<std::size_t>(texture.channels)));
+    texture.known.assign(count, 0);
+  }
+  std::vector<std::vector<Vector2>> pixels(views.size());
+  for (std::size_t c = 0; c < views.size(); ++c) {
+    pixels[c] = vertex_pixels(x, views[c].camera, seen[c]);
+  }
+  const auto channels = static_cast<std::size_t>(texture.channels);
+  parallel_for(faces.rows(), 64, [&](Index begin, Index end) {
+    for (Index f = begin; f < end; ++f) {
+      // Views that look at it almost as straight as the best one does.
+      double best = 0;
+      for (std::size_t c = 0; c < views.size(); ++c) {
+        best = std::max(best, face_view(faces, f, pixels[c], seen[c]).cosine);
+      }
+      if (!(best > kLeastCosine)) {
+        continue;
+      }
+      for (int s = samples.offsets[static_cast<std::size_t>(f)];
+           s < samples.offsets[static_cast<std::size_t>(f) + 1]; ++s) {
+        const auto at = static_cast<std::size_t>(s);
+        if (texture.known[at] != 0) {
+          continue;
+        }
+        double total = 0;
+        std::vector<std::array<double, kMaxChannels>> sums(levels);
+        for (std::size_t c = 0; c < views.size(); ++c) {
+          const FaceView view = face_view(faces, f, pixels[c], seen[c]);
+          if (!(view.cosine > 0.7 * best)) {
+            continue;
+          }
+          const Vector2 pixel = pixel_of(view, samples.barycentric[at]);
+          std::vector<std::array<float, kMaxChannels>> values(levels);
+          bool inside = true;
+          for (std::size_t level = 0; level < levels; ++level) {
+            const double scale = std::ldexp(1.0, -static_cast<int>(level));
+            inside = inside && value_at(views[c].levels[level], scale * pixel.x(),
+                                        scale * pixel.y(), values[level]);
+          }
+          if (!inside) {
+            continue;
+          }
+          const double weight = view.cosine * view.cosine;
+          total += weight;
+          for (std::size_t level = 0; level < levels; ++level) {
+            for (std::size_t k = 0; k < channels; ++k) {
+              sums[level][k] += weight * values[level][k];
+            }
+          }
+        }
+        if (!(total > 0)) {
+          continue;
+        }
+        texture.known[at] = 1;
+        for (std::size_t level = 0; level < levels; ++level) {
+          for (std::size_t k = 0; k < channels; ++k) {
+            texture.levels[level][at * channels + k] = static_cast<float>(sums[level][k] / total);
+          }
+        }
+      }
+    }
+  });
+}
+
+namespace {
+
+/// All that both passes over the faces need.
+struct Alignment {
+  const ClothModel& model;
+  const Points& x;
+  const ClothSamples& samples;
+  const GarmentTexture& texture;
+  const std::vector<ViewPyramid>& views;
+  const std::vector<std::vector<float>>& seen;
+  std::vector<std::vector<Vector2>> pixels;
+  int level;
+  double scale;
+
+  std::size_t channels() const { return static_cast<std::size_t>(texture.channels); }
+
+  PatchSums sums_of(Index face, std::size_t c) const {
+    PatchSums sums;
+    const FaceView view = face_view(model.topology.faces, face, pixels[c], seen[c]);
+    if (!(view.cosine > kInside)) {
+      return sums;
+    }
+    const Image& image = views[c].levels[static_cast<std::size_t>(level)];
+    const std::vector<float>& values = texture.levels[static_cast<std::size_t>(level)];
+    for (int s = samples.offsets[static_cast<std::size_t>(face)];
+         s < samples.offsets[static_cast<std::size_t>(face) + 1]; ++s) {
+      const auto at = static_cast<std::size_t>(s);
+      const Vector2 pixel = scale * pixel_of(view, samples.barycentric[at]);
+      std::array<float, kMaxChannels> value{};
+      if (texture.known[at] == 0 || !value_at(image, pixel.x(), pixel.y(), value)) {
+        continue;
+      }
+      const double weight = samples.areas[at];
+      sums.count += weight;
+      for (std::size_t k = 0; k < channels(); ++k) {
+        const double I = value[k];
+        const double R = values[at * channels() + k];
+        sums.I[k] += weight * I;
+        sums.R[k] += weight * R;
+        sums.II += weight * I * I;
+        sums.RR += weight * R * R;
+        sums.IR += weight * I * R;
+      }
+    }
+    return sums;
+  }
+};
+
+}  // namespace
+
+PhotometricTerm photometric_term(const ClothModel& model, const Points& x,
+                                 const ClothSamples& samples, const GarmentTexture& texture,
+                                 const std::vector<ViewPyramid>& views,
+                                 const std::vector<std::vector<float>>& seen, int level,
+                                 const PhotometricOptions& options) {
+  const Triangles& faces = model.topology.faces;
+  PhotometricTerm term;
+  term.correlation = Eigen::VectorXd::Constant(x.rows(), -1);
+  term.views = Eigen::VectorXi::Zero(x.rows());
+  if (views.empty() || texture.levels.empty()) {
+    return term;
+  }
+  constexpr double kLeastNoise = 0.002;  // what averaging does not take away
+  const double noise = std::max(std::ldexp(options.noise, -level), kLeastNoise);
+  ATELIER_CHECK(level >= 0 && level < static_cast<int>(texture.levels.size()), "no such size");
+  Alignment align{model, x, samples, texture, views, seen, {}, level, std::ldexp(1.0, -level)};
+  for (std::size_t c = 0; c < views.size(); ++c) {
+    align.pixels.push_back(vertex_pixels(x, views[c].camera, seen[c]));
+  }
+  const auto face_count = static_cast<std::size_t>(faces.rows());
+  const auto vertex_total = static_cast<std::size_t>(x.rows());
+  // Of every view: sums of faces, then of the patch around each vertex.
+  std::vector<std::vector<PatchSums>> patches(views.size());
+  const Adjacency around = vertex_faces(model.topology);
+  for (std::size_t c = 0; c < views.size(); ++c) {
+    std::vector<PatchSums> of_face(face_count);
+    parallel_for(faces.rows(), 128, [&](Index begin, Index end) {
+      for (Index f = begin; f < end; ++f) {
+        of_face[static_cast<std::size_t>(f)] = align.sums_of(f, c);
+      }
+    });
+    patches[c].resize(vertex_total);
+    parallel_for(x.rows(), 256, [&](Index begin, Index end) {
+      for (Index v = begin; v < end; ++v) {
+        for (const int f : around[v]) {
+          patches[c][static_cast<std::size_t>(v)] += of_face[static_cast<std::size_t>(f)];
+        }
+      }
+    });
+  }
+  parallel_for(x.rows(), 256, [&](Index begin, Index end) {
+    for (Index v = begin; v < end; ++v) {
+      double sum = 0;
+      for (const auto& of_view : patches) {
+        const PatchSums& patch = of_view[static_cast<std::size_t>(v)];
+        if (patch.count > 0) {
+          sum += moments_of(patch, texture.channels, noise).correlation;
+          ++term.views[v];
+        }
+      }
+      term.correlation[v] = term.views[v] > 0 ? sum / term.views[v] : -1;
+    }
+  });
+  std::vector<FaceQuadratic> all(face_count);
+  std::vector<double> energies(face_count, 0);
+  parallel_for(faces.rows(), 32, [&](Index begin, Index end) {
+    for (Index f = begin; f < end; ++f) {
+      FaceQuadratic& q = all[static_cast<std::size_t>(f)];
+      q.face = -1;
+      const Vector3 centre =
+          (x.row(faces(f, 0)) + x.row(faces(f, 1)) + x.row(faces(f, 2))).transpose() / 3;
+      double total = 0;
+      double energy = 0;
+      for (std::size_t c = 0; c < views.size(); ++c) {
+        const FaceView view = face_view(faces, f, align.pixels[c], seen[c]);
+        if (!(view.cosine > kInside)) {
+          continue;
+        }
+        PatchSums patch;
+        for (int k = 0; k < 3; ++k) {
+          patch += patches[c][static_cast<std::size_t>(faces(f, k))];
+        }
+        const PatchMoments moments = moments_of(patch, texture.channels, noise);
+        const double trust = std::clamp(
+            (moments.correlation - options.bad) / (options.good - options.bad), 0.0, 1.0);
+        const auto jacobian = project_jacobian(views[c].camera, centre);
+        if (!(trust > 0) || !jacobian) {
+          continue;
+        }
+        const double weight = trust * view.cosine;
+        total += weight;
+        const Image& image = views[c].levels[static_cast<std::size_t>(level)];
+        const std::vector<float>& values = texture.levels[static_cast<std::size_t>(level)];
+        for (int s = samples.offsets[static_cast<std::size_t>(f)];
+             s < samples.offsets[static_cast<std::size_t>(f) + 1]; ++s) {
+          const auto at = static_cast<std::size_t>(s);
+          const Eigen::Vector3f& b = samples.barycentric[at];
+          const Vector2 pixel = align.scale * pixel_of(view, b);
+          Sampled sampled;
+          if (texture.known[at] == 0 || !sample_at(image, pixel.x(), pixel.y(), sampled)) {
+            continue;
+          }
+          Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();
+          Vector3 pull = Vector3::Zero();
+          for (std::size_t k = 0; k < align.channels(); ++k) {
+            const double residual =
+                (sampled.value[k] - moments.mean_I[k]) / moments.deviation_I -
+                (values[at * align.channels() + k] - moments.mean_R[k]) / moments.deviation_R;
+            const Vector3 slope =
+                align.scale / moments.deviation_I *
+                (sampled.dx[k] * jacobian->row(0) + sampled.dy[k] * jacobian->row(1)).transpose();
+            // Geman and McClure: a highlight, a wrong neighbour or the edge of a shadow that was
+            // cast elsewhere in the template's frame pulls the less the more it differs.
+            const double fall = 1 + residual * residual / (kSaturated * kSaturated);
+            const double share = weight * samples.areas[at] / (fall * fall);
+            outer += share * slope * slope.transpose();
+            pull += share * residual * slope;
+            energy += share * residual * residual;
+          }
+          for (int i = 0; i < 3; ++i) {
+            q.g.segment<3>(3 * i) += b[i] * pull;
+            for (int j = 0; j < 3; ++j) {
+              q.H.block<3, 3>(3 * i, 3 * j) += static_cast<double>(b[i]) * b[j] * outer;
+            }
+          }
+        }
+      }
+      if (total > 0) {
+        q.face = static_cast<int>(f);
+        const double factor = options.weight / std::max(total, 1.0);
+        q.H *= factor;
+        q.g *= factor;
+        energies[static_cast<std::size_t>(f)] = factor * energy;
+      }
+    }
+  });
+  for (std::size_t f = 0; f < face_count; ++f) {
+    if (all[f].face >= 0) {
+      term.quadratics.push_back(all[f]);
+      term.energy += energies[f];
+    }
+  }
+  return term;
+}
+
+}  // namespace atelier

@@ -1,0 +1,72 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "registration/tracking/photometric.h"
+
+namespace atelier {
+
+/// Reads a print that is nowhere alike as a code: the colours around a place say which place of
+/// the cloth it is, however far it has slid, so that they are correspondences that need no start
+/// (Halimi et al., "Pattern-based cloth registration and sparse-view animation", 2022). Theirs
+/// reads single cells; here all of a patch is one word, compared as a whole, so that cells of three
+/// pixels are enough, and nothing is asked of the print but that no two places of it agree. Words
+/// are of hue alone: neither shade nor exposure is in them, and cloth of one hue has none.
+
+struct CodeOptions {
+  double spacing = 0.0025;  ///< m between points whose colours are taken
+  double place = 0.006;     ///< m between places that are told apart
+  double site = 0.03;       ///< m between places that are read
+  double reach = 0.15;      ///< m, how far cloth may have slid
+  double contrast = 0.05;   ///< least deviation of hue in a word, of full saturation's 1
+  double least = 0.6;       ///< correlation of a word with its place
+  double margin = 0.15;     ///< by which the next best place correlates less
+};
+
+/// What every place of a garment shows in the frame that it is known in.
+struct PrintedCode {
+  CodeOptions options;
+  ClothSamples samples;
+  Points rest;              ///< [N,3] m, of places, where the garment was
+  std::vector<int> places;  ///< [N] samples
+  std::vector<int> sites;   ///< [M] of places, that are read
+  std::vector<int> points;  ///< [N, rings x directions] samples around each place; -1: no cloth
+  Eigen::MatrixXf words;    ///< [D,N] unit length, or 0 where nothing is told; no columns: no code
+};
+
+/// @param x     [V,3] m, where the garment is in a frame
+/// @param seen  vertex_views there
+/// Empty where the print has no hues, and on pictures without colour.
+PrintedCode printed_code(const Topology& topology, const Points& x,
+                         const std::vector<ViewPyramid>& views,
+                         const std::vector<std::vector<float>>& seen,
+                         const CodeOptions& options = {});
+
+/// One place of the cloth, seen.
+struct CodeReading {
+  int face = 0;  ///< of the garment: which of its points was read
+  Eigen::Vector3d barycentric = Eigen::Vector3d::Zero();
+  int seen_face = 0;  ///< where the estimate has what was read
+  Eigen::Vector3d seen_barycentric = Eigen::Vector3d::Zero();
+  double correlation = 0;  ///< with the word of that point
+};
+
+struct CodeReadings {
+  std::vector<CodeReading> kept;
+  int contradicted = 0;  ///< readings whose neighbours read otherwise; they are not kept
+};
+
+/// What is read where the garment is thought to be: x is where cameras' colours are taken, and may
+/// be off along the surface by the code's reach. A reading counts if its word agrees, no other
+/// place within reach agrees nearly as well, and most readings around it have gone the same way.
+CodeReadings read_code(const PrintedCode& code, const Topology& topology, const Points& x,
+                       const std::vector<ViewPyramid>& views,
+                       const std::vector<std::vector<float>>& seen);
+
+/// Rows that pull points that were read to where they were seen, along the surface.
+/// @param weight  against the scan's 1
+std::vector<SurfaceRow> code_rows(const PrintedCode& code, const CodeReadings& readings,
+                                  const Topology& topology, const Points& x, double weight);
+
+}  // namespace atelier

@@ -1,0 +1,404 @@
+#include "registration/tracking/register_sequence.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <chrono>
+#include <limits>
+#include <map>
+#include <mutex>
+#include <thread>
+
+#include "core/error.h"
+
+namespace atelier {
+namespace {
+
+/// What a chain of frames knows at its end.
+struct ChainEnd {
+  GarmentTexture texture;
+  Index last = -1;       ///< row that was registered last
+  Points vertices;       ///< of that row
+  Points drift;          ///< of that row; no rows: unknown
+  Eigen::VectorXd told;  ///< correlation of that row's pictures at each vertex, 0 where none sees
+                         ///< it; empty before any were compared
+};
+
+/// Frames that follow one from the other, from a window's anchor on.
+struct Chain {
+  std::mutex mutex;
+  bool begun = false;  ///< the anchor is in it
+  ChainEnd end;
+};
+
+/// How much firmer each vertex is held on the body by how badly pictures agreed around it, 4 cm
+/// about, in the frame before. Nearest points do not know what slides, but their errors add up to a
+/// way along the surface: where no picture speaks against it, trousers turn round the hips by
+/// degrees a frame, and the side of a sleeve that no camera sees round the arm.
+Eigen::VectorXd firmness(const ClothModel& model, Eigen::VectorXd told) {
+  constexpr double kMost = 20;
+  constexpr int kRounds = 6;
+  const PhotometricOptions trusted;
+  const Edges& edges = model.topology.edges;
+  for (int round = 0; round < kRounds; ++round) {
+    Eigen::VectorXd sums = model.areas.cwiseProduct(told);
+    Eigen::VectorXd weights = model.areas;
+    for (Index e = 0; e < edges.rows(); ++e) {
+      for (int k = 0; k < 2; ++k) {
+        const int other = edges(e, 1 - k);
+        sums[edges(e, k)] += model.areas[other] * told[other];
+        weights[edges(e, k)] += model.areas[other];
+      }
+    }
+    told = sums.cwiseQuotient(weights);
+  }
+  const Eigen::ArrayXd doubt =
+      1 - ((told.array() - trusted.bad) / (trusted.good - trusted.bad)).max(0).min(1);
+  return (kMost * doubt.square()).max(1);
+}
+
+/// A window's frames, both ways from its anchor.
+struct Window {
+  Chain forward, backward;
+};
+
+}  // namespace
+
+OptionTable describe(RegisterSequenceOptions& options) {
+  OptionTable table;
+  table.add(describe(options.fit));
+  table.add("near", options.predict.near, 0.001, 10, "m",
+            "Cloth farther from the body follows it less");
+  table.add("home", options.predict.home, 0, 1, "",
+            "Share with which cloth on the body tends to its place in the template");
+  table.add("hold", options.predict.hold, 0, 100, "",
+            "What keeps cloth on the body from sliding, against the scan's 1; up to 20 times as "
+            "much where pictures of the frame before did not agree, or none shows it");
+  table.add("momentum", options.predict.momentum, 0, 1, "",
+            "Share of its last motion against the body that cloth is expected to go on with");
+  table.add("window", options.window, 1, 100000, "frames",
+            "Registered one from the other; shorter ones split better over machines");
+  return table;
+}
+
+struct RegisteredSequence::State {
+  RegistrationModel model;
+  RegistrationSource source;
+  RegisterSequenceOptions options;
+  std::mutex beginning;  // of what follows
+  bool begun = false;
+  RegisteredGarment origin;  ///< the template in its own frame
+  GarmentTexture texture;
+  std::mutex mutex;  // of what follows
+  std::map<Index, FollowedFrame> done;
+  std::map<Index, std::unique_ptr<Window>> windows;  // by first row
+
+  /// First row of the window of a row.
+  Index first_row(Index row) const {
+    const auto after = std::upper_bound(source.starts.begin(), source.starts.end(), row);
+    const Index take = after == source.starts.begin() ? 0 : *(after - 1);
+    return take + (row - take) / options.window * options.window;
+  }
+  /// One behind the last.
+  Index end_row(Index row) const {
+    const auto after = std::upper_bound(source.starts.begin(), source.starts.end(), row);
+    const Index take = after == source.starts.end() ? source.rows : *after;
+    return std::min(take, first_row(row) + options.window);
+  }
+  Index anchor(Index row) const {
+    return std::clamp(source.template_row, first_row(row), end_row(row) - 1);
+  }
+
+  /// Whether a kept frame can be of this sequence: pictures have one number of sizes, and what the
+  /// template's frame showed says how many channels. That one itself shows nothing new.
+  bool may_be_of(Index row, const TextureGain& gain) const {
+    if (gain.levels == 0 || row == source.template_row) {
+      return gain.levels == 0;
+    }
+    return options.fit.photometric && gain.levels == options.fit.photometric_levels &&
+           (texture.levels.empty() || gain.channels == texture.channels);
+  }
+
+  /// A frame that was followed, here or elsewhere; or null. Of others than the template's, once
+  /// that has been registered.
+  const FollowedFrame* finished(Index row) {
+    const std::lock_guard lock(mutex);
+    const auto found = done.find(row);
+    if (found != done.end()) {
+      return &found->second;
+    }
+    std::optional<FollowedFrame> kept;
+    if (source.keeping.read) {
+      kept = source.keeping.read(row, model);
+    }
+    if (kept && !may_be_of(row, kept->gain)) {
+      kept.reset();  // followed again
+    }
+    return kept ? &done.emplace(row, std::move(*kept)).first->second : nullptr;
+  }
+  const FollowedFrame& finish(Index row, FollowedFrame frame) {
+    if (source.keeping.write) {
+      source.keeping.write(row, frame);
+    }
+    const std::lock_guard lock(mutex);
+    return done.insert_or_assign(row, std::move(frame)).first->second;
+  }
+
+  /// Registers the template's own frame, once. It has the shape already; the pictures say nothing,
+  /// since they are what the texture is made of.
+  void begin() {
+    const std::lock_guard lock(beginning);
+    if (begun) {
+      return;
+    }
+    RegistrationFrame frame = source.load(source.template_row);
+    model.cloth.goes_on = covered_rim(model.cloth.topology, model.vertices, frame.scan);
+    const FollowedFrame* kept = finished(source.template_row);
+    if (kept == nullptr) {
+      frame.hold = Eigen::VectorXd::Constant(model.vertices.rows(), 10);
+      RegisterOptions fine = options.fit;
+      fine.photometric = false;
+      fine.rounds = 3;
+      fine.reach = fine.final_reach;
+      fine.rigid = fine.final_rigid;
+      fine.bend = fine.final_bend;
+      ShapeSolver solver(model.cloth);
+      kept = &finish(source.template_row,
+                     {register_garment(solver, model, model.vertices, frame, {}, fine), {}, {}});
+    }
+    origin = kept->garment;
+    // A template is smoother than cloth, so that its edges are too short. One that came out much
+    // shorter is crumpled, and says nothing of how long the cloth is.
+    constexpr double kCrumpled = 0.5;
+    const Edges& edges = model.cloth.topology.edges;
+    for (Index e = 0; e < edges.rows(); ++e) {
+      const double length =
+          (origin.vertices.row(edges(e, 0)) - origin.vertices.row(edges(e, 1))).norm();
+      model.cloth.lengths[e] = std::max(length, kCrumpled * model.cloth.lengths[e]);
+    }
+    if (options.fit.photometric) {
+      const auto seen = garment_views(model, origin.vertices, frame);
+      add_texture(texture, model.samples, origin.vertices, model.cloth.topology.faces, frame.views,
+                  seen);
+      if (options.fit.code) {
+        model.code = printed_code(model.cloth.topology, origin.vertices, frame.views, seen,
+                                  {.reach = options.fit.code_reach});
+      }
+    }
+    begun = true;
+  }
+
+  Window& window_of(Index row) {
+    const std::lock_guard lock(mutex);
+    std::unique_ptr<Window>& window = windows[first_row(row)];
+    if (!window) {
+      window = std::make_unique<Window>();
+    }
+    return *window;
+  }
+
+  /// The template in its own frame, from which every window begins.
+  ChainEnd origin_end() const {
+    ChainEnd end;
+    end.texture = texture;
+    end.last = source.template_row;
+    end.vertices = origin.vertices;
+    return end;
+  }
+
+  /// A frame as it is registered from the end of a chain, without what it adds to the texture.
+  FollowedFrame registered(const ChainEnd& end, RegistrationFrame& frame) const {
+    ShapeSolver solver(model.cloth);
+    const RiddenCloth ridden =
+        ride_on_body(end.vertices, source.body_faces, source.body(end.last), frame.body.vertices);
+    const RiddenCloth home = ride_on_body(origin.vertices, source.body_faces,
+                                          source.body(source.template_row), frame.body.vertices);
+    const Points start = predicted_cloth(solver, model.cloth, end.vertices, ridden, home, end.drift,
+                                         options.predict);
+    frame.hold = options.predict.hold * closeness(ridden, options.predict.near / 2);
+    if (end.told.size() > 0) {
+      frame.hold = frame.hold.cwiseProduct(firmness(model.cloth, end.told));
+    }
+    FollowedFrame result;
+    result.garment = register_garment(solver, model, start, frame, end.texture, options.fit);
+    result.drift = result.garment.vertices - ridden.vertices;
+    return result;
+  }
+  RegisteredGarment registered(const ChainEnd& end, Index row) const {
+    RegistrationFrame frame = source.load(row);
+    return registered(end, frame).garment;
+  }
+
+  /// Registers `row` from the end of a chain.
+  FollowedFrame follow(const ChainEnd& end, Index row) const {
+    RegistrationFrame frame = source.load(row);
+    FollowedFrame result = registered(end, frame);
+    if (row == anchor(row)) {
+      result.drift.resize(0, 3);  // nothing is known of its speed
+    }
+    if (options.fit.photometric && !frame.views.empty()) {
+      const Points& x = result.garment.vertices;
+      GarmentTexture texture_now = end.texture;
+      add_texture(texture_now, model.samples, x, model.cloth.topology.faces, frame.views,
+                  garment_views(model, x, frame));
+      result.gain = texture_gain(end.texture, texture_now);
+    }
+    return result;
+  }
+
+  /// A chain ends at the frame that was followed from its end.
+  void append(Chain& chain, Index row, const FollowedFrame& frame) const {
+    chain.begun = true;
+    chain.end.last = row;
+    chain.end.vertices = frame.garment.vertices;
+    chain.end.drift = frame.drift;
+    chain.end.told = frame.garment.told;
+    add_gain(chain.end.texture, frame.gain, model.samples.areas.size());
+  }
+
+  /// Follows the next frame of a chain towards `goal`. False where there is nothing to do, or
+  /// another one is at it.
+  bool advance(Chain& chain, Index goal) {
+    const std::unique_lock lock(chain.mutex, std::try_to_lock);
+    if (!lock || finished(goal) != nullptr) {  // it may be beyond the goal meanwhile
+      return false;
+    }
+    if (!chain.begun) {
+      chain.end = origin_end();
+    }
+    while (!chain.begun || chain.end.last != goal) {
+      const Index next =
+          chain.begun ? chain.end.last + (goal > chain.end.last ? 1 : -1) : anchor(goal);
+      const FollowedFrame* frame = finished(next);
+      std::shared_ptr<void> reserved;
+      if (frame == nullptr && source.keeping.reserve) {
+        reserved = source.keeping.reserve(next);
+        if (!reserved) {
+          return false;
+        }
+        frame = finished(next);  // by whom it was reserved until now
+      }
+      if (frame == nullptr) {
+        if (source.before_frame) {
+          source.before_frame();
+        }
+        append(chain, next, finish(next, follow(chain.end, next)));
+        return true;
+      }
+      append(chain, next, *frame);
+    }
+    return false;
+  }
+
+  /// The same of the chain that leads to a row. Both begin with the anchor, which the forward one
+  /// follows.
+  bool advance_to(Index row) {
+    Window& window = window_of(row);
+    const Index from = anchor(row);
+    if (row < from && finished(from) != nullptr) {
+      return advance(window.backward, row);
+    }
+    return advance(window.forward, std::max(row, from));
+  }
+
+  /// The same of any chain, those of the row's window first.
+  bool advance_any(Index row) {
+    Index first = first_row(row);
+    do {
+      const Index end = end_row(first);
+      if (advance_to(end - 1) || advance_to(first)) {
+        return true;
+      }
+      first = end % source.rows;
+    } while (first != first_row(row));
+    return false;
+  }
+};
+
+RegisteredSequence::RegisteredSequence(const Garment& garment, RegistrationSource source,
+                                       const RegisterSequenceOptions& options,
+                                       const std::string& file)
+    : state_(std::make_unique<State>()) {
+  ATELIER_CHECK(source.rows > 0 && source.template_row >= 0 && source.template_row < source.rows,
+                "the template's frame is one of the sequence");
+  ATELIER_CHECK(options.window > 0, "a window has a frame");
+  state_->model = registration_model(garment, options.fit, file);
+  state_->source = std::move(source);
+  state_->options = options;
+}
+
+RegisteredSequence::~RegisteredSequence() = default;
+
+const RegistrationModel& RegisteredSequence::model() const {
+  return state_->model;
+}
+
+Index RegisteredSequence::anchor(Index row) const {
+  return state_->anchor(row);
+}
+
+const RegisteredGarment& RegisteredSequence::at(Index row) {
+  constexpr std::chrono::milliseconds kPause(50);
+  State& state = *state_;
+  ATELIER_CHECK(row >= 0 && row < state.source.rows, "no such frame");
+  state.begin();
+  for (;;) {
+    if (const FollowedFrame* frame = state.finished(row)) {
+      return frame->garment;
+    }
+    if (!state.advance_to(row) && !state.finished(row) && !state.advance_any(row)) {
+      if (state.source.before_frame) {
+        state.source.before_frame();
+      }
+      std::this_thread::sleep_for(kPause);  // other processes tell nobody when they are done
+    }
+  }
+}
+
+RegisteredGarment RegisteredSequence::again(Index row, Index from, const Points& result) const {
+  state_->begin();
+  ChainEnd end = state_->origin_end();
+  end.last = from;
+  end.vertices = result;
+  return state_->registered(end, row);
+}
+
+RegisteredGarment RegisteredSequence::from_template(Index row) const {
+  state_->begin();
+  return state_->registered(state_->origin_end(), row);
+}
+
+Index template_row_of(const Garment& garment, const RegistrationSource& source,
+                      const std::string& file) {
+  Index best = -1;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Attachment& attachment : garment.attachments) {
+    if (attachment.triangle >= source.body_faces.rows()) {
+      throw DataError(file, "attachments", "triangle " + std::to_string(attachment.triangle),
+                      "triangles of the body, which has " +
+                          std::to_string(source.body_faces.rows()) + "; make the template again");
+    }
+  }
+  for (Index row = 0; row < source.rows && !garment.attachments.empty(); ++row) {
+    const Points body = source.body(row);
+    double sum = 0;
+    for (const Attachment& attachment : garment.attachments) {
+      const auto corner = [&](int k) -> Eigen::Vector3d {
+        return body.row(source.body_faces(attachment.triangle, k)).transpose();
+      };
+      const Eigen::Vector3d normal = (corner(1) - corner(0)).cross(corner(2) - corner(0));
+      const double length = normal.norm();
+      const Eigen::Vector3d point = attachment.barycentric[0] * corner(0) +
+                                    attachment.barycentric[1] * corner(1) +
+                                    attachment.barycentric[2] * corner(2) +
+                                    (length > 0 ? attachment.distance / length : 0) * normal;
+      sum += (point - garment.mesh.vertices.row(attachment.vertex).transpose()).squaredNorm();
+    }
+    if (sum < least) {
+      least = sum;
+      best = row;
+    }
+  }
+  return best;
+}
+
+}  // namespace atelier

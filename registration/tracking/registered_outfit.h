@@ -1,0 +1,40 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "core/garment.h"
+#include "core/label.h"
+#include "core/sequence.h"
+
+namespace atelier {
+
+/// A garment of the workspace: its template, and where `register` found it in every frame.
+struct RegisteredGarmentSequence {
+  std::string name;  ///< its label's
+  Label label = Label::Unknown;
+  Garment garment;         ///< the template; every vertex rides on the body by an attachment
+  int template_frame = 0;  ///< in whose pose the template is
+  Sequence registered;
+};
+
+/// Reads them from the results of `template` and `register`. Throws DataError where the two do not
+/// belong together (another topology, no such frame).
+std::vector<RegisteredGarmentSequence> read_registered_outfit(
+    const std::filesystem::path& template_result, const std::filesystem::path& register_result);
+
+/// The mesh of a registered frame, by its own number. Throws DataError if there is none.
+Mesh registered_mesh(const RegisteredGarmentSequence& garment, int frame_id);
+
+/// Frames that every garment is registered in, increasing.
+std::vector<int> common_frames(const std::vector<RegisteredGarmentSequence>& outfit);
+
+/// What of a garment is held by the body: the waist of what is worn on the hips (its highest
+/// opening), which rides where it is; nothing of what hangs from the shoulders.
+/// @param openings  its loops of boundary vertices
+std::vector<Attachment> held_by_body(Label label, const std::vector<std::vector<int>>& openings,
+                                     const Points& vertices, const Points& body,
+                                     const Triangles& body_faces);
+
+}  // namespace atelier
