@@ -23,8 +23,7 @@ OptionTable describe_said(Material& said, std::vector<std::string> names) {
   OptionTable table;
   table.add("name", said.name, std::move(names),
             "A fabric, most of measured values, silk of estimated ones (docs/methods/material.md "
-            "says which); "
-            "custom is none. A value that is given beside it wins over its own");
+            "says which); custom is none. A value that is given beside it wins over its own");
   Material custom;
   const OptionTable defaults = describe(custom);
   OptionTable numbers = describe(said);
