@@ -32,7 +32,7 @@ StaticFit static_fit(const AppearanceData& data, int resolution);
 /// Cameras whose pictures contradict the geometry, as where those of two cameras were exchanged:
 /// what the texture explains of theirs is less than a quarter of what it does of the median
 /// camera's, or they are 4 dB below it, which is for plain cloth, of which it explains little.
-/// docs/appearance.md has figures.
+/// docs/results/appearance.md has figures.
 std::vector<std::size_t> contradicting_cameras(const StaticFit& fit);
 
 /// True if the pictures of most cameras do: then there is no median to compare with, and the

@@ -2,7 +2,8 @@
 // micrometre at the start grows until two runs differ by centimetres, whatever the substeps are, so
 // vertices of two runs cannot be compared. This prints what can: each number of substeps twice, the
 // second time from vertices moved by a micrometre. What the pair differs by is chaos; what is left
-// of a difference between two numbers of substeps is theirs. docs/synthesis.md has the table.
+// of a difference between two numbers of substeps is theirs. docs/results/synthesis.md has the
+// table.
 //
 //   synthesis_convergence [--garment dress] [--motion spin] [--edge_length 0.03] [--substeps 15]...
 

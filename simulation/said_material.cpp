@@ -19,10 +19,9 @@ Material fabrics_own_material(const std::string& name) {
 
 OptionTable describe_said(Material& said, std::vector<std::string> names) {
   OptionTable table;
-  table.add(
-      "name", said.name, std::move(names),
-      "A fabric, most of measured values, silk of estimated ones (docs/material.md says which); "
-      "custom is none. A value that is given beside it wins over its own");
+  table.add("name", said.name, std::move(names),
+            "A fabric, most of measured values, silk of estimated ones (docs/methods/material.md "
+            "says which); custom is none. A value that is given beside it wins over its own");
   Material custom;
   const OptionTable defaults = describe(custom);
   OptionTable numbers = describe(said);

@@ -51,7 +51,7 @@ using StiffnessObjective = std::function<std::vector<std::vector<double>>(
 /// / 2) of its distance d, straight between trials, and by how usual it is. So what the data leave
 /// open is taken as fabrics are, and never the edge of what was tried. `band` stands for all that
 /// the distances are off by, of which scatter tells little: judge it by whether known stiffnesses
-/// lie in the likely range as often as it says (docs/material.md).
+/// lie in the likely range as often as it says (docs/results/material.md).
 ///
 /// Throws LogicError for options out of range or an objective of another shape, DataError where
 /// every scene of a garment broke.

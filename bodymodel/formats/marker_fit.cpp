@@ -571,8 +571,9 @@ MarkerFit fit_markers(const MarkerClip& original, const MotionOptions& motion,
        std::to_string(fit.used.size()) + " of " + std::to_string(clip.markers.size()) +
            " markers posed a person, " + formatted(1000 * rms, "%.3g") + " mm rms from them" +
            (fit.unknown.empty() ? "" : "; not known: " + listed(fit.unknown)),
-       fit.unknown.empty() ? "nothing to do"
-                           : "rename markers that should count (docs/bodies.md lists the sets)"});
+       fit.unknown.empty()
+           ? "nothing to do"
+           : "rename markers that should count (docs/methods/bodies.md lists the sets)"});
   if (rms > kBad) {
     result.findings.push_back(
         {Severity::Warning, "motion-markers-far", clip.name,

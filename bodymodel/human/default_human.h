@@ -32,7 +32,7 @@ OptionTable describe(DefaultHumanOptions& options);
 /// What is wrong with the options, "" if nothing is: a value out of its range.
 std::string human_options_problem(const DefaultHumanOptions& options);
 
-/// An average woman and man (docs/default_human.md says of whom).
+/// An average woman and man (docs/methods/default_human.md says of whom).
 DefaultHumanOptions female_human();
 DefaultHumanOptions male_human();
 
@@ -40,9 +40,9 @@ DefaultHumanOptions male_human();
 BodyMeasurements expected_measures(const DefaultHumanOptions& options);
 
 /// Mass that the girths given (those above 0) speak for at the options' sex and stature, kilograms:
-/// the most likely one when every girth and the mass have their spreads (docs/default_human.md);
-/// the average of sex and stature where no girth is given. `mass` itself is not looked at, and 0
-/// there takes this.
+/// the most likely one when every girth and the mass have their spreads
+/// (docs/methods/default_human.md); the average of sex and stature where no girth is given. `mass`
+/// itself is not looked at, and 0 there takes this.
 double likely_mass(const DefaultHumanOptions& options);
 
 /// A body whose measures lie at percentiles (0.05 is the 5th) of their spreads at the measures that
@@ -60,8 +60,8 @@ DefaultHumanOptions random_human(Random& random, double male, double low = 0.05,
 /// SMPL-X's names and tree, smooth weights, volume-keeping pose correctives, joint limits, a UV
 /// atlas whose islands are vertex groups "uv_*", and a linear shape space round the body in
 /// physical units. The measures of its mesh (`measure_body`) are those asked for within
-/// `kHumanMeasureError`. Made by our own code from anthropometric tables (docs/default_human.md):
-/// no licence gate.
+/// `kHumanMeasureError`. Made by our own code from anthropometric tables
+/// (docs/methods/default_human.md): no licence gate.
 ///
 /// Mass is the mesh's volume times `kBodyDensity`, girths are its girths: both are met, and what
 /// the girths leave of the mass goes where no girth is taken. Throws LogicError for options out of

@@ -9,7 +9,8 @@ namespace atelier {
 namespace {
 
 // All lengths below are thousandths of stature. Outlines are smooth profiles set by hand between
-// the measures that anthropometric tables have; docs/default_human.md says how and against what.
+// the measures that anthropometric tables have; docs/methods/default_human.md says how and against
+// what.
 
 struct TrunkRow {
   double y, side, front, back, nf, nb;

@@ -10,7 +10,7 @@ namespace atelier {
 inline constexpr int kStandingFrames = 3;
 
 /// m, what it is taken for where there are fewer: detectors put joints about so far off, the same
-/// way in every frame (a real trial, docs/tracking.md).
+/// way in every frame (a real trial, docs/results/tracking.md).
 inline constexpr double kUsualStandingError = 0.02;
 
 /// [J] m, by how much the keypoints of a joint are off its pose alike in all frames, seen from the

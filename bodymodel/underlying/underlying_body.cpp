@@ -287,7 +287,7 @@ std::vector<Finding> underlying_findings(const ScanSurface& scan,
   }
   if (scan.skin.faces.rows() == 0) {
     warn("no-skin", "no part of the scan is labelled skin: the body only stays inside of it",
-         "label images tell skin from clothing (docs/surfaces.md)");
+         "label images tell skin from clothing (docs/methods/surfaces.md)");
   }
   return findings;
 }

@@ -11,7 +11,7 @@ namespace atelier {
 std::string calibration_text(const Calibration& calibration);
 
 /// The same for machines, with every rejected view: schema "atelier-calibration" 1
-/// (docs/calibration.md).
+/// (docs/methods/calibration.md).
 std::string calibration_json(const Calibration& calibration);
 
 }  // namespace atelier

@@ -21,7 +21,8 @@ OptionTable describe(ContourOptions& options);
 
 /// A surface moved along its normals to where pictures show its occluding contours: where a round
 /// surface turns away before a background, pictures tell its place without matching, so that gloss,
-/// which wanders with the view and puts stereo inside of limbs (docs/surfaces.md), is out of play.
+/// which wanders with the view and puts stereo inside of limbs (docs/methods/surfaces.md), is out
+/// of play.
 ///
 /// Contours are those of the surface with smoothed normals (Hertzmann, "Introduction to 3D
 /// non-photorealistic rendering: silhouettes and outlines", 1999), where nothing hides them and the

@@ -16,8 +16,8 @@ struct RunPlaces {
   std::filesystem::path workspace;
 };
 
-/// How long a stage takes: on the two processor cores on which it was measured (docs/demo_ranges.md
-/// has the times that these follow from).
+/// How long a stage takes: on the two processor cores on which it was measured
+/// (docs/results/demo_ranges.md has the times that these follow from).
 struct StageCost {
   double seconds = 0;      ///< once
   double per_picture = 0;  ///< s, of a megapixel of each camera in each frame that is read

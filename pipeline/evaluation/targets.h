@@ -14,7 +14,7 @@ namespace atelier {
 /// Which targets results are judged by.
 enum class Targets {
   Accuracy,  ///< captures as the preset "accuracy" makes them
-  Demo,      ///< as the preset "demo": the ranges of docs/demo_ranges.md
+  Demo,      ///< as the preset "demo": the ranges of docs/results/demo_ranges.md
 };
 
 /// One figure that results are judged by, a row of the table of targets.

@@ -23,7 +23,8 @@ namespace atelier {
 namespace {
 
 constexpr const char* kDemo =
-    "Judged by the ranges of captures as the preset demo makes them (docs/demo_ranges.md). They "
+    "Judged by the ranges of captures as the preset demo makes them (docs/results/demo_ranges.md). "
+    "They "
     "say that nothing is broken, not that results are good; beside them stand the targets of the "
     "preset accuracy.";
 constexpr const char* kAccuracy =

@@ -223,7 +223,7 @@ std::string material_tables(const StageStatus& status, const fs::path& result) {
                    "<p class=\"quiet\">Taken is the mean of the logarithms of all that may "
                    "be, weighed by its distance and by how usual it is: the nearest trial "
                    "of a coarse grid is often a corner of it, as distances hardly differ "
-                   "(docs/material.md).</p>\n";
+                   "(docs/methods/material.md).</p>\n";
 }
 
 /// Each pattern.svg of the result, as a picture.

@@ -19,7 +19,7 @@ struct FrameFigures {
 /// The frames in which a garment was lost, as one warning `not-followed`; nothing where it was
 /// followed in all. The scan then speaks of less than 0.75 of its area, or pictures agree with its
 /// texture by less than 0.5. Garments that were followed had 0.80 and 0.72 at least in all frames
-/// of captures, a dress that was lost 0.67 and 0.18 at most (docs/registration.md).
+/// of captures, a dress that was lost 0.67 and 0.18 at most (docs/results/registration.md).
 std::optional<Finding> not_followed(const std::string& garment,
                                     std::span<const FrameFigures> frames);
 

@@ -263,7 +263,7 @@ TEST(RunOnARealTrial, DoesWhatThereAreDataForAndSaysWhyTheRestIsSkipped) {
 
 TEST(DemoRanges, TheDocumentHasThemAll) {
   const std::string document =
-      read_file_text(source_directory().string() + "/docs/demo_ranges.md", 1 << 20);
+      read_file_text(source_directory().string() + "/docs/results/demo_ranges.md", 1 << 20);
   int rows = 0;
   for (const Target& target : all_targets()) {
     if (target.demo) {

@@ -1,5 +1,5 @@
 // 3D keypoints as a whole: several people, the targets over ten seeds, and a real recording against
-// what it was published with. The figures of docs/keypoints.md:
+// what it was published with. The figures of docs/results/keypoints.md:
 // test_capture --gtest_filter='Keypoints3d.*'
 
 #include <algorithm>
