@@ -26,7 +26,7 @@ struct ArchivedDataset {
   }
 };
 
-/// The text in the user block of an archive (docs/formats.md):
+/// The text in the user block of an archive (docs/reference/formats.md):
 ///
 ///   ATELIER-ARCHIVE 1 <SHA-256 of all bytes after this line, 64 hexadecimal digits>
 ///   block <bytes of the user block>
