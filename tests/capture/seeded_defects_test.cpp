@@ -92,9 +92,9 @@ std::string table() {
        << "Seeded one at a time into good synthetic captures (`tests/capture/seeded_*`): 8 cameras "
           "of 72 x 90, 6 of\n112 x 84 with distortion, 9 of 1280 x 1000 with more of it and "
           "detections alone (2.5 px of noise at 1000\nrows, 4% outliers). The test finds each, at "
-          "its place and of no other camera; where a setting puts it\nright, the test sets it and "
+          "its place and of no other camera; where a setting corrects\nit, the test sets it and "
           "the finding is gone. Good captures of nine seeds have no finding.\n\n"
-          "| # | defect | finding | where | setting that puts it right |\n|---|---|---|---|---|\n";
+          "| # | defect | finding | where | setting that corrects it |\n|---|---|---|---|---|\n";
   int number = 0;
   for (const SeededDefect& defect : all_defects()) {
     text << "| " << ++number << " | " << defect.what << " | `" << defect.code << "` | "
@@ -102,7 +102,7 @@ std::string table() {
     if (*defect.setting != '\0') {
       text << "`" << defect.setting << "`";
     } else {
-      text << "mend the files";
+      text << "correct the files";
     }
     text << " |\n";
   }
