@@ -38,11 +38,15 @@ std::string enumerated(const std::vector<std::string>& words) {
   return text;
 }
 
-/// The prefix that most places have, of several the shortest, without what stands before its word.
+/// The last word of the prefix that most places have, of several the shortest; "" only where no
+/// place has one.
 std::string shown_prefix(const std::vector<OptionPlace>& places) {
   std::map<std::string, std::size_t> counts;
   for (const OptionPlace& place : places) {
     ++counts[place.second];
+  }
+  if (counts.size() > 1) {
+    counts.erase("");
   }
   const auto most =
       std::max_element(counts.begin(), counts.end(), [](const auto& a, const auto& b) {
