@@ -15,8 +15,8 @@ struct AppearanceColors {
   std::vector<float> fixed;  ///< [3P] by the texture that does not change
 };
 
-/// Archive of schema "atelier.appearance_colors", version 1 (docs/formats.md), and back. Reading
-/// throws DataError unless there are finite colours of `pixels` pixels, and nothing else.
+/// Archive of schema "atelier.appearance_colors", version 1 (docs/reference/formats.md), and back.
+/// Reading throws DataError unless there are finite colours of `pixels` pixels, and nothing else.
 Archive archive_of(const AppearanceColors& colors);
 AppearanceColors appearance_colors_of(const Archive& archive, std::int64_t pixels,
                                       const std::string& file = "");

@@ -44,10 +44,10 @@ struct AppearanceData {
 /// A view's pixels in linear light.
 TexturePixels texture_pixels(const AppearanceView& view);
 
-/// Archive of schema "atelier.appearance_data", version 2 (docs/formats.md), and back: texture
-/// coordinates of pixels to 1/65535, normals and tangents made anew. Reading throws DataError for
-/// arrays that are missing, of another shape, not finite or out of range, and for version 1, which
-/// knew the ambient visibility alone.
+/// Archive of schema "atelier.appearance_data", version 2 (docs/reference/formats.md), and back:
+/// texture coordinates of pixels to 1/65535, normals and tangents made anew. Reading throws
+/// DataError for arrays that are missing, of another shape, not finite or out of range, and for
+/// version 1, which knew the ambient visibility alone.
 Archive archive_of(const AppearanceData& data);
 AppearanceData appearance_data_of(const Archive& archive, const std::string& file = "");
 AppearanceData read_appearance_data(const std::filesystem::path& path, const Limits& limits = {});

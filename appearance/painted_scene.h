@@ -37,9 +37,9 @@ struct PaintedScene {
   std::vector<std::vector<Points>> vertices;  ///< [N] of each layer; no rows: not worn
 };
 
-/// Archive of schema "atelier.painted_scene", version 1 (docs/formats.md), and back; vertices and
-/// colours as float. Reading throws DataError for arrays that are missing, of another shape, not
-/// finite or out of range. Throws LogicError where the parts do not agree.
+/// Archive of schema "atelier.painted_scene", version 1 (docs/reference/formats.md), and back;
+/// vertices and colours as float. Reading throws DataError for arrays that are missing, of another
+/// shape, not finite or out of range. Throws LogicError where the parts do not agree.
 Archive archive_of(const PaintedScene& scene);
 PaintedScene painted_scene_of(const Archive& archive, const std::string& file = "");
 

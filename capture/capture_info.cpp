@@ -48,7 +48,7 @@ std::vector<int> ids_of(const JsonPlace& place, const Limits& limits) {
 void refuse_unknown_keys(const JsonPlace& table, const std::set<std::string>& known) {
   for (const auto& [key, value] : table.value().items()) {
     if (!known.contains(key)) {
-      table.fail("the key '" + key + "'", "only keys that docs/formats.md names");
+      table.fail("the key '" + key + "'", "only keys that docs/reference/formats.md names");
     }
   }
 }
@@ -65,7 +65,8 @@ void check_capture_info(const CaptureInfo& info, const std::string& file) {
   }
   for (const std::string& name : {info.keypoint_schema, info.label_taxonomy}) {
     if (!is_plain_name(name)) {
-      refuse("keypoint_schema, label_taxonomy", "'" + name + "'", "names of docs/formats.md");
+      refuse("keypoint_schema, label_taxonomy", "'" + name + "'",
+             "names of docs/reference/formats.md");
     }
   }
   for (const Consent& consent : info.consent) {

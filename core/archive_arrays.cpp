@@ -46,7 +46,8 @@ void check_names(const Archive& archive, const std::string& file,
                  const std::function<bool(const std::string&)>& is_named) {
   for (const auto& [name, tensor] : archive.datasets) {
     if (!is_named(name)) {
-      throw DataError(file, name, "not of this schema", "only what docs/formats.md names");
+      throw DataError(file, name, "not of this schema",
+                      "only what docs/reference/formats.md names");
     }
   }
 }

@@ -26,8 +26,8 @@ struct ArchivedDataset {
   }
 };
 
-/// The text in the user block of an archive (docs/formats.md):
-///
+/// The text in the user block of an archive (docs/reference/formats.md):
+/// ~~~
 ///   ATELIER-ARCHIVE 1 <SHA-256 of all bytes after this line, 64 hexadecimal digits>
 ///   block <bytes of the user block>
 ///   size <bytes of the file>
@@ -38,7 +38,7 @@ struct ArchivedDataset {
 ///   text <name> <value, percent-encoded>             any times, sorted by name
 ///   dataset <name> <type> <sizes> <rows of a chunk> <offset> ...    any times, sorted by name
 ///   end
-///
+/// ~~~
 /// and zeros up to the end of the block.
 struct ArchiveIndex {
   std::uint64_t block_bytes = 0;

@@ -36,7 +36,7 @@ struct OptionField {
 };
 
 /// The description of an options struct: what TOML, flags, `--help`, range checks, provenance and
-/// docs/options.md are all made from. Every FOptions has, beside it,
+/// docs/reference/options.md are all made from. Every FOptions has, beside it,
 /// `OptionTable describe(FOptions& options);` whose fields point into `options`. Every `add` throws
 /// LogicError for a name that is not lower_case words joined by dots or is there twice, for a
 /// missing help and for an empty range. A help is shown with a capital and without a full stop.

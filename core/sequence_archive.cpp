@@ -52,7 +52,7 @@ class Fields {
   void check_all_taken() const {
     for (const auto& entry : archive_.datasets) {
       if (std::find(taken_.begin(), taken_.end(), entry.first) == taken_.end()) {
-        fail(entry.first, "not of this schema", "only what docs/formats.md names");
+        fail(entry.first, "not of this schema", "only what docs/reference/formats.md names");
       }
     }
   }

@@ -9,8 +9,9 @@
 
 namespace atelier {
 
-/// A mesh as an archive of schema "atelier.mesh", version 1 (docs/formats.md), and back. What is
-/// empty in the mesh is not in the archive. Throws DataError unless the mesh is valid (check_mesh).
+/// A mesh as an archive of schema "atelier.mesh", version 1 (docs/reference/formats.md), and back.
+/// What is empty in the mesh is not in the archive. Throws DataError unless the mesh is valid
+/// (check_mesh).
 Archive archive_of(const Mesh& mesh);
 Mesh mesh_of(const Archive& archive, const std::string& file = "");
 

@@ -24,7 +24,8 @@ inline constexpr std::array<std::pair<const char*, double FrameFigures::*>, 4> k
      {"depth", &FrameFigures::depth},
      {"crossings", &FrameFigures::crossings}}};
 
-/// A frame's cloth, as files keep it: schema "atelier.animated_frame", version 1 (docs/formats.md).
+/// A frame's cloth, as files keep it: schema "atelier.animated_frame", version 1
+/// (docs/reference/formats.md).
 struct AnimatedFrame {
   ClothState state;
   FrameFigures figures;

@@ -19,8 +19,8 @@ void put_cloth_state(Archive& archive, const std::string& count, const ClothStat
 ClothState cloth_state_at(const Archive& archive, const std::string& count, Index vertices,
                           const std::string& file);
 
-/// Archive of schema "atelier.cloth_state", version 1 (docs/formats.md), and back, with the count
-/// "frame".
+/// Archive of schema "atelier.cloth_state", version 1 (docs/reference/formats.md), and back, with
+/// the count "frame".
 Archive archive_of(const ClothState& state);
 ClothState cloth_state_of(const Archive& archive, Index vertices, const std::string& file = "");
 

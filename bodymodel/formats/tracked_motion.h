@@ -33,8 +33,8 @@ struct TrackedMotion {
 /// sizes and finite numbers, and deviations are not negative.
 void check_tracked_motion(const TrackedMotion& tracked, const std::string& file = "");
 
-/// HDF5 of schema "atelier.tracked", version 1 (docs/formats.md), and back. Throws DataError for
-/// arrays that are missing, of another shape or out of range.
+/// HDF5 of schema "atelier.tracked", version 1 (docs/reference/formats.md), and back. Throws
+/// DataError for arrays that are missing, of another shape or out of range.
 Archive archive_of(const TrackedMotion& tracked);
 TrackedMotion tracked_motion_of(const Archive& archive, const std::string& file = "");
 

@@ -12,7 +12,7 @@
 namespace atelier {
 
 /// COLMAP (doc/format.rst): sparse/0/ (or sparse/, or the folder itself) with cameras, images and
-/// points3D as .txt or .bin, images/<name>, masks/<name>.png. World: arbitrary unit and axes
+/// points3D as .txt or .bin, `images/<name>`, `masks/<name>.png`. World: arbitrary unit and axes
 /// (--metres-per-unit, --up); pixels as ours. Camera models SIMPLE_PINHOLE to FULL_OPENCV and the
 /// two radial fisheyes; the others have no equal here and their cameras are refused.
 std::string recognize_colmap_text(const std::filesystem::path& path);

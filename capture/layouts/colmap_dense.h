@@ -13,8 +13,8 @@
 namespace atelier {
 
 /// Depth maps of an instant as COLMAP's dense workspaces hold them (doc/format.rst), so that its
-/// `stereo_fusion` and meshers, and readers of its maps, take them: images/<camera>.png without
-/// distortion, sparse/ of pinhole cameras as text, stereo/depth_maps/<camera>.png.geometric.bin
+/// `stereo_fusion` and meshers, and readers of its maps, take them: `images/<camera>.png` without
+/// distortion, sparse/ of pinhole cameras as text, `stereo/depth_maps/<camera>.png.geometric.bin`
 /// (metres, 0: none), stereo/normal_maps/ (in the camera's frame), stereo/fusion.cfg. Ours beside
 /// it: stereo/confidence_maps/.
 ///

@@ -7,10 +7,10 @@
 namespace atelier {
 
 /// EasyMocap and ZJU-MoCap (zju3dv/EasyMocap, doc/quickstart.md): intri.yml and extri.yml of
-/// OpenCV, images/<camera>/%06d.jpg or videos/<camera>.mp4 (ZJU: <camera>/ itself), mask*/ of the
-/// person (mask_cihp: labels of CIHP), annots/ or openpose/ for detections, keypoints3d/. World:
-/// metres, Z up; the first pixel's centre at (0, 0). ZJU's annots.npy is a Python pickle and is not
-/// read.
+/// OpenCV, `images/<camera>/%06d.jpg` or `videos/<camera>.mp4` (ZJU: `<camera>/` itself), mask*/ of
+/// the person (mask_cihp: labels of CIHP), annots/ or openpose/ for detections, keypoints3d/.
+/// World: metres, Z up; the first pixel's centre at (0, 0). ZJU's annots.npy is a Python pickle and
+/// is not read.
 std::string recognize_easymocap(const std::filesystem::path& path);
 Dataset read_easymocap(const std::filesystem::path& path, const DatasetOptions& options,
                        const Limits& limits);

@@ -58,7 +58,7 @@ MatchedNames matched_names(const std::vector<std::string>& ids,
 Dataset with_pictures(Dataset dataset, std::map<int, DataPlace> CameraFrames::*kind,
                       const std::filesystem::path& base, const Limits& limits = {});
 
-/// The same with the JSON files of `base`/<camera> as its keypoints.
+/// The same with the JSON files of `base/<camera>` as its keypoints.
 Dataset with_keypoints(Dataset dataset, const std::filesystem::path& base,
                        const Limits& limits = {});
 

@@ -80,7 +80,7 @@ Choice choose(const fs::path& path, const DatasetOptions& options) {
     }
     throw DataError(
         path.string(), "", "no layout that is known",
-        "the files of one of: " + tried + "; --layout says which, docs/formats.md what");
+        "the files of one of: " + tried + "; --layout says which, docs/reference/formats.md what");
   }
   return choice;
 }
@@ -338,9 +338,10 @@ void settle_sequences(Dataset& dataset, const DatasetOptions& options, const Lim
   }
   if (sequences.size() == 1 && sequences.front().frame_ids.empty()) {
     sequences.clear();
-    dataset.findings.push_back({Severity::Note, "no-frames", dataset.root.string(),
-                                "there is a calibration but no picture and no detection",
-                                "put pictures where the layout has them (docs/formats.md)"});
+    dataset.findings.push_back(
+        {Severity::Note, "no-frames", dataset.root.string(),
+         "there is a calibration but no picture and no detection",
+         "put pictures where the layout has them (docs/reference/formats.md)"});
   }
 }
 

@@ -6,8 +6,8 @@
 
 namespace atelier {
 
-/// CMU Panoptic (domedb.perception.cs.cmu.edu): calibration_<sequence>.json, hdImgs/<camera>/
-/// <camera>_%08d.jpg or hdVideos/hd_<camera>.mp4 (the same of vga and kinect),
+/// CMU Panoptic (domedb.perception.cs.cmu.edu): `calibration_<sequence>.json`, `hdImgs/<camera>/`
+/// `<camera>_%08d.jpg` or `hdVideos/hd_<camera>.mp4` (the same of vga and kinect),
 /// hdPose3d_stage1_coco19/ body3DScene_%08d.json. World: centimetres, Y down; the first pixel's
 /// centre at (0, 0); 29.97 frames per second.
 std::string recognize_panoptic(const std::filesystem::path& path);

@@ -6,9 +6,9 @@
 
 namespace atelier {
 
-/// Qualisys QTM's calibration (`*.qca.txt`, XML): one <camera serial> with <fov_video>, <transform>
-/// (rows r11 r12 r13 ... and the camera's position, millimetres) and <intrinsic> in sixty-fourths
-/// of a pixel. Beside it videos/ and pose/ as Pose2Sim has them. World: Z up.
+/// Qualisys QTM's calibration (`*.qca.txt`, XML): one `<camera serial>` with `<fov_video>`,
+/// `<transform>` (rows r11 r12 r13 ... and the camera's position, millimetres) and `<intrinsic>` in
+/// sixty-fourths of a pixel. Beside it videos/ and pose/ as Pose2Sim has them. World: Z up.
 ///
 /// The rows of QTM's transform are the camera's axes in the world, with y up and z back: the second
 /// and third change their sign to become ours. So read, the QTM file of the Pose2Sim demo gives the

@@ -22,13 +22,13 @@ const std::vector<std::string>& layout_names();
 
 /// Writes a capture in another layout, a folder for each sequence under `out` (new); the native
 /// layout, which holds several sequences, is `out` itself. Units, axes, pixel origins and
-/// distortion orders are those of the layout (docs/formats.md). Pictures keep their bytes (hard
-/// links where the disk allows); frames of videos become PNG. Calibrations come last, so that what
-/// was interrupted has none. Consent, which no other layout has a place for, goes to consent.toml
-/// under `out`, where every reader of captures looks for it. `stop` is asked before every frame.
-/// Throws DataError for frames that cannot be read, LogicError for a layout that is none,
-/// EnvironmentError for a folder that is there or a disk that fails, StopRequested (digest_meter.h)
-/// if `stop` says so: what is there by then is left to the caller.
+/// distortion orders are those of the layout (docs/reference/formats.md). Pictures keep their bytes
+/// (hard links where the disk allows); frames of videos become PNG. Calibrations come last, so that
+/// what was interrupted has none. Consent, which no other layout has a place for, goes to
+/// consent.toml under `out`, where every reader of captures looks for it. `stop` is asked before
+/// every frame. Throws DataError for frames that cannot be read, LogicError for a layout that is
+/// none, EnvironmentError for a folder that is there or a disk that fails, StopRequested
+/// (digest_meter.h) if `stop` says so: what is there by then is left to the caller.
 LayoutReport write_layout(const Dataset& dataset, const std::string& layout,
                           const std::filesystem::path& out, const std::function<bool()>& stop = {});
 

@@ -204,7 +204,8 @@ CaptureTruth truth_of(const Archive& archive, const std::string& file) {
     truth.garments.push_back(garment_at(archive, "garments/" + garments[i], garments[i], file));
     const std::optional<Label> label = label_of(labels[i]);
     if (!label) {
-      throw DataError(file, "garment_labels", "'" + labels[i] + "'", "a label of docs/formats.md");
+      throw DataError(file, "garment_labels", "'" + labels[i] + "'",
+                      "a label of docs/reference/formats.md");
     }
     truth.garments[i].label = *label;
   }

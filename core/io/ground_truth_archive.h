@@ -11,7 +11,7 @@
 namespace atelier {
 
 /// truth/truth.h5 (schema "atelier.truth", version 1) and truth/frames/000012.h5 (schema
-/// "atelier.truth.frame", version 1) of docs/formats.md, and back. Reading throws DataError for
+/// "atelier.truth.frame", version 1) of docs/reference/formats.md, and back. Reading throws DataError for
 /// arrays that are missing, of another shape, or out of range.
 Archive archive_of(const CaptureTruth& truth);
 CaptureTruth truth_of(const Archive& archive, const std::string& file = "");

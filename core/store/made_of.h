@@ -7,11 +7,11 @@
 namespace atelier {
 
 /// The note in a folder that `atelier run` makes of results for a stage that reads them as its
-/// INPUT: a version, of each result a line "<stage> <key16>", their consent, and the folder's
+/// INPUT: a version, of each result a line `<stage> <key16>`, their consent, and the folder's
 /// files with their digests.
 inline constexpr const char* kMadeOfFile = "made_of.txt";
 
-/// A result by its place in a workspace: <stage>/<key16>.
+/// A result by its place in a workspace: `<stage>/<key16>`.
 struct ResultName {
   std::string stage;
   std::string key16;

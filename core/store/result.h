@@ -48,11 +48,11 @@ std::vector<Finding> check_outputs(const std::filesystem::path& folder, const Ma
 /// True for 16 lower-case hexadecimal digits.
 bool is_folder_name(std::string_view name);
 
-/// The <key16> of "<prefix><key16>", as in ".staging-<key16>"; "" of any other name, which no stage
-/// gave.
+/// The `<key16>` of `<prefix><key16>`, as in `.staging-<key16>`; "" of any other name, which no
+/// stage gave.
 std::string_view key_behind(std::string_view prefix, std::string_view name);
 
-/// The folder <stage>/<key16> of a result that a real path is or lies in; "" where it is in none.
+/// The folder `<stage>/<key16>` of a result that a real path is or lies in; "" where it is in none.
 std::filesystem::path result_around(const std::filesystem::path& path);
 
 /// Throws DataError unless the workspace is a folder with a folder of one of the stages;

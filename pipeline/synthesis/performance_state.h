@@ -17,9 +17,9 @@ struct PerformanceState {
   SoftTissue flesh;
 };
 
-/// As an archive of schema "atelier.synthesis.state", version 1 (docs/formats.md), and back to the
-/// same bits. Reading throws DataError unless numbers are whole, from 0 to 1e9, and there is a row
-/// of finite numbers within 1e9 for each of `cloth_vertices` and `body_vertices`.
+/// As an archive of schema "atelier.synthesis.state", version 1 (docs/reference/formats.md), and
+/// back to the same bits. Reading throws DataError unless numbers are whole, from 0 to 1e9, and
+/// there is a row of finite numbers within 1e9 for each of `cloth_vertices` and `body_vertices`.
 Archive archive_of(const PerformanceState& state);
 PerformanceState performance_state_of(const Archive& archive, Index cloth_vertices,
                                       Index body_vertices, const std::string& file = "");

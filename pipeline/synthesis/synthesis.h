@@ -15,10 +15,10 @@ struct SynthesisEvents {
   std::function<bool()> stop;  ///< true: end at the next picture
 };
 
-/// Makes a synthetic capture in `folder` (docs/formats.md): casts and dresses a subject, simulates
-/// its cloth, photographs every frame, writes detections and truth. capture.toml comes last, so
-/// that an interrupted capture does not look whole; called again with the same options it goes on
-/// with what is missing and ends with the same bytes. Returns false if it was stopped.
+/// Makes a synthetic capture in `folder` (docs/reference/formats.md): casts and dresses a subject,
+/// simulates its cloth, photographs every frame, writes detections and truth. capture.toml comes
+/// last, so that an interrupted capture does not look whole; called again with the same options it
+/// goes on with what is missing and ends with the same bytes. Returns false if it was stopped.
 ///
 /// Throws UsageError for a folder that holds something else or a capture of other options,
 /// DataError for a subject, garment, motion or sequence that cannot be used, EnvironmentError for a

@@ -111,11 +111,15 @@ TEST_F(Program, EveryOptionOfACommandIsInItsHelpAndTheDocument) {
   for (std::string line; std::getline(lines, line);) {
     if (line.starts_with("## atelier ")) {
       help = run({line.substr(11), "--help"}).out;
-    } else if (line.starts_with("| `")) {
+    } else if (!help.empty() && line.starts_with("| `")) {  // behind the common options
       std::string name = line.substr(3, line.find('`', 3) - 3);
       std::replace(name.begin(), name.end(), '_', '-');  // TOML's spelling to the flag's
       EXPECT_THAT(help, HasSubstr("--" + name + " "));
       ++options;
+    } else if (line.starts_with("- `") && line.find(".*`: [") != std::string::npos) {
+      std::string prefix = line.substr(3, line.find(".*`") - 3);
+      std::replace(prefix.begin(), prefix.end(), '_', '-');
+      EXPECT_THAT(help, HasSubstr("--" + prefix + "."));
     }
   }
   EXPECT_GT(options, 4);
@@ -124,8 +128,9 @@ TEST_F(Program, EveryOptionOfACommandIsInItsHelpAndTheDocument) {
 TEST_F(Program, TheDocumentOfOptionsIsUpToDate) {
   const ChildResult result = run({"options", "--markdown"});
   EXPECT_EQ(result.exit_code, 0);
-  EXPECT_EQ(result.out, read_file_text(source_directory().string() + "/docs/options.md", 1 << 20))
-      << "run: atelier options --markdown > docs/options.md";
+  EXPECT_EQ(result.out,
+            read_file_text(source_directory().string() + "/docs/reference/options.md", 1 << 20))
+      << "run: atelier options --markdown > docs/reference/options.md";
 }
 
 TEST_F(Program, CompletionCompletes) {

@@ -85,7 +85,7 @@ std::set<std::string> needed_by_program() {
 
 /// Every word of the tables' last columns that names a shared library.
 std::set<std::string> listed_libraries() {
-  std::ifstream document(fixtures::source_directory() / "docs/dependencies.md");
+  std::ifstream document(fixtures::source_directory() / "docs/reference/dependencies.md");
   std::set<std::string> listed;
   for (std::string line; std::getline(document, line);) {
     if (!line.starts_with("| ") || !line.ends_with("|")) {
@@ -142,7 +142,7 @@ std::set<std::string> packages_of_setup() {
 
 /// The words of the column "of Debian".
 std::set<std::string> listed_packages() {
-  std::ifstream document(fixtures::source_directory() / "docs/dependencies.md");
+  std::ifstream document(fixtures::source_directory() / "docs/reference/dependencies.md");
   std::set<std::string> listed;
   bool table = false;
   for (std::string line; std::getline(document, line);) {

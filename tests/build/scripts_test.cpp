@@ -47,6 +47,16 @@ TEST(Lint, WhereGitKnowsNoRevisionItLooksAtNothingAndSaysSo) {
   EXPECT_THAT(result.err, HasSubstr("git knows no revision here"));
 }
 
+TEST(ApiReference, PublicHeaders_GiveNoWarning) {
+  const TemporaryDirectory folder;
+  const ChildResult result = run_script("api-reference", {folder.path().string()});
+  if (result.exit_code == 5) {
+    GTEST_SKIP() << result.err;
+  }
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_TRUE(fs::exists(folder / "html/index.html"));
+}
+
 TEST(Scripts, AllSayWhatTheyAreFor) {
   for (const auto& entry : fs::directory_iterator(source_directory() / "scripts")) {
     if (!entry.is_regular_file()) {

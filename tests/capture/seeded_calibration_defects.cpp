@@ -74,7 +74,7 @@ std::vector<SeededDefect> calibration_defects() {
        "--capture.extrinsics cam3=inverse", 0, of_one<3, invert>},
       {"every extrinsic inverted", "extrinsic-inverted", "", "--capture.extrinsics all=inverse", 2,
        of_all<invert>},
-      {"every extrinsic inverted, small pictures", "extrinsic-inverted", "",
+      {"every extrinsic inverted, small images", "extrinsic-inverted", "",
        "--capture.extrinsics all=inverse", 0, of_all<invert>},
       {"one rotation transposed", "extrinsic-transposed", "cam5",
        "--capture.extrinsics cam5=transposed", 2, of_one<5, transpose>},
@@ -183,7 +183,7 @@ std::vector<SeededDefect> calibration_defects() {
        }},
       {"a camera that was pushed after calibration", "camera-off", "cam7",
        "--capture.leave-out cam7", 2, [](Spoiled& s) { turn(camera(s, 7), 0.03); }},
-      {"a camera that was pushed, small pictures", "camera-off", "cam4", "--capture.leave-out cam4",
+      {"a camera that was pushed, small images", "camera-off", "cam4", "--capture.leave-out cam4",
        1, [](Spoiled& s) { turn(camera(s, 4), 0.04); }},
       {"a camera that was pushed half way through", "camera-moved", "cam3",
        "--capture.leave-out cam3", 2,
@@ -193,9 +193,9 @@ std::vector<SeededDefect> calibration_defects() {
          const auto after = seeded_detections(s.rig, pushed, 3);
          std::copy(after.begin() + 12, after.end(), s.capture.keypoints[3].begin() + 12);
        }},
-      {"intrinsics of one camera for pictures twice as large", "intrinsics-scale", "cam2",
+      {"intrinsics of one camera for images twice as large", "intrinsics-scale", "cam2",
        "--capture.intrinsics cam2=0.5", 2, [](Spoiled& s) { scale_intrinsics(camera(s, 2), 2); }},
-      {"intrinsics of every camera for pictures twice as large", "intrinsics-scale", "",
+      {"intrinsics of every camera for images twice as large", "intrinsics-scale", "",
        "--capture.intrinsics all=0.5", 2,
        [](Spoiled& s) {
          for (Camera& one : s.capture.cameras) {
@@ -229,9 +229,9 @@ std::vector<SeededDefect> calibration_defects() {
          camera(s, 5).camera_from_world_rotation = camera(s, 2).camera_from_world_rotation;
          camera(s, 5).camera_from_world_translation = camera(s, 2).camera_from_world_translation;
        }},
-      {"a calibration for pictures of other proportions", "image-size", "cam3", "", 0,
+      {"a calibration for images of other proportions", "image-size", "cam3", "", 0,
        [](Spoiled& s) { camera(s, 3).width += 8; }},
-      {"pictures a quarter of the calibrated size", "image-scale", "cam1", "", 1,
+      {"images a quarter of the calibrated size", "image-scale", "cam1", "", 1,
        [](Spoiled& s) {
          Camera& one = camera(s, 1);
          scale_intrinsics(one, 4);

@@ -18,7 +18,7 @@ struct Spoiled {
 
 /// One thing that goes wrong with captures, and what validate is to say of it.
 struct SeededDefect {
-  const char* what;     ///< for docs/defects.md
+  const char* what;     ///< for docs/guide/troubleshooting.md
   const char* code;     ///< of the finding
   const char* place;    ///< its beginning: "cam2", "cam2 frame 5", "" for the whole capture
   const char* setting;  ///< that it advises and that makes it vanish; "": the files must be mended

@@ -52,7 +52,7 @@ std::vector<SeededDefect> detection_defects() {
        [](Spoiled& s) { late(s, 2, 3); }},
       {"a camera 2 frames early", "camera-out-of-sync", "cam6", "--capture.sync cam6=-2", 2,
        [](Spoiled& s) { late(s, 6, -2); }},
-      {"a camera 4 frames early, small pictures", "camera-out-of-sync", "cam5",
+      {"a camera 4 frames early, small images", "camera-out-of-sync", "cam5",
        "--capture.sync cam5=-4", 0, [](Spoiled& s) { late(s, 5, -4); }},
       {"two cameras out of step", "camera-out-of-sync", "cam0", "--capture.sync cam0=4,cam3=-3", 2,
        [](Spoiled& s) {
@@ -65,7 +65,7 @@ std::vector<SeededDefect> detection_defects() {
        "--capture.keypoints cam3=swapped_sides", 2, [](Spoiled& s) { swap_sides(s, 3); }},
       {"left and right exchanged in every camera", "keypoint-sides", "",
        "--capture.keypoints all=swapped_sides", 2, [](Spoiled& s) { swap_sides(s, -1); }},
-      {"detections of mirrored pictures of one camera", "keypoints-mirrored", "cam1",
+      {"detections of mirrored images of one camera", "keypoints-mirrored", "cam1",
        "--capture.keypoints cam1=mirrored", 2,
        [](Spoiled& s) {
          swap_sides(s, 1);
@@ -80,19 +80,19 @@ std::vector<SeededDefect> detection_defects() {
            rows(k, 1) = camera.height - rows(k, 1);
          });
        }},
-      {"detections of pictures half as large in one camera", "keypoints-scaled", "cam7",
+      {"detections of images half as large in one camera", "keypoints-scaled", "cam7",
        "--capture.keypoints cam7=2", 2,
        [](Spoiled& s) {
          of_rows(s, 7,
                  [](Keypoints2d& rows, Index k, const Camera&) { rows.row(k).head<2>() /= 2; });
        }},
-      {"detections of pictures half as large in every camera", "keypoints-scaled", "",
+      {"detections of images half as large in every camera", "keypoints-scaled", "",
        "--capture.keypoints all=2", 2,
        [](Spoiled& s) {
          of_rows(s, -1,
                  [](Keypoints2d& rows, Index k, const Camera&) { rows.row(k).head<2>() /= 2; });
        }},
-      {"detections of pictures twice as large in one camera", "keypoints-scaled", "cam2",
+      {"detections of images twice as large in one camera", "keypoints-scaled", "cam2",
        "--capture.keypoints cam2=0.5", 1,
        [](Spoiled& s) {
          of_rows(s, 2,
@@ -130,7 +130,7 @@ std::vector<SeededDefect> detection_defects() {
            }
          }
        }},
-      {"two points exchanged in every picture", "keypoint-order", "", "", 2,
+      {"two points exchanged in every image", "keypoint-order", "", "", 2,
        [](Spoiled& s) {
          const int knee = find_keypoint(body_25_schema(), "left_knee");
          const int nose = find_keypoint(body_25_schema(), "nose");
@@ -146,7 +146,7 @@ std::vector<SeededDefect> detection_defects() {
            rows.setZero();
          }
        }},
-      {"points beside the picture", "keypoints-outside", "cam3", "", 0,
+      {"points beside the image", "keypoints-outside", "cam3", "", 0,
        [](Spoiled& s) {
          of_rows(s, 3, [](Keypoints2d& rows, Index k, const Camera& camera) {
            rows(k, 0) += k % 2 == 0 ? camera.width : 0;
