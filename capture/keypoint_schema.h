@@ -46,10 +46,4 @@ std::optional<double> limb_stretch(const KeypointSchema& schema, const Keypoints
 /// ties and no people: the first of keypoint_schema_names(). "" if no schema has as many points.
 std::string guess_keypoint_schema(Index points, const std::vector<Keypoints2d>& people);
 
-/// A person's points in another order, by name; what the source does not have is 0, 0, 0. Middle
-/// points that the source lacks ("neck", "mid_hip") are the mean of left and right shoulder or hip,
-/// with the smaller confidence.
-Keypoints2d in_schema(const Keypoints2d& points, const KeypointSchema& from,
-                      const KeypointSchema& to);
-
 }  // namespace atelier

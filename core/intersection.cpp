@@ -135,16 +135,6 @@ bool meet_beyond_edge(const GridTriangle& s, const GridTriangle& t) {
 
 }  // namespace
 
-bool triangles_meet(const Eigen::Matrix3d& first, const Eigen::Matrix3d& second) {
-  const auto grid = [](const Eigen::Matrix3d& m) {
-    return GridTriangle{on_grid(m.row(0)), on_grid(m.row(1)), on_grid(m.row(2))};
-  };
-  const GridTriangle s = grid(first);
-  const GridTriangle t = grid(second);
-  ATELIER_CHECK(has_area(s) && has_area(t), "triangles without area do not meet anything");
-  return any_edge_meets(s, t) || any_edge_meets(t, s);
-}
-
 std::vector<std::array<int, 2>> self_intersections(const Points& vertices, const Triangles& faces) {
   for (Index i = 0; i < faces.size(); ++i) {
     ATELIER_CHECK(faces.data()[i] >= 0 && faces.data()[i] < vertices.rows(),

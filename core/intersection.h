@@ -17,7 +17,4 @@ namespace atelier {
 /// pairs).
 std::vector<std::array<int, 2>> self_intersections(const Points& vertices, const Triangles& faces);
 
-/// True if two triangles meet; rows are corners. Same grid and limits.
-bool triangles_meet(const Eigen::Matrix3d& first, const Eigen::Matrix3d& second);
-
 }  // namespace atelier

@@ -24,7 +24,6 @@ void check_surface(const Points& vertices, const Triangles& faces) {
 /// One face: edge k lies opposite of corner k.
 struct Face {
   std::array<Eigen::Vector3d, 3> edge;
-  Eigen::Vector3d normal;  // twice the area long
   double double_area;
 
   /// Cotangent of the angle at corner k.
@@ -40,8 +39,7 @@ Face face_at(const Points& vertices, const Triangles& faces, Index f) {
   for (int k = 0; k < 3; ++k) {
     face.edge[k] = vertices.row(faces(f, (k + 2) % 3)) - vertices.row(faces(f, (k + 1) % 3));
   }
-  face.normal = face.edge[0].cross(face.edge[1]);
-  face.double_area = face.normal.norm();
+  face.double_area = face.edge[0].cross(face.edge[1]).norm();
   return face;
 }
 
@@ -110,30 +108,6 @@ Eigen::VectorXd voronoi_areas(const Points& vertices, const Triangles& faces) {
     }
   }
   return areas;
-}
-
-Eigen::SparseMatrix<double> gradient_operator(const Points& vertices, const Triangles& faces,
-                                              const LaplacianOptions& options) {
-  check_surface(vertices, faces);
-  Triplets triplets;
-  triplets.reserve(static_cast<std::size_t>(faces.rows()) * 9);
-  for (Index f = 0; f < faces.rows(); ++f) {
-    const Face face = face_at(vertices, faces, f);
-    if (left_out(face, f, options)) {
-      continue;
-    }
-    for (int k = 0; k < 3; ++k) {
-      // Perpendicular to the opposite edge, in the face, one over the height long.
-      const Eigen::Vector3d gradient =
-          face.normal.cross(face.edge[k]) / (face.double_area * face.double_area);
-      for (int axis = 0; axis < 3; ++axis) {
-        triplets.emplace_back(3 * static_cast<int>(f) + axis, faces(f, k), gradient[axis]);
-      }
-    }
-  }
-  Eigen::SparseMatrix<double> gradient(3 * faces.rows(), vertices.rows());
-  gradient.setFromTriplets(triplets.begin(), triplets.end());
-  return gradient;
 }
 
 }  // namespace atelier

@@ -29,9 +29,4 @@ Eigen::SparseMatrix<double> cotangent_laplacian(const Points& vertices, const Tr
 /// each face is vertex_areas (core/normals.h).
 Eigen::VectorXd voronoi_areas(const Points& vertices, const Triangles& faces);
 
-/// Gradient of a function of the vertices, [3F,V]: rows 3f to 3f+2 are the vector in face f, per
-/// metre. With A the areas of the faces, three times each, L = G' A G.
-Eigen::SparseMatrix<double> gradient_operator(const Points& vertices, const Triangles& faces,
-                                              const LaplacianOptions& options = {});
-
 }  // namespace atelier

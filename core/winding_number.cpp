@@ -122,13 +122,6 @@ WindingTree build_winding_tree(const Points& points, const Points& normals,
   return tree;
 }
 
-WindingTree refit_winding_tree(WindingTree tree, const Points& vertices) {
-  ATELIER_CHECK(tree.area_normals.empty(), "a tree over oriented points is built anew");
-  tree.tree = refit_tree(std::move(tree.tree), vertices);
-  compute_moments(tree);
-  return tree;
-}
-
 double winding_number(const WindingTree& tree, const Eigen::Vector3d& query,
                       const WindingOptions& options) {
   ATELIER_CHECK(query.allFinite(), "a query must be finite");

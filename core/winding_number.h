@@ -35,9 +35,6 @@ WindingTree build_winding_tree(const Points& vertices, const Triangles& faces);
 WindingTree build_winding_tree(const Points& points, const Points& normals,
                                const Eigen::VectorXd& areas);
 
-/// The same tree over moved vertices (triangles only). Throws LogicError as refit_tree does.
-WindingTree refit_winding_tree(WindingTree tree, const Points& vertices);
-
 /// Winding number at a point. Throws LogicError unless the query is finite and the accuracy in
 /// range. About O(log F).
 double winding_number(const WindingTree& tree, const Eigen::Vector3d& query,

@@ -290,21 +290,35 @@ void require_no_empty_text(const SimulateFlags& flags) {
   }
 }
 
-int simulate_alone(const SimulateFlags& flags, const OptionSet& set, Device device, bool json) {
+/// What the command line asks for.
+struct SimulateRequest {
+  ScenePaths paths;
+  OutputPlace place;
+  SimulateOptions options;
+  bool grid = false;
+  bool pictures = true;
+};
+
+/// Throws UsageError for what cannot be asked together.
+SimulateRequest simulate_request(const SimulateFlags& flags, const OptionSet& set, Device device) {
   require_no_empty_text(flags);
   const std::string garment = flags.garment.value_or("");
   const std::string out = flags.out.value_or("");
   const std::string material = flags.material.value_or("");
-  SimulateOptions options = options_of<SimulateOptions>(set);
-  const ScenePaths paths{garment_paths(garment), flags.body.value_or(""),
-                         flags.motion.value_or("")};
+  SimulateRequest request;
+  request.options = options_of<SimulateOptions>(set);
+  request.paths = {garment_paths(garment), flags.body.value_or(""), flags.motion.value_or("")};
+  request.grid = flags.grid;
+  request.pictures = !flags.no_pictures;
+  const ScenePaths& paths = request.paths;
   if (garment.empty() || out.empty()) {
     throw UsageError(
         "simulate without a workspace takes --garment and --out: atelier simulate --garment MESH "
         "--out FOLDER (or FILE.h5, FILE.usda)");
   }
-  const OutputPlace place = output_place(out, flags.format.value_or(""));
+  request.place = output_place(out, flags.format.value_or(""));
   if (!material.empty()) {
+    SimulateOptions& options = request.options;
     if (options.material.name != "custom" && options.material.name != material) {
       throw UsageError("--material says '" + material + "', --material.name '" +
                        options.material.name + "'; name one fabric");
@@ -315,46 +329,41 @@ int simulate_alone(const SimulateFlags& flags, const OptionSet& set, Device devi
       throw UsageError(problem);
     }
   }
-  if (flags.grid) {
-    require_grid(place, options, flags.format.has_value());
+  if (request.grid) {
+    require_grid(request.place, request.options, flags.format.has_value());
   }
-  if (paths.garments.size() > 1 && place.one_file) {
+  if (paths.garments.size() > 1 && request.place.one_file) {
     throw UsageError("--out '" + out.substr(0, 80) +
                      "' is one file of one garment; name a folder for several");
   }
-  require_scene_options(paths, options, device);
+  require_scene_options(paths, request.options, device);
   std::vector<std::filesystem::path> inputs = paths.garments;
   inputs.insert(inputs.end(), {paths.body, paths.motion});
   for (const std::filesystem::path& input : inputs) {
     std::error_code none;  // where one of them is missing they are not the same
-    if (std::filesystem::equivalent(input, place.path, none)) {
+    if (std::filesystem::equivalent(input, request.place.path, none)) {
       throw UsageError("--out cannot be '" + out.substr(0, 80) +
                        "': it is an input, which would be lost; name another file");
     }
   }
-  require_output_place(place);
-  const SimulationScene scene = read_scene(paths, options, device);
-  for (const std::string& note : scene.notes) {
-    (json ? standard_error() : std::cout) << printable(note) << "\n";
-  }
-  const Cloth cloth = scene_cloth(scene, options);
-  const bool several = scene.garments.size() > 1;
-  for (std::size_t g = 0; g < scene.garments.size(); ++g) {
-    say_garment(several ? scene.names[g] : "", scene.garments[g], options.cloth, json);
-  }
-  if (flags.grid) {
-    return simulate_grid(place, scene, cloth, options, device, json);
-  }
+  require_output_place(request.place);
+  return request;
+}
+
+/// Simulates and writes every frame, then frames.csv and pictures.
+int simulate_frames(const SimulateRequest& request, const SimulationScene& scene,
+                    const Cloth& cloth, Device device, bool json) {
+  const OutputPlace& place = request.place;
+  const SimulateOptions& options = request.options;
   ClothSolver solver(cloth, scene.body_faces, scene_solver(scene, options), device);
   solver.set_state(scene_start(scene, cloth));
   catch_interrupts();
   std::vector<FrameWriter> writers;
   for (std::size_t g = 0; g < scene.garments.size(); ++g) {
-    writers.emplace_back(place, several ? scene.names[g] : "garment", options.fps,
+    writers.emplace_back(place, scene.garments.size() > 1 ? scene.names[g] : "garment", options.fps,
                          scene.frame_count, scene.garments[g].mesh.faces);
   }
   Album album(place, scene.frame_count, options.fps);
-  const bool pictures = !flags.no_pictures;
   std::vector<FrameReport> reports;
   // Whatever fails, every other file is written, and it is said where the frames are.
   std::exception_ptr failure;
@@ -367,7 +376,7 @@ int simulate_alone(const SimulateFlags& flags, const OptionSet& set, Device devi
   };
   attempt([&] {
     for (Index frame = 1; frame <= scene.frame_count && !interrupted(); ++frame) {
-      const FrameReport report = advance_scene(solver, scene, options, frame, paths);
+      const FrameReport report = advance_scene(solver, scene, options, frame, request.paths);
       const std::vector<Mesh> meshes = garment_meshes(scene, solver.state().positions);
       for (std::size_t g = 0; g < meshes.size(); ++g) {
         writers[g].write(static_cast<int>(frame), meshes[g]);
@@ -376,7 +385,7 @@ int simulate_alone(const SimulateFlags& flags, const OptionSet& set, Device devi
       std::cout << (json ? json_text(json_of(report))
                          : line_of(report, scene.body_faces.rows() > 0))
                 << std::endl;
-      if (pictures) {
+      if (request.pictures) {
         album.add(frame, meshes, scene);
       }
     }
@@ -390,10 +399,10 @@ int simulate_alone(const SimulateFlags& flags, const OptionSet& set, Device devi
   for (FrameWriter& writer : writers) {
     attempt([&] { writer.finish(done); });
   }
-  if (pictures && done > 0) {
+  if (request.pictures && done > 0) {
     attempt([&] { album.write_sheet(); });
   }
-  if (pictures && done == scene.frame_count && !interrupted() && !failure) {
+  if (request.pictures && done == scene.frame_count && !interrupted() && !failure) {
     (json ? standard_error() : std::cout) << "drawing a turntable and a film" << std::endl;
     attempt([&] { album.write_videos([] { return interrupted(); }); });
   }
@@ -412,6 +421,23 @@ int simulate_alone(const SimulateFlags& flags, const OptionSet& set, Device devi
     std::cout << place.path.string() << "\n";
   }
   return kExitDone;
+}
+
+int simulate_alone(const SimulateFlags& flags, const OptionSet& set, Device device, bool json) {
+  const SimulateRequest request = simulate_request(flags, set, device);
+  const SimulationScene scene = read_scene(request.paths, request.options, device);
+  for (const std::string& note : scene.notes) {
+    (json ? standard_error() : std::cout) << printable(note) << "\n";
+  }
+  const Cloth cloth = scene_cloth(scene, request.options);
+  const bool several = scene.garments.size() > 1;
+  for (std::size_t g = 0; g < scene.garments.size(); ++g) {
+    say_garment(several ? scene.names[g] : "", scene.garments[g], request.options.cloth, json);
+  }
+  if (request.grid) {
+    return simulate_grid(request.place, scene, cloth, request.options, device, json);
+  }
+  return simulate_frames(request, scene, cloth, device, json);
 }
 
 }  // namespace

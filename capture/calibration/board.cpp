@@ -34,9 +34,9 @@ OptionTable describe(BoardOptions& options) {
   return table;
 }
 
-Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor> board_points(const BoardOptions& board) {
+BoardPoints board_points(const BoardOptions& board) {
   ATELIER_CHECK(board.square > 0, "a board without size");
-  Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor> points;
+  BoardPoints points;
   if (board.kind == BoardKind::Marker) {
     const double half = board.square / 2;
     points.resize(4, 2);

@@ -30,10 +30,13 @@ OptionTable describe(BoardOptions& options);
 /// Names of ArUco's dictionaries: "4x4_50", ... "7x7_1000", "original", "apriltag_36h11".
 const std::vector<std::string>& marker_dictionaries();
 
+/// Corners in the plane of a board, m, [N,2].
+using BoardPoints = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
+
 /// What is found of a board: metres in its own plane, x across, y down as printed, z = 0; [N,2].
 /// Inner corners of a chessboard row by row; the four corners of a marker, clockwise, from its
 /// middle. Throws LogicError for options out of range.
-Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor> board_points(const BoardOptions& board);
+BoardPoints board_points(const BoardOptions& board);
 
 /// True for a chessboard that looks the same upside down: cameras then cannot agree on which
 /// corner is the first. Boards whose numbers of squares are one odd and one even are not.

@@ -9,8 +9,6 @@
 namespace atelier {
 namespace {
 
-using BoardPoints = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
-
 Eigen::Vector3d corner(const BoardPoints& points, int id) {
   return {points(id, 0), points(id, 1), 0};
 }

@@ -16,13 +16,11 @@ struct BoardPose {
 /// The poses of a planar board in one view, best first: one, or the two between which a small or
 /// distant board leaves the choice open (Collins and Bartoli 2014, OpenCV's IPPE, refined). None if
 /// the corners cannot be those of a board.
-std::vector<BoardPose> board_poses(
-    const Camera& camera, const BoardView& view,
-    const Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>& points);
+std::vector<BoardPose> board_poses(const Camera& camera, const BoardView& view,
+                                   const BoardPoints& points);
 
 /// Pixel error, rms, of a view under a pose; infinite where a corner lies behind the camera.
-double pose_rms(const Camera& camera, const BoardView& view,
-                const Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>& points,
+double pose_rms(const Camera& camera, const BoardView& view, const BoardPoints& points,
                 const RigidNumbers& camera_from_board);
 
 }  // namespace atelier

@@ -35,7 +35,7 @@ struct Bundle {
     Eigen::Vector2d pixel;  ///< as core/camera.h counts
   };
   std::vector<Sight> sights;
-  Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor> points;  ///< board_points
+  BoardPoints points;  ///< board_points
 };
 
 struct BundleOptions {

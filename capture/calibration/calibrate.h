@@ -85,12 +85,6 @@ struct Calibration {
 Calibration calibrate(const std::vector<RigCamera>& rig, const std::vector<BoardView>& views,
                       const BoardOptions& board, const CalibrateOptions& options = {});
 
-/// How far fixed cameras are from explaining the views: the boards' poses alone are found, each
-/// frame by itself, and the errors of all corners come back, px. What other calibrations are
-/// compared by.
-std::vector<double> board_errors(const std::vector<Camera>& cameras,
-                                 const std::vector<BoardView>& views, const BoardOptions& board);
-
 /// Turns the rig into a world with Y up: the mean of the cameras' up axes is up; the origin lies
 /// under the place that the cameras look at, or `ground_frame`'s board lies on the ground, its
 /// middle at the origin and the cameras above it. Throws DataError if that frame was not used.

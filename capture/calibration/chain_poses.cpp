@@ -10,8 +10,6 @@
 namespace atelier {
 namespace {
 
-using BoardPoints = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
-
 /// The relative pose of a pair and the frames that agree.
 struct Link {
   RigidNumbers a_from_b = RigidNumbers::Zero();

@@ -29,7 +29,6 @@ struct PoseChain {
 ///
 /// @param cameras  with lenses; views of cameras without are not given
 PoseChain chain_poses(const std::vector<Camera>& cameras, const std::vector<PosedView>& views,
-                      const Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>& points,
-                      double tolerance = 10);
+                      const BoardPoints& points, double tolerance = 10);
 
 }  // namespace atelier

@@ -12,8 +12,6 @@
 namespace atelier {
 namespace {
 
-using BoardPoints = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
-
 LensMask mask(std::initializer_list<int> distortion) {
   LensMask free{};
   free[0] = free[1] = free[2] = free[3] = true;
@@ -162,6 +160,140 @@ std::vector<BoardView> spread(const std::vector<BoardView>& views, int most) {
   return some;
 }
 
+/// Focal lengths to start from, px: the homographies', and those of common lenses where they are
+/// silent or wrong.
+std::vector<double> starting_focals(const Camera& camera, const std::vector<BoardView>& views,
+                                    const BoardPoints& points) {
+  std::vector<double> focals = {0.6 * camera.width, 1.0 * camera.width, 2.0 * camera.width};
+  const double told = focal_from_homographies(camera, views, points);
+  if (told > 0.2 * camera.width && told < 20 * camera.width) {
+    focals.insert(focals.begin(), told);
+  }
+  return focals;
+}
+
+/// A fit and the views whose boards it has poses of.
+struct StartingFit {
+  Fit fit;
+  std::vector<BoardView> views;
+};
+
+/// Poses and the first distortion coefficient from a focal length; no views where too few have a
+/// pose.
+StartingFit fit_from_focal(const Camera& camera, double focal, const std::vector<BoardView>& views,
+                           const BoardPoints& points, const CalibrateOptions& options) {
+  LensNumbers numbers = LensNumbers::Zero();
+  numbers.head<4>() << focal, focal, 0.5 * camera.width, 0.5 * camera.height;
+  // A board that is tilted the wrong way is a trap: once a lens is known, poses are chosen anew.
+  Camera lens_now = with_lens(camera, Distortion::None, numbers);
+  StartingFit start;
+  constexpr int kRounds = 3;
+  for (int round = 0; round < kRounds; ++round) {
+    std::vector<RigidNumbers> poses;
+    std::vector<BoardView> posed;
+    for (const BoardView& view : views) {
+      const std::vector<BoardPose> some = board_poses(lens_now, view, points);
+      if (!some.empty()) {
+        poses.push_back(some[0].camera_from_board);
+        posed.push_back(view);
+      }
+    }
+    if (static_cast<int>(posed.size()) < options.least_views || posed.size() < start.views.size()) {
+      break;
+    }
+    // One coefficient at once: without it a wide lens drives the focal length off.
+    const Fit next =
+        fit_model(lens_now, lens_model(LensChoice::Radial1), posed, poses, points, options);
+    if (!(next.criterion < start.fit.criterion) && posed.size() == start.views.size()) {
+      break;
+    }
+    start.fit = next;
+    start.views = posed;
+    lens_now = next.camera;
+  }
+  return start;
+}
+
+/// The fit with the least error of all focal lengths to start from; its criterion is infinite where
+/// none fits.
+StartingFit best_start(const Camera& camera, const std::vector<BoardView>& views,
+                       const BoardPoints& points, const CalibrateOptions& options) {
+  constexpr double kGoodStart = 1;  // px: no other is tried
+  StartingFit best;
+  for (const double focal : starting_focals(camera, views, points)) {
+    const StartingFit start = fit_from_focal(camera, focal, views, points, options);
+    if (start.views.empty() || start.views.size() < best.views.size()) {
+      continue;
+    }
+    if (start.fit.criterion < best.fit.criterion) {
+      best = start;
+    }
+    if (best.fit.rms < kGoodStart) {
+      break;
+    }
+  }
+  return best;
+}
+
+/// The fit of the model that options ask for, or of Auto the best one whose distortion does not
+/// fold over; its model and what was tried go to `lens`. Not usable where none fits.
+Fit choose_model(const StartingFit& start, const BoardPoints& points,
+                 const CalibrateOptions& options, SingleLens& lens) {
+  Fit chosen;
+  bool chosen_folds = true;
+  const auto consider = [&](const LensModel& model, const Fit& from_fit) {
+    Camera from = from_fit.camera;
+    if (model.distortion != from.distortion_model) {
+      from.distortion_model = model.distortion;
+      from.distortion.fill(0);
+    }
+    if (model.choice == LensChoice::None) {
+      from.distortion.fill(0);
+    }
+    Fit fit = fit_model(from, model, start.views, from_fit.poses, points, options);
+    if (fit.usable) {
+      lens.candidates[model.name] = fit.criterion;
+      const bool folds = !is_invertible(fit.camera);
+      if ((chosen_folds && !folds) || (chosen_folds == folds && fit.criterion < chosen.criterion)) {
+        chosen_folds = folds;
+        chosen = fit;
+        lens.model = model;
+      }
+    }
+    return fit;
+  };
+  if (options.lens != LensChoice::Auto) {
+    consider(lens_model(options.lens), start.fit);
+    return chosen;
+  }
+  Fit before = start.fit;
+  const int most = most_coefficients(coverage_of(lens.camera, start.views));
+  for (const LensModel& model : lens_models()) {
+    if (free_count(model.free) - 4 > most) {
+      continue;
+    }
+    const bool nested = model.distortion == Distortion::Brown;
+    const Fit fit = consider(model, nested ? before : start.fit);
+    if (nested && fit.usable) {
+      before = fit;
+    }
+  }
+  return chosen;
+}
+
+/// Error and deviation of the lens that was chosen.
+void measure_lens(const std::vector<BoardView>& views, const std::vector<RigidNumbers>& poses,
+                  const BoardPoints& points, double loss, SingleLens& lens) {
+  const Bundle bundle = bundle_of(lens.camera, lens.model, views, poses, points);
+  const auto errors = reprojection_errors(bundle);
+  lens.rms = std::sqrt(errors.rowwise().squaredNorm().mean());
+  const double sigma =
+      std::sqrt(cost_of(bundle, loss) / (2.0 * static_cast<double>(errors.rows())));
+  const BundleDeviations deviations = bundle_deviations(bundle, std::max(sigma, 1e-3), {loss, 0});
+  lens.focal_deviation = deviations.full_rank ? deviations.lens[0][0] / lens.camera.fx
+                                              : std::numeric_limits<double>::infinity();
+}
+
 }  // namespace
 
 const std::vector<LensModel>& lens_models() {
@@ -195,116 +327,18 @@ SingleLens single_lens(const Camera& camera, const std::vector<BoardView>& all,
                    std::to_string(options.least_views) + " at least";
     return lens;
   }
-  // Several starts: the homographies' focal length, and those of common lenses where they are
-  // silent or wrong. The one with the least error without distortion goes on.
-  std::vector<double> focals = {0.6 * camera.width, 1.0 * camera.width, 2.0 * camera.width};
-  const double told = focal_from_homographies(camera, views, points);
-  if (told > 0.2 * camera.width && told < 20 * camera.width) {
-    focals.insert(focals.begin(), told);
-  }
-  constexpr double kGoodStart = 1;  // px: no other is tried
-  Fit best;
-  std::vector<BoardView> posed_views;
-  for (const double focal : focals) {
-    LensNumbers numbers = LensNumbers::Zero();
-    numbers.head<4>() << focal, focal, 0.5 * camera.width, 0.5 * camera.height;
-    // A board that is tilted the wrong way is a trap: once a lens is known, poses are chosen anew.
-    Camera lens_now = with_lens(camera, Distortion::None, numbers);
-    Fit fit;
-    std::vector<BoardView> kept;
-    constexpr int kRounds = 3;
-    for (int round = 0; round < kRounds; ++round) {
-      std::vector<RigidNumbers> poses;
-      std::vector<BoardView> posed;
-      for (const BoardView& view : views) {
-        const std::vector<BoardPose> some = board_poses(lens_now, view, points);
-        if (!some.empty()) {
-          poses.push_back(some[0].camera_from_board);
-          posed.push_back(view);
-        }
-      }
-      if (static_cast<int>(posed.size()) < options.least_views || posed.size() < kept.size()) {
-        break;
-      }
-      // One coefficient at once: without it a wide lens drives the focal length off.
-      const Fit next =
-          fit_model(lens_now, lens_model(LensChoice::Radial1), posed, poses, points, options);
-      if (!(next.criterion < fit.criterion) && posed.size() == kept.size()) {
-        break;
-      }
-      fit = next;
-      kept = posed;
-      lens_now = next.camera;
-    }
-    if (kept.empty() || kept.size() < posed_views.size()) {
-      continue;
-    }
-    if (fit.criterion < best.criterion) {
-      best = fit;
-      posed_views = kept;
-    }
-    if (best.rms < kGoodStart) {
-      break;
-    }
-  }
-  if (!std::isfinite(best.criterion)) {
+  const StartingFit start = best_start(camera, views, points, options);
+  if (!std::isfinite(start.fit.criterion)) {
     lens.why_not = "no focal length explains the views";
     return lens;
   }
-  const Fit simple = best;
-  Fit chosen;
-  bool chosen_folds = true;
-  const auto consider = [&](const LensModel& model, const Fit& start) {
-    Camera from = start.camera;
-    if (model.distortion != from.distortion_model) {
-      from.distortion_model = model.distortion;
-      from.distortion.fill(0);
-    }
-    if (model.choice == LensChoice::None) {
-      from.distortion.fill(0);
-    }
-    Fit fit = fit_model(from, model, posed_views, start.poses, points, options);
-    if (fit.usable) {
-      lens.candidates[model.name] = fit.criterion;
-      const bool folds = !is_invertible(fit.camera);
-      if ((chosen_folds && !folds) || (chosen_folds == folds && fit.criterion < chosen.criterion)) {
-        chosen_folds = folds;
-        chosen = fit;
-        lens.model = model;
-      }
-    }
-    return fit;
-  };
-  if (options.lens == LensChoice::Auto) {
-    Fit before = simple;
-    const int most = most_coefficients(coverage_of(camera, posed_views));
-    for (const LensModel& model : lens_models()) {
-      if (free_count(model.free) - 4 > most) {
-        continue;
-      }
-      const bool nested = model.distortion == Distortion::Brown;
-      const Fit fit = consider(model, nested ? before : simple);
-      if (nested && fit.usable) {
-        before = fit;
-      }
-    }
-  } else {
-    consider(lens_model(options.lens), simple);
-  }
+  const Fit chosen = choose_model(start, points, options, lens);
   if (!chosen.usable) {
     lens.why_not = "no lens explains the views";
     return lens;
   }
   lens.camera = chosen.camera;
-  const Bundle bundle = bundle_of(lens.camera, lens.model, posed_views, chosen.poses, points);
-  const auto errors = reprojection_errors(bundle);
-  lens.rms = std::sqrt(errors.rowwise().squaredNorm().mean());
-  const double sigma =
-      std::sqrt(cost_of(bundle, options.loss) / (2.0 * static_cast<double>(errors.rows())));
-  const BundleDeviations deviations =
-      bundle_deviations(bundle, std::max(sigma, 1e-3), {options.loss, 0});
-  lens.focal_deviation = deviations.full_rank ? deviations.lens[0][0] / lens.camera.fx
-                                              : std::numeric_limits<double>::infinity();
+  measure_lens(start.views, chosen.poses, points, options.loss, lens);
   // Other cameras may settle what these views leave open: the verdict is the joint adjustment's.
   constexpr double kHopeless = 10;
   if (lens.focal_deviation > kHopeless * options.largest_deviation) {

@@ -95,6 +95,132 @@ Eigen::Matrix4d rigid_of(const Tensor& tensor, const std::string& file, const st
   return rigid;
 }
 
+/// The arrays of the calibrations, and the cameras that they are of.
+struct CalibrationNames {
+  std::vector<std::string> arrays;
+  std::map<int, std::string> ids;  ///< by number, as the calibration writes them
+};
+
+CalibrationNames calibrations_in(const DnaFiles& files) {
+  CalibrationNames names;
+  for (const auto& [name, tensor] : files.in_annotations.datasets) {
+    const std::vector<std::string> parts = parts_of(name);
+    if (parts.size() == 3 && parts[0] == "Camera_Parameter") {
+      const std::optional<int> number = frame_number(parts[1]);
+      const bool digits = parts[1].find_first_not_of("0123456789") == std::string::npos;
+      if (!number || !digits || (names.ids.contains(*number) && names.ids[*number] != parts[1])) {
+        throw DataError(files.annotations.string(), name, "a camera '" + plain_name(parts[1]) + "'",
+                        "a number, each once");
+      }
+      names.ids[*number] = parts[1];
+      if (parts[2] == "K" || parts[2] == "D" || parts[2] == "RT" ||
+          parts[2] == "Color_Calibration") {
+        names.arrays.push_back(name);
+      }
+    }
+  }
+  if (names.ids.empty()) {
+    throw DataError(files.annotations.string(), "Camera_Parameter", "no camera",
+                    "groups of K, D and RT");
+  }
+  return names;
+}
+
+/// The camera of one group of the calibration.
+Camera camera_in(const std::map<std::string, Tensor>& parameters, const std::string& id,
+                 const std::string& file) {
+  const std::string group = "Camera_Parameter/" + id + "/";
+  const auto tensor = [&](const std::string& key) -> const Tensor& {
+    const auto found = parameters.find(group + key);
+    if (found == parameters.end()) {
+      throw DataError(file, group + key, "nothing", "K, D and RT");
+    }
+    return found->second;
+  };
+  OpencvCamera camera;
+  camera.id = id;
+  const RowMatrix k = matrix_of(tensor("K"), 3, file, group + "K");
+  if (k.rows() != 3) {
+    throw DataError(file, group + "K", std::to_string(k.rows()) + " rows", "3");
+  }
+  camera.matrix = k;
+  check_finite(tensor("D"), file, group + "D");
+  camera.distortion = doubles_of(tensor("D"), file, group + "D");
+  const Eigen::Matrix4d rt = rigid_of(tensor("RT"), file, group + "RT");
+  camera.rotation = rt.topLeftCorner<3, 3>().transpose();
+  camera.translation = -(camera.rotation * rt.topRightCorner<3, 1>());
+  Camera result = camera_of(camera, file);
+  const auto color = parameters.find(group + "Color_Calibration");
+  if (color != parameters.end()) {
+    const RowMatrix matrix = matrix_of(color->second, 3, file, color->first);
+    // What brings colours to the common ones undoes the gain; only its diagonal is ours.
+    if (matrix.rows() == 3 && matrix.diagonal().minCoeff() > 0) {
+      result.gain = matrix.diagonal().cwiseInverse();
+    }
+  }
+  return result;
+}
+
+/// Places of the images: Camera_5mp/<id>/color/<frame>.
+/// @param index  cameras by their short ids
+void list_images(const DnaFiles& files, const std::map<std::string, std::size_t>& index,
+                 Dataset& dataset) {
+  for (const auto& [name, tensor] : files.in_main.datasets) {
+    const std::vector<std::string> parts = parts_of(name);
+    if (parts.size() == 4 && parts[0].starts_with("Camera_") && parts[2] == "color") {
+      const auto camera = index.find(short_id(parts[1]));
+      const std::optional<int> frame = frame_number(parts[3]);
+      if (camera != index.end() && frame) {
+        dataset.frames[camera->second].images[*frame] = {files.main, name, -1};
+      }
+    }
+  }
+}
+
+/// Places of masks (Mask/<id>/mask/<frame>) and of keypoints (Keypoints_2D/<id>,
+/// Keypoints_3D/keypoints3d); an array that holds no keypoints is a finding.
+/// @param index  cameras by their short ids
+/// @param most_rows  of all arrays of keypoints together
+void list_annotations(const DnaFiles& files, const std::map<std::string, std::size_t>& index,
+                      std::int64_t most_rows, Dataset& dataset) {
+  std::int64_t row_count = 0;  // an array's shape costs a file nothing, a place of a row does
+  const auto rows = [&](const Tensor& tensor, const std::string& name, std::int64_t columns) {
+    std::map<int, DataPlace> places;
+    if (tensor.shape.size() != 3 || tensor.shape[1] < 1 || tensor.shape[2] < columns) {
+      dataset.findings.push_back(
+          {Severity::Warning, "keypoints-shape", files.annotations.string() + ": " + name,
+           "an array of " + shape_text(tensor.shape) + " is no array of keypoints and is left out",
+           "write [frames, points, " + std::to_string(columns) + "]"});
+      return places;
+    }
+    if (tensor.shape[0] > most_rows - row_count) {
+      throw DataError(files.annotations.string(), name,
+                      std::to_string(tensor.shape[0]) + " frames of keypoints",
+                      "at most " + std::to_string(most_rows) + " in all arrays");
+    }
+    row_count += tensor.shape[0];
+    for (int i = 0; i < static_cast<int>(tensor.shape[0]); ++i) {
+      places[i] = {files.annotations, name, i};
+    }
+    return places;
+  };
+  for (const auto& [name, tensor] : files.in_annotations.datasets) {
+    const std::vector<std::string> parts = parts_of(name);
+    const auto camera = parts.size() > 1 ? index.find(short_id(parts[1])) : index.end();
+    if (parts.size() == 4 && parts[0] == "Mask" && parts[2] == "mask") {
+      const std::optional<int> frame = frame_number(parts[3]);
+      if (camera != index.end() && frame) {
+        dataset.frames[camera->second].masks[*frame] = {files.annotations, name, -1};
+      }
+    } else if (parts.size() == 2 && parts[0] == "Keypoints_2D" && camera != index.end()) {
+      dataset.frames[camera->second].keypoints = rows(tensor, name, 3);
+    } else if (name == "Keypoints_3D/keypoints3d") {
+      dataset.keypoints3d = rows(tensor, name, 4);
+      dataset.keypoint_schema_3d = "coco_wholebody";
+    }
+  }
+}
+
 }  // namespace
 
 std::string recognize_dna(const fs::path& path) {
@@ -126,120 +252,22 @@ Dataset dna_dataset(
     const DnaFiles& files,
     const std::function<std::map<std::string, Tensor>(const std::vector<std::string>&)>& read,
     const Limits& limits) {
-  const ForeignHdf5Contents& main = files.in_main;
-  const ForeignHdf5Contents& notes = files.in_annotations;
   Dataset dataset;
   dataset.file_world = kDnaWorld;
   dataset.keypoint_file = KeypointFile::Rows;
   dataset.keypoint_shift = 0.5;
   dataset.info.keypoint_schema.clear();
-  // Calibrations, all in one reading.
-  std::vector<std::string> names;
-  std::map<int, std::string> ids;  // by number, as the calibration writes them
-  for (const auto& [name, tensor] : notes.datasets) {
-    const std::vector<std::string> parts = parts_of(name);
-    if (parts.size() == 3 && parts[0] == "Camera_Parameter") {
-      const std::optional<int> number = frame_number(parts[1]);
-      const bool digits = parts[1].find_first_not_of("0123456789") == std::string::npos;
-      if (!number || !digits || (ids.contains(*number) && ids[*number] != parts[1])) {
-        throw DataError(files.annotations.string(), name, "a camera '" + plain_name(parts[1]) + "'",
-                        "a number, each once");
-      }
-      ids[*number] = parts[1];
-      if (parts[2] == "K" || parts[2] == "D" || parts[2] == "RT" ||
-          parts[2] == "Color_Calibration") {
-        names.push_back(name);
-      }
-    }
-  }
-  if (ids.empty()) {
-    throw DataError(files.annotations.string(), "Camera_Parameter", "no camera",
-                    "groups of K, D and RT");
-  }
-  const std::map<std::string, Tensor> parameters = read(names);
-  std::map<std::string, std::size_t> index;  // by short id
-  for (const auto& [number, id] : ids) {
-    const std::string group = "Camera_Parameter/" + id + "/";
-    const auto tensor = [&](const std::string& key) -> const Tensor& {
-      const auto found = parameters.find(group + key);
-      if (found == parameters.end()) {
-        throw DataError(files.annotations.string(), group + key, "nothing", "K, D and RT");
-      }
-      return found->second;
-    };
-    OpencvCamera camera;
-    camera.id = id;
-    const RowMatrix k = matrix_of(tensor("K"), 3, files.annotations.string(), group + "K");
-    if (k.rows() != 3) {
-      throw DataError(files.annotations.string(), group + "K", std::to_string(k.rows()) + " rows",
-                      "3");
-    }
-    camera.matrix = k;
-    check_finite(tensor("D"), files.annotations.string(), group + "D");
-    camera.distortion = doubles_of(tensor("D"), files.annotations.string(), group + "D");
-    const Eigen::Matrix4d rt = rigid_of(tensor("RT"), files.annotations.string(), group + "RT");
-    camera.rotation = rt.topLeftCorner<3, 3>().transpose();
-    camera.translation = -(camera.rotation * rt.topRightCorner<3, 1>());
+  const CalibrationNames names = calibrations_in(files);
+  const std::map<std::string, Tensor> parameters = read(names.arrays);  // all in one reading
+  std::map<std::string, std::size_t> index;                             // by short id
+  for (const auto& [number, id] : names.ids) {
     index[short_id(id)] = dataset.cameras.size();
-    dataset.cameras.push_back(camera_of(camera, files.annotations.string()));
-    const auto color = parameters.find(group + "Color_Calibration");
-    if (color != parameters.end()) {
-      const RowMatrix matrix =
-          matrix_of(color->second, 3, files.annotations.string(), color->first);
-      // What brings colours to the common ones undoes the gain; only its diagonal is ours.
-      if (matrix.rows() == 3 && matrix.diagonal().minCoeff() > 0) {
-        dataset.cameras.back().gain = matrix.diagonal().cwiseInverse();
-      }
-    }
+    dataset.cameras.push_back(camera_in(parameters, id, files.annotations.string()));
   }
   dataset.frames.resize(dataset.cameras.size());
-  for (const auto& [name, tensor] : main.datasets) {  // Camera_5mp/<id>/color/<frame>
-    const std::vector<std::string> parts = parts_of(name);
-    if (parts.size() == 4 && parts[0].starts_with("Camera_") && parts[2] == "color") {
-      const auto camera = index.find(short_id(parts[1]));
-      const std::optional<int> frame = frame_number(parts[3]);
-      if (camera != index.end() && frame) {
-        dataset.frames[camera->second].images[*frame] = {files.main, name, -1};
-      }
-    }
-  }
-  std::int64_t row_count = 0;  // an array's shape costs a file nothing, a place of a row does
-  const auto rows = [&](const Tensor& tensor, const std::string& name, std::int64_t columns) {
-    std::map<int, DataPlace> places;
-    if (tensor.shape.size() != 3 || tensor.shape[1] < 1 || tensor.shape[2] < columns) {
-      dataset.findings.push_back(
-          {Severity::Warning, "keypoints-shape", files.annotations.string() + ": " + name,
-           "an array of " + shape_text(tensor.shape) + " is no array of keypoints and is left out",
-           "write [frames, points, " + std::to_string(columns) + "]"});
-      return places;
-    }
-    if (tensor.shape[0] > limits.frames - row_count) {
-      throw DataError(files.annotations.string(), name,
-                      std::to_string(tensor.shape[0]) + " frames of keypoints",
-                      "at most " + std::to_string(limits.frames) + " in all arrays");
-    }
-    row_count += tensor.shape[0];
-    for (int i = 0; i < static_cast<int>(tensor.shape[0]); ++i) {
-      places[i] = {files.annotations, name, i};
-    }
-    return places;
-  };
-  for (const auto& [name, tensor] : notes.datasets) {
-    const std::vector<std::string> parts = parts_of(name);
-    const auto camera = parts.size() > 1 ? index.find(short_id(parts[1])) : index.end();
-    if (parts.size() == 4 && parts[0] == "Mask" && parts[2] == "mask") {
-      const std::optional<int> frame = frame_number(parts[3]);
-      if (camera != index.end() && frame) {
-        dataset.frames[camera->second].masks[*frame] = {files.annotations, name, -1};
-      }
-    } else if (parts.size() == 2 && parts[0] == "Keypoints_2D" && camera != index.end()) {
-      dataset.frames[camera->second].keypoints = rows(tensor, name, 3);
-    } else if (name == "Keypoints_3D/keypoints3d") {
-      dataset.keypoints3d = rows(tensor, name, 4);
-      dataset.keypoint_schema_3d = "coco_wholebody";
-    }
-  }
-  for (const auto& [name, why] : main.left_out) {
+  list_images(files, index, dataset);
+  list_annotations(files, index, limits.frames, dataset);
+  for (const auto& [name, why] : files.in_main.left_out) {
     dataset.findings.push_back({Severity::Warning, "hdf5-left-out",
                                 files.main.string() + ": " + name, why,
                                 "nothing, if it is not needed"});

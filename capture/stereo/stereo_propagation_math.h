@@ -101,137 +101,200 @@ ATELIER_HOST_DEVICE inline StereoPlane first_plane(const StereoProblem& problem,
           random_normal(pixel_ray(problem, x, y), words.word[1], words.word[2])};
 }
 
+/// A pixel and what it is compared by.
+struct StereoPixel {
+  int x;
+  int y;
+  float near_depth;
+  float far_depth;
+  Vec3f ray;
+  ReferenceWindow window;
+};
+
+ATELIER_HOST_DEVICE inline StereoPixel pixel_at(const StereoProblem& problem, int x, int y) {
+  const int p = y * problem.width + x;
+  return {x,
+          y,
+          problem.near_depth[p],
+          problem.far_depth[p],
+          pixel_ray(problem, x, y),
+          window_at(problem, x, y)};
+}
+
+/// Planes that a pixel chooses from, and the cost of each in every source.
+struct StereoHypotheses {
+  StereoPlane candidate[10];
+  float cost[10][kLargestSources];
+  int count;
+  StereoPlane predicted;  ///< by the prior; depth 0: none
+};
+
+/// Its own plane, those of the eight regions, and the predicted one.
+template <class Samples>
+ATELIER_HOST_DEVICE inline void find_hypotheses(const StereoProblem& problem,
+                                                const StereoPlane* planes, const float* costs,
+                                                const StereoPixel& pixel, StereoHypotheses& found) {
+  found.count = 0;
+  found.candidate[found.count++] = planes[pixel.y * problem.width + pixel.x];
+  for (int region = 0; region < 8; ++region) {
+    const int q = best_of_region(problem, planes, costs, pixel.x, pixel.y, region);
+    if (q < 0) {
+      continue;
+    }
+    StereoPlane plane = planes[q];
+    plane.depth =
+        plane_depth(plane, pixel_ray(problem, q % problem.width, q / problem.width), pixel.ray);
+    if (plane.depth >= pixel.near_depth && plane.depth <= pixel.far_depth) {
+      found.candidate[found.count++] = plane;
+    }
+  }
+  found.predicted = predicted_at(problem, pixel.ray, pixel.x, pixel.y);
+  if (found.predicted.depth >= pixel.near_depth && found.predicted.depth <= pixel.far_depth) {
+    found.candidate[found.count++] = found.predicted;
+  } else {
+    found.predicted.depth = 0;
+  }
+  for (int i = 0; i < found.count; ++i) {
+    for (int j = 0; j < problem.sources; ++j) {
+      found.cost[i][j] = plane_cost<Samples>(problem, pixel.window, problem.source[j], pixel.x,
+                                             pixel.y, found.candidate[i]);
+    }
+  }
+}
+
+/// What each source counts for a pixel.
+struct SourceWeights {
+  float of[kLargestSources];
+  float total;  ///< 0: no source sees it
+};
+
+/// How good the good hypotheses are in each source (Xu and Tao 2019, equations 2-5).
+ATELIER_HOST_DEVICE inline SourceWeights source_weights(const StereoProblem& problem,
+                                                        const StereoHypotheses& hypotheses,
+                                                        int iteration) {
+  const float t = static_cast<float>(iteration);
+  const float good_below = 0.8f * decay(-t * t / 90);
+  constexpr float kBadAbove = 1.2f;
+  constexpr float kFall = -0.5f / (0.3f * 0.3f);
+  SourceWeights weight;
+  weight.total = 0;
+  for (int j = 0; j < problem.sources; ++j) {
+    int good = 0;
+    int bad = 0;
+    float sum = 0;
+    for (int i = 0; i < hypotheses.count; ++i) {
+      const float cost = hypotheses.cost[i][j];
+      if (cost < good_below) {
+        ++good;
+        sum += decay(kFall * cost * cost);
+      } else if (cost > kBadAbove) {
+        ++bad;
+      }
+    }
+    weight.of[j] = good >= 2 && bad < 4 ? sum / static_cast<float>(good) : 0;
+    weight.total += weight.of[j];
+  }
+  if (weight.total > 0) {
+    return weight;
+  }
+  // No source stands out: the two in which something fares best count.
+  for (int round = 0; round < 2; ++round) {
+    int best = -1;
+    float least = kWorstCost;
+    for (int j = 0; j < problem.sources; ++j) {
+      for (int i = 0; i < hypotheses.count; ++i) {
+        if (weight.of[j] == 0 && hypotheses.cost[i][j] < least) {
+          least = hypotheses.cost[i][j];
+          best = j;
+        }
+      }
+    }
+    if (best >= 0) {
+      weight.of[best] = 1;
+      weight.total += 1;
+    }
+  }
+  return weight;
+}
+
+/// The hypothesis of least cost. `weight.total` is above 0.
+/// @param plain  plainness of the pixel's window
+ATELIER_HOST_DEVICE inline StereoBelief best_hypothesis(const StereoProblem& problem,
+                                                        const StereoHypotheses& hypotheses,
+                                                        const SourceWeights& weight, float plain) {
+  StereoBelief belief = {hypotheses.candidate[0], kWorstCost};
+  for (int i = 0; i < hypotheses.count; ++i) {
+    float sum = 0;
+    for (int j = 0; j < problem.sources; ++j) {
+      sum += weight.of[j] * hypotheses.cost[i][j];
+    }
+    sum = sum / weight.total +
+          plain * prior_doubt(problem, hypotheses.predicted, hypotheses.candidate[i]);
+    if (sum < belief.cost || i == 0) {
+      belief = {hypotheses.candidate[i], sum};
+    }
+  }
+  return belief;
+}
+
+/// One of four variations of a plane: a random plane, another depth, another normal, a little of
+/// both. They shrink with the iterations.
+ATELIER_HOST_DEVICE inline StereoPlane varied_plane(StereoPlane plane, const StereoPixel& pixel,
+                                                    int trial, int iteration, RandomWords first,
+                                                    RandomWords second) {
+  const float shrink = 1.0f / static_cast<float>(1 << (iteration < 6 ? iteration : 6));
+  const float span = 1 / pixel.near_depth - 1 / pixel.far_depth;
+  if (trial == 0) {
+    plane.depth = random_depth(pixel.near_depth, pixel.far_depth, unit_float(first.word[0]));
+    plane.normal = random_normal(pixel.ray, first.word[1], first.word[2]);
+  } else if (trial == 1) {
+    plane.depth =
+        1 / (1 / plane.depth + 0.1f * shrink * span * (2 * unit_float(first.word[3]) - 1));
+  } else if (trial == 2) {
+    plane.normal = near_normal(plane.normal, pixel.ray, 0.5f * shrink, second);
+  } else {
+    plane.depth =
+        1 / (1 / plane.depth + 0.02f * shrink * span * (2 * unit_float(second.word[3]) - 1));
+    plane.normal = near_normal(plane.normal, pixel.ray, 0.15f * shrink, first);
+  }
+  return plane;
+}
+
 /// One visit of a pixel: takes over what neighbours believe, then tries variations.
 /// @param iteration  from 0: variations shrink
 template <class Samples>
 ATELIER_HOST_DEVICE inline StereoBelief visit_pixel(const StereoProblem& problem,
                                                     const StereoPlane* planes, const float* costs,
                                                     int x, int y, int iteration) {
-  const int p = y * problem.width + x;
-  const float near_depth = problem.near_depth[p];
-  const float far_depth = problem.far_depth[p];
-  const Vec3f ray = pixel_ray(problem, x, y);
-  const ReferenceWindow window = window_at(problem, x, y);
+  const StereoPixel pixel = pixel_at(problem, x, y);
+  StereoHypotheses hypotheses;
+  find_hypotheses<Samples>(problem, planes, costs, pixel, hypotheses);
+  const SourceWeights weight = source_weights(problem, hypotheses, iteration);
+  if (!(weight.total > 0)) {
+    return {hypotheses.candidate[0], kWorstCost};  // no source sees it
+  }
+  const float plain = plainness(pixel.window);
+  StereoBelief belief = best_hypothesis(problem, hypotheses, weight, plain);
 
-  // Hypotheses: its own, those of the eight regions, and the predicted one.
-  StereoPlane candidate[10];
-  float cost[10][kLargestSources];
-  int candidates = 0;
-  candidate[candidates++] = planes[p];
-  for (int region = 0; region < 8; ++region) {
-    const int q = best_of_region(problem, planes, costs, x, y, region);
-    if (q < 0) {
-      continue;
-    }
-    StereoPlane plane = planes[q];
-    plane.depth = plane_depth(plane, pixel_ray(problem, q % problem.width, q / problem.width), ray);
-    if (plane.depth >= near_depth && plane.depth <= far_depth) {
-      candidate[candidates++] = plane;
-    }
-  }
-  const float plain = plainness(window);
-  StereoPlane predicted = predicted_at(problem, ray, x, y);
-  if (predicted.depth >= near_depth && predicted.depth <= far_depth) {
-    candidate[candidates++] = predicted;
-  } else {
-    predicted.depth = 0;
-  }
-  for (int i = 0; i < candidates; ++i) {
-    for (int j = 0; j < problem.sources; ++j) {
-      cost[i][j] = plane_cost<Samples>(problem, window, problem.source[j], x, y, candidate[i]);
-    }
-  }
-
-  // Weight of each source: how good the good hypotheses are in it (Xu and Tao 2019, equations 2-5).
-  const float t = static_cast<float>(iteration);
-  const float good_below = 0.8f * decay(-t * t / 90);
-  constexpr float kBadAbove = 1.2f;
-  constexpr float kFall = -0.5f / (0.3f * 0.3f);
-  float weight[kLargestSources];
-  float total = 0;
-  for (int j = 0; j < problem.sources; ++j) {
-    int good = 0;
-    int bad = 0;
-    float sum = 0;
-    for (int i = 0; i < candidates; ++i) {
-      if (cost[i][j] < good_below) {
-        ++good;
-        sum += decay(kFall * cost[i][j] * cost[i][j]);
-      } else if (cost[i][j] > kBadAbove) {
-        ++bad;
-      }
-    }
-    weight[j] = good >= 2 && bad < 4 ? sum / static_cast<float>(good) : 0;
-    total += weight[j];
-  }
-  if (!(total > 0)) {
-    // No source stands out: the two in which something fares best count.
-    for (int round = 0; round < 2; ++round) {
-      int best = -1;
-      float least = kWorstCost;
-      for (int j = 0; j < problem.sources; ++j) {
-        for (int i = 0; i < candidates; ++i) {
-          if (weight[j] == 0 && cost[i][j] < least) {
-            least = cost[i][j];
-            best = j;
-          }
-        }
-      }
-      if (best >= 0) {
-        weight[best] = 1;
-        total += 1;
-      }
-    }
-  }
-  StereoBelief belief = {candidate[0], kWorstCost};
-  if (!(total > 0)) {
-    return belief;  // no source sees it
-  }
-  for (int i = 0; i < candidates; ++i) {
-    float sum = 0;
-    for (int j = 0; j < problem.sources; ++j) {
-      sum += weight[j] * cost[i][j];
-    }
-    sum = sum / total + plain * prior_doubt(problem, predicted, candidate[i]);
-    if (sum < belief.cost || i == 0) {
-      belief = {candidate[i], sum};
-    }
-  }
-
-  // Variations of the best.
+  const auto p = static_cast<std::uint64_t>(y * problem.width + x);
   const auto stream = static_cast<std::uint64_t>(iteration) + 1;
-  const RandomWords first = random_words(problem.seed, stream, 2 * static_cast<std::uint64_t>(p));
-  const RandomWords second =
-      random_words(problem.seed, stream, 2 * static_cast<std::uint64_t>(p) + 1);
-  const float shrink = 1.0f / static_cast<float>(1 << (iteration < 6 ? iteration : 6));
-  const float span = 1 / near_depth - 1 / far_depth;
+  const RandomWords first = random_words(problem.seed, stream, 2 * p);
+  const RandomWords second = random_words(problem.seed, stream, 2 * p + 1);
   for (int trial = 0; trial < 4; ++trial) {
-    StereoPlane plane = belief.plane;
-    if (trial == 0) {
-      plane.depth = random_depth(near_depth, far_depth, unit_float(first.word[0]));
-      plane.normal = random_normal(ray, first.word[1], first.word[2]);
-    } else if (trial == 1) {
-      plane.depth =
-          1 / (1 / plane.depth + 0.1f * shrink * span * (2 * unit_float(first.word[3]) - 1));
-    } else if (trial == 2) {
-      plane.normal = near_normal(plane.normal, ray, 0.5f * shrink, second);
-    } else {
-      plane.depth =
-          1 / (1 / plane.depth + 0.02f * shrink * span * (2 * unit_float(second.word[3]) - 1));
-      plane.normal = near_normal(plane.normal, ray, 0.15f * shrink, first);
-    }
-    if (!(plane.depth >= near_depth && plane.depth <= far_depth)) {
+    const StereoPlane plane = varied_plane(belief.plane, pixel, trial, iteration, first, second);
+    if (!(plane.depth >= pixel.near_depth && plane.depth <= pixel.far_depth)) {
       continue;
     }
-    float sum = total * plain * prior_doubt(problem, predicted, plane);
-    const float enough = belief.cost * total;
+    float sum = weight.total * plain * prior_doubt(problem, hypotheses.predicted, plane);
+    const float enough = belief.cost * weight.total;
     for (int j = 0; j < problem.sources && sum < enough; ++j) {
-      if (weight[j] > 0) {
-        sum += weight[j] * plane_cost<Samples>(problem, window, problem.source[j], x, y, plane);
+      if (weight.of[j] > 0) {
+        sum += weight.of[j] *
+               plane_cost<Samples>(problem, pixel.window, problem.source[j], x, y, plane);
       }
     }
     if (sum < enough) {
-      belief = {plane, sum / total};
+      belief = {plane, sum / weight.total};
     }
   }
   return belief;

@@ -411,10 +411,8 @@ std::string html_text(std::string_view text) {
 }
 
 std::string report_page(std::span<const StageStatus> stages, const std::filesystem::path& workspace,
-                        const ReportOptions& options, const ReportFigures& figures,
-                        const std::optional<RunAccount>& run,
-                        const std::map<std::string, std::string>& drawn,
-                        const std::string& run_problem, const std::string& subject) {
+                        const ReportOptions& options, const ReportContent& content) {
+  const auto& [figures, run, run_problem, drawn, subject] = content;
   const std::string title =
       "Atelier: " + workspace.filename().string() + (subject.empty() ? "" : ", " + subject);
   std::vector<Attention> attention;

@@ -42,24 +42,29 @@ struct ReportFigures {
   std::vector<ReportFigure> others;   ///< all other figures
 };
 
+/// What the page shows beside the stages; all of it may be left out.
+struct ReportContent {
+  ReportFigures figures = {};
+  std::optional<RunAccount> run = std::nullopt;   ///< what the last `run` of the chain came to
+  std::string run_problem = {};                   ///< why there is no `run` where one should be
+  std::map<std::string, std::string> drawn = {};  ///< HTML for stages' sections, by stage
+                                                  ///< (stage_pictures)
+  std::string subject = {};                       ///< who was captured, for the title
+};
+
 /// The report on a workspace as one HTML page that needs no other file: what asks for attention
 /// first (what failed and is damaged before all else: outdated results, ended or missing consent,
 /// findings; one text of several stages once), then for each stage its figures, pictures, videos,
-/// the options that somebody set, its inputs and files; `figures`, where there are any, in a
-/// section of their own before the stages, and before them what the last `run` of the whole chain
-/// came to. Every text that came from a file is escaped; the page runs no script and loads nothing.
+/// the options that somebody set, its inputs and files; figures, where there are any, in a section
+/// of their own before the stages, and before them what the last run came to, or first of what asks
+/// for attention why that cannot be said. Every text that came from a file is escaped; the page
+/// runs no script and loads nothing.
 ///
-/// `drawn` is HTML for the sections of some stages, by their names (stage_pictures); `run_problem`
-/// says why there is no `run` where there should be one, first among what asks for attention;
-/// `subject`, who was captured, stands in the title.
 /// Pictures and videos of sound results are shown as far as the options allow, the others only
 /// named: what lies at the result's top first (strips, sheets), then some of each folder's,
 /// evenly. Throws EnvironmentError or DataError if a picture cannot be read.
 std::string report_page(std::span<const StageStatus> stages, const std::filesystem::path& workspace,
-                        const ReportOptions& options = {}, const ReportFigures& figures = {},
-                        const std::optional<RunAccount>& run = std::nullopt,
-                        const std::map<std::string, std::string>& drawn = {},
-                        const std::string& run_problem = "", const std::string& subject = "");
+                        const ReportOptions& options = {}, const ReportContent& content = {});
 
 /// The text as HTML shows it literally, in content and in quoted attributes.
 std::string html_text(std::string_view text);

@@ -133,16 +133,16 @@ std::vector<StageStatus> write_report(const std::filesystem::path& workspace,
   }
   require_file_place(page);
   require_outside_inputs(page, stages, "--out");
-  std::optional<RunAccount> account;
-  std::string account_problem;
+  ReportContent content;
   try {
-    account = read_run_account(workspace);
+    content.run = read_run_account(workspace);
   } catch (const DataError& error) {  // the results are as good without it
-    account_problem = std::string("what the last run came to cannot be read: ") + error.what();
+    content.run_problem = std::string("what the last run came to cannot be read: ") + error.what();
   }
-  write_file_atomically(
-      page, report_page(stages, workspace, options, figures_of(workspace, truth), account,
-                        stage_pictures(stages, workspace), account_problem, subject_of(stages)));
+  content.figures = figures_of(workspace, truth);
+  content.drawn = stage_pictures(stages, workspace);
+  content.subject = subject_of(stages);
+  write_file_atomically(page, report_page(stages, workspace, options, content));
   return stages;
 }
 

@@ -211,8 +211,9 @@ TEST_F(Report, LoadsInABrowserWithoutAnErrorAndWithEveryPicture) {
   const fs::path page = root_ / "page.html";
   const RunAccount account{"a capture", "2026-01-01T00:00:00Z", 3, {{"track", "done", "", 1, 2}}};
   std::ofstream(page) << report_page(
-      std::span(&status, 1), root_.path(), {}, {}, account,
-      {{"statistics", plots_svg({{"strain", {0, 1, 2}, {0.1, 0.3, 0.2}}})}});
+      std::span(&status, 1), root_.path(), {},
+      {.run = account,
+       .drawn = {{"statistics", plots_svg({{"strain", {0, 1, 2}, {0.1, 0.3, 0.2}}})}}});
   const BrowsedPage found = browse(page, root_.path());
   EXPECT_EQ(found.images, 2);
   EXPECT_EQ(found.broken, 1) << "torn.png";
@@ -236,7 +237,7 @@ TEST(ReportPage, WhatFailedOrWasSkippedStandsFirst) {
                            {{"track", "failed", "a <b>reason</b>", 1, 2},
                             {"body", "skipped", "it reads track", 0, 0},
                             {"validate", "done", "", 0, 0}}};
-  const std::string page = report_page({}, "w", {}, {}, account, {}, "", "<i>somebody</i>");
+  const std::string page = report_page({}, "w", {}, {.run = account, .subject = "<i>somebody</i>"});
   EXPECT_THAT(page, HasSubstr("<h1>Atelier: w, &lt;i&gt;somebody"));
   EXPECT_LT(page.find("a &lt;b&gt;reason"), page.find("The run"));
   EXPECT_THAT(page, AllOf(HasSubstr("<b>body</b> was skipped"), Not(HasSubstr("<b>validate</b>")),
@@ -257,7 +258,7 @@ TEST(ReportPage, ErrorsStandBeforeWarningsAndOneTextOfSeveralStagesOnce) {
                            {{"body", "skipped", reason, 0, 0},
                             {"template", "skipped", reason, 0, 0},
                             {"animate", "failed", "no such motion", 0, 0}}};
-  const std::string page = report_page(stages, "w", {}, {}, account);
+  const std::string page = report_page(stages, "w", {}, {.run = account});
   const std::string head = page.substr(0, page.find("<h2"));
   EXPECT_THAT(head,
               AllOf(HasSubstr("<b>statistics, reconstruct</b>: no consent is recorded: state"),
@@ -282,7 +283,7 @@ TEST(ReportPage, TheTableOfTargetsSaysByHowMuchOneIsMissedAndWhyOneIsNotMeasured
   absent.range = "at most 5";
   const ReportFigures figures{
       "By some ranges.", {missed, absent}, {{"track.extra", "7", "", true, "beside it"}}};
-  const std::string page = report_page({}, "w", {}, figures);
+  const std::string page = report_page({}, "w", {}, {.figures = figures});
   EXPECT_THAT(
       page,
       AllOf(HasSubstr("<b>track.mean_mm</b>: 8 mm, missed by 2 mm (at most 6)"),

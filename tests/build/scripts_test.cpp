@@ -87,6 +87,51 @@ TEST(ScriptsRefused, NoResultsOfTestsAreNoSuccess) {
   }
 }
 
+/// A function of that many lines.
+std::string function_of(int lines, const std::string& signature) {
+  std::string text = signature + " {\n";
+  for (int i = 2; i < lines; ++i) {
+    text += i % 2 == 0 ? "  // }\n" : "  say(\"}{\", '}');\n";
+  }
+  return text + "}\n";
+}
+
+TEST(LongFunctions, LongOnesAndPublicOnesOfManyParametersFail) {
+  const TemporaryDirectory folder;
+  std::ofstream(folder / "thing.cpp")
+      << "namespace a {\n"
+      << function_of(119, "int short_enough(int a,\n    int b)")
+      << function_of(121, "template <class T>\nint too_long(std::map<int, T> a)") << "}\n"
+      << "int hidden(int a, int b, int c, int d, int e, int f, int g);\n";
+  std::ofstream(folder / "thing.h")
+      << "int six(int a, std::map<int, int> b, int c, int d = f(1, 2), int e = {}, int g = 1);\n"
+      << "int seven(int a, int b, int c, int d, int e, int f, int g);\n"
+      << "class Thing {\n public:\n  Thing(int a, int b, int c, int d, int e, int f, int g);\n"
+      << " private:\n  void inner(int a, int b, int c, int d, int e, int f, int g);\n};\n";
+  std::ofstream(folder / "thing_math.h")
+      << "inline int shared(int a, int b, int c, int d, int e, int f, int g) { return a; }\n";
+  const ChildResult result = run_script("long-functions", {folder.path().string()});
+  EXPECT_EQ(result.exit_code, 1) << result.err;
+  EXPECT_THAT(result.out,
+              ::testing::AllOf(HasSubstr("of 3 the longest is too_long, 122 lines"),
+                               HasSubstr("thing.cpp:122: too_long: 122 lines, at most 120"),
+                               HasSubstr("thing.h:2: seven: 7 parameters, at most 6"),
+                               HasSubstr("thing.h:5: Thing: 7 parameters")));
+  for (const char* fine : {"short_enough: ", "six: ", "inner: ", "shared: ", "hidden: "}) {
+    EXPECT_THAT(result.out, ::testing::Not(HasSubstr(fine)));
+  }
+  const ChildResult allowed =
+      run_script("long-functions", {"--lines", "122", "--parameters", "7", folder.path().string()});
+  EXPECT_EQ(allowed.exit_code, 0) << allowed.out;
+}
+
+TEST(ScriptsRefused, NoFunctionsAreNoSuccess) {
+  const TemporaryDirectory folder;
+  const ChildResult result = run_script("long-functions", {folder.path().string()});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("no function found"));
+}
+
 /// `scripts/demo` in a tree where nothing is set up or built, and the program notes what it is told
 /// and refuses what is wrong.
 class Demo : public ::testing::Test {

@@ -10,6 +10,7 @@
 #include "capture/layouts/write_layout.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
+#include "tests/capture/in_schema.h"
 #include "tests/capture/small_capture.h"
 #include "tests/support/refusals.h"
 #include "tests/support/temporary_directory.h"
@@ -285,7 +286,7 @@ TEST_F(Datasets, TheOrderOfKeypointsIsToldByHowLimbsJoin) {
   }
   put("nose", 100, 23);
   EXPECT_EQ(guess_keypoint_schema(25, {person}), "body_25b");
-  const Keypoints2d other = in_schema(person, schema, body_25_schema());
+  const Keypoints2d other = fixtures::in_schema(person, schema, body_25_schema());
   EXPECT_EQ(guess_keypoint_schema(25, {other}), "body_25");
   EXPECT_EQ(other.row(find_keypoint(body_25_schema(), "neck"))[0], 100);
   EXPECT_EQ(guess_keypoint_schema(26, {}), "halpe_26");

@@ -2,6 +2,7 @@
 
 #include "capture/keypoint_schema.h"
 #include "core/io/ground_truth_archive.h"
+#include "tests/capture/in_schema.h"
 #include "tests/capture/seeded_defects.h"
 
 namespace atelier::fixtures {

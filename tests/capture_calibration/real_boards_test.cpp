@@ -17,6 +17,7 @@
 #include "capture/layouts/open_dataset.h"
 #include "core/error.h"
 #include "core/io/image_file.h"
+#include "tests/capture_calibration/board_errors.h"
 #include "tests/capture_calibration/synthetic_boards.h"
 #include "tests/support/refusals.h"
 #include "tests/support/test_data.h"

@@ -173,18 +173,6 @@ TEST(Winding, IsFiniteOnTheSurface) {
   EXPECT_EQ(winding_number(points, {0, 0, 0}), 0);
 }
 
-TEST(Winding, RefitAnswersAsANewTreeDoes) {
-  Mesh mesh = fixtures::torus(40, 30);
-  WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
-  mesh.vertices.col(1) *= 2;
-  tree = refit_winding_tree(std::move(tree), mesh.vertices);
-  const Points queries = scattered_points(200, 1.5, 6);
-  for (Index i = 0; i < queries.rows(); ++i) {
-    EXPECT_NEAR(winding_number(tree, queries.row(i)),
-                exact_winding_number(mesh.vertices, mesh.faces, queries.row(i)), 1e-2);
-  }
-}
-
 TEST(Winding, DegenerateFacesWeighNothing) {
   const Points vertices = scattered_points(30, 1, 7);
   Triangles faces(10, 3);
@@ -248,8 +236,6 @@ TEST(WindingRefuses, VerticesThatAreNotFinite) {
   Points broken = mesh.vertices;
   broken(3, 1) = kWindingNumberNan;
   ATELIER_EXPECT_REFUSED(build_winding_tree(broken, mesh.faces), LogicError, "finite coordinates");
-  const WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
-  ATELIER_EXPECT_REFUSED(refit_winding_tree(tree, broken), LogicError, "finite coordinates");
 }
 
 TEST(WindingRefuses, FacesThatNameNoVertex) {
@@ -299,12 +285,6 @@ TEST(WindingRefuses, NormalsAndAreasThatAreNotFinite) {
                          "normals and areas must be finite");
   ATELIER_EXPECT_REFUSED(build_winding_tree(points, points, areas * kWindingNumberNan), LogicError,
                          "normals and areas must be finite");
-}
-
-TEST(WindingRefuses, ToRefitOrientedPoints) {
-  const Points points = fixtures::sphere(1).vertices;
-  const WindingTree tree = build_winding_tree(points, points, Eigen::VectorXd::Ones(points.rows()));
-  ATELIER_EXPECT_REFUSED(refit_winding_tree(tree, points), LogicError, "built anew");
 }
 
 }  // namespace
