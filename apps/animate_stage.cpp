@@ -248,7 +248,7 @@ void warn_of_doubts(StageRun& run, const Animation& animation,
   // How another simulator treats cloth is not ours to say.
   const bool self_contact = animation.foreign || animation.worn.solver.self_contact;
   for (const std::string& doubt :
-       simulation_doubts(reports, self_contact, {"--cloth.xpbd.", "--cloth.contact"})) {
+       simulation_doubts(reports, self_contact, {solver_flag("", "cloth"), "--cloth.contact"})) {
     run.warn(doubt);
   }
 }
@@ -274,7 +274,7 @@ void run_animate(StageRun& run) {
   if (options.pictures) {
     require_picture_size(options.view.picture);
   }
-  require_solver(options.cloth.xpbd, run.device());
+  require_solver(options.cloth.solver, run.device());
   const Animation animation = read_animation(run);
   const std::vector<int>& ids = animation.frame_ids;
   AnimatedCloth frames(run, animation);

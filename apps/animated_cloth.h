@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 
@@ -45,7 +46,7 @@ class AnimatedCloth {
 
   StageRun& run_;
   const Animation& animation_;
-  std::optional<ClothSolver> solver_;
+  std::unique_ptr<Solver> solver_;
   std::mutex mutex_;
   int step_ = 0;
   Index next_ = 0;

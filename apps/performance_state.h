@@ -5,7 +5,7 @@
 
 #include "apps/synthetic_subject.h"
 #include "core/archive.h"
-#include "simulation/xpbd.h"
+#include "simulation/cloth_state.h"
 
 namespace atelier {
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <exception>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
@@ -27,8 +28,8 @@ class FrameSource {
         paths_(paths),
         scene_(scene),
         options_(options),
-        cloth_(scene_cloth(scene, options)),
-        solver_(cloth_, scene.body_faces, scene_solver(scene, options), run.device()) {}
+        model_(scene_model(scene, options)),
+        solver_(create_solver(model_, scene_solver(scene, options), run.device())) {}
 
   SimulatedFrame at(int frame) {
     const std::lock_guard lock(mutex_);
@@ -54,14 +55,14 @@ class FrameSource {
     return simulated;
   }
 
-  Index vertices() const { return cloth_.rest_positions.rows(); }
-  const Cloth& cloth() const { return cloth_; }
+  Index vertices() const { return model_.cloth.rest_positions.rows(); }
+  const Cloth& cloth() const { return model_.cloth; }
 
  private:
   SimulatedFrame advanced(int frame) {
     try {
-      const FrameReport report = advance_scene(solver_, scene_, options_, frame, paths_);
-      return {solver_.state(), report};
+      const FrameReport report = advance_scene(*solver_, scene_, options_, frame, paths_);
+      return {solver_->state(), report};
     } catch (const std::runtime_error&) {
       throw_with(std::current_exception(), frame > 1 ? "; frames before it are kept" : "");
     }
@@ -71,11 +72,11 @@ class FrameSource {
   void start_before(int frame) {
     started_ = true;
     done_ = 0;
-    solver_.set_state(scene_start(scene_, cloth_));
+    solver_->set_state(scene_start(scene_, model_.cloth));
     for (int before = frame - 1; before > 0; --before) {
       const std::optional<std::filesystem::path> file = finished(before);
       if (file) {
-        solver_.set_state(read_simulated_frame(*file, before, vertices()).state);
+        solver_->set_state(read_simulated_frame(*file, before, vertices()).state);
         done_ = before;
         return;
       }
@@ -94,8 +95,8 @@ class FrameSource {
   const ScenePaths& paths_;
   const SimulationScene& scene_;
   const SimulateOptions& options_;
-  Cloth cloth_;
-  ClothSolver solver_;
+  ClothModel model_;
+  std::unique_ptr<Solver> solver_;
   std::mutex mutex_;
   bool started_ = false;
   int done_ = 0;
@@ -203,7 +204,7 @@ void run_simulate(StageRun& run) {
   run.output_text("frames.csv", frames_csv(reports, options.fps));
   run.output_text("sheet.png", image_bytes(simulation_sheet(pictures), ImageFormat::Png));
   add_metrics(run, reports);
-  for (const std::string& doubt : simulation_doubts(reports, options.xpbd.self_contact)) {
+  for (const std::string& doubt : simulation_doubts(reports, options.solver.self_contact)) {
     run.warn(doubt);
   }
 }

@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "core/archive.h"
-#include "simulation/xpbd.h"
+#include "simulation/cloth_state.h"
+#include "simulation/frame_report.h"
 
 namespace atelier {
 
