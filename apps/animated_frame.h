@@ -36,7 +36,6 @@ Archive archive_of(const AnimatedFrame& frame);
 AnimatedFrame animated_frame_of(const Archive& archive, Index vertices,
                                 const std::string& file = "");
 
-void write_animated_frame(const std::filesystem::path& file, const AnimatedFrame& frame);
 AnimatedFrame read_animated_frame(const std::filesystem::path& file, Index vertices);
 
 }  // namespace atelier

@@ -15,6 +15,8 @@
 #include "apps/simulation_table.h"
 #include "core/io/image_file.h"
 #include "core/sequence_archive.h"
+#include "core/store/frame_memory.h"
+#include "core/store/output_sequences.h"
 
 namespace atelier {
 namespace {
@@ -104,6 +106,12 @@ class FrameSource {
   std::exception_ptr failure_;  ///< of the frame behind `done_`
 };
 
+/// What the tables and pictures of the end need of a frame.
+struct KeptFrame {
+  FrameReport report;
+  Points positions;  ///< [V,3] m, of the frames in the contact sheet; else no rows
+};
+
 /// The worst of all frames; what was counted in none has no metric.
 void add_metrics(StageRun& run, const std::vector<FrameReport>& reports) {
   run.metric("frames", static_cast<double>(reports.size()));
@@ -156,48 +164,44 @@ void run_simulate(StageRun& run) {
     ids.push_back(static_cast<int>(i));
   }
   FrameSource source(run, paths, scene, options);
-  const bool complete =
-      run.each_frame("states", ".h5", ids, [&](int frame, const std::filesystem::path& file) {
-        write_simulated_frame(file, source.at(frame));
-      });
-  if (!complete) {
-    return;
-  }
   SequenceHeader header;
   header.fps = options.fps;
   header.frame_ids = ids;
   header.shared.faces = source.cloth().faces;
-  // The writers of sequences know folders, the runner files: each file is made beside its place.
-  const auto through_folder = [&](const std::string& name, const std::filesystem::path& file,
-                                  const auto& write) {
-    const std::filesystem::path folder = file.string() + ".folder";
-    write(folder);
-    std::filesystem::rename(folder / name, file);
-    std::filesystem::remove_all(folder);
+  const auto kept_of = [&](int id, SimulatedFrame frame) {
+    KeptFrame kept{frame.report, Points(0, 3)};
+    if (in_sheet(id, scene.frame_count)) {
+      kept.positions = std::move(frame.state.positions);
+    }
+    return kept;
   };
-  run.output("garment/sequence.h5", [&](const std::filesystem::path& file) {
-    through_folder("sequence.h5", file, [&](const std::filesystem::path& folder) {
-      write_sequence_header(folder, header);
-    });
-  });
+  FrameMemory<KeptFrame> memory;
+  const bool complete = output_sequences(
+      run, {{"states", std::nullopt}, {"garment/frames", header}}, ids, [&](int id) {
+        SimulatedFrame frame = source.at(id);
+        Mesh mesh;
+        mesh.vertices = frame.state.positions;
+        std::vector<Archive> archives{archive_of(frame), archive_of(mesh)};
+        memory.keep(id, kept_of(id, std::move(frame)));
+        return archives;
+      });
+  if (!complete) {
+    return;
+  }
   std::vector<FrameReport> reports;
   std::vector<CaptionedImage> pictures;
   for (const int id : ids) {
     if (run.stop_requested()) {
       return;
     }
-    SimulatedFrame frame = read_simulated_frame(run.frame_file(id), id, source.vertices());
-    reports.push_back(frame.report);
-    Mesh mesh;
-    mesh.vertices = std::move(frame.state.positions);
-    mesh.faces = source.cloth().faces;
-    const std::string name = sequence_frame_path("", id).generic_string();
-    run.output("garment/" + name, [&](const std::filesystem::path& file) {
-      through_folder(name, file, [&](const std::filesystem::path& folder) {
-        write_sequence_frame(folder, header, id, mesh);
-      });
+    KeptFrame frame = memory.take(id, [&] {
+      return kept_of(id, read_simulated_frame(run.frame_file(id), id, source.vertices()));
     });
+    reports.push_back(frame.report);
     if (in_sheet(id, scene.frame_count)) {
+      Mesh mesh;
+      mesh.vertices = std::move(frame.positions);
+      mesh.faces = source.cloth().faces;
       pictures.push_back(sheet_picture(id, {mesh}, scene));
     }
   }

@@ -6,15 +6,12 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/depths_inside.h"
 #include "core/error.h"
 #include "core/topology.h"
 #include "core/welded_faces.h"
 #include "simulation/attached_position.h"
 #include "simulation/backend.h"
 #include "simulation/constraint_math.h"
-#include "simulation/crossings.h"
-#include "simulation/least_gap.h"
 #include "simulation/prepared_surface.h"
 
 namespace atelier {
@@ -299,13 +296,13 @@ void check_setup(const XpbdOptions& options, const std::vector<ClothVariation>& 
 
 ClothSolver::ClothSolver(const Cloth& cloth, const Triangles& body_faces,
                          const XpbdOptions& options, Device device)
-    : faces_(cloth.faces),
-      body_faces_(body_faces),
-      intersection_interval_(options.intersection_interval),
-      thickness_(options.thickness >= 0 ? options.thickness : cloth.material.thickness),
-      self_thickness_(options.self_contact ? kept_self_thickness(cloth, options) : 0),
-      rest_positions_(cloth.rest_positions),
-      layer_(cloth.layer) {
+    : counted_{cloth.faces,
+               body_faces,
+               cloth.rest_positions,
+               cloth.layer,
+               options.thickness >= 0 ? options.thickness : cloth.material.thickness,
+               options.self_contact ? kept_self_thickness(cloth, options) : 0},
+      intersection_interval_(options.intersection_interval) {
   check_setup(options, {ClothVariation{}}, device);
   backend_ = device == Device::Cpu
                  ? make_cpu_backend(cloth, {}, body_faces, options)
@@ -324,29 +321,10 @@ ClothState ClothSolver::state() const {
 }
 
 FrameReport ClothSolver::advance(const Control& control) {
-  FrameReport report = backend_->advance(control)[0];
+  const FrameReport report = backend_->advance(control)[0];
   if (control.exact_counts ||
       (intersection_interval_ > 0 && report.frame % intersection_interval_ == 0)) {
-    const Points positions = backend_->state(0).positions;
-    report.crossings = count_crossings(positions, faces_);
-    if (self_thickness_ > 0) {
-      report.self_gap = report.crossings > 0 ? 0
-                                             : least_gap(positions, faces_, self_thickness_,
-                                                         {&rest_positions_, &layer_});
-    }
-    if (control.body_end.rows() > 0 && body_faces_.rows() > 0) {
-      report.body_crossings = count_crossings(positions, faces_, control.body_end, body_faces_);
-      const Eigen::VectorXd depths =
-          depths_inside(positions, control.body_end, body_faces_, thickness_);
-      report.inside = static_cast<int>((depths.array() > 0).count());
-      report.inside_depth = depths.maxCoeff();
-      if (thickness_ > 0) {
-        report.body_gap =
-            report.inside > 0 || report.body_crossings > 0
-                ? 0
-                : least_gap(positions, faces_, control.body_end, body_faces_, thickness_);
-      }
-    }
+    return with_exact_counts(report, counted_, backend_->state(0).positions, control);
   }
   return report;
 }

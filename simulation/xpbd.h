@@ -9,6 +9,7 @@
 #include "simulation/cloth.h"
 #include "simulation/cloth_state.h"
 #include "simulation/cloth_variation.h"
+#include "simulation/exact_counts.h"
 #include "simulation/frame_report.h"
 #include "simulation/solver_options.h"
 
@@ -50,13 +51,8 @@ class ClothSolver {
 
  private:
   std::unique_ptr<Backend> backend_;
-  Triangles faces_;
-  Triangles body_faces_;
+  CountedCloth counted_;
   int intersection_interval_ = 0;
-  double thickness_ = 0;
-  double self_thickness_ = 0;  ///< 0: no contact of the cloth with itself
-  Points rest_positions_;
-  std::vector<int> layer_;
 };
 
 /// Many scenes of one cloth at once, on CUDA in one launch: a parameter sweep.
