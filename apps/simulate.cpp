@@ -126,8 +126,9 @@ double mean_strain(const Cloth& cloth, const Points& positions) {
 }
 
 /// The grid of the paper's Fig. 1: stretching stiffness over columns, bending over rows.
-int simulate_grid(const OutputPlace& place, const SimulationScene& scene, const ClothModel& model,
-                  const SimulateOptions& options, Device device, bool json) {
+int simulate_grid(const OutputPlace& place, const SimulationScene& scene,
+                  const SimulationModel& model, const SimulateOptions& options, Device device,
+                  bool json) {
   const Cloth& cloth = model.cloth;
   const std::vector<double> factors{0.1, 1, 10};
   std::vector<ClothVariation> variations;
@@ -313,7 +314,7 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
   for (const std::string& note : scene.notes) {
     (json ? standard_error() : std::cout) << printable(note) << "\n";
   }
-  const ClothModel model = scene_model(scene, options);
+  const SimulationModel model = scene_model(scene, options);
   const bool several = scene.garments.size() > 1;
   for (std::size_t g = 0; g < scene.garments.size(); ++g) {
     say_garment(several ? scene.names[g] : "", scene.garments[g], options.cloth, json);

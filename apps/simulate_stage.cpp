@@ -97,7 +97,7 @@ class FrameSource {
   const ScenePaths& paths_;
   const SimulationScene& scene_;
   const SimulateOptions& options_;
-  ClothModel model_;
+  SimulationModel model_;
   std::unique_ptr<Solver> solver_;
   std::mutex mutex_;
   bool started_ = false;

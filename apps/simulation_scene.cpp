@@ -284,7 +284,7 @@ SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& optio
   return scene;
 }
 
-ClothModel scene_model(const SimulationScene& scene, const SimulateOptions& options) {
+SimulationModel scene_model(const SimulationScene& scene, const SimulateOptions& options) {
   std::vector<Cloth> cloths;
   for (const Garment& garment : scene.garments) {
     cloths.push_back(make_cloth(garment, {}, cloth_options(options)));

@@ -96,7 +96,7 @@ std::vector<Mesh> garment_meshes(const SimulationScene& scene, const Points& pos
 
 /// The scene's cloth (of several garments one, in layers) and body, the state that it begins in,
 /// and the options of its solver.
-ClothModel scene_model(const SimulationScene& scene, const SimulateOptions& options);
+SimulationModel scene_model(const SimulationScene& scene, const SimulateOptions& options);
 ClothState scene_start(const SimulationScene& scene, const Cloth& cloth);
 SolverOptions scene_solver(const SimulationScene& scene, const SimulateOptions& options);
 

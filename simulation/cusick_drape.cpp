@@ -122,7 +122,7 @@ CusickDrape cusick_drape(const Material& material, const CusickOptions& options,
   }
   ClothOptions cloth_options;
   cloth_options.membrane = "strain";
-  const ClothModel model{make_cloth(garment, clamp, cloth_options), {}};
+  const SimulationModel model{make_cloth(garment, clamp, cloth_options), {}};
   const Cloth& cloth = model.cloth;
 
   SolverOptions how;

@@ -13,7 +13,7 @@ namespace atelier {
 namespace {
 
 /// Where the vertices are after some time, from the captured shape on.
-Points hung(const ClothModel& model, const Points& from, const Points& body,
+Points hung(const SimulationModel& model, const Points& from, const Points& body,
             const SolverOptions& options, double seconds, Device device) {
   const std::unique_ptr<Solver> solver = create_solver(model, options, device);
   ClothState state = rest_state(model.cloth);
@@ -74,7 +74,7 @@ RelaxedGarment relax_gravity(const Garment& captured, const std::vector<int>& pi
   double step = options.step;
   Points best_moved;
   for (int round = 0; round < options.rounds && !best.converged; ++round) {
-    const ClothModel model{make_cloth(rest, pins, how), body_faces};
+    const SimulationModel model{make_cloth(rest, pins, how), body_faces};
     const Points moved = hung(model, target, body, solver, options.seconds, device) - target;
     const Eigen::VectorXd errors = moved.rowwise().norm();
     if (errors.mean() < best.mean_error) {

@@ -12,7 +12,7 @@ namespace {
 
 class XpbdSolver final : public Solver {
  public:
-  XpbdSolver(const ClothModel& model, const SolverOptions& options, Device device)
+  XpbdSolver(const SimulationModel& model, const SolverOptions& options, Device device)
       : Solver(options.name, device),
         solver_(model.cloth, model.body_faces, xpbd_options(options), device) {}
 
@@ -26,7 +26,7 @@ class XpbdSolver final : public Solver {
 
 class XpbdBatch final : public SolverBatch {
  public:
-  XpbdBatch(const ClothModel& model, const std::vector<ClothVariation>& variations,
+  XpbdBatch(const SimulationModel& model, const std::vector<ClothVariation>& variations,
             const SolverOptions& options, Device device)
       : sweep_(model.cloth, variations, model.body_faces, xpbd_options(options), device) {}
 
@@ -42,18 +42,18 @@ class XpbdBatch final : public SolverBatch {
 /// How one solver is created.
 struct SolverRow {
   const char* name;
-  std::unique_ptr<Solver> (*solver)(const ClothModel& model, const SolverOptions& options,
+  std::unique_ptr<Solver> (*solver)(const SimulationModel& model, const SolverOptions& options,
                                     Device device);
-  std::unique_ptr<SolverBatch> (*batch)(const ClothModel& model,
+  std::unique_ptr<SolverBatch> (*batch)(const SimulationModel& model,
                                         const std::vector<ClothVariation>& variations,
                                         const SolverOptions& options, Device device);
 };
 
 constexpr std::array kSolverRows = {SolverRow{
     "xpbd",
-    [](const ClothModel& model, const SolverOptions& options, Device device)
+    [](const SimulationModel& model, const SolverOptions& options, Device device)
         -> std::unique_ptr<Solver> { return std::make_unique<XpbdSolver>(model, options, device); },
-    [](const ClothModel& model, const std::vector<ClothVariation>& variations,
+    [](const SimulationModel& model, const std::vector<ClothVariation>& variations,
        const SolverOptions& options, Device device) -> std::unique_ptr<SolverBatch> {
       return std::make_unique<XpbdBatch>(model, variations, options, device);
     }}};
@@ -81,18 +81,18 @@ std::vector<std::string> solver_names() {
   return names;
 }
 
-std::unique_ptr<Solver> create_solver(const ClothModel& model, const SolverOptions& options,
+std::unique_ptr<Solver> create_solver(const SimulationModel& model, const SolverOptions& options,
                                       Device device) {
   return solver_row(options.name).solver(model, options, device);
 }
 
-std::unique_ptr<SolverBatch> create_solver_batch(const ClothModel& model,
+std::unique_ptr<SolverBatch> create_solver_batch(const SimulationModel& model,
                                                  const std::vector<ClothVariation>& variations,
                                                  const SolverOptions& options, Device device) {
   return solver_row(options.name).batch(model, variations, options, device);
 }
 
-ClothState step(const ClothModel& model, const ClothState& state, const Control& control,
+ClothState step(const SimulationModel& model, const ClothState& state, const Control& control,
                 const SolverOptions& options, Device device) {
   const std::unique_ptr<Solver> solver = create_solver(model, options, device);
   solver->set_state(state);

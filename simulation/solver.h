@@ -16,7 +16,7 @@
 namespace atelier {
 
 /// What does not change while it is simulated.
-struct ClothModel {
+struct SimulationModel {
   Cloth cloth;           ///< of several garments one, in layers: join_cloths
   Triangles body_faces;  ///< [F,3] over the body's vertices in Control; none: no body
 };
@@ -74,18 +74,18 @@ std::vector<std::string> solver_names();
 /// model. Throws DataError, with the names there are, for an unknown one; LogicError for options
 /// out of range or in conflict (solver_conflict); EnvironmentError where CUDA was asked for and is
 /// missing or its memory runs out.
-std::unique_ptr<Solver> create_solver(const ClothModel& model, const SolverOptions& options,
+std::unique_ptr<Solver> create_solver(const SimulationModel& model, const SolverOptions& options,
                                       Device device = Device::Cpu);
 
 /// The same for many scenes; on CUDA they are solved in one launch. Throws LogicError, too, if
 /// there is no variation or a factor is not above 0.
-std::unique_ptr<SolverBatch> create_solver_batch(const ClothModel& model,
+std::unique_ptr<SolverBatch> create_solver_batch(const SimulationModel& model,
                                                  const std::vector<ClothVariation>& variations,
                                                  const SolverOptions& options,
                                                  Device device = Device::Cpu);
 
 /// One frame, once: for more than a few frames create a Solver, which prepares the model once.
-ClothState step(const ClothModel& model, const ClothState& state, const Control& control,
+ClothState step(const SimulationModel& model, const ClothState& state, const Control& control,
                 const SolverOptions& options = {}, Device device = Device::Cpu);
 
 }  // namespace atelier

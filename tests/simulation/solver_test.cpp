@@ -23,7 +23,7 @@ using ::testing::HasSubstr;
 /// A cloth of two layers that falls onto a ball which moves on.
 struct SolverScene {
   Mesh ball = fixtures::sphere(0.1, 12, 24);
-  ClothModel model;
+  SimulationModel model;
   SolverOptions options;
 
   SolverScene() {
@@ -113,7 +113,7 @@ TEST(SolverInterface, CreatedAnewForEachFrameGivesTheSameBits) {
     expect_same(state, solver->state());
   }
   // Without a body it falls.
-  const ClothModel alone{scene.model.cloth, {}};
+  const SimulationModel alone{scene.model.cloth, {}};
   const ClothState fallen = step(alone, rest_state(alone.cloth), {});
   EXPECT_NEAR(fallen.velocities.col(1).mean(), -9.81 / 60, 1e-4);
 }
