@@ -13,6 +13,10 @@ ATELIER_FUZZ_READER(frame_log) {
   for (const auto& [frame_id, record] : records) {
     ATELIER_CHECK(frame_id >= 0 && record.frame_id == frame_id, "a record of another frame");
     ATELIER_CHECK(atelier::is_safe_output_path(record.output.path), "an unsafe path was read");
+    for (const atelier::ManifestOutput& output : record.beside) {
+      ATELIER_CHECK(atelier::is_safe_output_path(output.path) && output.size >= 0,
+                    "an unsafe further file was read");
+    }
     ATELIER_CHECK(record.output.size >= 0 && record.peak_memory_bytes >= 0, "a negative count");
     ATELIER_CHECK(std::isfinite(record.seconds) && record.seconds >= 0, "no duration");
   }

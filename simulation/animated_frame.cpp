@@ -40,10 +40,6 @@ AnimatedFrame animated_frame_of(const Archive& archive, Index vertices, const st
   return frame;
 }
 
-void write_animated_frame(const std::filesystem::path& file, const AnimatedFrame& frame) {
-  write_archive(file, archive_of(frame));
-}
-
 AnimatedFrame read_animated_frame(const std::filesystem::path& file, Index vertices) {
   return animated_frame_of(read_archive(file, kAnimatedSchema, 1), vertices, file.string());
 }

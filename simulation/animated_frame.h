@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/archive.h"
-#include "simulation/xpbd.h"
+#include "simulation/cloth_state.h"
 
 namespace atelier {
 
@@ -37,7 +37,6 @@ Archive archive_of(const AnimatedFrame& frame);
 AnimatedFrame animated_frame_of(const Archive& archive, Index vertices,
                                 const std::string& file = "");
 
-void write_animated_frame(const std::filesystem::path& file, const AnimatedFrame& frame);
 AnimatedFrame read_animated_frame(const std::filesystem::path& file, Index vertices);
 
 }  // namespace atelier

@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <vector>
 
 #include "core/error.h"
-#include "simulation/xpbd.h"
+#include "simulation/solver.h"
 
 namespace atelier {
 namespace {
@@ -121,13 +122,14 @@ CusickDrape cusick_drape(const Material& material, const CusickOptions& options,
   }
   ClothOptions cloth_options;
   cloth_options.membrane = "strain";
-  const Cloth cloth = make_cloth(garment, clamp, cloth_options);
+  const SimulationModel model{make_cloth(garment, clamp, cloth_options), {}};
+  const Cloth& cloth = model.cloth;
 
-  XpbdOptions xpbd;
-  xpbd.substeps = options.substeps;
-  xpbd.velocity_damping = 4;
-  xpbd.report = false;
-  ClothSolver solver(cloth, {}, xpbd, device);
+  SolverOptions how;
+  how.substeps = options.substeps;
+  how.velocity_damping = 4;
+  how.report = false;
+  const std::unique_ptr<Solver> solver = create_solver(model, how, device);
   ClothState state = rest_state(cloth);
   for (Index v = 0; v < state.positions.rows(); ++v) {
     const double angle = std::atan2(garment.rest(v, 1), garment.rest(v, 0));
@@ -135,12 +137,12 @@ CusickDrape cusick_drape(const Material& material, const CusickOptions& options,
                           std::cos(3 * angle + 2) + std::cos(4 * angle);
     state.velocities(v, 1) = cloth.fixed[v] ? 0 : 0.01 * uneven;
   }
-  solver.set_state(state);
-  const int frames = static_cast<int>(std::lround(options.seconds / xpbd.time_step));
+  solver->set_state(state);
+  const int frames = static_cast<int>(std::lround(options.seconds / how.time_step));
   for (int i = 0; i < frames; ++i) {
-    solver.advance({});
+    solver->step({});
   }
-  state = solver.state();
+  state = solver->state();
   CusickDrape out;
   out.mesh = garment.mesh;
   out.mesh.vertices = state.positions;

@@ -21,10 +21,10 @@ struct CusickDrape {
 };
 
 /// Drape coefficient of a material: (projected area - disc) / (specimen - disc), in per cent.
-/// The specimen is clamped between two discs, as in the instrument, and is solved with XPBD and
+/// The specimen is clamped between two discs, as in the instrument, and consists of
 /// orthotropic triangles; it starts flat with a slight fixed unevenness, without which nothing
 /// would decide where folds come. The area is counted in cells of half a millimetre of a 30 cm
-/// specimen. Throws LogicError for options out of range, DataError as make_cloth and ClothSolver.
+/// specimen. Throws LogicError for options out of range, DataError as make_cloth and Solver::step.
 CusickDrape cusick_drape(const Material& material, const CusickOptions& options = {},
                          Device device = Device::Cpu);
 

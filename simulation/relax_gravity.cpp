@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "core/error.h"
 #include "simulation/contact_distance.h"
@@ -12,20 +13,20 @@ namespace atelier {
 namespace {
 
 /// Where the vertices are after some time, from the captured shape on.
-Points hung(const Cloth& cloth, const Points& from, const Points& body, const Triangles& body_faces,
-            const XpbdOptions& solver, double seconds, Device device) {
-  ClothSolver simulation(cloth, body_faces, solver, device);
-  ClothState state = rest_state(cloth);
+Points hung(const SimulationModel& model, const Points& from, const Points& body,
+            const SolverOptions& options, double seconds, Device device) {
+  const std::unique_ptr<Solver> solver = create_solver(model, options, device);
+  ClothState state = rest_state(model.cloth);
   state.positions = from;
-  simulation.set_state(state);
+  solver->set_state(state);
   Control control;
   control.body_start = control.body_end = body;
   control.pin_targets = from;
-  const auto frames = static_cast<int>(std::lround(seconds / solver.time_step));
+  const auto frames = static_cast<int>(std::lround(seconds / options.time_step));
   for (int frame = 0; frame < std::max(1, frames); ++frame) {
-    simulation.advance(control);
+    solver->step(control);
   }
-  return simulation.state().positions;
+  return solver->state().positions;
 }
 
 }  // namespace
@@ -43,7 +44,7 @@ OptionTable describe(RelaxGravityOptions& options) {
 
 RelaxedGarment relax_gravity(const Garment& captured, const std::vector<int>& pins,
                              const Points& body, const Triangles& body_faces,
-                             const ClothOptions& cloth_options, const XpbdOptions& solver_options,
+                             const ClothOptions& cloth_options, const SolverOptions& solver_options,
                              const RelaxGravityOptions& options, Device device,
                              const std::function<bool(int rounds, double error)>& told) {
   ATELIER_CHECK(options.rounds >= 1 && options.seconds > 0 && options.step > 0 &&
@@ -51,7 +52,7 @@ RelaxedGarment relax_gravity(const Garment& captured, const std::vector<int>& pi
                 "relax_gravity options out of range");
   ClothOptions how = cloth_options;
   how.rest_angles = "template";
-  XpbdOptions solver = solver_options;
+  SolverOptions solver = solver_options;
   solver.velocity_damping = options.damping;
   solver.report = false;
   solver.intersection_interval = 0;
@@ -73,9 +74,8 @@ RelaxedGarment relax_gravity(const Garment& captured, const std::vector<int>& pi
   double step = options.step;
   Points best_moved;
   for (int round = 0; round < options.rounds && !best.converged; ++round) {
-    const Cloth cloth = make_cloth(rest, pins, how);
-    const Points moved =
-        hung(cloth, target, body, body_faces, solver, options.seconds, device) - target;
+    const SimulationModel model{make_cloth(rest, pins, how), body_faces};
+    const Points moved = hung(model, target, body, solver, options.seconds, device) - target;
     const Eigen::VectorXd errors = moved.rowwise().norm();
     if (errors.mean() < best.mean_error) {
       best.garment = rest;

@@ -7,7 +7,7 @@
 #include "core/garment.h"
 #include "core/options.h"
 #include "simulation/cloth.h"
-#include "simulation/xpbd.h"
+#include "simulation/solver.h"
 
 namespace atelier {
 
@@ -23,8 +23,11 @@ OptionTable describe(RelaxGravityOptions& options);
 
 /// How clothes are simulated on bodies (`simulate`, `animate`), and so how they are relaxed: with
 /// few substeps springs do not come to rest, and cloth gives way by more than its weight stretches.
-inline XpbdOptions relaxing_solver() {
-  return {.substeps = 30, .self_contact = true};
+inline SolverOptions relaxing_solver() {
+  SolverOptions solver;
+  solver.substeps = 30;
+  solver.self_contact = true;
+  return solver;
 }
 
 /// A garment that hangs in the captured shape, and how nearly.
@@ -47,11 +50,11 @@ struct RelaxedGarment {
 /// where it rests on the body (simulation/resting_gap.h), or what its edges need
 /// (simulation/contact_distance.h) where it rests nowhere. `told` hears after each round how many
 /// there were and the mean error [m] of the best; where it returns false, that was the last. Throws
-/// as make_cloth and ClothSolver; LogicError for options out of range.
+/// as make_cloth, create_solver and Solver::step; LogicError for options out of range.
 RelaxedGarment relax_gravity(const Garment& captured, const std::vector<int>& pins,
                              const Points& body, const Triangles& body_faces,
                              const ClothOptions& cloth = {},
-                             const XpbdOptions& solver = relaxing_solver(),
+                             const SolverOptions& solver = relaxing_solver(),
                              const RelaxGravityOptions& options = {}, Device device = Device::Cpu,
                              const std::function<bool(int rounds, double error)>& told = {});
 

@@ -4,13 +4,14 @@
 #include <vector>
 
 #include "simulation/frame_report.h"
+#include "simulation/solver_options.h"
 
 namespace atelier {
 
 /// What the options are called that help.
 struct HelpfulOptions {
-  std::string solver = "--xpbd.";  ///< what those of the solver begin with
-  std::string thickness = "--xpbd.thickness";
+  std::string solver = solver_flag("");  ///< what those of the solver begin with
+  std::string thickness = solver_flag("thickness");
 };
 
 /// What of a simulation has run and is hardly to be trusted, a sentence each with the worst frame

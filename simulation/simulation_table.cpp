@@ -92,10 +92,6 @@ SimulatedFrame simulated_frame_of(const Archive& archive, Index vertices, const 
   return frame;
 }
 
-void write_simulated_frame(const std::filesystem::path& file, const SimulatedFrame& frame) {
-  write_archive(file, archive_of(frame));
-}
-
 SimulatedFrame read_simulated_frame(const std::filesystem::path& file, int frame, Index vertices) {
   SimulatedFrame read =
       simulated_frame_of(read_archive(file, kSimulatedSchema, 1), vertices, file.string());

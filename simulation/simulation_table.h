@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "core/archive.h"
-#include "simulation/xpbd.h"
+#include "simulation/cloth_state.h"
+#include "simulation/frame_report.h"
 
 namespace atelier {
 
@@ -58,7 +59,6 @@ Archive archive_of(const SimulatedFrame& frame);
 SimulatedFrame simulated_frame_of(const Archive& archive, Index vertices,
                                   const std::string& file = "");
 
-void write_simulated_frame(const std::filesystem::path& file, const SimulatedFrame& frame);
 /// `frame`: what the file is named by. Throws DataError for the state of another frame.
 SimulatedFrame read_simulated_frame(const std::filesystem::path& file, int frame, Index vertices);
 

@@ -6,15 +6,12 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/depths_inside.h"
 #include "core/error.h"
 #include "core/topology.h"
 #include "core/welded_faces.h"
 #include "simulation/attached_position.h"
 #include "simulation/backend.h"
 #include "simulation/constraint_math.h"
-#include "simulation/crossings.h"
-#include "simulation/least_gap.h"
 #include "simulation/prepared_surface.h"
 
 namespace atelier {
@@ -48,47 +45,15 @@ double percentile(std::vector<double>& values, double share) {
 
 }  // namespace
 
-OptionTable describe(XpbdOptions& o) {
-  OptionTable t;
-  t.add("time_step", o.time_step, 1e-5, 1, "s", "Duration of a frame.");
-  t.add("substeps", o.substeps, 1, 10000, "", "Substeps per frame; raise for stiffer cloth.");
-  t.add("iterations", o.iterations, 1, 100000, "", "Iterations per substep; substeps are better.");
-  t.add("precision", o.precision, {"float", "double"}, "Arithmetic; double for reference.");
-  t.add("sweep", o.sweep, {"gauss-seidel", "jacobi"}, "Order of the projections.");
-  t.add("jacobi_radius", o.jacobi_radius, 0, 0.9999, "",
-        "Estimated spectral radius of a Jacobi iteration.");
-  t.add("vectors", o.vectors, {"auto", "scalar", "avx2"}, "CPU vector code.");
-  t.add("cuda_barrier", o.cuda_barrier, {"auto", "block", "cluster", "grid", "graph"},
-        "How the blocks of a GPU wait for each other.");
-  t.add("cuda_blocks", o.cuda_blocks, 0, 1024, "",
-        "Blocks of a scene on a GPU; 0: as many as help.");
-  t.add("friction", o.friction, -1, 100, "", "Against the body; below 0: the material's.");
-  t.add("thickness", o.thickness, -1, 0.1, "m", "Gap to the body; below 0: the material's.");
-  t.add("contact_reach", o.contact_reach, 0.001, 0.5, "m",
-        "Least distance at which contacts are looked for.");
-  t.add("depenetration_speed", o.depenetration_speed, 0.01, 100, "m/s",
-        "Speed out of an old overlap.");
-  t.add("body_edges", o.body_edges, "The body's sharp edges against the cloth's edges too.");
-  t.add("self_contact", o.self_contact, "Cloth against itself and other layers.");
-  t.add("self_thickness", o.self_thickness, -1, 0.1, "m",
-        "Gap between sheets; below 0: the material's.");
-  t.add("self_friction", o.self_friction, -1, 100, "", "Between sheets; below 0: the material's.");
-  t.add("self_interval", o.self_interval, 0, 10000, "",
-        "Substeps that a search for pairs of cloth looks ahead; 0: as suits the device.");
-  t.add("air_density", o.air_density, 0, 10, "kg/m3", "Density of the air.");
-  t.add("drag", o.drag, 0, 10, "", "Drag coefficient normal to the cloth.");
-  t.add("lift", o.lift, 0, 10, "", "Lift coefficient.");
-  t.add("velocity_damping", o.velocity_damping, 0, 1000, "1/s",
-        "Slows every motion, to reach rest sooner.");
-  t.add("report", o.report, "Strain, residual and energy after every frame.").not_keyed();
-  t.add("intersection_interval", o.intersection_interval, 0, 1e9, "",
-        "Exact counts of crossings and of vertices inside the body every n frames; 0: never.")
-      .not_keyed();
-  return t;
+OptionTable describe(XpbdOptions& options) {
+  return describe_xpbd(options, options);
 }
 
-ClothState rest_state(const Cloth& cloth) {
-  return {cloth.rest_positions, Points::Zero(cloth.rest_positions.rows(), 3), 0};
+XpbdOptions xpbd_options(const SolverOptions& options) {
+  XpbdOptions xpbd;
+  static_cast<CommonSolverOptions&>(xpbd) = options;
+  static_cast<XpbdMethodOptions&>(xpbd) = options.xpbd;
+  return xpbd;
 }
 
 void check_control(const Control& control, const Cloth& cloth, Index body_vertices,
@@ -331,13 +296,13 @@ void check_setup(const XpbdOptions& options, const std::vector<ClothVariation>& 
 
 ClothSolver::ClothSolver(const Cloth& cloth, const Triangles& body_faces,
                          const XpbdOptions& options, Device device)
-    : faces_(cloth.faces),
-      body_faces_(body_faces),
-      intersection_interval_(options.intersection_interval),
-      thickness_(options.thickness >= 0 ? options.thickness : cloth.material.thickness),
-      self_thickness_(options.self_contact ? kept_self_thickness(cloth, options) : 0),
-      rest_positions_(cloth.rest_positions),
-      layer_(cloth.layer) {
+    : counted_{cloth.faces,
+               body_faces,
+               cloth.rest_positions,
+               cloth.layer,
+               options.thickness >= 0 ? options.thickness : cloth.material.thickness,
+               options.self_contact ? kept_self_thickness(cloth, options) : 0},
+      intersection_interval_(options.intersection_interval) {
   check_setup(options, {ClothVariation{}}, device);
   backend_ = device == Device::Cpu
                  ? make_cpu_backend(cloth, {}, body_faces, options)
@@ -356,29 +321,10 @@ ClothState ClothSolver::state() const {
 }
 
 FrameReport ClothSolver::advance(const Control& control) {
-  FrameReport report = backend_->advance(control)[0];
+  const FrameReport report = backend_->advance(control)[0];
   if (control.exact_counts ||
       (intersection_interval_ > 0 && report.frame % intersection_interval_ == 0)) {
-    const Points positions = backend_->state(0).positions;
-    report.crossings = count_crossings(positions, faces_);
-    if (self_thickness_ > 0) {
-      report.self_gap = report.crossings > 0 ? 0
-                                             : least_gap(positions, faces_, self_thickness_,
-                                                         {&rest_positions_, &layer_});
-    }
-    if (control.body_end.rows() > 0 && body_faces_.rows() > 0) {
-      report.body_crossings = count_crossings(positions, faces_, control.body_end, body_faces_);
-      const Eigen::VectorXd depths =
-          depths_inside(positions, control.body_end, body_faces_, thickness_);
-      report.inside = static_cast<int>((depths.array() > 0).count());
-      report.inside_depth = depths.maxCoeff();
-      if (thickness_ > 0) {
-        report.body_gap =
-            report.inside > 0 || report.body_crossings > 0
-                ? 0
-                : least_gap(positions, faces_, control.body_end, body_faces_, thickness_);
-      }
-    }
+    return with_exact_counts(report, counted_, backend_->state(0).positions, control);
   }
   return report;
 }
@@ -426,14 +372,6 @@ std::vector<FrameReport> ClothSweep::advance(const Control& control) {
     out.insert(out.end(), reports.begin(), reports.end());
   }
   return out;
-}
-
-ClothState step(const Cloth& cloth, const ClothState& state, const Control& control,
-                const XpbdOptions& options, const Triangles& body_faces) {
-  ClothSolver solver(cloth, body_faces, options);
-  solver.set_state(state);
-  solver.advance(control);
-  return solver.state();
 }
 
 #ifndef ATELIER_HAS_CUDA

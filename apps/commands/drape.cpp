@@ -29,7 +29,7 @@
 #include "pipeline/outfit/dressing.h"
 #include "pipeline/outfit/fitting.h"
 #include "simulation/crossings.h"
-#include "simulation/xpbd.h"
+#include "simulation/solver.h"
 
 namespace atelier {
 namespace {
@@ -189,18 +189,19 @@ Draped dress_and_settle(const DrapeOptions& options) {
     const std::size_t at = (seen.size() - 1) * static_cast<std::size_t>(i) / kPicturesOfDressing;
     draped.dressing.push_back(seen[at]);
   }
-  XpbdOptions solver = draped.outfit.solver;
+  SolverOptions solver = draped.outfit.solver;
   solver.time_step = 1.0 / 60;
   solver.velocity_damping = kSettlingDamping;
-  ClothSolver hang(draped.outfit.cloth, draped.body.mesh.faces, solver, options.device);
-  hang.set_state(draped.outfit.state);
+  const std::unique_ptr<Solver> hang =
+      create_solver({draped.outfit.cloth, draped.body.mesh.faces}, solver, options.device);
+  hang->set_state(draped.outfit.state);
   Control control;
   control.body_start = control.body_end = draped.body.mesh.vertices;
   Mesh mesh;
   mesh.faces = draped.outfit.cloth.faces;
   for (int i = 0; i < options.frames; ++i) {
-    draped.last = hang.advance(control);
-    const ClothState state = hang.state();
+    draped.last = hang->step(control);
+    const ClothState state = hang->state();
     mesh.vertices = state.positions;
     draped.frames.push_back(mesh);
     draped.speed = speed_of(state);

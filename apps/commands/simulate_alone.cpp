@@ -124,8 +124,10 @@ double mean_strain(const Cloth& cloth, const Points& positions) {
 }
 
 /// The grid of the paper's Fig. 1: stretching stiffness over columns, bending over rows.
-int simulate_grid(const OutputPlace& place, const SimulationScene& scene, const Cloth& cloth,
-                  const SimulateOptions& options, Device device, bool json) {
+int simulate_grid(const OutputPlace& place, const SimulationScene& scene,
+                  const SimulationModel& model, const SimulateOptions& options, Device device,
+                  bool json) {
+  const Cloth& cloth = model.cloth;
   const std::vector<double> factors{0.1, 1, 10};
   std::vector<ClothVariation> variations;
   for (const double bending : factors) {
@@ -133,11 +135,11 @@ int simulate_grid(const OutputPlace& place, const SimulationScene& scene, const 
       variations.push_back({stretch, bending, -1});
     }
   }
-  XpbdOptions solver = scene_solver(scene, options);
+  SolverOptions solver = scene_solver(scene, options);
   solver.report = false;
-  ClothSweep sweep(cloth, variations, scene.body_faces, solver, device);
-  for (int i = 0; i < sweep.scene_count(); ++i) {
-    sweep.set_state(i, scene_start(scene, cloth));
+  const std::unique_ptr<SolverBatch> batch = create_solver_batch(model, variations, solver, device);
+  for (int i = 0; i < batch->scene_count(); ++i) {
+    batch->set_state(i, scene_start(scene, cloth));
   }
   catch_interrupts();
   const auto stop_if_asked = [&](Index frames_done) {
@@ -150,20 +152,20 @@ int simulate_grid(const OutputPlace& place, const SimulationScene& scene, const 
   };
   for (Index frame = 1; frame <= scene.frame_count; ++frame) {
     stop_if_asked(frame - 1);
-    sweep.advance(scene_control(scene, options, frame));
+    batch->step(scene_control(scene, options, frame));
   }
   const Points body = scene.body ? scene.body(scene.frame_count) : Points(0, 3);
   const MembraneInUse membrane = membrane_in_use(scene.garments[0], options.cloth);
   std::vector<CaptionedImage> pictures;
-  for (int i = 0; i < sweep.scene_count(); ++i) {
+  for (int i = 0; i < batch->scene_count(); ++i) {
     stop_if_asked(scene.frame_count);
     const ClothVariation& v = variations[static_cast<std::size_t>(i)];
     char caption[120];
     std::snprintf(caption, sizeof caption, "%s N/m, %.3g N m, strain %.2g%%",
                   modulus_text(membrane, v.stretch).c_str(), v.bending * membrane.bending,
-                  100 * mean_strain(cloth, sweep.state(i).positions));
+                  100 * mean_strain(cloth, batch->state(i).positions));
     pictures.push_back(
-        {picture_of(dressed(garment_meshes(scene, sweep.state(i).positions), scene, body),
+        {picture_of(dressed(garment_meshes(scene, batch->state(i).positions), scene, body),
                     kThreeQuarter, simulation_picture()),
          caption});
   }
@@ -179,8 +181,8 @@ int simulate_grid(const OutputPlace& place, const SimulationScene& scene, const 
   for (const CaptionedImage& one : pictures) {
     words << one.caption << "\n";
   }
-  for (int i = 0; i < sweep.scene_count(); ++i) {
-    const int crossings = count_crossings(sweep.state(i).positions, cloth.faces);
+  for (int i = 0; i < batch->scene_count(); ++i) {
+    const int crossings = count_crossings(batch->state(i).positions, cloth.faces);
     if (crossings > 0) {
       words << "warning: " << pictures[static_cast<std::size_t>(i)].caption
             << ": cloth goes through cloth at " << crossings << " edges in the end\n";
@@ -246,10 +248,10 @@ void require_grid(const OutputPlace& place, const SimulateOptions& options, bool
         "--grid makes one picture and no frames; leave --format out, and name a "
         "folder");
   }
-  if (options.xpbd.intersection_interval != SimulateOptions{}.xpbd.intersection_interval) {
-    throw UsageError(
-        "--xpbd.intersection-interval does nothing with --grid, which counts in the "
-        "end; leave it out");
+  if (options.solver.intersection_interval != SimulateOptions{}.solver.intersection_interval) {
+    throw UsageError(solver_flag("intersection_interval") +
+                     " does nothing with --grid, which counts in the "
+                     "end; leave it out");
   }
   if (said_material(options.material).bending == 0) {
     throw UsageError("--grid varies the bending stiffness, and --material.bending 0 has none");
@@ -352,11 +354,11 @@ SimulateRequest simulate_request(const SimulateFlags& flags, const OptionSet& se
 
 /// Simulates and writes every frame, then frames.csv and pictures.
 int simulate_frames(const SimulateRequest& request, const SimulationScene& scene,
-                    const Cloth& cloth, Device device, bool json) {
+                    const SimulationModel& model, Device device, bool json) {
   const OutputPlace& place = request.place;
   const SimulateOptions& options = request.options;
-  ClothSolver solver(cloth, scene.body_faces, scene_solver(scene, options), device);
-  solver.set_state(scene_start(scene, cloth));
+  const std::unique_ptr<Solver> solver = create_solver(model, scene_solver(scene, options), device);
+  solver->set_state(scene_start(scene, model.cloth));
   catch_interrupts();
   std::vector<FrameWriter> writers;
   for (std::size_t g = 0; g < scene.garments.size(); ++g) {
@@ -376,8 +378,8 @@ int simulate_frames(const SimulateRequest& request, const SimulationScene& scene
   };
   attempt([&] {
     for (Index frame = 1; frame <= scene.frame_count && !interrupted(); ++frame) {
-      const FrameReport report = advance_scene(solver, scene, options, frame, request.paths);
-      const std::vector<Mesh> meshes = garment_meshes(scene, solver.state().positions);
+      const FrameReport report = advance_scene(*solver, scene, options, frame, request.paths);
+      const std::vector<Mesh> meshes = garment_meshes(scene, solver->state().positions);
       for (std::size_t g = 0; g < meshes.size(); ++g) {
         writers[g].write(static_cast<int>(frame), meshes[g]);
       }
@@ -410,7 +412,7 @@ int simulate_frames(const SimulateRequest& request, const SimulationScene& scene
     throw_with(failure, kept_text(done, writers.front().frames_place()));
   }
   std::ostream& words = json ? standard_error() : std::cout;
-  for (const std::string& doubt : simulation_doubts(reports, options.xpbd.self_contact)) {
+  for (const std::string& doubt : simulation_doubts(reports, options.solver.self_contact)) {
     words << kWarning << doubt << "\n";
   }
   if (interrupted()) {
@@ -429,15 +431,15 @@ int simulate_alone(const SimulateFlags& flags, const OptionSet& set, Device devi
   for (const std::string& note : scene.notes) {
     (json ? standard_error() : std::cout) << printable(note) << "\n";
   }
-  const Cloth cloth = scene_cloth(scene, request.options);
+  const SimulationModel model = scene_model(scene, request.options);
   const bool several = scene.garments.size() > 1;
   for (std::size_t g = 0; g < scene.garments.size(); ++g) {
     say_garment(several ? scene.names[g] : "", scene.garments[g], request.options.cloth, json);
   }
   if (request.grid) {
-    return simulate_grid(request.place, scene, cloth, request.options, device, json);
+    return simulate_grid(request.place, scene, model, request.options, device, json);
   }
-  return simulate_frames(request, scene, cloth, device, json);
+  return simulate_frames(request, scene, model, device, json);
 }
 
 }  // namespace

@@ -92,12 +92,11 @@ bool ActiveRun::has_input(std::string_view kind) const {
                      [&](const ManifestInput& input) { return input.kind == kind; });
 }
 
-bool ActiveRun::each_frame(const std::string& folder, const std::string& extension,
-                           const std::vector<int>& frame_ids,
-                           const std::function<void(int, const std::filesystem::path&)>& write,
-                           std::int64_t bytes_per_frame) {
+bool ActiveRun::each_frame(const std::vector<FrameFiles>& files, const std::vector<int>& frame_ids,
+                           const WriteFrame& write, std::int64_t bytes_per_frame) {
   ATELIER_CHECK(stage_.frame_wise, std::string(stage_.name) + " is not said to be frame-wise");
   ATELIER_CHECK(!asked_for_frames_, "each_frame is called once");
+  ATELIER_CHECK(!files.empty(), "a frame has a file at least");
   asked_for_frames_ = true;
   if (frame_ids.empty()) {
     return true;
@@ -106,9 +105,10 @@ bool ActiveRun::each_frame(const std::string& folder, const std::string& extensi
                     std::adjacent_find(frame_ids.begin(), frame_ids.end(),
                                        [](int a, int b) { return a >= b; }) == frame_ids.end(),
                 "frame numbers are increasing and not negative");
-  require_named(frame_ids.size());
+  require_named(files.size() * frame_ids.size());
   const Clock::time_point start = Clock::now();
   frames_total_ = static_cast<std::int64_t>(frame_ids.size());
+  frame_files_ = frames_total_ * static_cast<std::int64_t>(files.size());
   const std::vector<int> mine =
       some_selected_frames(request_.selection, frame_ids,
                            plan_.input_paths.empty() ? "" : plan_.input_paths.front().string());
@@ -116,7 +116,7 @@ bool ActiveRun::each_frame(const std::string& folder, const std::string& extensi
     say("there is nothing for this shard: " + to_string(request_.selection) + " of " +
         std::to_string(frame_ids.size()) + (frame_ids.size() == 1 ? " frame" : " frames"));
   }
-  if (!open_frames(folder, extension, frame_ids, mine)) {
+  if (!open_frames(files, frame_ids, mine)) {
     frames_missing_ = true;
     return false;
   }
@@ -128,7 +128,7 @@ bool ActiveRun::each_frame(const std::string& folder, const std::string& extensi
         " frames are done already");
   }
   need_space(bytes_per_frame * static_cast<std::int64_t>(todo.size()));
-  work(todo, static_cast<std::int64_t>(mine.size()), folder, extension, write);
+  work(todo, static_cast<std::int64_t>(mine.size()), files, write);
   frame_loop_ = seconds_since(start);
   if (stopped_) {
     return false;
@@ -140,7 +140,7 @@ bool ActiveRun::each_frame(const std::string& folder, const std::string& extensi
     frames_missing_ = true;  // another run has found everything done, and committed
     return false;
   }
-  for (auto& [frame_id, record] : logged_frames(folder, extension, frame_ids)) {
+  for (auto& [frame_id, record] : logged_frames(files, frame_ids)) {
     frames_.try_emplace(frame_id, record);  // of other shards
   }
   frames_missing_ = std::any_of(frame_ids.begin(), frame_ids.end(),
@@ -151,8 +151,8 @@ bool ActiveRun::each_frame(const std::string& folder, const std::string& extensi
   return !frames_missing_;
 }
 
-bool ActiveRun::open_frames(const std::string& folder, const std::string& extension,
-                            const std::vector<int>& frame_ids, const std::vector<int>& mine) {
+bool ActiveRun::open_frames(const std::vector<FrameFiles>& files, const std::vector<int>& frame_ids,
+                            const std::vector<int>& mine) {
   const FileLock moment =
       FileLock::wait(plan_.stage_folder / ".commit-lock", FileLock::Mode::Exclusive);
   std::error_code error;
@@ -165,30 +165,47 @@ bool ActiveRun::open_frames(const std::string& folder, const std::string& extens
                            "another run is working on some of these frames; wait until it ends, or "
                            "give each run a --shard i/n of its own");
   }
-  frames_ = logged_frames(folder, extension, frame_ids);
+  frames_ = logged_frames(files, frame_ids);
   if (request_.force) {
     std::erase_if(frames_, [&](const auto& entry) {
       return std::binary_search(mine.begin(), mine.end(), entry.first);
     });
   }
-  drop_damaged_frames(folder, extension);
-  make_private_directory(plan_.staging_folder / folder);
+  drop_damaged_frames();
+  for (const FrameFiles& one : files) {
+    make_private_directory(plan_.staging_folder / one.folder);
+  }
   log_ = std::make_unique<FrameLog>(plan_.staging_folder);
   return true;
 }
 
-std::map<int, FrameRecord> ActiveRun::logged_frames(const std::string& folder,
-                                                    const std::string& extension,
+std::map<int, FrameRecord> ActiveRun::logged_frames(const std::vector<FrameFiles>& files,
                                                     const std::vector<int>& frame_ids) const {
   std::map<int, FrameRecord> frames = read_frame_logs(plan_.staging_folder);
   std::erase_if(frames, [&](const auto& entry) {
-    return !std::binary_search(frame_ids.begin(), frame_ids.end(), entry.first) ||
-           entry.second.output.path != frame_path(folder, entry.first, extension);
+    const auto& [frame_id, record] = entry;
+    if (!std::binary_search(frame_ids.begin(), frame_ids.end(), frame_id) ||
+        record.beside.size() + 1 != files.size() ||
+        record.output.path != frame_path(files.front(), frame_id)) {
+      return true;
+    }
+    for (std::size_t i = 1; i < files.size(); ++i) {
+      if (record.beside[i - 1].path != frame_path(files[i], frame_id)) {
+        return true;
+      }
+    }
+    return false;
   });
   return frames;
 }
 
-void ActiveRun::drop_damaged_frames(const std::string& folder, const std::string& extension) {
+void ActiveRun::drop_damaged_frames() {
+  const auto is_sound = [&](const ManifestOutput& output) {
+    const std::filesystem::path path = plan_.staging_folder / output.path;
+    struct stat status {};
+    return lstat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode) &&
+           status.st_size == output.size && digest_of_file(path).digest == output.digest;
+  };
   std::vector<int> ids;
   for (const auto& entry : frames_) {
     ids.push_back(entry.first);
@@ -198,12 +215,8 @@ void ActiveRun::drop_damaged_frames(const std::string& folder, const std::string
     for (Index i = begin; i < end; ++i) {
       const auto at = static_cast<std::size_t>(i);
       const FrameRecord& record = frames_.at(ids[at]);
-      const std::filesystem::path path =
-          plan_.staging_folder / frame_path(folder, ids[at], extension);
-      struct stat status {};
-      sound[at] = lstat(path.c_str(), &status) == 0 && S_ISREG(status.st_mode) &&
-                  status.st_size == record.output.size &&
-                  digest_of_file(path).digest == record.output.digest;
+      sound[at] = is_sound(record.output) &&
+                  std::all_of(record.beside.begin(), record.beside.end(), is_sound);
     }
   });
   for (std::size_t i = 0; i < ids.size(); ++i) {
@@ -214,9 +227,8 @@ void ActiveRun::drop_damaged_frames(const std::string& folder, const std::string
   }
 }
 
-void ActiveRun::work(const std::vector<int>& todo, std::int64_t mine, const std::string& folder,
-                     const std::string& extension,
-                     const std::function<void(int, const std::filesystem::path&)>& write) {
+void ActiveRun::work(const std::vector<int>& todo, std::int64_t mine,
+                     const std::vector<FrameFiles>& files, const WriteFrame& write) {
   frames_start_ = Clock::now();
   const std::int64_t before = mine - static_cast<std::int64_t>(todo.size());
   std::atomic<std::size_t> next = 0;
@@ -233,7 +245,11 @@ void ActiveRun::work(const std::vector<int>& todo, std::int64_t mine, const std:
         return;
       }
       try {
-        one_frame(todo[at], frame_path(folder, todo[at], extension), write);
+        std::vector<std::string> paths;
+        for (const FrameFiles& one : files) {
+          paths.push_back(frame_path(one, todo[at]));
+        }
+        one_frame(todo[at], paths, write);
         const std::lock_guard lock(mutex_);
         ++frames_now_;
         const double rate =
@@ -275,21 +291,23 @@ void ActiveRun::work(const std::vector<int>& todo, std::int64_t mine, const std:
   }
 }
 
-void ActiveRun::one_frame(int frame_id, const std::string& path,
-                          const std::function<void(int, const std::filesystem::path&)>& write) {
+void ActiveRun::one_frame(int frame_id, const std::vector<std::string>& paths,
+                          const WriteFrame& write) {
   const Clock::time_point start = Clock::now();
   FrameRecord record;
   record.frame_id = frame_id;
-  record.output = write_file(path, [&](const std::filesystem::path& file) {
+  record.beside = write_files(paths, [&](std::span<const std::filesystem::path> files) {
     frame_warnings = &record.warnings;
     try {
-      write(frame_id, file);
+      write(frame_id, files);
     } catch (...) {
       frame_warnings = nullptr;
       throw;
     }
     frame_warnings = nullptr;
   });
+  record.output = record.beside.front();
+  record.beside.erase(record.beside.begin());
   record.seconds = seconds_since(start);
   record.peak_memory_bytes = peak_memory();
   const std::lock_guard lock(mutex_);
@@ -297,29 +315,43 @@ void ActiveRun::one_frame(int frame_id, const std::string& path,
   frames_[frame_id] = record;
 }
 
-ManifestOutput ActiveRun::write_file(
-    const std::string& path, const std::function<void(const std::filesystem::path&)>& write) {
-  const std::filesystem::path target = plan_.staging_folder / path;
-  AtomicFile file(target);
+std::vector<ManifestOutput> ActiveRun::write_files(
+    const std::vector<std::string>& paths,
+    const std::function<void(std::span<const std::filesystem::path>)>& write) {
+  std::vector<std::unique_ptr<AtomicFile>> files;
+  std::vector<std::filesystem::path> temporary;
+  for (const std::string& path : paths) {
+    files.push_back(std::make_unique<AtomicFile>(plan_.staging_folder / path));
+    temporary.push_back(files.back()->temporary_path());
+  }
   try {
-    write(file.temporary_path());
+    write(temporary);
   } catch (const EnvironmentError& error) {
-    if (error.place != file.temporary_path().string()) {
-      throw;
+    for (std::size_t i = 0; i < paths.size(); ++i) {
+      if (error.place == temporary[i].string()) {  // the name that means something
+        throw EnvironmentError((plan_.staging_folder / paths[i]).string(), error.reason);
+      }
     }
-    throw EnvironmentError(target.string(), error.reason);  // the name that means something
+    throw;
   }
-  // A library that writes by name may have made a new file with a mode of its own.
-  std::error_code error;
-  std::filesystem::permissions(
-      file.temporary_path(),
-      std::filesystem::perms::owner_read | std::filesystem::perms::owner_write, error);
-  if (error) {
-    throw EnvironmentError(target.string(), "cannot set its mode: " + system_reason(error.value()));
+  std::vector<ManifestOutput> outputs;
+  for (std::size_t i = 0; i < paths.size(); ++i) {
+    // A library that writes by name may have made a new file with a mode of its own.
+    std::error_code error;
+    std::filesystem::permissions(
+        temporary[i], std::filesystem::perms::owner_read | std::filesystem::perms::owner_write,
+        error);
+    if (error) {
+      throw EnvironmentError((plan_.staging_folder / paths[i]).string(),
+                             "cannot set its mode: " + system_reason(error.value()));
+    }
+    const FileDigest digest = digest_of_file(temporary[i]);
+    outputs.push_back({paths[i], digest.size, digest.digest});
   }
-  const FileDigest digest = digest_of_file(file.temporary_path());
-  file.commit();
-  return {path, digest.size, digest.digest};
+  for (const std::unique_ptr<AtomicFile>& file : files) {
+    file->commit();
+  }
+  return outputs;
 }
 
 std::filesystem::path ActiveRun::frame_file(int frame_id) const {
@@ -335,11 +367,13 @@ void ActiveRun::output(const std::string& path,
   require_named(1);
   const std::filesystem::path full = plan_.staging_folder / path;
   make_private_directory(full.parent_path());
-  outputs_[path] = write_file(path, write);
+  outputs_[path] = write_files({path}, [&](std::span<const std::filesystem::path> files) {
+                     write(files.front());
+                   }).front();
 }
 
 void ActiveRun::require_named(std::size_t files) const {
-  const std::int64_t all = frames_total_ + static_cast<std::int64_t>(outputs_.size() + files);
+  const std::int64_t all = frame_files_ + static_cast<std::int64_t>(outputs_.size() + files);
   if (all > kMostFiles) {
     throw DataError(plan_.result_folder.string(), "",
                     "a result of " + std::to_string(all) + " files or more",
@@ -436,6 +470,9 @@ Manifest ActiveRun::finished_manifest() const {
   manifest.work_seconds = seconds_since(start_) - frame_loop_;
   for (const auto& [frame_id, record] : frames_) {
     sorted[record.output.path] = record.output;
+    for (const ManifestOutput& output : record.beside) {
+      sorted[output.path] = output;
+    }
     warnings.insert(warnings.end(), record.warnings.begin(), record.warnings.end());
     manifest.work_seconds += record.seconds;
     manifest.peak_memory_bytes = std::max(manifest.peak_memory_bytes, record.peak_memory_bytes);
@@ -454,10 +491,10 @@ Manifest ActiveRun::finished_manifest() const {
   return manifest;
 }
 
-std::string frame_path(const std::string& folder, int frame_id, const std::string& extension) {
+std::string frame_path(const FrameFiles& files, int frame_id) {
   char name[32];
   std::snprintf(name, sizeof name, "%06d", frame_id);
-  return folder + "/" + name + extension;
+  return files.folder + "/" + name + files.extension;
 }
 
 }  // namespace atelier

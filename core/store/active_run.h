@@ -6,6 +6,7 @@
 #include <mutex>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -19,16 +20,18 @@ namespace atelier {
 /// Internal to core/store.
 class ActiveRun : public StageRun {
  public:
+  using WriteFrame =
+      std::function<void(int frame_id, std::span<const std::filesystem::path> files)>;
+
   ActiveRun(const Stage& stage, const StageRequest& request, const StagePlan& plan,
             const StageEvents& events);
 
   const std::filesystem::path& input(std::string_view kind) const override;
   bool has_input(std::string_view kind) const override;
   Device device() const override { return request_.device; }
-  bool each_frame(const std::string& folder, const std::string& extension,
-                  const std::vector<int>& frame_ids,
-                  const std::function<void(int frame_id, const std::filesystem::path& file)>& write,
-                  std::int64_t bytes_per_frame) override;
+  using StageRun::each_frame;
+  bool each_frame(const std::vector<FrameFiles>& files, const std::vector<int>& frame_ids,
+                  const WriteFrame& write, std::int64_t bytes_per_frame) override;
   std::filesystem::path frame_file(int frame_id) const override;
   void output(const std::string& path,
               const std::function<void(const std::filesystem::path& file)>& write) override;
@@ -61,19 +64,19 @@ class ActiveRun : public StageRun {
   std::int64_t peak_memory() const;
   /// Under the commit lock: locks this run's frames and learns which are finished. False if the
   /// staging folder is gone, since another run has committed it.
-  bool open_frames(const std::string& folder, const std::string& extension,
-                   const std::vector<int>& frame_ids, const std::vector<int>& mine);
-  /// What the logs say of these frames.
-  std::map<int, FrameRecord> logged_frames(const std::string& folder, const std::string& extension,
+  bool open_frames(const std::vector<FrameFiles>& files, const std::vector<int>& frame_ids,
+                   const std::vector<int>& mine);
+  /// What the logs say of these frames, of those alone that have all these files.
+  std::map<int, FrameRecord> logged_frames(const std::vector<FrameFiles>& files,
                                            const std::vector<int>& frame_ids) const;
-  void drop_damaged_frames(const std::string& folder, const std::string& extension);
-  void work(const std::vector<int>& todo, std::int64_t mine, const std::string& folder,
-            const std::string& extension,
-            const std::function<void(int, const std::filesystem::path&)>& write);
-  void one_frame(int frame_id, const std::string& path,
-                 const std::function<void(int, const std::filesystem::path&)>& write);
-  ManifestOutput write_file(const std::string& path,
-                            const std::function<void(const std::filesystem::path&)>& write);
+  void drop_damaged_frames();
+  void work(const std::vector<int>& todo, std::int64_t mine, const std::vector<FrameFiles>& files,
+            const WriteFrame& write);
+  void one_frame(int frame_id, const std::vector<std::string>& paths, const WriteFrame& write);
+  /// Writes files that are there together: all are filled before the first gets its name.
+  std::vector<ManifestOutput> write_files(
+      const std::vector<std::string>& paths,
+      const std::function<void(std::span<const std::filesystem::path>)>& write);
   /// Refuses results of more files than a manifest may name, before they are made.
   void require_named(std::size_t files) const;
   void report_progress(const StageProgress& progress);
@@ -97,6 +100,7 @@ class ActiveRun : public StageRun {
   bool frames_missing_ = false;
   bool asked_for_frames_ = false;
   std::int64_t frames_total_ = 0;
+  std::int64_t frame_files_ = 0;  ///< of all frames
   std::map<int, FrameRecord> frames_;
   std::unique_ptr<FrameLog> log_;
   std::optional<FrameLock> frame_lock_;
@@ -112,6 +116,6 @@ class ActiveRun : public StageRun {
 };
 
 /// "statistics/000012.json".
-std::string frame_path(const std::string& folder, int frame_id, const std::string& extension);
+std::string frame_path(const FrameFiles& files, int frame_id);
 
 }  // namespace atelier

@@ -47,6 +47,51 @@ std::optional<std::vector<std::string>> warnings_of(const nlohmann::json& record
   return warnings;
 }
 
+nlohmann::json json_of(const ManifestOutput& output) {
+  return {{"path", output.path}, {"size", output.size}, {"sha256", hex(output.digest)}};
+}
+
+/// Nothing if it is not what `json_of` makes.
+std::optional<ManifestOutput> output_of(const nlohmann::json& json) {
+  if (!json.is_object()) {
+    return std::nullopt;
+  }
+  const auto path = json.find("path");
+  const auto size = json.find("size");
+  const auto digits = json.find("sha256");
+  if (path == json.end() || !path->is_string() || size == json.end() ||
+      !size->is_number_unsigned() || digits == json.end() || !digits->is_string()) {
+    return std::nullopt;
+  }
+  const auto digest = digest_from_hex(digits->get<std::string>());
+  constexpr auto kMost = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
+  if (!digest || !is_safe_output_path(path->get<std::string>()) ||
+      size->get<std::uint64_t>() > kMost) {
+    return std::nullopt;
+  }
+  return ManifestOutput{path->get<std::string>(), size->get<std::int64_t>(), *digest};
+}
+
+/// The further files of a frame; nothing if they are not what `append` writes.
+std::optional<std::vector<ManifestOutput>> beside_of(const nlohmann::json& record) {
+  std::vector<ManifestOutput> beside;
+  const auto found = record.find("beside");
+  if (found == record.end()) {
+    return beside;
+  }
+  if (!found->is_array()) {
+    return std::nullopt;
+  }
+  for (const nlohmann::json& item : *found) {
+    const std::optional<ManifestOutput> output = output_of(item);
+    if (!output) {
+      return std::nullopt;
+    }
+    beside.push_back(*output);
+  }
+  return beside;
+}
+
 }  // namespace
 
 FrameLog::FrameLog(const std::filesystem::path& staging) {
@@ -65,10 +110,14 @@ FrameLog::~FrameLog() {
 }
 
 void FrameLog::append(const FrameRecord& record) {
-  const nlohmann::json json = {{"frame", record.frame_id},   {"path", record.output.path},
-                               {"size", record.output.size}, {"sha256", hex(record.output.digest)},
-                               {"seconds", record.seconds},  {"peak", record.peak_memory_bytes},
-                               {"warnings", record.warnings}};
+  nlohmann::json json = json_of(record.output);
+  json["frame"] = record.frame_id;
+  json["seconds"] = record.seconds;
+  json["peak"] = record.peak_memory_bytes;
+  json["warnings"] = record.warnings;
+  for (const ManifestOutput& output : record.beside) {
+    json["beside"].push_back(json_of(output));
+  }
   const std::string line = json.dump() + "\n";
   std::string_view rest = line;
   while (!rest.empty()) {
@@ -97,41 +146,27 @@ void add_frame_records(std::string_view text, std::map<int, FrameRecord>& record
         nlohmann::json::parse(text.begin() + static_cast<long>(begin),
                               text.begin() + static_cast<long>(end), nullptr, false);
     begin = end + 1;
-    if (!json.is_object() ||
-        json.value("path", nlohmann::json()).type() != nlohmann::json::value_t::string) {
+    const std::optional<ManifestOutput> output = output_of(json);
+    if (!output) {
       continue;
     }
     const auto frame = json.find("frame");
-    const auto size = json.find("size");
-    const auto digits = json.find("sha256");
     const auto seconds = json.find("seconds");
     const auto peak = json.find("peak");
-    if (frame == json.end() || !frame->is_number_unsigned() || size == json.end() ||
-        !size->is_number_unsigned() || digits == json.end() || !digits->is_string() ||
-        seconds == json.end() || !seconds->is_number() || peak == json.end() ||
-        !peak->is_number_unsigned()) {
+    if (frame == json.end() || !frame->is_number_unsigned() || seconds == json.end() ||
+        !seconds->is_number() || peak == json.end() || !peak->is_number_unsigned()) {
       continue;
     }
     const std::optional<std::vector<std::string>> warnings = warnings_of(json);
-    if (!warnings) {
-      continue;
-    }
-    const auto digest = digest_from_hex(digits->get<std::string>());
-    const std::string path = json["path"].get<std::string>();
-    if (!digest || !is_safe_output_path(path) || frame->get<std::uint64_t>() > 2'000'000'000u) {
-      continue;
-    }
+    const std::optional<std::vector<ManifestOutput>> beside = beside_of(json);
     constexpr auto kMost = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
-    if (size->get<std::uint64_t>() > kMost || peak->get<std::uint64_t>() > kMost ||
-        !(seconds->get<double>() >= 0)) {
+    if (!warnings || !beside || frame->get<std::uint64_t>() > 2'000'000'000u ||
+        peak->get<std::uint64_t>() > kMost || !(seconds->get<double>() >= 0)) {
       continue;
     }
     const int frame_id = frame->get<int>();
-    records[frame_id] = {frame_id,
-                         {path, size->get<std::int64_t>(), *digest},
-                         seconds->get<double>(),
-                         peak->get<std::int64_t>(),
-                         *warnings};
+    records[frame_id] = {
+        frame_id, *output, *beside, seconds->get<double>(), peak->get<std::int64_t>(), *warnings};
   }
 }
 

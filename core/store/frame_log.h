@@ -15,6 +15,7 @@ namespace atelier {
 struct FrameRecord {
   int frame_id = 0;
   ManifestOutput output;
+  std::vector<ManifestOutput> beside;  ///< its further files, where a frame has several
   double seconds = 0;                  ///< that the frame took
   std::int64_t peak_memory_bytes = 0;  ///< of the process, so far
   std::vector<std::string> warnings;   ///< that the frame gave cause for

@@ -16,6 +16,12 @@
 
 namespace atelier {
 
+/// Where one file of each frame goes: `<folder>/<frame id, six digits><extension>`.
+struct FrameFiles {
+  std::string folder;     ///< inside the result
+  std::string extension;  ///< ".h5"
+};
+
 /// What a stage's function gets: its inputs, its options, and the only ways to write. The runner
 /// behind it does everything else (lock, staging, resume, sync, digests, manifest).
 class StageRun {
@@ -35,22 +41,37 @@ class StageRun {
 
   virtual Device device() const = 0;
 
-  /// Writes one file for each frame: `<folder>/<frame id, six digits><extension>`. `write` is given
-  /// a frame and the path of an empty temporary file to fill; the runner then syncs, digests and
-  /// renames it, so that a kill costs no more than the frames in work. Frames that an earlier run
-  /// has finished are not asked for again, nor those that --frames and --shard leave to others.
-  /// `write` is called from up to --jobs threads at once. `frame_ids` must be increasing and not
-  /// negative; none are fine, where an input has nothing for them; `bytes_per_frame`, if known, is
-  /// checked against the free space first.
+  /// Writes one file of each of these for each frame. `write` is given a frame and the paths of
+  /// empty temporary files to fill, in the order of `files`; the runner then syncs, digests and
+  /// renames them, so that a kill costs no more than the frames in work: a frame is finished once
+  /// all its files are there. Frames that an earlier run has finished are not asked for again, nor
+  /// those that --frames and --shard leave to others. `write` is called from up to --jobs threads
+  /// at once. `frame_ids` must be increasing and not negative; none are fine, where an input has
+  /// nothing for them; `bytes_per_frame`, if known, is checked against the free space first.
+  /// Sequences of meshes are written with output_sequences (core/store/output_sequences.h).
   ///
   /// Returns true if now every frame is there, so that the function goes on to write what joins
   /// them; false if others are still to come or the run was told to stop: the function returns.
   virtual bool each_frame(
-      const std::string& folder, const std::string& extension, const std::vector<int>& frame_ids,
-      const std::function<void(int frame_id, const std::filesystem::path& file)>& write,
-      std::int64_t bytes_per_frame = 0) = 0;
+      const std::vector<FrameFiles>& files, const std::vector<int>& frame_ids,
+      const std::function<void(int frame_id, std::span<const std::filesystem::path> files)>& write,
+      std::int64_t bytes_per_frame) = 0;
 
-  /// Where the finished file of a frame is, once `each_frame` has returned true.
+  /// The same with one file for each frame.
+  bool each_frame(const std::string& folder, const std::string& extension,
+                  const std::vector<int>& frame_ids,
+                  const std::function<void(int frame_id, const std::filesystem::path& file)>& write,
+                  std::int64_t bytes_per_frame = 0) {
+    return each_frame(
+        {FrameFiles{folder, extension}}, frame_ids,
+        [&](int frame_id, std::span<const std::filesystem::path> files) {
+          write(frame_id, files.front());
+        },
+        bytes_per_frame);
+  }
+
+  /// Where the finished file of a frame is, of several the first, once `each_frame` has returned
+  /// true.
   virtual std::filesystem::path frame_file(int frame_id) const = 0;
 
   /// Writes one file of the result; `write` fills the temporary file that it is given.

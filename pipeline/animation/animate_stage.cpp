@@ -19,6 +19,8 @@
 #include "pipeline/pictures/picture_size.h"
 #include "pipeline/pictures/straight_alpha.h"
 #include "simulation/simulation_doubts.h"
+#include "core/store/frame_memory.h"
+#include "core/store/output_sequences.h"
 
 namespace atelier {
 namespace {
@@ -33,23 +35,41 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// A sequence of one topology, file by file.
-void write_meshes(StageRun& run, const Animation& animation, const std::string& folder,
-                  const Mesh& shared, const std::function<Points(Index row)>& vertices) {
+/// Meshes over one topology at the animation's frames.
+SequenceHeader animation_header(const Animation& animation, const Mesh& shared) {
   SequenceHeader header;
   header.fps = animation.fps;
   header.frame_ids = animation.frame_ids;
   header.shared.faces = shared.faces;
   header.shared.uvs = shared.uvs;
   header.shared.uv_faces = shared.uv_faces;
-  run.output(folder + "/sequence.h5",
-             [&](const fs::path& file) { write_archive(file, archive_of(header)); });
-  for (std::size_t i = 0; i < header.frame_ids.size(); ++i) {
-    Mesh mesh;
-    mesh.vertices = vertices(static_cast<Index>(i));
-    run.output(sequence_frame_path(folder, header.frame_ids[i]).generic_string(),
-               [&](const fs::path& file) { write_mesh_archive(file, mesh); });
+  return header;
+}
+
+/// What is written of every frame: what the simulation goes on from, the body, each garment.
+std::vector<OutputSequence> animated_sequences(const Animation& animation) {
+  std::vector<OutputSequence> sequences = {
+      {"frames", std::nullopt},
+      {"body/frames", animation_header(animation, animation.body.model.mesh)}};
+  for (std::size_t g = 0; g < animation.worn.names.size(); ++g) {
+    sequences.push_back({"garments/" + animation.worn.names[g] + "/frames",
+                         animation_header(animation, animation.worn.meshes[g])});
   }
+  return sequences;
+}
+
+/// A frame in the order of `animated_sequences`.
+std::vector<Archive> animated_archives(const Animation& animation, const AnimatedFrame& frame,
+                                       const Points& body) {
+  Mesh mesh;
+  mesh.vertices = body;
+  std::vector<Archive> archives{archive_of(frame), archive_of(mesh)};
+  for (std::size_t g = 0; g < animation.worn.names.size(); ++g) {
+    mesh.vertices = frame.state.positions.middleRows(animation.worn.first[g],
+                                                     animation.worn.meshes[g].vertices.rows());
+    archives.push_back(archive_of(mesh));
+  }
+  return archives;
 }
 
 /// The body's and the clothes' surfaces in a frame, as they are rendered.
@@ -236,7 +256,7 @@ void warn_of_doubts(StageRun& run, const Animation& animation,
   // How another simulator treats cloth is not ours to say.
   const bool self_contact = animation.foreign || animation.worn.solver.self_contact;
   for (const std::string& doubt :
-       simulation_doubts(reports, self_contact, {"--cloth.xpbd.", "--cloth.contact"})) {
+       simulation_doubts(reports, self_contact, {solver_flag("", "cloth"), "--cloth.contact"})) {
     run.warn(doubt);
   }
 }
@@ -255,6 +275,13 @@ MotionClip played_motion(const Animation& animation) {
   return clip;
 }
 
+/// What pictures and figures need of a frame.
+struct KeptAnimation {
+  Points body;   ///< [B,3] m
+  Points cloth;  ///< [V,3] m
+  FrameFigures figures;
+};
+
 }  // namespace
 
 void run_animate(StageRun& run) {
@@ -262,18 +289,22 @@ void run_animate(StageRun& run) {
   if (options.pictures) {
     require_picture_size(options.view.picture);
   }
-  require_solver(options.cloth.xpbd, run.device());
+  require_solver(options.cloth.solver, run.device());
   const Animation animation = read_animation(run);
   const std::vector<int>& ids = animation.frame_ids;
   AnimatedCloth frames(run, animation);
   const auto row_of = [&](int id) {
     return std::lower_bound(ids.begin(), ids.end(), id) - ids.begin();
   };
+  FrameMemory<KeptAnimation> memory;
   try {
-    if (!run.each_frame("frames", ".h5", ids, [&](int id, const fs::path& file) {
-          const ClothState state = frames.at(row_of(id));
-          const Points body = body_after(animation, step_of(animation, row_of(id)));
-          write_animated_frame(file, {state, frame_figures(animation, state.positions, body)});
+    if (!output_sequences(run, animated_sequences(animation), ids, [&](int id) {
+          AnimatedFrame frame{frames.at(row_of(id)), {}};
+          Points body = body_after(animation, step_of(animation, row_of(id)));
+          frame.figures = frame_figures(animation, frame.state.positions, body);
+          std::vector<Archive> archives = animated_archives(animation, frame, body);
+          memory.keep(id, {std::move(body), std::move(frame.state.positions), frame.figures});
+          return archives;
         })) {
       return;
     }
@@ -285,19 +316,14 @@ void run_animate(StageRun& run) {
   std::vector<Points> cloths;
   std::vector<FrameFigures> figures;
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    AnimatedFrame frame = read_animated_frame(run.frame_file(ids[i]), vertices);
-    bodies.push_back(body_after(animation, step_of(animation, static_cast<Index>(i))));
-    cloths.push_back(std::move(frame.state.positions));
-    figures.push_back(frame.figures);
-  }
-  write_meshes(run, animation, "body", animation.body.model.mesh,
-               [&](Index i) { return bodies[static_cast<std::size_t>(i)]; });
-  for (std::size_t g = 0; g < animation.worn.names.size(); ++g) {
-    write_meshes(run, animation, "garments/" + animation.worn.names[g], animation.worn.meshes[g],
-                 [&](Index i) {
-                   return Points(cloths[static_cast<std::size_t>(i)].middleRows(
-                       animation.worn.first[g], animation.worn.meshes[g].vertices.rows()));
-                 });
+    KeptAnimation kept = memory.take(ids[i], [&]() -> KeptAnimation {
+      AnimatedFrame frame = read_animated_frame(run.frame_file(ids[i]), vertices);
+      return {body_after(animation, step_of(animation, static_cast<Index>(i))),
+              std::move(frame.state.positions), frame.figures};
+    });
+    bodies.push_back(std::move(kept.body));
+    cloths.push_back(std::move(kept.cloth));
+    figures.push_back(kept.figures);
   }
   run.output("body.npz", [&](const fs::path& file) { write_body(file, animation.body.model); });
   run.output("motion.npz",

@@ -98,7 +98,8 @@ ClothState AnimatedCloth::at(Index row) {
 
 void AnimatedCloth::start_before(Index row) {
   const WornCloth& worn = animation_.worn;
-  solver_.emplace(worn.cloth, animation_.body.model.mesh.faces, worn.solver, run_.device());
+  solver_ =
+      create_solver({worn.cloth, animation_.body.model.mesh.faces}, worn.solver, run_.device());
   solver_->set_state(worn.state);
   for (Index before = row - 1; before >= 0; --before) {
     if (const auto file = finished(before)) {
@@ -131,7 +132,7 @@ void AnimatedCloth::advance_to(int step) {
     control.body_start = body_;
     body_ = body_after(animation_, step_ + 1);
     control.body_end = body_;
-    const FrameReport report = solver_->advance(control);
+    const FrameReport report = solver_->step(control);
     ++step_;
     ++steps_;
     seconds_ += std::chrono::duration<double>(Clock::now() - start).count();
@@ -141,7 +142,8 @@ void AnimatedCloth::advance_to(int step) {
                     100 * report.strain_p95, step_ * animation_.step_seconds);
       throw DataError("simulation", "", found,
                       "a motion and a body that the garment follows: a slower motion, another "
-                      "--body, or more --cloth.xpbd.substeps");
+                      "--body, or more " +
+                          solver_flag("substeps", "cloth"));
     }
   }
 }

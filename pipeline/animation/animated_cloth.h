@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 
@@ -41,7 +42,7 @@ class AnimatedCloth {
 
   StageRun& run_;
   const Animation& animation_;
-  std::optional<ClothSolver> solver_;
+  std::unique_ptr<Solver> solver_;
   std::mutex mutex_;
   int step_ = 0;
   Index next_ = 0;

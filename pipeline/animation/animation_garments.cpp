@@ -176,7 +176,7 @@ void wear_pattern(StageRun& run, Animation& animation) {
   how.friction = material.friction;
   how.thickness = options.cloth.contact;
   how.rate = options.cloth.rate;
-  how.substeps = options.cloth.xpbd.substeps;
+  how.substeps = options.cloth.solver.substeps;
   run.say("sewing and draping " + options.garment);
   Outfit outfit = dress_body(body.model, how, options.body, run.device());
   WornCloth& worn = animation.worn;
@@ -189,7 +189,7 @@ void wear_pattern(StageRun& run, Animation& animation) {
   worn.first = outfit.first;
   worn.cloth = std::move(outfit.cloth);
   worn.state = std::move(outfit.state);
-  worn.solver = options.cloth.xpbd;
+  worn.solver = options.cloth.solver;
   worn.solver.thickness = outfit.solver.thickness;
   const Pose rest = rest_pose(body.model.skeleton);
   Pose standing = rest;

@@ -19,6 +19,7 @@
 #include "core/io/ground_truth_archive.h"
 #include "core/mesh_statistics.h"
 #include "core/sequence_archive.h"
+#include "core/store/output_sequences.h"
 
 namespace atelier {
 namespace {
@@ -360,7 +361,7 @@ void run_reconstruct(StageRun& run) {
   if (halvings > 0) {
     run.say(halvings_text(halvings, options.memory));
   }
-  if (!run.each_frame("scans", ".h5", frames, [&](int frame, const std::filesystem::path& file) {
+  if (!output_sequences(run, {{"scans", std::nullopt}}, frames, [&](int frame) {
         const ReconstructedScan scan = [&] {
           try {
             return reconstruct_scan(instant_of(dataset, frame, halvings), options.scan,
@@ -380,10 +381,9 @@ void run_reconstruct(StageRun& run) {
           ColorSplit split = split_by_color(labelled, options.split);
           tell(run, split.findings, "frame " + std::to_string(frame) + ": ");
           labelled.labels = std::move(split.labels);
-          write_mesh_archive(file, labelled);
-          return;
+          return std::vector<Archive>{archive_of(labelled)};
         }
-        write_mesh_archive(file, scan.scan);
+        return std::vector<Archive>{archive_of(scan.scan)};
       })) {
     return;
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "bodymodel/formats/personal_body.h"
 #include "bodymodel/formats/tracked_motion.h"
@@ -154,10 +155,10 @@ Trials read_trials(StageRun& run, const std::vector<RegisteredGarmentSequence>& 
   trials.leash = options.leash;
   trials.options.rate = 1 / step_seconds;
   trials.options.contact = kContact;
-  trials.options.xpbd.substeps = options.substeps;
-  trials.options.xpbd.self_contact = options.self_contact;
-  trials.options.xpbd.self_interval = options.substeps;
-  trials.options.xpbd.report = false;
+  trials.options.solver.substeps = options.substeps;
+  trials.options.solver.self_contact = options.self_contact;
+  trials.options.solver.self_interval = options.substeps;
+  trials.options.solver.report = false;
   for (const RegisteredGarmentSequence& garment : outfit) {
     trials.garments.push_back(tried_garment(garment, body, trials.bodies.front(),
                                             said_material(options.material), options.edge_length));
@@ -174,8 +175,9 @@ SceneResult run_scene(const Trials& trials, const std::vector<Stiffness>& scene,
     WornCloth worn = worn_cloth(garments_of(trials, scene), trials.options);
     worn.cloth.attachments.clear();  // what the body holds goes where it was seen
     const SeenCloth seen = seen_cloth(trials, worn);
-    ClothSolver solver(worn.cloth, trials.body_faces, worn.solver);
-    solver.set_state(worn.state);
+    const std::unique_ptr<Solver> solver =
+        create_solver({worn.cloth, trials.body_faces}, worn.solver);
+    solver->set_state(worn.state);
     const std::size_t frames = trials.steps.size();
     const std::size_t settled = std::min<std::size_t>(kSettling, (frames - 1) / 3);
     const double step_seconds = worn.solver.time_step;
@@ -192,14 +194,14 @@ SceneResult run_scene(const Trials& trials, const std::vector<Stiffness>& scene,
         control.body_start = trials.bodies[at - 1];
         control.body_end = trials.bodies[at];
         control.pin_targets = there;
-        solver.advance(control);
-        state = solver.state();
+        solver->step(control);
+        state = solver->state();
         // A damped spring that neither swings nor lags: what it has to pull is what the stiffness
         // is wrong by, and no error of the start or of a frame grows.
         state.velocities +=
             step_seconds * (trials.leash * trials.leash * (there - state.positions) +
                             2 * trials.leash * (seen.velocity(frame, share) - state.velocities));
-        solver.set_state(state);
+        solver->set_state(state);
       }
       if (frame >= settled) {
         sum += state.positions - seen.positions[frame + 1];

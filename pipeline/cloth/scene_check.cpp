@@ -120,18 +120,18 @@ std::vector<std::string> scene_doubts(const SimulationScene& scene, double conta
   }
   if (const Index deep = deeper_than(contact_reach, garment, body, scene.body_faces); deep > 0) {
     doubts.push_back("warning: " + std::to_string(deep) + " of " + std::to_string(garment.rows()) +
-                     " vertices begin inside the body deeper than --xpbd.contact-reach (" +
-                     number_text(1e3 * contact_reach) +
+                     " vertices begin inside the body deeper than " + solver_flag("contact_reach") +
+                     " (" + number_text(1e3 * contact_reach) +
                      " mm), so contact may not bring them out: a larger one (0.1), --scale, or "
                      "--move-x, --move-y and --move-z");
   }
   return doubts;
 }
 
-void require_solver(const XpbdOptions& options, Device device) {
-  const std::string conflict = xpbd_conflict(options, device);
+void require_solver(const SolverOptions& options, Device device) {
+  const std::string conflict = solver_conflict(options, device);
   if (!conflict.empty()) {
-    throw UsageError("--xpbd: " + conflict);
+    throw UsageError("--" + options.name + ": " + conflict);
   }
 }
 
@@ -145,7 +145,7 @@ bool is_one_mesh(const std::filesystem::path& body) {
 
 struct UnusedRule {
   bool broken;
-  const char* words;
+  std::string words;
 };
 
 void require_none(std::initializer_list<UnusedRule> rules) {
@@ -159,16 +159,16 @@ void require_none(std::initializer_list<UnusedRule> rules) {
 }  // namespace
 
 void require_scene_options(const ScenePaths& paths, const SimulateOptions& options, Device device) {
-  require_solver(options.xpbd, device);
-  const bool cpu = device == Device::Cpu;
-  const XpbdOptions usual;
-  const bool of_body = options.xpbd.friction >= 0 || options.xpbd.thickness >= 0 ||
-                       options.xpbd.contact_reach != usual.contact_reach || options.xpbd.body_edges;
+  require_solver(options.solver, device);
+  const SolverOptions usual;
+  const bool of_body = options.solver.friction >= 0 || options.solver.thickness >= 0 ||
+                       options.solver.contact_reach != usual.contact_reach ||
+                       options.solver.body_edges;
   const bool wind = !options.wind.empty();
   require_none({
       {wind && options.wind.size() != 3, "--wind takes three numbers: --wind '[0, 0, 5]'"},
-      {wind && !(options.xpbd.drag > 0) && !(options.xpbd.lift > 0),
-       "--wind does nothing to cloth without drag or lift: --xpbd.drag 1"},
+      {wind && !(options.solver.drag > 0) && !(options.solver.lift > 0),
+       "--wind does nothing to cloth without drag or lift: " + solver_flag("drag") + " 1"},
       {!paths.motion.empty() && paths.body.empty(),
        "--motion takes a --body that can be posed: a body model, female or male"},
       {options.pin_top > 0 && paths.body.empty(),
@@ -186,20 +186,21 @@ void require_scene_options(const ScenePaths& paths, const SimulateOptions& optio
            (paths.body.empty() || is_one_mesh(paths.body)),
        "there is nothing to simulate: give --settle or --length"},
       {of_body && paths.body.empty(),
-       "--xpbd.friction, .thickness, .contact-reach and .body-edges are of contact with a body; "
-       "give --body, or leave them out"},
+       solver_flag("friction") +
+           ", .thickness, .contact-reach and .body-edges are of contact with a body; "
+           "give --body, or leave them out"},
       {options.body_fps > 0 && (!paths.motion.empty() || is_one_mesh(paths.body)),
        "--body-fps is of meshes that move by themselves; this body does not: leave it out"},
       {options.body_fps > 0 && paths.body.empty(), "--body-fps does nothing without --body"},
       {options.fall_in != SimulateOptions{}.fall_in && paths.motion.empty(),
        "--fall-in goes into a motion; give --motion, or leave it out"},
-      {options.xpbd.cuda_barrier != "auto" && cpu,
-       "--xpbd.cuda-barrier does nothing on the CPU; say --device cuda, or leave it out"},
-      {options.xpbd.cuda_blocks > 0 && cpu,
-       "--xpbd.cuda-blocks does nothing on the CPU; say --device cuda, or leave it out"},
-      {options.xpbd.vectors != "auto" && !cpu,
-       "--xpbd.vectors does nothing on a GPU; say --device cpu, or leave it out"},
   });
+  if (const std::string idle = idle_on_device(options.solver, device); !idle.empty()) {
+    throw UsageError(
+        solver_flag(idle) + " does nothing on " +
+        (device == Device::Cpu ? "the CPU; say --device cuda" : "a GPU; say --device cpu") +
+        ", or leave it out");
+  }
 }
 
 void require_garment_options(const Garment& garment, const SimulateOptions& options) {

@@ -22,7 +22,7 @@ void require_surface(const Points& body, const Triangles& faces, const std::file
 std::vector<std::string> scene_doubts(const SimulationScene& scene, double contact_reach);
 
 /// Throws UsageError where options of a solver do not work together on that device.
-void require_solver(const XpbdOptions& options, Device device);
+void require_solver(const SolverOptions& options, Device device);
 
 /// Refuses, before anything is read, what is said and would do nothing with these files on this
 /// device, or contradicts something else, by a table of rules (of options alone: option_rules.h):

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <exception>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
@@ -13,6 +14,8 @@
 #include "simulation/membrane_in_use.h"
 #include "simulation/simulation_doubts.h"
 #include "simulation/simulation_table.h"
+#include "core/store/frame_memory.h"
+#include "core/store/output_sequences.h"
 
 namespace atelier {
 namespace {
@@ -26,8 +29,8 @@ class FrameSource {
         paths_(paths),
         scene_(scene),
         options_(options),
-        cloth_(scene_cloth(scene, options)),
-        solver_(cloth_, scene.body_faces, scene_solver(scene, options), run.device()) {}
+        model_(scene_model(scene, options)),
+        solver_(create_solver(model_, scene_solver(scene, options), run.device())) {}
 
   SimulatedFrame at(int frame) {
     const std::lock_guard lock(mutex_);
@@ -53,14 +56,14 @@ class FrameSource {
     return simulated;
   }
 
-  Index vertices() const { return cloth_.rest_positions.rows(); }
-  const Cloth& cloth() const { return cloth_; }
+  Index vertices() const { return model_.cloth.rest_positions.rows(); }
+  const Cloth& cloth() const { return model_.cloth; }
 
  private:
   SimulatedFrame advanced(int frame) {
     try {
-      const FrameReport report = advance_scene(solver_, scene_, options_, frame, paths_);
-      return {solver_.state(), report};
+      const FrameReport report = advance_scene(*solver_, scene_, options_, frame, paths_);
+      return {solver_->state(), report};
     } catch (const std::runtime_error&) {
       throw_with(std::current_exception(), frame > 1 ? "; frames before it are kept" : "");
     }
@@ -70,11 +73,11 @@ class FrameSource {
   void start_before(int frame) {
     started_ = true;
     done_ = 0;
-    solver_.set_state(scene_start(scene_, cloth_));
+    solver_->set_state(scene_start(scene_, model_.cloth));
     for (int before = frame - 1; before > 0; --before) {
       const std::optional<std::filesystem::path> file = finished(before);
       if (file) {
-        solver_.set_state(read_simulated_frame(*file, before, vertices()).state);
+        solver_->set_state(read_simulated_frame(*file, before, vertices()).state);
         done_ = before;
         return;
       }
@@ -93,13 +96,19 @@ class FrameSource {
   const ScenePaths& paths_;
   const SimulationScene& scene_;
   const SimulateOptions& options_;
-  Cloth cloth_;
-  ClothSolver solver_;
+  SimulationModel model_;
+  std::unique_ptr<Solver> solver_;
   std::mutex mutex_;
   bool started_ = false;
   int done_ = 0;
   std::map<int, SimulatedFrame> waiting_;
   std::exception_ptr failure_;  ///< of the frame behind `done_`
+};
+
+/// What the tables and pictures of the end need of a frame.
+struct KeptFrame {
+  FrameReport report;
+  Points positions;  ///< [V,3] m, of the frames in the contact sheet; else no rows
 };
 
 /// The worst of all frames; what was counted in none has no metric.
@@ -154,55 +163,51 @@ void run_simulate(StageRun& run) {
     ids.push_back(static_cast<int>(i));
   }
   FrameSource source(run, paths, scene, options);
-  const bool complete =
-      run.each_frame("states", ".h5", ids, [&](int frame, const std::filesystem::path& file) {
-        write_simulated_frame(file, source.at(frame));
-      });
-  if (!complete) {
-    return;
-  }
   SequenceHeader header;
   header.fps = options.fps;
   header.frame_ids = ids;
   header.shared.faces = source.cloth().faces;
-  // The writers of sequences know folders, the runner files: each file is made beside its place.
-  const auto through_folder = [&](const std::string& name, const std::filesystem::path& file,
-                                  const auto& write) {
-    const std::filesystem::path folder = file.string() + ".folder";
-    write(folder);
-    std::filesystem::rename(folder / name, file);
-    std::filesystem::remove_all(folder);
+  const auto kept_of = [&](int id, SimulatedFrame frame) {
+    KeptFrame kept{frame.report, Points(0, 3)};
+    if (in_sheet(id, scene.frame_count)) {
+      kept.positions = std::move(frame.state.positions);
+    }
+    return kept;
   };
-  run.output("garment/sequence.h5", [&](const std::filesystem::path& file) {
-    through_folder("sequence.h5", file, [&](const std::filesystem::path& folder) {
-      write_sequence_header(folder, header);
-    });
-  });
+  FrameMemory<KeptFrame> memory;
+  const bool complete = output_sequences(
+      run, {{"states", std::nullopt}, {"garment/frames", header}}, ids, [&](int id) {
+        SimulatedFrame frame = source.at(id);
+        Mesh mesh;
+        mesh.vertices = frame.state.positions;
+        std::vector<Archive> archives{archive_of(frame), archive_of(mesh)};
+        memory.keep(id, kept_of(id, std::move(frame)));
+        return archives;
+      });
+  if (!complete) {
+    return;
+  }
   std::vector<FrameReport> reports;
   std::vector<CaptionedImage> pictures;
   for (const int id : ids) {
     if (run.stop_requested()) {
       return;
     }
-    SimulatedFrame frame = read_simulated_frame(run.frame_file(id), id, source.vertices());
-    reports.push_back(frame.report);
-    Mesh mesh;
-    mesh.vertices = std::move(frame.state.positions);
-    mesh.faces = source.cloth().faces;
-    const std::string name = sequence_frame_path("", id).generic_string();
-    run.output("garment/" + name, [&](const std::filesystem::path& file) {
-      through_folder(name, file, [&](const std::filesystem::path& folder) {
-        write_sequence_frame(folder, header, id, mesh);
-      });
+    KeptFrame frame = memory.take(id, [&] {
+      return kept_of(id, read_simulated_frame(run.frame_file(id), id, source.vertices()));
     });
+    reports.push_back(frame.report);
     if (in_sheet(id, scene.frame_count)) {
+      Mesh mesh;
+      mesh.vertices = std::move(frame.positions);
+      mesh.faces = source.cloth().faces;
       pictures.push_back(sheet_picture(id, {mesh}, scene));
     }
   }
   run.output_text("frames.csv", frames_csv(reports, options.fps));
   run.output_text("sheet.png", image_bytes(simulation_sheet(pictures), ImageFormat::Png));
   add_metrics(run, reports);
-  for (const std::string& doubt : simulation_doubts(reports, options.xpbd.self_contact)) {
+  for (const std::string& doubt : simulation_doubts(reports, options.solver.self_contact)) {
     run.warn(doubt);
   }
 }

@@ -50,14 +50,11 @@ OptionTable describe(SimulateOptions& options) {
   table.add(describe(options.cloth));
   table.add("wind", options.wind, -200, 200, "m/s", "Three numbers, or none for still air");
   table.add("material", describe_said(options.material, fabric_names()));
-  OptionTable xpbd = describe(options.xpbd);
-  std::erase_if(xpbd.fields, [](const OptionField& field) {
-    return field.name == "time_step" || field.name == "report";
-  });
-  for (OptionField& field : xpbd.fields) {
+  OptionTable solver = describe(options.solver, {"time_step", "report"});
+  for (OptionField& field : solver.fields) {
     field.keyed = true;  // what is counted is in the result
   }
-  return table.add("xpbd", xpbd);
+  return table.add(solver);
 }
 
 std::string relaxed_text(const RelaxedGarment& relaxed, double seconds) {
@@ -126,11 +123,12 @@ void relax_scene(SimulationScene& scene, const SimulateOptions& options, Device 
   RelaxedGarment relaxed = relax_gravity(
       scene.garments[0], {}, scene.body ? scene.body(0) : Points(0, 3), scene.body_faces,
       cloth_options(options), scene_solver(scene, options), options.relaxing, device);
-  if (scene.body && options.xpbd.thickness < 0) {
+  if (scene.body && options.solver.thickness < 0) {
     scene.thickness = relaxed.gap;
     scene.notes.push_back("keeps " + length_text(relaxed.gap) +
                           " from the body, as it was captured where it rests on it "
-                          "(--xpbd.thickness says otherwise)");
+                          "(" +
+                          solver_flag("thickness") + " says otherwise)");
   }
   const std::string hangs = relaxed_text(relaxed, options.relaxing.seconds);
   scene.notes.push_back(relaxed.converged
@@ -156,14 +154,14 @@ void keep_off(SimulationScene& scene, const SimulateOptions& options) {
   }
   const Garment& garment = scene.garments[most];
   const double needed = contact_distance(garment);
-  if (options.xpbd.thickness >= 0 || !(needed > garment.material.thickness)) {
+  if (options.solver.thickness >= 0 || !(needed > garment.material.thickness)) {
     return;
   }
   scene.thickness = needed;
   scene.notes.push_back("keeps " + length_text(needed) + " from the body, as edges of " +
                         length_text(mean_edge_length(garment.mesh)) +
-                        (scene.garments.size() > 1 ? " of " + scene.names[most] : "") +
-                        " need (--xpbd.thickness says otherwise)");
+                        (scene.garments.size() > 1 ? " of " + scene.names[most] : "") + " need (" +
+                        solver_flag("thickness") + " says otherwise)");
 }
 
 double across(const Points& points) {
@@ -179,7 +177,7 @@ std::vector<std::string> doubts_of(const SimulationScene& scene, const SimulateO
     alone.garments = {scene.garments[g]};
     alone.first = {0, scene.first[g + 1] - scene.first[g]};
     alone.start = scene.start.middleRows(scene.first[g], alone.first[1]);
-    of_each.push_back(scene_doubts(alone, options.xpbd.contact_reach));
+    of_each.push_back(scene_doubts(alone, options.solver.contact_reach));
     // Beside a body of the same unit nothing of the garment looks odd.
     const double size = across(alone.start);
     if (scene.body && size > 20 && across(scene.body(0)) > 20) {
@@ -284,12 +282,12 @@ SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& optio
   return scene;
 }
 
-Cloth scene_cloth(const SimulationScene& scene, const SimulateOptions& options) {
+SimulationModel scene_model(const SimulationScene& scene, const SimulateOptions& options) {
   std::vector<Cloth> cloths;
   for (const Garment& garment : scene.garments) {
     cloths.push_back(make_cloth(garment, {}, cloth_options(options)));
   }
-  return cloths.size() == 1 ? cloths.front() : join_cloths(cloths);
+  return {cloths.size() == 1 ? cloths.front() : join_cloths(cloths), scene.body_faces};
 }
 
 std::vector<Mesh> garment_meshes(const SimulationScene& scene, const Points& positions) {
@@ -309,8 +307,8 @@ ClothState scene_start(const SimulationScene& scene, const Cloth& cloth) {
   return state;
 }
 
-XpbdOptions scene_solver(const SimulationScene& scene, const SimulateOptions& options) {
-  XpbdOptions solver = options.xpbd;
+SolverOptions scene_solver(const SimulationScene& scene, const SimulateOptions& options) {
+  SolverOptions solver = options.solver;
   solver.time_step = 1 / options.fps;
   if (scene.thickness >= 0) {
     solver.thickness = scene.thickness;
@@ -328,14 +326,14 @@ Control scene_control(const SimulationScene& scene, const SimulateOptions& optio
     control.wind = {options.wind[0], options.wind[1], options.wind[2]};
   }
   // However short a run is, how it ends is known.
-  control.exact_counts = frame == scene.frame_count && options.xpbd.intersection_interval > 0;
+  control.exact_counts = frame == scene.frame_count && options.solver.intersection_interval > 0;
   return control;
 }
 
-FrameReport advance_scene(ClothSolver& solver, const SimulationScene& scene,
+FrameReport advance_scene(Solver& solver, const SimulationScene& scene,
                           const SimulateOptions& options, Index frame, const ScenePaths& paths) {
   try {
-    return solver.advance(scene_control(scene, options, frame));
+    return solver.step(scene_control(scene, options, frame));
   } catch (const DataError& error) {
     const bool of_body = error.where.starts_with("body");
     std::string file = of_body ? paths.body.string() : "";

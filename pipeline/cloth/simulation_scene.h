@@ -12,9 +12,19 @@
 #include "core/sequence.h"
 #include "simulation/relax_gravity.h"
 #include "simulation/said_material.h"
-#include "simulation/xpbd.h"
+#include "simulation/solver.h"
 
 namespace atelier {
+
+/// How clothes are solved unless something else is said: the body and their own contacts count, and
+/// exact counts are made of some frames.
+inline SolverOptions scene_solver_options() {
+  SolverOptions solver;
+  solver.substeps = 30;
+  solver.self_contact = true;
+  solver.intersection_interval = 10;
+  return solver;
+}
 
 /// What `simulate` needs beside the files; the same for the stage and for the command alone.
 struct SimulateOptions {
@@ -36,7 +46,7 @@ struct SimulateOptions {
   std::vector<double> wind;                    ///< m/s, three numbers, or none
   Material material = fabrics_own_material();  ///< what is said of it, see said_material
   /// Always with a report, so its counts are a part of the result.
-  XpbdOptions xpbd{.substeps = 30, .self_contact = true, .intersection_interval = 10};
+  SolverOptions solver = scene_solver_options();
 };
 OptionTable describe(SimulateOptions& options);
 
@@ -84,18 +94,18 @@ SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& optio
 /// The garments where `positions` [V,3] of the scene's cloth are.
 std::vector<Mesh> garment_meshes(const SimulationScene& scene, const Points& positions);
 
-/// The scene's cloth (of several garments one, in layers), the state that it begins in, and the
-/// options of its solver.
-Cloth scene_cloth(const SimulationScene& scene, const SimulateOptions& options);
+/// The scene's cloth (of several garments one, in layers) and body, the state that it begins in,
+/// and the options of its solver.
+SimulationModel scene_model(const SimulationScene& scene, const SimulateOptions& options);
 ClothState scene_start(const SimulationScene& scene, const Cloth& cloth);
-XpbdOptions scene_solver(const SimulationScene& scene, const SimulateOptions& options);
+SolverOptions scene_solver(const SimulationScene& scene, const SimulateOptions& options);
 
 /// What happens in simulated frame `frame`, counted from 1.
 Control scene_control(const SimulationScene& scene, const SimulateOptions& options, Index frame);
 
 /// Simulates that frame. What ends it (a body that teleports, a state that is no number, a device
 /// without memory) is thrown with the frame and the file it is about.
-FrameReport advance_scene(ClothSolver& solver, const SimulationScene& scene,
+FrameReport advance_scene(Solver& solver, const SimulationScene& scene,
                           const SimulateOptions& options, Index frame, const ScenePaths& paths);
 
 /// Throws again what ended a run, with what has become of the frames before behind what it says:

@@ -17,6 +17,8 @@
 #include "core/printable.h"
 #include "core/sequence_archive.h"
 #include "core/store/digest_meter.h"
+#include "core/store/frame_memory.h"
+#include "core/store/output_sequences.h"
 #include "core/store/result.h"
 #include "pipeline/capture/reconstruct_stage.h"
 #include "pipeline/garment/kept_frames.h"
@@ -327,11 +329,15 @@ std::array<double, kFigures.size()> figures_of(const RegisteredGarment& garment)
           static_cast<double>(garment.code_contradicted)};
 }
 
-/// All garments of a frame as one mesh, with each one's figures beside it.
-Archive frame_archive(const std::vector<Worn>& garments, Index row) {
-  Mesh all;
-  Archive archive;
-  std::map<std::string, double> numbers;
+/// All garments of a frame, one behind the other, with each one's figures.
+struct JoinedFrame {
+  Mesh mesh;                              ///< vertices and confidence
+  std::map<std::string, double> figures;  ///< by "<garment>.<figure>"
+};
+
+JoinedFrame joined_frame(const std::vector<Worn>& garments, Index row) {
+  JoinedFrame joined;
+  Mesh& all = joined.mesh;
   for (const Worn& worn : garments) {
     const RegisteredGarment& garment = worn.sequence->at(row);
     const Index before = all.vertices.rows();
@@ -342,13 +348,25 @@ Archive frame_archive(const std::vector<Worn>& garments, Index row) {
     all.confidence.tail(count) = garment.confidence;
     const auto figures = figures_of(garment);
     for (std::size_t i = 0; i < kFigures.size(); ++i) {
-      numbers[worn.name + "." + kFigures[i]] = figures[i];
+      joined.figures[worn.name + "." + kFigures[i]] = figures[i];
     }
   }
-  archive = archive_of(all);
-  archive.numbers.insert(numbers.begin(), numbers.end());
+  return joined;
+}
+
+Archive archive_of(const JoinedFrame& joined) {
+  Archive archive = archive_of(joined.mesh);
+  archive.numbers.insert(joined.figures.begin(), joined.figures.end());
   return archive;
 }
+
+JoinedFrame read_joined_frame(const fs::path& file) {
+  Archive archive = read_archive(file, "atelier.mesh", 1);
+  return {mesh_of(archive, file.string()), std::move(archive.numbers)};
+}
+
+/// Every frame of the result, by its number.
+using JoinedFrames = std::map<int, JoinedFrame>;
 
 /// The part of a joined mesh that is one garment.
 Mesh part_of(const Mesh& all, const Worn& worn) {
@@ -378,27 +396,32 @@ double slide(const Mesh& a, const Points& b, const Triangles& faces) {
   return *middle;
 }
 
-/// Splits the joined frames into the garments' own sequences.
-void write_garments(StageRun& run, const RegisteredOutfit& outfit,
-                    const std::vector<Worn>& garments) {
+/// What is written of every frame: all garments as one mesh, and each one alone.
+std::vector<OutputSequence> registered_sequences(const RegisteredOutfit& outfit,
+                                                 const std::vector<Worn>& garments) {
+  SequenceHeader header;
+  header.fps = outfit.fps();
+  header.frame_ids = outfit.frame_ids();
+  header.shared.faces = outfit.faces();
+  std::vector<OutputSequence> sequences = {{"frames", header}};
   for (const Worn& worn : garments) {
-    const std::string folder = "registered/" + worn.name;
-    SequenceHeader header;
-    header.fps = outfit.fps();
-    header.frame_ids = outfit.frame_ids();
     header.shared.faces = worn.garment.mesh.faces;
     header.shared.uvs = worn.garment.mesh.uvs;
     header.shared.uv_faces = worn.garment.mesh.uv_faces;
-    run.output(folder + "/sequence.h5",
-               [&](const fs::path& file) { write_archive(file, archive_of(header)); });
+    sequences.push_back({"registered/" + worn.name + "/frames", header});
+  }
+  return sequences;
+}
+
+/// What is of a garment and of no frame: its template, and the surface that its frames come from.
+void write_garments(StageRun& run, const std::vector<Worn>& garments, const JoinedFrames& joined) {
+  for (const Worn& worn : garments) {
+    const std::string folder = "registered/" + worn.name;
     run.output(folder + "/template.h5",
                [&](const fs::path& file) { write_mesh_archive(file, worn.garment.mesh); });
     std::vector<Points> frames;
-    for (const int id : header.frame_ids) {
-      const Mesh part = part_of(read_mesh_archive(run.frame_file(id)), worn);
-      run.output(folder + "/frames/" + frame_name(id) + ".h5",
-                 [&](const fs::path& file) { write_mesh_archive(file, part); });
-      frames.push_back(part.vertices);
+    for (const auto& [id, frame] : joined) {
+      frames.push_back(part_of(frame.mesh, worn).vertices);
     }
     if (frames.size() < kTautFrames) {
       run.say(worn.name + ": " + counted(static_cast<Index>(frames.size()), "frame") +
@@ -417,12 +440,11 @@ struct Drift {
   double closure = 0;
 };
 
-Drift drift_of(StageRun& run, const RegisteredOutfit& outfit, const Worn& worn) {
+Drift drift_of(const RegisteredOutfit& outfit, const Worn& worn, const JoinedFrames& joined) {
   Drift drift;
   const auto rows = static_cast<Index>(outfit.frame_ids().size());
-  const auto read = [&](Index row) {
-    return part_of(
-        read_mesh_archive(run.frame_file(outfit.frame_ids()[static_cast<std::size_t>(row)])), worn);
+  const auto part = [&](Index row) {
+    return part_of(joined.at(outfit.frame_ids()[static_cast<std::size_t>(row)]).mesh, worn);
   };
   const Index last = worn.template_row == rows - 1 ? 0 : rows - 1;
   if (last == worn.template_row) {
@@ -430,16 +452,16 @@ Drift drift_of(StageRun& run, const RegisteredOutfit& outfit, const Worn& worn) 
   }
   const Index before = last + (last > worn.template_row ? -1 : 1);
   const Triangles& faces = worn.garment.mesh.faces;
-  const Mesh end = read(last);
+  const Mesh end = part(last);
   drift.forward_backward =
-      slide(read(before), worn.sequence->again(before, last, end.vertices).vertices, faces);
+      slide(part(before), worn.sequence->again(before, last, end.vertices).vertices, faces);
   drift.closure = slide(end, worn.sequence->from_template(last).vertices, faces);
   return drift;
 }
 
-/// figures.json and the metrics, from the frames as they were written.
-void write_figures(StageRun& run, const RegisteredOutfit& outfit,
-                   const std::vector<Worn>& garments) {
+/// figures.json and the metrics.
+void write_figures(StageRun& run, const RegisteredOutfit& outfit, const std::vector<Worn>& garments,
+                   const JoinedFrames& joined) {
   nlohmann::json all = nlohmann::json::object();
   std::map<std::string, double> sums;
   double count = 0;
@@ -448,11 +470,10 @@ void write_figures(StageRun& run, const RegisteredOutfit& outfit,
     nlohmann::json& of = all[worn.name];
     of["template_frame"] = outfit.frame_ids()[static_cast<std::size_t>(worn.template_row)];
     std::vector<FrameFigures> followed;
-    for (const int id : outfit.frame_ids()) {
-      const Archive archive = read_archive(run.frame_file(id), "atelier.mesh", 1);
+    for (const auto& [id, registered] : joined) {
       nlohmann::json& frame = of["frames"][frame_name(id)];
       for (const char* figure : kFigures) {
-        const double value = archive.numbers.at(worn.name + "." + figure);
+        const double value = registered.figures.at(worn.name + "." + figure);
         frame[figure] = value;
         sums[figure] += value;
       }
@@ -465,7 +486,7 @@ void write_figures(StageRun& run, const RegisteredOutfit& outfit,
     if (const auto inside = inside_body(worn.name, followed)) {
       tell(run, {*inside});
     }
-    const Drift drift = drift_of(run, outfit, worn);
+    const Drift drift = drift_of(outfit, worn, joined);
     of["forward_backward"] = drift.forward_backward;
     of["closure"] = drift.closure;
     most.forward_backward = std::max(most.forward_backward, drift.forward_backward);
@@ -520,13 +541,20 @@ void require_registered_frames(const RegisterStageOptions& options, const FrameS
 void run_register(StageRun& run) {
   RegisteredOutfit outfit(run);
   const std::vector<int>& ids = outfit.frame_ids();
-  const auto write = [&](int id, const fs::path& file) {
-    const Index row = std::lower_bound(ids.begin(), ids.end(), id) - ids.begin();
-    write_archive(file, frame_archive(outfit.garments(), row));
-  };
+  const std::vector<Worn>& garments = outfit.garments();
+  FrameMemory<JoinedFrame> memory;
   bool all = false;
   try {
-    all = run.each_frame("frames", ".h5", ids, write);
+    all = output_sequences(run, registered_sequences(outfit, garments), ids, [&](int id) {
+      JoinedFrame joined =
+          joined_frame(garments, std::lower_bound(ids.begin(), ids.end(), id) - ids.begin());
+      std::vector<Archive> archives{archive_of(joined)};
+      for (const Worn& worn : garments) {
+        archives.push_back(archive_of(part_of(joined.mesh, worn)));
+      }
+      memory.keep(id, std::move(joined));
+      return archives;
+    });
   } catch (const StopRequested&) {  // within a frame's chain: what was followed is kept
   }
   if (!all) {
@@ -535,13 +563,12 @@ void run_register(StageRun& run) {
     }
     return;
   }
-  SequenceHeader header;
-  header.fps = outfit.fps();
-  header.frame_ids = ids;
-  header.shared.faces = outfit.faces();
-  run.output("sequence.h5", [&](const fs::path& file) { write_archive(file, archive_of(header)); });
-  write_garments(run, outfit, outfit.garments());
-  write_figures(run, outfit, outfit.garments());
+  JoinedFrames joined;
+  for (const int id : ids) {
+    joined[id] = memory.take(id, [&] { return read_joined_frame(run.frame_file(id)); });
+  }
+  write_garments(run, garments, joined);
+  write_figures(run, outfit, garments, joined);
 }
 
 }  // namespace atelier

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <set>
 
 #include "bodymodel/formats/makehuman.h"
@@ -260,7 +261,7 @@ Garment sewn_on(const Garment& panels, const Mesh& body, const SewingOptions& op
   Control control;
   control.body_start = control.body_end = body.vertices;
   control.gravity = {0, -options.gravity, 0};
-  XpbdOptions solver_options = options.solver;
+  SolverOptions solver_options = options.solver;
   solver_options.velocity_damping = kSewingDamping;
   solver_options.self_contact = false;
   Cloth cloth = make_cloth(panels);
@@ -280,16 +281,17 @@ Garment sewn_on(const Garment& panels, const Mesh& body, const SewingOptions& op
     for (std::size_t i = 0; i < gaps.size(); ++i) {
       cloth.springs[sewing_begin + i].rest = gaps[i] * (steps - step) / steps;
     }
-    ClothSolver solver(cloth, body.faces, solver_options, options.device);
-    solver.set_state(state);
+    const std::unique_ptr<Solver> solver =
+        create_solver({cloth, body.faces}, solver_options, options.device);
+    solver->set_state(state);
     for (int i = 0; i < kFramesPerStitch; ++i) {
-      solver.advance(control);
+      solver->step(control);
       if (options.watch) {
-        seen.vertices = solver.state().positions;
+        seen.vertices = solver->state().positions;
         options.watch(seen, body.vertices);
       }
     }
-    state = solver.state();
+    state = solver->state();
   }
   Garment sewn = panels;
   sewn.mesh.vertices = state.positions;
@@ -353,7 +355,7 @@ struct Fitting {
   const BodyModel& body;
   const TailorMeasures& measures;
   const OutfitOptions& options;
-  XpbdOptions sewing;
+  SolverOptions sewing;
   double room = 0;  ///< m off the body, for what is worn below
   Device device = Device::Cpu;
   const DressingWatch& watch;
@@ -368,30 +370,30 @@ Garment with_arms_lowered(Garment garment, const Pose& arms_out, const Fitting& 
     pose.rotations *= 1 - t * t * (3 - 2 * t);
     return Points(skin_vertices(fitting.body, shaped, pose));
   };
-  XpbdOptions options = fitting.sewing;
+  SolverOptions options = fitting.sewing;
   options.velocity_damping = kHangingDamping;
   options.self_contact = true;
-  const Cloth cloth = make_cloth(garment);
-  ClothSolver solver(cloth, fitting.body.mesh.faces, options, fitting.device);
+  const std::unique_ptr<Solver> solver =
+      create_solver({make_cloth(garment), fitting.body.mesh.faces}, options, fitting.device);
   Control control;
   control.body_end = posed(0);
   for (int frame = 1; frame <= kLoweringFrames; ++frame) {
     control.body_start = control.body_end;
     control.body_end = posed(frame);
-    solver.advance(control);
+    solver->step(control);
     if (fitting.watch) {
       Mesh seen = garment.mesh;
-      seen.vertices = solver.state().positions;
+      seen.vertices = solver->state().positions;
       fitting.watch(seen, control.body_end);
     }
   }
-  garment.mesh.vertices = solver.state().positions;
+  garment.mesh.vertices = solver->state().positions;
   return garment;
 }
 
 /// How clothes are sewn; worn ones also touch each other.
-XpbdOptions solver_of(const OutfitOptions& options) {
-  XpbdOptions solver;
+SolverOptions solver_of(const OutfitOptions& options) {
+  SolverOptions solver;
   solver.time_step = 1 / options.rate;
   solver.substeps = options.substeps;
   solver.self_interval = search_interval(options.substeps);
@@ -470,11 +472,11 @@ Outfit dress_body(const BodyModel& body, const OutfitOptions& options, const std
   const TailorMeasures measures = tailor_measures(body);
   Outfit outfit;
   outfit.solver = solver_of(options);
-  XpbdOptions& solver = outfit.solver;
+  SolverOptions& solver = outfit.solver;
   const auto names = outfit_garments(options.garment);
   std::vector<Cloth> cloths;
   for (std::size_t g = 0; g < names.size(); ++g) {
-    XpbdOptions sewing = solver;
+    SolverOptions sewing = solver;
     sewing.substeps = 10;
     sewing.time_step = 1.0 / 60;
     TruthGarment truth =
@@ -500,24 +502,25 @@ Outfit dress_body(const BodyModel& body, const OutfitOptions& options, const std
   outfit.cloth = cloths.size() == 1 ? cloths.front() : join_cloths(cloths);
 
   solver.self_contact = true;
-  XpbdOptions hanging = solver;
+  SolverOptions hanging = solver;
   hanging.time_step = 1.0 / 60;
   hanging.substeps = 10;
   hanging.velocity_damping = kHangingDamping;
-  ClothSolver hang(outfit.cloth, body.mesh.faces, hanging, device);
+  const std::unique_ptr<Solver> hang =
+      create_solver({outfit.cloth, body.mesh.faces}, hanging, device);
   Control control;
   control.body_start = control.body_end = body.mesh.vertices;
   FrameReport report;
   for (int i = 0; i < kHangingFrames; ++i) {
-    report = hang.advance(control);
+    report = hang->step(control);
     if (watch) {
       Mesh seen;
       seen.faces = outfit.cloth.faces;
-      seen.vertices = hang.state().positions;
+      seen.vertices = hang->state().positions;
       watch(seen, body.mesh.vertices);
     }
   }
-  outfit.state = hang.state();
+  outfit.state = hang->state();
   outfit.state.frame = 0;
   for (std::size_t g = 0; g < outfit.garments.size(); ++g) {
     Garment& garment = outfit.garments[g].garment;

@@ -9,7 +9,7 @@
 #include "core/io/ground_truth_archive.h"
 #include "core/options.h"
 #include "simulation/cloth.h"
-#include "simulation/xpbd.h"
+#include "simulation/solver.h"
 
 namespace atelier {
 
@@ -36,11 +36,11 @@ struct Outfit {
   Cloth cloth;                         ///< all of them together
   std::vector<Index> first;            ///< first vertex of each garment in the cloth, and the end
   ClothState state;                    ///< draped
-  XpbdOptions solver;                  ///< to go on with
+  SolverOptions solver;                ///< to go on with
 };
 
-/// Substeps that a search for pairs of cloth that may touch looks ahead (XpbdOptions): a third of a
-/// simulated frame. Cloth that leaves its flight sooner is searched for anew, so that this is a
+/// Substeps that a search for pairs of cloth that may touch looks ahead (SolverOptions): a third of
+/// a simulated frame. Cloth that leaves its flight sooner is searched for anew, so that this is a
 /// matter of speed alone.
 int search_interval(int substeps);
 
@@ -68,7 +68,7 @@ Outfit dressed_before(std::vector<TruthGarment> garments, const OutfitOptions& o
 
 /// How panels are sewn.
 struct SewingOptions {
-  XpbdOptions solver;      ///< time step, substeps, thickness
+  SolverOptions solver;    ///< time step, substeps, thickness
   double gravity = 2;      ///< m/s2, keeps a skirt down while its sides are drawn together
   double waist_girth = 0;  ///< m; above 0 the highest opening is drawn in to it, as elastic does
   Device device = Device::Cpu;

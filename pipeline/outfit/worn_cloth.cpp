@@ -33,11 +33,7 @@ OptionTable describe(WornClothOptions& options) {
   table.add("relax", options.relax,
             "Take out what its own weight has stretched of the registered garment");
   table.add("relaxing", describe(options.relaxing));
-  OptionTable xpbd = describe(options.xpbd);
-  std::erase_if(xpbd.fields, [](const OptionField& field) {
-    return field.name == "time_step" || field.name == "thickness";
-  });
-  return table.add("xpbd", xpbd);
+  return table.add(describe(options.solver, {"time_step", "thickness"}));
 }
 
 WornCloth worn_cloth(const std::vector<WornGarment>& garments, const WornClothOptions& options) {
@@ -64,7 +60,7 @@ WornCloth worn_cloth(const std::vector<WornGarment>& garments, const WornClothOp
       worn.state.velocities.middleRows(worn.first[g], count) = garments[g].velocity;
     }
   }
-  worn.solver = options.xpbd;
+  worn.solver = options.solver;
   worn.solver.time_step = 1 / options.rate;
   worn.solver.thickness = options.contact > 0 ? options.contact : contact_distance(edge);
   return worn;
@@ -106,7 +102,7 @@ WornGarment worn_in_frame(const RegisteredGarmentSequence& garment, int frame_id
 
 RelaxedGarment unloaded(const WornGarment& worn, const Points& body, const Triangles& body_faces,
                         const WornClothOptions& options, Device device) {
-  XpbdOptions solver = options.xpbd;
+  SolverOptions solver = options.solver;
   solver.time_step = 1 / options.rate;
   // As it will be simulated: one distance for all that is worn.
   solver.thickness = options.contact > 0 ? options.contact : contact_distance(worn.garment);

@@ -9,9 +9,18 @@
 #include "core/options.h"
 #include "registration/tracking/registered_outfit.h"
 #include "simulation/relax_gravity.h"
-#include "simulation/xpbd.h"
+#include "simulation/solver.h"
 
 namespace atelier {
+
+/// How the clothes of a capture are solved unless something else is said.
+inline SolverOptions worn_solver_options() {
+  SolverOptions solver;
+  solver.substeps = 30;
+  solver.self_contact = true;
+  solver.self_interval = 30;
+  return solver;
+}
 
 /// How the clothes of a capture are simulated.
 struct WornClothOptions {
@@ -20,7 +29,7 @@ struct WornClothOptions {
   std::string rest_angles = "flat";  ///< see ClothOptions
   bool relax = false;                ///< take out what the garment's weight has stretched
   RelaxGravityOptions relaxing{.rounds = 3, .seconds = 0.5};
-  XpbdOptions xpbd{.substeps = 30, .self_contact = true, .self_interval = 30};
+  SolverOptions solver = worn_solver_options();
 };
 OptionTable describe(WornClothOptions& options);
 
@@ -31,7 +40,7 @@ struct WornCloth {
   std::vector<Index> first;  ///< first vertex of each in the cloth, and the end
   Cloth cloth;
   ClothState state;
-  XpbdOptions solver;
+  SolverOptions solver;
 };
 
 /// A garment as it is simulated.

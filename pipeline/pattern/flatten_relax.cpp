@@ -192,7 +192,7 @@ bool relax_mesh(Mesh& mesh, const FlattenGarment& of, const FlattenStageOptions&
       return false;
     }
   }
-  XpbdOptions solver = relaxing_solver();
+  SolverOptions solver = relaxing_solver();
   solver.substeps = options.substeps;
   solver.thickness = options.gap > 0 ? options.gap : -1;
   const RelaxedGarment relaxed =

@@ -21,6 +21,7 @@
 #include "core/normals.h"
 #include "core/sequence_archive.h"
 #include "core/store/manifest.h"
+#include "core/store/output_sequences.h"
 #include "core/store/result.h"
 #include "core/tree.h"
 #include "pipeline/pictures/person_pictures.h"
@@ -197,10 +198,14 @@ SequenceHeader header_of(const BodySource& source) {
   return header;
 }
 
-void write_body_frame(const fs::path& file, const Points& vertices) {
-  Mesh mesh;
-  mesh.vertices = vertices;
-  write_mesh_archive(file, mesh);
+/// Writes the body of every frame, which `body_in` makes. False as output_sequences.
+bool write_bodies(StageRun& run, const BodySource& source,
+                  const std::function<Points(int id)>& body_in) {
+  return output_sequences(run, {{"frames", header_of(source)}}, frame_ids_of(source), [&](int id) {
+    Mesh mesh;
+    mesh.vertices = body_in(id);
+    return std::vector<Archive>{archive_of(mesh)};
+  });
 }
 
 /// A frame's certificate and whether it is trusted.
@@ -343,11 +348,6 @@ void certify(StageRun& run, const BodySource& source,
   mean("seen_rate", seen, frames);
 }
 
-void write_header(StageRun& run, const BodySource& source) {
-  const SequenceHeader header = header_of(source);
-  run.output("sequence.h5", [&](const fs::path& file) { write_archive(file, archive_of(header)); });
-}
-
 /// The sequences of a run, each made when its first frame is asked for.
 class Fits {
  public:
@@ -482,15 +482,14 @@ void run_body(StageRun& run) {
     source.truth = std::make_unique<CaptureTruth>(read_capture_truth(source.capture));
   }
   Fits fits(source, options.fit);
-  if (!run.each_frame("frames", ".h5", frame_ids_of(source), [&](int id, const fs::path& file) {
+  if (!write_bodies(run, source, [&](int id) {
         const Place& place = source.places.at(id);
         const UnderlyingBody body = fits.of_take(place.take).at(place.row);
         tell_of_frame(run, body.findings, id);
-        write_body_frame(file, body.vertices);
+        return body.vertices;
       })) {
     return;
   }
-  write_header(run, source);
   certify(run, source, [&](int id, const Points& body) {
     const BodyCover& cover = fits.of_take(source.places.at(id).take).cover();
     const ScanSurface scan = scan_surface(source.scan(id, body));
@@ -544,22 +543,20 @@ void run_refine(StageRun& run) {
     }
     return scan_surface(with_garment(source.scan(id, body), worn));
   };
-  if (!run.each_frame("frames", ".h5", frame_ids_of(source), [&](int id, const fs::path& file) {
+  if (!write_bodies(run, source, [&](int id) -> Points {
         const Points first = body_of(id);
         if (!garment.rows.contains(id)) {
-          write_body_frame(file, first);
-          return;
+          return first;
         }
         // The body that is there is the shape to keep: it has been fitted to skin and neighbours.
         const ScanSurface scan = scan_of(id, first);
         const BodyCover cover = body_cover(faces, cover_votes(faces, first, scan));
         const UnderlyingBody body = underlying_body(faces, first, scan, cover, {}, options.fit);
         tell_of_frame(run, body.findings, id);
-        write_body_frame(file, body.vertices);
+        return body.vertices;
       })) {
     return;
   }
-  write_header(run, source);
   certify(run, source, [&](int id, const Points& body) {
     const ScanSurface scan =
         garment.rows.contains(id) ? scan_of(id, body) : scan_surface(source.scan(id, body));

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <memory>
 
 #include "bodymodel/kinematics.h"
 #include "bodymodel/skinning.h"
@@ -242,8 +243,9 @@ void perform_clothed(
   } else {
     state.cloth = outfit.state;
   }
-  ClothSolver solver(outfit.cloth, model.mesh.faces, outfit.solver);
-  solver.set_state(state.cloth);
+  const std::unique_ptr<Solver> solver =
+      create_solver({outfit.cloth, model.mesh.faces}, outfit.solver);
+  solver->set_state(state.cloth);
   const auto body_at = [&](const Pose& pose, const SoftTissue& flesh, const Points& skinned) {
     return posed(performance, options, pose, flesh, skinned, true);
   };
@@ -272,18 +274,18 @@ void perform_clothed(
       if (state.step + 1 == last) {
         before = with_cloth(posed(performance, options, timeline.pose(state.step), state.flesh,
                                   state.step == 0 ? model.mesh.vertices : state.flesh.last, true),
-                            solver.state().positions);
+                            solver->state().positions);
       }
       state.flesh = soft_tissue_step(std::move(state.flesh), skinned, step_seconds);
       Control control;
       control.body_start = last_body;
       control.body_end = with_soft_tissue(performance.subject, skinned, state.flesh, amplitude);
-      check_simulated(solver.advance(control), timeline.place(timeline.seconds(state.step + 1)),
+      check_simulated(solver->step(control), timeline.place(timeline.seconds(state.step + 1)),
                       state.next_frame);
       last_body = control.body_end;
       ++state.step;
       if (state.step == last) {
-        state.cloth = solver.state();
+        state.cloth = solver->state();
         PerformedFrame frame =
             with_cloth(body_at(pose, state.flesh, skinned), state.cloth.positions);
         add_velocities(frame, before, step_seconds);

@@ -5,7 +5,7 @@
 
 #include "core/archive.h"
 #include "pipeline/synthesis/synthetic_subject.h"
-#include "simulation/xpbd.h"
+#include "simulation/cloth_state.h"
 
 namespace atelier {
 

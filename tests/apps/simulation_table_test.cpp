@@ -22,7 +22,7 @@ TEST(SimulatedFrameFile, OfAnotherFrameThanItsNameIsRefused) {
   frame.state.velocities = Points::Zero(4, 3);
   frame.state.frame = 7;
   const std::filesystem::path file = root.path() / "000007.h5";
-  write_simulated_frame(file, frame);
+  write_archive(file, archive_of(frame));
   EXPECT_EQ(read_simulated_frame(file, 7, 4).report.frame, 7);
   for (const int named : {6, 8, 1}) {
     try {

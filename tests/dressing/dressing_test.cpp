@@ -181,7 +181,7 @@ TEST(ExtremeMotion, ADressOutlastsIt) {
   };
   const int frames = fixtures::frames_or_soak(300);
   for (const Device device : fixtures::devices()) {
-    XpbdOptions options = outfit.solver;
+    XpbdOptions options = xpbd_options(outfit.solver);
     options.substeps = 10;
     ClothSolver solver(outfit.cloth, woman().mesh.faces, options, device);
     solver.set_state(outfit.state);

@@ -118,37 +118,6 @@ TEST_P(HingeWeight, HasACeilingSoThatSliversStaySolvable) {
 ATELIER_ON_EVERY_DEVICE(CrossShear);
 ATELIER_ON_EVERY_DEVICE(HingeWeight);
 
-// A solver made anew for each frame goes on with the same bits.
-TEST(Step, IsOneFrameOfASolver) {
-  const Mesh ball = fixtures::sphere(0.1, 12, 24);
-  Garment garment = fixtures::garment_of(fixtures::sheet(8, 8, 0.02, 'a'), 0.2, 300, 1e-5);
-  garment.mesh.vertices.col(1).array() += 0.102;
-  const Cloth cloth = make_cloth(garment);
-  const auto control_at = [&](int frame) {
-    Control control;
-    control.body_start = ball.vertices.rowwise() + Eigen::RowVector3d(0.005 * frame, 0, 0);
-    control.body_end = ball.vertices.rowwise() + Eigen::RowVector3d(0.005 * (frame + 1), 0, 0);
-    return control;
-  };
-  XpbdOptions options;
-  options.self_contact = true;
-  options.substeps = 5;
-  ClothSolver solver(cloth, ball.faces, options);
-  ClothState state = rest_state(cloth);
-  for (int frame = 0; frame < 4; ++frame) {
-    solver.advance(control_at(frame));
-    state = step(cloth, state, control_at(frame), options, ball.faces);
-    EXPECT_EQ(state.frame, frame + 1);
-    EXPECT_EQ(state.positions, solver.state().positions) << frame;
-    EXPECT_EQ(state.velocities, solver.state().velocities) << frame;
-  }
-  // Without a body it falls past it.
-  const ClothState fallen = step(cloth, rest_state(cloth), {});
-  EXPECT_NEAR(fallen.velocities.col(1).mean(), -9.81 / 60, 1e-4);
-  state.positions(3, 0) = std::nan("");
-  EXPECT_THROW(step(cloth, state, {}), DataError);
-}
-
 TEST(ClothOptionsRefused, ThatDoNothingOrTheSameTwice) {
   Garment garment = fixtures::garment_of(fixtures::sheet(4, 4, 0.02), 0.2, 300, 1e-5);
   fixtures::use_flat_rest(garment);

@@ -30,18 +30,18 @@ Points hang(const Garment& garment, const std::vector<int>& pins, const Points& 
   ClothOptions how;
   how.rest_angles = "template";
   const Cloth cloth = make_cloth(garment, pins, how);
-  XpbdOptions solver;
-  solver.velocity_damping = 4;
-  ClothSolver simulation(cloth, Triangles(0, 3), solver);
+  SolverOptions options;
+  options.velocity_damping = 4;
+  const std::unique_ptr<Solver> solver = create_solver({cloth, {}}, options);
   ClothState state = rest_state(cloth);
   state.positions = from;
-  simulation.set_state(state);
+  solver->set_state(state);
   Control control;
   control.pin_targets = from;
   for (int frame = 0; frame < 120; ++frame) {
-    simulation.advance(control);
+    solver->step(control);
   }
-  return simulation.state().positions;
+  return solver->state().positions;
 }
 
 TEST(RelaxGravity, WhatHungHangsAsItDid) {
@@ -77,16 +77,16 @@ Garment draped_cloth(const Mesh& ball) {
   garment.material.density = 0.3;
   garment.material.stretch_warp = garment.material.stretch_weft = 200;
   garment.material.bending = 1e-4;
-  XpbdOptions solver = relaxing_solver();
-  solver.thickness = contact_distance(garment);
-  solver.velocity_damping = 4;
-  ClothSolver simulation(make_cloth(garment), ball.faces, solver);
+  SolverOptions options = relaxing_solver();
+  options.thickness = contact_distance(garment);
+  options.velocity_damping = 4;
+  const std::unique_ptr<Solver> solver = create_solver({make_cloth(garment), ball.faces}, options);
   Control control;
   control.body_start = control.body_end = ball.vertices;
   for (int frame = 0; frame < 180; ++frame) {
-    simulation.advance(control);
+    solver->step(control);
   }
-  garment.mesh.vertices = simulation.state().positions;
+  garment.mesh.vertices = solver->state().positions;
   return garment;
 }
 
@@ -102,7 +102,7 @@ TEST(RelaxGravity, WhatLayOnABodyLiesAsItDid) {
       relax_gravity(captured, {}, ball.vertices, ball.faces, {}, relaxing_solver(), few);
   EXPECT_LT(relaxed.mean_error, 0.002);
   // Kept from the body by its material's thickness alone, it begins in the air.
-  XpbdOptions thin = relaxing_solver();
+  SolverOptions thin = relaxing_solver();
   thin.thickness = captured.material.thickness;
   RelaxGravityOptions once;
   once.rounds = 1;

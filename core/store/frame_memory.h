@@ -1,0 +1,37 @@
+#pragma once
+
+#include <map>
+#include <mutex>
+#include <utility>
+
+namespace atelier {
+
+/// What a stage needs of its frames in the end. It is kept as they are made, so that nothing is
+/// read back but frames of an earlier run or another shard.
+template <class Value>
+class FrameMemory {
+ public:
+  /// From any thread.
+  void keep(int frame_id, Value value) {
+    const std::lock_guard lock(mutex_);
+    values_[frame_id] = std::move(value);
+  }
+  /// What was kept of a frame, which is then forgotten; or what `read` makes of its file.
+  template <class Read>
+  Value take(int frame_id, const Read& read) {
+    const std::lock_guard lock(mutex_);
+    const auto found = values_.find(frame_id);
+    if (found == values_.end()) {
+      return read();
+    }
+    Value value = std::move(found->second);
+    values_.erase(found);
+    return value;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<int, Value> values_;
+};
+
+}  // namespace atelier

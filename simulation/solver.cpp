@@ -1,0 +1,103 @@
+#include "simulation/solver.h"
+
+#include <array>
+#include <utility>
+
+#include "core/error.h"
+#include "core/nearest_name.h"
+#include "simulation/xpbd.h"
+
+namespace atelier {
+namespace {
+
+class XpbdSolver final : public Solver {
+ public:
+  XpbdSolver(const SimulationModel& model, const SolverOptions& options, Device device)
+      : Solver(options.name, device),
+        solver_(model.cloth, model.body_faces, xpbd_options(options), device) {}
+
+  void set_state(const ClothState& state) override { solver_.set_state(state); }
+  ClothState state() const override { return solver_.state(); }
+  FrameReport step(const Control& control) override { return solver_.advance(control); }
+
+ private:
+  ClothSolver solver_;
+};
+
+class XpbdBatch final : public SolverBatch {
+ public:
+  XpbdBatch(const SimulationModel& model, const std::vector<ClothVariation>& variations,
+            const SolverOptions& options, Device device)
+      : sweep_(model.cloth, variations, model.body_faces, xpbd_options(options), device) {}
+
+  int scene_count() const override { return sweep_.scene_count(); }
+  void set_state(int scene, const ClothState& state) override { sweep_.set_state(scene, state); }
+  ClothState state(int scene) const override { return sweep_.state(scene); }
+  std::vector<FrameReport> step(const Control& control) override { return sweep_.advance(control); }
+
+ private:
+  ClothSweep sweep_;
+};
+
+/// How one solver is created.
+struct SolverRow {
+  const char* name;
+  std::unique_ptr<Solver> (*solver)(const SimulationModel& model, const SolverOptions& options,
+                                    Device device);
+  std::unique_ptr<SolverBatch> (*batch)(const SimulationModel& model,
+                                        const std::vector<ClothVariation>& variations,
+                                        const SolverOptions& options, Device device);
+};
+
+constexpr std::array kSolverRows = {SolverRow{
+    "xpbd",
+    [](const SimulationModel& model, const SolverOptions& options, Device device)
+        -> std::unique_ptr<Solver> { return std::make_unique<XpbdSolver>(model, options, device); },
+    [](const SimulationModel& model, const std::vector<ClothVariation>& variations,
+       const SolverOptions& options, Device device) -> std::unique_ptr<SolverBatch> {
+      return std::make_unique<XpbdBatch>(model, variations, options, device);
+    }}};
+
+const SolverRow& solver_row(const std::string& name) {
+  for (const SolverRow& row : kSolverRows) {
+    if (row.name == name) {
+      return row;
+    }
+  }
+  std::string known;
+  for (const std::string& one : solver_names()) {
+    known += (known.empty() ? "" : ", ") + one;
+  }
+  throw DataError("", "solver", "'" + name + "'", known + did_you_mean(name, solver_names()));
+}
+
+}  // namespace
+
+std::vector<std::string> solver_names() {
+  std::vector<std::string> names;
+  for (const SolverRow& row : kSolverRows) {
+    names.emplace_back(row.name);
+  }
+  return names;
+}
+
+std::unique_ptr<Solver> create_solver(const SimulationModel& model, const SolverOptions& options,
+                                      Device device) {
+  return solver_row(options.name).solver(model, options, device);
+}
+
+std::unique_ptr<SolverBatch> create_solver_batch(const SimulationModel& model,
+                                                 const std::vector<ClothVariation>& variations,
+                                                 const SolverOptions& options, Device device) {
+  return solver_row(options.name).batch(model, variations, options, device);
+}
+
+ClothState step(const SimulationModel& model, const ClothState& state, const Control& control,
+                const SolverOptions& options, Device device) {
+  const std::unique_ptr<Solver> solver = create_solver(model, options, device);
+  solver->set_state(state);
+  solver->step(control);
+  return solver->state();
+}
+
+}  // namespace atelier

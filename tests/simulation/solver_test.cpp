@@ -1,0 +1,206 @@
+#include "simulation/solver.h"
+
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "simulation/cloth_state_archive.h"
+#include "simulation/xpbd.h"
+#include "tests/simulation/cloth_fixtures.h"
+#include "tests/simulation/test_bodies.h"
+
+namespace atelier {
+namespace {
+
+using ::testing::Contains;
+using ::testing::HasSubstr;
+
+/// A cloth of two layers that falls onto a ball which moves on.
+struct SolverScene {
+  Mesh ball = fixtures::sphere(0.1, 12, 24);
+  SimulationModel model;
+  SolverOptions options;
+
+  SolverScene() {
+    Garment garment = fixtures::garment_of(fixtures::sheet(8, 8, 0.02, 'a'), 0.2, 300, 1e-5);
+    garment.mesh.vertices.col(1).array() += 0.102;
+    Garment outer = garment;
+    outer.mesh.vertices.col(1).array() += 0.003;
+    model = {join_cloths({make_cloth(garment), make_cloth(outer)}), ball.faces};
+    options.self_contact = true;
+    options.substeps = 5;
+    options.intersection_interval = 2;
+    options.xpbd.iterations = 2;
+  }
+
+  Control control(int frame) const {
+    Control control;
+    control.body_start = ball.vertices.rowwise() + Eigen::RowVector3d(0.005 * frame, 0, 0);
+    control.body_end = ball.vertices.rowwise() + Eigen::RowVector3d(0.005 * (frame + 1), 0, 0);
+    return control;
+  }
+};
+
+void expect_same(const ClothState& one, const ClothState& other) {
+  EXPECT_EQ(one.frame, other.frame);
+  EXPECT_EQ(one.positions, other.positions) << one.frame;
+  EXPECT_EQ(one.velocities, other.velocities) << one.frame;
+}
+
+TEST(SolverInterface, StepsLikeXpbdItself) {
+  const SolverScene scene;
+  XpbdOptions options;
+  options.self_contact = true;
+  options.substeps = 5;
+  options.intersection_interval = 2;
+  options.iterations = 2;
+  for (const Device device : fixtures::devices()) {
+    ClothSolver direct(scene.model.cloth, scene.model.body_faces, options, device);
+    const std::unique_ptr<Solver> solver = create_solver(scene.model, scene.options, device);
+    EXPECT_EQ(solver->name(), "xpbd");
+    EXPECT_EQ(solver->device(), device);
+    for (int frame = 0; frame < 8; ++frame) {
+      const FrameReport expected = direct.advance(scene.control(frame));
+      const FrameReport report = solver->step(scene.control(frame));
+      expect_same(solver->state(), direct.state());
+      EXPECT_EQ(report.strain_max, expected.strain_max);
+      EXPECT_EQ(report.elastic_energy, expected.elastic_energy);
+      EXPECT_EQ(report.body_contacts, expected.body_contacts);
+      EXPECT_EQ(report.self_contacts, expected.self_contacts);
+      EXPECT_EQ(report.crossings, expected.crossings);
+      EXPECT_EQ(report.inside, expected.inside);
+    }
+  }
+}
+
+TEST(SolverInterface, RestartedMidwayGoesOnWithTheSameBits) {
+  SolverScene scene;
+  for (const std::string& name : solver_names()) {
+    scene.options.name = name;
+    for (const Device device : fixtures::devices()) {
+      const std::unique_ptr<Solver> whole = create_solver(scene.model, scene.options, device);
+      ClothState middle;
+      for (int frame = 0; frame < 12; ++frame) {
+        if (frame == 5) {
+          middle = whole->state();
+        }
+        whole->step(scene.control(frame));
+      }
+      const std::unique_ptr<Solver> again = create_solver(scene.model, scene.options, device);
+      again->set_state(cloth_state_of(archive_of(middle), middle.positions.rows()));
+      for (int frame = 5; frame < 12; ++frame) {
+        again->step(scene.control(frame));
+      }
+      expect_same(again->state(), whole->state());
+      EXPECT_EQ(again->state().frame, 12);
+    }
+  }
+}
+
+TEST(SolverInterface, CreatedAnewForEachFrameGivesTheSameBits) {
+  const SolverScene scene;
+  const std::unique_ptr<Solver> solver = create_solver(scene.model, scene.options);
+  ClothState state = rest_state(scene.model.cloth);
+  for (int frame = 0; frame < 4; ++frame) {
+    solver->step(scene.control(frame));
+    state = step(scene.model, state, scene.control(frame), scene.options);
+    EXPECT_EQ(state.frame, frame + 1);
+    expect_same(state, solver->state());
+  }
+  // Without a body it falls.
+  const SimulationModel alone{scene.model.cloth, {}};
+  const ClothState fallen = step(alone, rest_state(alone.cloth), {});
+  EXPECT_NEAR(fallen.velocities.col(1).mean(), -9.81 / 60, 1e-4);
+}
+
+TEST(SolverInterface, BatchOfScenesStepsLikeXpbdsSweep) {
+  const SolverScene scene;
+  const std::vector<ClothVariation> variations{{1, 1, -1}, {4, 0.1, 0.1}};
+  for (const Device device : fixtures::devices()) {
+    ClothSweep direct(scene.model.cloth, variations, scene.model.body_faces,
+                      xpbd_options(scene.options), device);
+    const std::unique_ptr<SolverBatch> batch =
+        create_solver_batch(scene.model, variations, scene.options, device);
+    ASSERT_EQ(batch->scene_count(), 2);
+    for (int frame = 0; frame < 3; ++frame) {
+      direct.advance(scene.control(frame));
+      EXPECT_EQ(batch->step(scene.control(frame)).size(), 2u);
+    }
+    expect_same(batch->state(0), direct.state(0));
+    expect_same(batch->state(1), direct.state(1));
+    batch->set_state(1, batch->state(0));
+    expect_same(batch->state(1), direct.state(0));
+  }
+}
+
+TEST(SolverOptions, AreNamedAfterTheSolverThatTheyAreOf) {
+  SolverOptions options;
+  const OptionTable table = describe(options);
+  XpbdOptions xpbd;
+  const OptionTable own = describe(xpbd);
+  ASSERT_EQ(table.fields.size(), own.fields.size());
+  for (std::size_t i = 0; i < own.fields.size(); ++i) {
+    EXPECT_EQ(table.fields[i].name, "xpbd." + own.fields[i].name);
+    EXPECT_EQ(option_text(table.fields[i]), option_text(own.fields[i])) << own.fields[i].name;
+  }
+  OptionTable fewer = describe(options, {"time_step", "report"});
+  EXPECT_EQ(fewer.fields.size(), own.fields.size() - 2);
+  EXPECT_EQ(set_option(fewer, "xpbd.iterations", "7"), "");
+  EXPECT_EQ(set_option(fewer, "xpbd.thickness", "0.003"), "");
+  EXPECT_EQ(xpbd_options(options).iterations, 7);
+  EXPECT_EQ(xpbd_options(options).thickness, 0.003);
+  EXPECT_EQ(solver_flag("self_contact"), "--xpbd.self-contact");
+  EXPECT_EQ(solver_flag("", "cloth"), "--cloth.xpbd.");
+}
+
+TEST(SolverOptions, ThatDoNothingOnADeviceAreNamed) {
+  SolverOptions options;
+  EXPECT_EQ(idle_on_device(options, Device::Cpu), "");
+  EXPECT_EQ(idle_on_device(options, Device::Cuda), "");
+  options.xpbd.cuda_blocks = 4;
+  options.xpbd.vectors = "scalar";
+  EXPECT_EQ(idle_on_device(options, Device::Cpu), "cuda_blocks");
+  EXPECT_EQ(idle_on_device(options, Device::Cuda), "vectors");
+}
+
+TEST(SolverRefused, UnknownNameWithTheNamesThereAre) {
+  EXPECT_THAT(solver_names(), Contains("xpbd"));
+  SolverScene scene;
+  scene.options.name = "xpdb";
+  for (const bool batch : {false, true}) {
+    try {
+      if (batch) {
+        create_solver_batch(scene.model, std::vector<ClothVariation>(1), scene.options);
+      } else {
+        create_solver(scene.model, scene.options);
+      }
+      FAIL() << "created";
+    } catch (const DataError& error) {
+      EXPECT_EQ(error.found, "'xpdb'");
+      EXPECT_THAT(error.expected, HasSubstr("xpbd, did you mean 'xpbd'?"));
+    }
+  }
+}
+
+TEST(SolverRefused, StateThatIsNoNumber) {
+  const SolverScene scene;
+  ClothState state = rest_state(scene.model.cloth);
+  state.positions(3, 0) = std::nan("");
+  EXPECT_THROW(step(scene.model, state, scene.control(0), scene.options), DataError);
+}
+
+TEST(SolverRefused, OptionsThatDoNotWorkTogether) {
+  SolverScene scene;
+  scene.options.xpbd.vectors = "avx2";
+  scene.options.xpbd.precision = "double";
+  EXPECT_NE(solver_conflict(scene.options, Device::Cpu), "");
+  EXPECT_THROW(create_solver(scene.model, scene.options), LogicError);
+}
+
+}  // namespace
+}  // namespace atelier
