@@ -52,129 +52,131 @@ const Table& middle_table() {
   return table;
 }
 
-// Of a side; places are the left side's.
+// Where markers of a side sit; places are the left side's.
+constexpr Row kHip = {"hip", 0, 0, 0, true};
+constexpr Row kKnee = {"knee", 0, 0, 0, true};
+constexpr Row kAnkle = {"ankle", 0, 0, 0, true};
+constexpr Row kShoulder = {"shoulder", 0, 0, 0, true};
+constexpr Row kElbow = {"elbow", 0, 0, 0, true};
+constexpr Row kWrist = {"wrist", 0, 0, 0, true};
+constexpr Row kAsis = {"pelvis", 70, 25, 55};
+constexpr Row kPsis = {"pelvis", 28, 27, -60};
+constexpr Row kKneeOut = {"knee", 32, 0, 0};
+constexpr Row kKneeIn = {"knee", -30, 0, 0};
+constexpr Row kAnkleOut = {"ankle", 22, -2, -5};
+constexpr Row kAnkleIn = {"ankle", -20, 3, 2};
+constexpr Row kHeel = {"ankle", -2, -25, -34};
+constexpr Row kToeTip = {"foot", -14, -3, 34};
+constexpr Row kToeBig = {"foot", -16, 0, 2};
+constexpr Row kToeSmall = {"foot", 22, -5, 6};
+constexpr Row kAcromion = {"collar", 82, 25, -8};
+constexpr Row kElbowOut = {"elbow", 17, 17, -4};
+constexpr Row kElbowIn = {"elbow", -14, -14, 0};
+constexpr Row kWristThumb = {"wrist", 0, 0, 18};
+constexpr Row kWristLittle = {"wrist", 0, 0, -18};
+constexpr Row kThigh = {"hip", 54, -120, 0};
+constexpr Row kThighFront = {"hip", 9, -130, 50};
+constexpr Row kThighBack = {"hip", 40, -150, -20};
+constexpr Row kShank = {"knee", 35, -110, 0};
+constexpr Row kShankFront = {"knee", 5, -90, 30};
+constexpr Row kShankBack = {"knee", 25, -120, -25};
+constexpr Row kFinger = {"wrist", 42, -28, 5};
+
+// Of a side: what laboratories and detectors call these places.
 const Table& side_table() {
-  static const Row hip = {"hip", 0, 0, 0, true};
-  static const Row knee = {"knee", 0, 0, 0, true};
-  static const Row ankle = {"ankle", 0, 0, 0, true};
-  static const Row shoulder = {"shoulder", 0, 0, 0, true};
-  static const Row elbow = {"elbow", 0, 0, 0, true};
-  static const Row wrist = {"wrist", 0, 0, 0, true};
-  static const Row asis = {"pelvis", 70, 25, 55};
-  static const Row psis = {"pelvis", 28, 27, -60};
-  static const Row knee_out = {"knee", 32, 0, 0};
-  static const Row knee_in = {"knee", -30, 0, 0};
-  static const Row ankle_out = {"ankle", 22, -2, -5};
-  static const Row ankle_in = {"ankle", -20, 3, 2};
-  static const Row heel = {"ankle", -2, -25, -34};
-  static const Row toe_tip = {"foot", -14, -3, 34};
-  static const Row toe_big = {"foot", -16, 0, 2};
-  static const Row toe_small = {"foot", 22, -5, 6};
-  static const Row acromion = {"collar", 82, 25, -8};
-  static const Row elbow_out = {"elbow", 17, 17, -4};
-  static const Row elbow_in = {"elbow", -14, -14, 0};
-  static const Row wrist_thumb = {"wrist", 0, 0, 18};
-  static const Row wrist_little = {"wrist", 0, 0, -18};
-  static const Row thigh = {"hip", 54, -120, 0};
-  static const Row thigh_front = {"hip", 9, -130, 50};
-  static const Row thigh_back = {"hip", 40, -150, -20};
-  static const Row shank = {"knee", 35, -110, 0};
-  static const Row shank_front = {"knee", 5, -90, 30};
-  static const Row shank_back = {"knee", 25, -120, -25};
-  static const Row finger = {"wrist", 42, -28, 5};
   static const Table table = {
       // Joint centres and keypoints.
-      {"hip", hip},
-      {"hjc", hip},
-      {"knee", knee},
-      {"kjc", knee},
-      {"ankle", ankle},
-      {"ajc", ankle},
-      {"shoulder", shoulder},
-      {"sjc", shoulder},
-      {"elbow", elbow},
-      {"ejc", elbow},
-      {"wrist", wrist},
-      {"wjc", wrist},
+      {"hip", kHip},
+      {"hjc", kHip},
+      {"knee", kKnee},
+      {"kjc", kKnee},
+      {"ankle", kAnkle},
+      {"ajc", kAnkle},
+      {"shoulder", kShoulder},
+      {"sjc", kShoulder},
+      {"elbow", kElbow},
+      {"ejc", kElbow},
+      {"wrist", kWrist},
+      {"wjc", kWrist},
       {"bigtoe", {"foot", -14, -2, 28}},
       {"smalltoe", {"foot", 23, -7, 9}},
-      {"heel", heel},
+      {"heel", kHeel},
       {"eye", {"head", 18, 42, 55}},
       {"ear", {"head", 46, 31, -2}},
       // Plug-in Gait, with medial and cluster markers that laboratories add.
-      {"asi", asis},
-      {"asis", asis},
-      {"psi", psis},
-      {"psis", psis},
-      {"thi", thigh},
-      {"kne", knee_out},
-      {"mkne", knee_in},
-      {"knm", knee_in},
-      {"kneem", knee_in},
-      {"tib", shank},
-      {"ank", ankle_out},
-      {"mank", ankle_in},
-      {"anm", ankle_in},
-      {"mma", ankle_in},
-      {"hee", heel},
+      {"asi", kAsis},
+      {"asis", kAsis},
+      {"psi", kPsis},
+      {"psis", kPsis},
+      {"thi", kThigh},
+      {"kne", kKneeOut},
+      {"mkne", kKneeIn},
+      {"knm", kKneeIn},
+      {"kneem", kKneeIn},
+      {"tib", kShank},
+      {"ank", kAnkleOut},
+      {"mank", kAnkleIn},
+      {"anm", kAnkleIn},
+      {"mma", kAnkleIn},
+      {"hee", kHeel},
       {"toe", {"ankle", 3, -15, 72}},
-      {"mt1", toe_big},
-      {"mt5", toe_small},
-      {"sho", acromion},
+      {"mt1", kToeBig},
+      {"mt5", kToeSmall},
+      {"sho", kAcromion},
       {"upa", {"shoulder", 77, -37, 0}},
-      {"elb", elbow_out},
-      {"melb", elbow_in},
-      {"elbm", elbow_in},
+      {"elb", kElbowOut},
+      {"melb", kElbowIn},
+      {"elbm", kElbowIn},
       {"frm", {"elbow", 62, -37, 0}},
       {"fra", {"elbow", 62, -37, 0}},
-      {"wra", wrist_thumb},
-      {"wrb", wrist_little},
-      {"fin", finger},
+      {"wra", kWristThumb},
+      {"wrb", kWristLittle},
+      {"fin", kFinger},
       {"fhd", {"head", 32, 60, 55}},
       {"bhd", {"head", 32, 60, -50}},
       // CMU: a belt instead of the hip bones, shins.
-      {"fwt", asis},
-      {"bwt", psis},
-      {"shn", shank},
+      {"fwt", kAsis},
+      {"bwt", kPsis},
+      {"shn", kShank},
       // OpenSim: gait2392 and Rajagopal.
-      {"acromium", acromion},
-      {"acromion", acromion},
-      {"acr", acromion},
+      {"acromium", kAcromion},
+      {"acromion", kAcromion},
+      {"acr", kAcromion},
       {"bicep", {"shoulder", 50, -60, 25}},
-      {"elbowlat", elbow_out},
-      {"elbowmed", elbow_in},
-      {"lel", elbow_out},
-      {"mel", elbow_in},
-      {"wristlat", wrist_thumb},
-      {"wristmed", wrist_little},
-      {"faradius", wrist_thumb},
-      {"faulna", wrist_little},
-      {"thighupper", thigh},
-      {"thighfront", thigh_front},
-      {"thighrear", thigh_back},
-      {"th1", thigh},
-      {"th2", thigh_front},
-      {"th3", thigh_back},
-      {"kneelat", knee_out},
-      {"kneemed", knee_in},
-      {"lfc", knee_out},
-      {"mfc", knee_in},
-      {"shankupper", shank},
-      {"shankfront", shank_front},
-      {"shankrear", shank_back},
-      {"tb1", shank},
-      {"tb2", shank_front},
-      {"tb3", shank_back},
-      {"anklelat", ankle_out},
-      {"anklemed", ankle_in},
-      {"lmal", ankle_out},
-      {"mmal", ankle_in},
-      {"cal", heel},
+      {"elbowlat", kElbowOut},
+      {"elbowmed", kElbowIn},
+      {"lel", kElbowOut},
+      {"mel", kElbowIn},
+      {"wristlat", kWristThumb},
+      {"wristmed", kWristLittle},
+      {"faradius", kWristThumb},
+      {"faulna", kWristLittle},
+      {"thighupper", kThigh},
+      {"thighfront", kThighFront},
+      {"thighrear", kThighBack},
+      {"th1", kThigh},
+      {"th2", kThighFront},
+      {"th3", kThighBack},
+      {"kneelat", kKneeOut},
+      {"kneemed", kKneeIn},
+      {"lfc", kKneeOut},
+      {"mfc", kKneeIn},
+      {"shankupper", kShank},
+      {"shankfront", kShankFront},
+      {"shankrear", kShankBack},
+      {"tb1", kShank},
+      {"tb2", kShankFront},
+      {"tb3", kShankBack},
+      {"anklelat", kAnkleOut},
+      {"anklemed", kAnkleIn},
+      {"lmal", kAnkleOut},
+      {"mmal", kAnkleIn},
+      {"cal", kHeel},
       {"midfootsup", {"ankle", 3, -5, 50}},
       {"midfootlat", {"ankle", 27, -28, 35}},
-      {"toelat", toe_small},
-      {"toemed", toe_big},
-      {"toetip", toe_tip},
+      {"toelat", kToeSmall},
+      {"toemed", kToeBig},
+      {"toetip", kToeTip},
   };
   return table;
 }
