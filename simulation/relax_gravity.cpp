@@ -12,14 +12,15 @@ namespace atelier {
 namespace {
 
 /// Where the vertices are after some time, from the captured shape on.
-Points hung(const Cloth& cloth, const Points& from, const Points& body, const Triangles& body_faces,
-            const XpbdOptions& solver, double seconds, Device device) {
-  ClothSolver simulation(cloth, body_faces, solver, device);
+Points hung(const HangingGarment& hanging, const Cloth& cloth, const XpbdOptions& solver,
+            double seconds, Device device) {
+  const Points& from = hanging.captured.mesh.vertices;
+  ClothSolver simulation(cloth, hanging.body_faces, solver, device);
   ClothState state = rest_state(cloth);
   state.positions = from;
   simulation.set_state(state);
   Control control;
-  control.body_start = control.body_end = body;
+  control.body_start = control.body_end = hanging.body;
   control.pin_targets = from;
   const auto frames = static_cast<int>(std::lround(seconds / solver.time_step));
   for (int frame = 0; frame < std::max(1, frames); ++frame) {
@@ -41,11 +42,11 @@ OptionTable describe(RelaxGravityOptions& options) {
   return table;
 }
 
-RelaxedGarment relax_gravity(const Garment& captured, const std::vector<int>& pins,
-                             const Points& body, const Triangles& body_faces,
-                             const ClothOptions& cloth_options, const XpbdOptions& solver_options,
-                             const RelaxGravityOptions& options, Device device,
+RelaxedGarment relax_gravity(const HangingGarment& hanging, const ClothOptions& cloth_options,
+                             const XpbdOptions& solver_options, const RelaxGravityOptions& options,
+                             Device device,
                              const std::function<bool(int rounds, double error)>& told) {
+  const Garment& captured = hanging.captured;
   ATELIER_CHECK(options.rounds >= 1 && options.seconds > 0 && options.step > 0 &&
                     options.step <= 1 && options.damping >= 0,
                 "relax_gravity options out of range");
@@ -55,13 +56,13 @@ RelaxedGarment relax_gravity(const Garment& captured, const std::vector<int>& pi
   solver.velocity_damping = options.damping;
   solver.report = false;
   solver.intersection_interval = 0;
-  if (solver.thickness < 0 && body.rows() > 0) {
+  if (solver.thickness < 0 && hanging.body.rows() > 0) {
     // Kept nearer than where it was seen to rest, it would begin in the air and fall; no template
     // takes a fall back.
     constexpr double kMost = 0.02;  // m
-    solver.thickness = std::clamp(
-        resting_gap(captured.mesh.vertices, body, body_faces, contact_distance(captured)),
-        std::min(captured.material.thickness, kMost), kMost);
+    solver.thickness = std::clamp(resting_gap(captured.mesh.vertices, hanging.body,
+                                              hanging.body_faces, contact_distance(captured)),
+                                  std::min(captured.material.thickness, kMost), kMost);
   }
   const Points target = captured.mesh.vertices;
   Garment rest = captured;
@@ -73,9 +74,8 @@ RelaxedGarment relax_gravity(const Garment& captured, const std::vector<int>& pi
   double step = options.step;
   Points best_moved;
   for (int round = 0; round < options.rounds && !best.converged; ++round) {
-    const Cloth cloth = make_cloth(rest, pins, how);
-    const Points moved =
-        hung(cloth, target, body, body_faces, solver, options.seconds, device) - target;
+    const Cloth cloth = make_cloth(rest, hanging.pins, how);
+    const Points moved = hung(hanging, cloth, solver, options.seconds, device) - target;
     const Eigen::VectorXd errors = moved.rowwise().norm();
     if (errors.mean() < best.mean_error) {
       best.garment = rest;

@@ -118,9 +118,10 @@ class CpuBackend final : public ClothSolver::Backend {
       measure_penetration(report);
       report = report_state(
           cloth_, variation_, state_,
-          multipliers_in_order(prepared_, lambda_.data(), cloth_.schedule.order.size()),
-          strain_multipliers(prepared_, strain_lambda_.data()),
-          options_.time_step / options_.substeps, report);
+          {multipliers_in_order(prepared_, lambda_.data(), cloth_.schedule.order.size()),
+           strain_multipliers(prepared_, strain_lambda_.data()),
+           options_.time_step / options_.substeps},
+          report);
     }
     return {report};
   }

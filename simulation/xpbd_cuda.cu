@@ -390,11 +390,13 @@ class CudaBackend final : public ClothSolver::Backend {
     const std::size_t strains = 3 * prepared_.strains.size();
     for (int scene = 0; scene < scenes_; ++scene) {
       FrameReport& report = reports[scene];
-      report =
-          report_state(cloth_, variations_[scene], state(scene), multipliers(lambda, scene),
-                       strain_multipliers(prepared_, strain_lambda.data() +
-                                                         static_cast<std::size_t>(scene) * strains),
-                       options_.time_step / options_.substeps, report);
+      report = report_state(
+          cloth_, variations_[scene], state(scene),
+          {multipliers(lambda, scene),
+           strain_multipliers(prepared_,
+                              strain_lambda.data() + static_cast<std::size_t>(scene) * strains),
+           options_.time_step / options_.substeps},
+          report);
       for (std::size_t i = 0; i < (depth.empty() ? 0 : n); ++i) {
         const std::size_t at = static_cast<std::size_t>(scene) * n + i;
         report.penetrating += depth[at] > T(0) ? 1 : 0;
