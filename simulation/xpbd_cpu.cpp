@@ -303,7 +303,8 @@ class CpuBackend final : public ClothSolver::Backend {
     const T share = T(1) / static_cast<T>(options_.substeps - s);
     parallel_for(prepared_.count, kGrain, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {
-        predict(x_[i], start_[i], velocity_[i], acceleration_[i], target_[i], share, h);
+        predict(x_[i], start_[i], velocity_[i], ParticleDrive<T>{acceleration_[i], target_[i]},
+                share, h);
       }
     });
     std::fill(lambda_.begin(), lambda_.end(), EdgeMultipliers<T>{});
@@ -386,13 +387,13 @@ class CpuBackend final : public ClothSolver::Backend {
       j.lambda_before = lambda_;
       j.strain_before = strain_lambda_;
     }
+    const JacobiStart<T> from{x_.data(), start_.data(), scale};
     const Index edges = static_cast<Index>(j.plan.edges.size());
     parallel_for(edges, kGrain, [&](Index begin, Index end) {
       for (Index e = begin; e < end; ++e) {
         const EdgeMultipliers<T> now = lambda_[e];
         const EdgeMultipliers<T> change =
-            jacobi_edge(j.plan.edges[e], prepared_.edge_rules[e], x_.data(), start_.data(), now,
-                        scale, &j.push[4 * e]);
+            jacobi_edge(j.plan.edges[e], prepared_.edge_rules[e], from, now, &j.push[4 * e]);
         lambda_[e] = {accelerated(now.hinge, change.hinge, j.lambda_before[e].hinge, j.weight),
                       accelerated(now.spring, change.spring, j.lambda_before[e].spring, j.weight)};
         j.lambda_before[e] = now;
@@ -401,8 +402,8 @@ class CpuBackend final : public ClothSolver::Backend {
     parallel_for(static_cast<Index>(j.plan.triangles.size()), kGrain, [&](Index begin, Index end) {
       for (Index t = begin; t < end; ++t) {
         T change[3];
-        jacobi_triangle(j.plan.triangles[t], prepared_.strains[t], x_.data(), start_.data(),
-                        &strain_lambda_[3 * t], change, scale, &j.push[4 * edges + 3 * t]);
+        jacobi_triangle(j.plan.triangles[t], prepared_.strains[t], from, &strain_lambda_[3 * t],
+                        change, &j.push[4 * edges + 3 * t]);
         for (int c = 0; c < 3; ++c) {
           T& before = j.strain_before[3 * t + c];
           T& lambda = strain_lambda_[3 * t + c];
@@ -444,15 +445,14 @@ class CpuBackend final : public ClothSolver::Backend {
       const PreparedColour& next = prepared_.colours[k + 1];
       if constexpr (std::is_same_v<T, float>) {
         if (avx2_) {
-          project_edges_avx2(prepared_.edges.data(), prepared_.edge_rules.data(), lambda_.data(),
-                             colour.edge_begin, next.edge_begin, local.data(), local_start.data(),
-                             count, scale);
+          const EdgeRun run{prepared_.edges.data(), prepared_.edge_rules.data(), lambda_.data(),
+                            colour.edge_begin, next.edge_begin};
+          project_edges_avx2(run, {local.data(), local_start.data(), count}, scale);
         }
       }
       for (int e = colour.edge_begin; !avx2_ && e < next.edge_begin; ++e) {
-        const std::uint16_t* at = prepared_.edges[e].at;
-        project_edge(at[0], at[1], at[2], at[3], prepared_.edge_rules[e], local.data(),
-                     local_start.data(), lambda_[e], scale);
+        project_edge(prepared_.edges[e], prepared_.edge_rules[e], local.data(), local_start.data(),
+                     lambda_[e], scale);
       }
       for (int t = colour.strain_begin; t < next.strain_begin; ++t) {
         project_triangle(prepared_.strain_places[t], prepared_.strains[t], local.data(),
