@@ -166,8 +166,8 @@ ATELIER_HOST_DEVICE inline bool feature_reaches(const BodyView<T>& body, Vec3<T>
   if (outside) {
     return true;
   }
-  const FaceOffer<T> nearest = choose_in_tree(body, inflated(Box<T>{x, x}, within), x, x, time,
-                                              time, within, false, AloneInTree{})
+  const FaceOffer<T> nearest = choose_in_tree(body, inflated(Box<T>{x, x}, within),
+                                              standing(x, time), within, false, AloneInTree{})
                                    .nearest;
   return nearest.face >= 0 && nearest.side < T(0) &&
          dot(face_normal_at(body, nearest.face, time), outwards) > T(0);

@@ -200,7 +200,7 @@ class CpuBackend final : public ClothSolver::Backend {
         const T slack = expected_deviation(acceleration_[i], frame);
         flight_[i] = frame * velocity_[i];
         outlook_[i] = x_[i].w > T(0)
-                          ? collect_candidates(body_, xyz(x_[i]), flight_[i], slack, rule_,
+                          ? collect_candidates(body_, free_flight(i), slack, rule_,
                                                &candidates_[i * kBodyCandidates], AloneInTree{})
                           : BodyOutlook<T>{slack, T(0), T(0), {}, 0};
       }
@@ -231,15 +231,15 @@ class CpuBackend final : public ClothSolver::Backend {
 
   /// `again`: only whom cloth moved since.
   void touch_body(int s, bool again, Meeting meeting) {
-    const T t0 = static_cast<T>(s) / static_cast<T>(options_.substeps);
-    const T t1 = static_cast<T>(s + 1) / static_cast<T>(options_.substeps);
+    const BodySubstep<T> step{body_, rule_, static_cast<T>(s) / static_cast<T>(options_.substeps),
+                              static_cast<T>(s + 1) / static_cast<T>(options_.substeps)};
     parallel_for(prepared_.count, kGrain / 4, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {
         if (!again || self_->moved(static_cast<int>(i))) {
           BodyParticle<T> p{x_[i], start_[i], held_[i], xyz(carry_[i])};
-          touched_[i] = meeting == Meeting::Touches ? x_[i].w > T(0) && touch_particle(i, p, t0, t1)
-                                                    : stay_with_body(p, origin_[i], body_, t0, t1,
-                                                                     rule_, outlook_[i], meeting);
+          touched_[i] = meeting == Meeting::Touches
+                            ? x_[i].w > T(0) && touch_particle(i, p, step)
+                            : stay_with_body(p, origin_[i], step, outlook_[i], meeting);
           x_[i] = p.x;
           start_[i] = p.start;
           held_[i] = p.held;
@@ -252,21 +252,21 @@ class CpuBackend final : public ClothSolver::Backend {
     });
   }
 
-  bool touch_particle(Index i, BodyParticle<T>& p, T t0, T t1) {
-    const BodySearch search =
-        body_search(outlook_[i], xyz(p.x), xyz(frame_start_[i]), flight_[i], t1);
+  FreeFlight<T> free_flight(Index i) const { return {xyz(frame_start_[i]), flight_[i]}; }
+
+  bool touch_particle(Index i, BodyParticle<T>& p, const BodySubstep<T>& step) {
+    const BodySearch search = body_search(outlook_[i], xyz(p.x), free_flight(i), step.t1);
     if (search == BodySearch::Nothing) {
       return false;
     }
     if (search != BodySearch::Candidates) {
-      return contact_by_tree(p, body_, t0, t1, rule_, outlook_[i], search, AloneInTree{});
+      return contact_by_tree(p, step, outlook_[i], search, AloneInTree{});
     }
-    const auto choose = [&](Vec3<T> p0, Vec3<T> p1, bool swept) {
-      return choose_candidate(body_, &candidates_[i * kBodyCandidates], outlook_[i].count, p0, p1,
-                              t0, t1, rule_.reach, swept);
+    const auto choose = [&](const Passage<T>& way, bool swept) {
+      return choose_candidate(body_, &candidates_[i * kBodyCandidates], outlook_[i].count, way,
+                              rule_.reach, swept);
     };
-    return contact_by_candidates(p, body_, t0, t1, rule_, outlook_[i], xyz(frame_start_[i]),
-                                 flight_[i], choose);
+    return contact_by_candidates(p, step, outlook_[i], free_flight(i), choose);
   }
 
   void end_outside_body() {
@@ -276,8 +276,7 @@ class CpuBackend final : public ClothSolver::Backend {
     parallel_for(prepared_.count, kGrain / 4, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {
         if (x_[i].w > T(0)) {
-          end_outside(body_, rule_, outlook_[i], xyz(frame_start_[i]), flight_[i],
-                      options_.substeps, x_[i]);
+          end_outside(body_, rule_, outlook_[i], free_flight(i), options_.substeps, x_[i]);
         }
       }
     });

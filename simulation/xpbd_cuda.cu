@@ -200,9 +200,11 @@ class CudaBackend final : public ClothSolver::Backend {
     }
     const auto run = [&] {
       if (with_body) {
-        launch_candidates(frame.body, frame.body_rule, particles, x_.data(), velocity_.data(),
-                          frame.air, frame.gravity, static_cast<T>(options_.time_step),
-                          outlook_.data(), candidates_.data());
+        const FrameParticles<T> at_start{particles, x_.data(), velocity_.data(),
+                                         static_cast<T>(options_.time_step)};
+        launch_candidates(frame.body, frame.body_rule, at_start,
+                          FrameForces<T>{frame.air, frame.gravity}, outlook_.data(),
+                          candidates_.data());
         if (features_ != nullptr) {
           features_->begin_frame(body_, frame, x_.data(), velocity_.data());
         }
@@ -222,8 +224,10 @@ class CudaBackend final : public ClothSolver::Backend {
       run();
     }
     if (with_body && *has_inside_) {
-      launch_end_outside(frame.body, frame.body_rule, particles, outlook_.data(), frame.frame_start,
-                         frame.frame_velocity, frame.frame_time, frame.substeps, x_.data());
+      const FrameParticles<T> at_start{particles, frame.frame_start, frame.frame_velocity,
+                                       frame.frame_time};
+      launch_end_outside(frame.body, frame.body_rule, at_start, outlook_.data(), frame.substeps,
+                         x_.data());
     }
     ATELIER_CUDA_CHECK(cudaEventRecord(after_.event));
     int bad = 0;
