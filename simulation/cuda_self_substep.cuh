@@ -131,8 +131,9 @@ template <class T>
 __device__ inline SelfSearch<T> search_of(const SelfWork<T>& work, T past, const SearchPlan& plan) {
   SelfView<T> cloth = work.cloth;
   cloth.past = past;
-  return SelfSearch<T>(work.frame.self, cloth, work.scene * work.frame.count, plan, work.scene,
-                       work.thread, work.threads);
+  const SceneWarp warp{work.thread / kGroup, work.threads / kGroup, work.thread % kGroup};
+  return SelfSearch<T>(work.frame.self, cloth, work.scene, work.scene * work.frame.count, plan,
+                       warp);
 }
 
 /// The parts of a search, each a function that makes its own views: registers then hold what it

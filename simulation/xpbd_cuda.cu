@@ -106,8 +106,9 @@ class CudaBackend final : public ClothSolver::Backend {
     const bool moves_starts = !body_.empty() || self_ != nullptr || cloth_.material.damping > 0;
     const bool full =
         moves_starts || !prepared_.strains.empty() || !prepared_.tether_anchor.empty();
-    launch_ = std::make_unique<CudaLaunch<T>>(prepared_, options, std::move(rules), full,
-                                              self_ != nullptr, !body_.empty(), moves_starts);
+    launch_ = std::make_unique<CudaLaunch<T>>(
+        prepared_, options, std::move(rules),
+        CudaFrameParts{full, self_ != nullptr, !body_.empty(), moves_starts});
   }
 
   int scene_count() const override { return scenes_; }
