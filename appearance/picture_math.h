@@ -104,20 +104,27 @@ ATELIER_HOST_DEVICE inline void add_layer_color(const PictureLayer& layer, int f
   add_texture_color(layer, clamped(u, 0.0f, 1.0f), clamped(v, 0.0f, 1.0f), sum);
 }
 
-/// A pixel of the picture: the mean of `samples` x `samples` of the raster, whose width is
-/// `raster_width`; what nothing covers shows the background.
+/// What is in front in each pixel of a raster.
+struct RasterView {
+  const int* face;           ///< of all surfaces; -1: none
+  const float* barycentric;  ///< three a pixel
+  int width;
+};
+
+/// A pixel of the picture: the mean of `samples` x `samples` of the raster; what nothing covers
+/// shows the background.
 ATELIER_HOST_DEVICE inline PictureColor picture_color(const PictureLayer* layers, int layer_count,
-                                                      const int* face, const float* barycentric,
-                                                      int raster_width, int x, int y,
+                                                      const RasterView& raster, int x, int y,
                                                       const PictureStyle& style) {
   PictureColor color = {{0, 0, 0, 0}};
   for (int i = 0; i < style.samples * style.samples; ++i) {
     const long long place =
-        static_cast<long long>(y * style.samples + i / style.samples) * raster_width +
+        static_cast<long long>(y * style.samples + i / style.samples) * raster.width +
         x * style.samples + i % style.samples;
     for (int l = 0; l < layer_count; ++l) {
-      if (face[place] >= layers[l].first_face && face[place] < layers[l].end_face) {
-        add_layer_color(layers[l], face[place] - layers[l].first_face, barycentric + 3 * place,
+      const int face = raster.face[place];
+      if (face >= layers[l].first_face && face < layers[l].end_face) {
+        add_layer_color(layers[l], face - layers[l].first_face, raster.barycentric + 3 * place,
                         style.eye, color);
       }
     }

@@ -111,10 +111,10 @@ OptionTable describe(PrepareAppearanceOptions& options) {
 }
 
 AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurface& surface,
-                                  const std::vector<Camera>& cameras,
-                                  const std::vector<int>& frame_ids, const ReadPicture& read,
+                                  const TakenPictures& pictures,
                                   const PrepareAppearanceOptions& options, Device device,
                                   std::vector<LabelAgreement>* agreement) {
+  const auto& [cameras, frame_ids, read] = pictures;
   ATELIER_CHECK(
       surface.which < subject.faces.size() && subject.faces.size() == subject.names.size(),
       "the surface to draw is one of the subject's");
@@ -133,7 +133,7 @@ AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurf
   }
   std::size_t pixels = 0;
   std::size_t all_pixels = 0;
-  std::size_t pictures = 0;
+  std::size_t looked_at = 0;
   std::vector<LabelAgreement> agreements(cameras.size());
   for (const int frame_id : frame_ids) {
     const std::vector<Points> vertices = subject.load(frame_id);
@@ -161,7 +161,7 @@ AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurf
       if (read && taken.colors.data.empty()) {
         continue;
       }
-      ++pictures;
+      ++looked_at;
       const Raster raster = rasterize(all.vertices, all.faces, cameras[c], {}, device);
       const VisiblePixels seen =
           visible_pixels(raster, all.first_face[which], data.uvs, data.uv_faces, options.visible);
@@ -175,7 +175,7 @@ AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurf
       }
     }
   }
-  require_agreement(data.name, surface.fewest_pixels, pixels, all_pixels, pictures, agreements);
+  require_agreement(data.name, surface.fewest_pixels, pixels, all_pixels, looked_at, agreements);
   if (agreement != nullptr) {
     *agreement = std::move(agreements);
   }

@@ -43,6 +43,13 @@ struct TakenPicture {
 };
 using ReadPicture = std::function<TakenPicture(std::size_t camera_idx, int frame_id)>;
 
+/// Which cameras look in which frames, and what they took. Refers to what others own.
+struct TakenPictures {
+  const std::vector<Camera>& cameras;
+  const std::vector<int>& frame_ids;
+  ReadPicture read = {};  ///< none: there are no colours, only what a network is asked for
+};
+
 /// What label images say of the pixels of one camera in which the geometry shows the surface.
 struct LabelAgreement {
   std::size_t judged = 0;  ///< pixels that have a label
@@ -52,7 +59,6 @@ struct LabelAgreement {
 /// The surface in every frame, with its light transfer, the pixels that each camera sees of it
 /// and their colours: what a network learns from. Pixels that a label image gives to something
 /// else, or next to which it has something else (at outlines it is a pixel off), are left out.
-/// Without `read` there are no colours: what a network is asked for.
 ///
 /// Throws DataError where a picture has another size than its camera, where the surface is not in
 /// a frame, where fewer than `fewest_pixels` of all pictures show it, and where label images say
@@ -60,8 +66,7 @@ struct LabelAgreement {
 /// of one capture.
 /// @param agreement  [C] if it is not null
 AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurface& surface,
-                                  const std::vector<Camera>& cameras,
-                                  const std::vector<int>& frame_ids, const ReadPicture& read = {},
+                                  const TakenPictures& pictures,
                                   const PrepareAppearanceOptions& options = {},
                                   Device device = Device::Cpu,
                                   std::vector<LabelAgreement>* agreement = nullptr);

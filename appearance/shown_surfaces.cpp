@@ -77,13 +77,14 @@ class CpuShownSurfaces : public ShownSurfaces {
     }
     const PictureStyle style = picture_style(options_, eye_);
     Image picture(raster_.face.width / style.samples, raster_.face.height / style.samples, 4);
+    const RasterView raster{raster_.face.data.data(), raster_.barycentric.data.data(),
+                            raster_.face.width};
     constexpr Index kRows = 16;
     parallel_for(picture.height, kRows, [&](Index begin, Index end) {
       for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
         for (int x = 0; x < picture.width; ++x) {
-          const PictureColor color = picture_color(
-              layers.data(), static_cast<int>(layers.size()), raster_.face.data.data(),
-              raster_.barycentric.data.data(), raster_.face.width, x, y, style);
+          const PictureColor color =
+              picture_color(layers.data(), static_cast<int>(layers.size()), raster, x, y, style);
           std::copy(std::begin(color.channel), std::end(color.channel), &picture.at(x, y));
         }
       }

@@ -110,13 +110,11 @@ __global__ void mark_seen(const int* face, int pixels, const int* end_face, int*
   }
 }
 
-__global__ void color_pixels(const PictureLayer* layers, int layer_count, const int* face,
-                             const float* barycentric, int raster_width, int width, int pixels,
-                             PictureStyle style, PictureColor* picture) {
+__global__ void color_pixels(const PictureLayer* layers, int layer_count, RasterView raster,
+                             int width, int pixels, PictureStyle style, PictureColor* picture) {
   const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
   if (i < pixels) {
-    picture[i] = picture_color(layers, layer_count, face, barycentric, raster_width, i % width,
-                               i / width, style);
+    picture[i] = picture_color(layers, layer_count, raster, i % width, i / width, style);
   }
 }
 
@@ -257,8 +255,9 @@ class CudaShownSurfaces : public ShownSurfaces {
     const int pixels = picture.width * picture.height;
     resize(picture_, static_cast<std::size_t>(pixels));
     color_pixels<<<cuda_blocks(pixels), kCudaBlock>>>(
-        layers_.data(), static_cast<int>(layers.size()), raster_.face.data(),
-        raster_.barycentric.data(), width_, picture.width, pixels, style, picture_.data());
+        layers_.data(), static_cast<int>(layers.size()),
+        RasterView{raster_.face.data(), raster_.barycentric.data(), width_}, picture.width, pixels,
+        style, picture_.data());
     ATELIER_CUDA_LAUNCHED(color_pixels);
     ATELIER_CUDA_CHECK(cudaMemcpy(picture.data.data(), picture_.data(),
                                   picture.data.size() * sizeof(float), cudaMemcpyDeviceToHost));

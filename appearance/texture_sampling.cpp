@@ -91,16 +91,6 @@ std::vector<float> sample_texture(const Image& texture, const TexturePixels& pla
   return colors;
 }
 
-Image splat_texture(int resolution, const TexturePixels& places, const std::vector<float>& colors) {
-  ATELIER_CHECK(resolution > 0, "a texture has texels");
-  ATELIER_CHECK(colors.size() == 3 * places.u.size() && places.u.size() == places.v.size(),
-                "places and colours differ in number");
-  Image texture(resolution, resolution, 3);
-  std::vector<float> none;
-  add_splat(texture, none, places, colors);
-  return texture;
-}
-
 StaticTexture static_texture(int resolution, int cameras, const std::vector<TextureView>& views,
                              int rounds) {
   ATELIER_CHECK(resolution > 0 && cameras > 0 && rounds >= 1, "sizes and rounds are positive");

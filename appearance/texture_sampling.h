@@ -23,11 +23,6 @@ TextureTaps texture_taps(int resolution, float u, float v);
 /// Colours [3P] of a square texture [R,R,3] at places. Linear in the texture.
 std::vector<float> sample_texture(const Image& texture, const TexturePixels& places);
 
-/// Its adjoint: adds to each texel what the pixels give it, [R,R,3]. <sample(t), c> = <t,
-/// splat(c)>.
-/// @param colors  [3P]
-Image splat_texture(int resolution, const TexturePixels& places, const std::vector<float>& colors);
-
 /// A texture that does not change, and how bright each camera takes it.
 struct StaticTexture {
   Image texture;            ///< [R,R,3] linear RGB; what no pixel sees is 0

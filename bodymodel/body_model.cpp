@@ -186,15 +186,6 @@ int find_shape(const BodyModel& model, const std::string& name) {
   return -1;
 }
 
-const std::vector<int>& find_group(const BodyModel& model, const std::string& name) {
-  for (const VertexGroup& group : model.groups) {
-    if (group.name == name) {
-      return group.vertices;
-    }
-  }
-  throw LogicError("no vertex group " + name + " in body model " + model.name);
-}
-
 void check_body_model(const BodyModel& model, const std::string& file) {
   check_skeleton(model.skeleton, file);
   check_mesh(model.mesh, file);

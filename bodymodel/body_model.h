@@ -92,9 +92,6 @@ Eigen::VectorXd neutral_shape(const BodyModel& model);
 /// Index of a shape parameter by name, -1 if there is none.
 int find_shape(const BodyModel& model, const std::string& name);
 
-/// Vertices of a group by name. Throws LogicError if there is none.
-const std::vector<int>& find_group(const BodyModel& model, const std::string& name);
-
 /// Throws DataError (with `file` as its file) unless the skeleton and the mesh are valid, every
 /// array has the stated rows, indices are in range, numbers are finite, names are unique, ranges
 /// hold their neutral value, axes have unit length, and weights are non-negative with rows that sum

@@ -13,13 +13,13 @@ int axis_of(char letter) {
   return letter - 'X';
 }
 
-void check_order(const std::string& order, bool different) {
+void check_order(const std::string& order) {
   bool valid = order.size() == 3;
   for (const char letter : order) {
     valid = valid && letter >= 'X' && letter <= 'Z';
   }
-  valid = valid && order[0] != order[1] && order[1] != order[2];
-  ATELIER_CHECK(valid && !(different && order[0] == order[2]), "unknown rotation order " + order);
+  valid = valid && order[0] != order[1] && order[1] != order[2] && order[0] != order[2];
+  ATELIER_CHECK(valid, "unknown rotation order " + order);
 }
 
 }  // namespace
@@ -34,14 +34,8 @@ Eigen::Matrix3d axis_rotation(int axis, double angle) {
   return rotation;
 }
 
-Eigen::Matrix3d euler_matrix(const std::string& order, const Eigen::Vector3d& angles) {
-  check_order(order, false);
-  return axis_rotation(axis_of(order[0]), angles[0]) * axis_rotation(axis_of(order[1]), angles[1]) *
-         axis_rotation(axis_of(order[2]), angles[2]);
-}
-
 Eigen::Vector3d euler_angles(const std::string& order, const Eigen::Matrix3d& rotation) {
-  check_order(order, true);
+  check_order(order);
   const int i = axis_of(order[0]);
   const int j = axis_of(order[1]);
   const int k = axis_of(order[2]);

@@ -8,12 +8,9 @@ namespace atelier {
 /// Rotation by `angle` (radians) about x, y or z (axis 0, 1, 2).
 Eigen::Matrix3d axis_rotation(int axis, double angle);
 
-/// R = R_order[0](angles[0]) R_order[1](angles[1]) R_order[2](angles[2]); `order` is three letters
-/// of X, Y, Z, neighbours different. Throws LogicError for another order.
-Eigen::Matrix3d euler_matrix(const std::string& order, const Eigen::Vector3d& angles);
-
-/// Angles (radians) that give `rotation` back, for an order of three different letters. At the pole
-/// (middle angle of 90 degrees) the last angle is 0.
+/// Angles (radians) of R = R_order[0](angles[0]) R_order[1](angles[1]) R_order[2](angles[2]);
+/// `order` is the letters X, Y, Z in some order, else LogicError. At the pole (middle angle of 90
+/// degrees) the last angle is 0.
 Eigen::Vector3d euler_angles(const std::string& order, const Eigen::Matrix3d& rotation);
 
 /// Of the two sets of angles and their whole turns, the one nearest to `near`: keeps curves

@@ -96,23 +96,6 @@ std::vector<Eigen::Matrix3d> joint_velocity_bases(const Skeleton& skeleton, cons
   return bases;
 }
 
-Eigen::MatrixXd joint_positions_jacobian(const Skeleton& skeleton, const Pose& pose) {
-  const JointFrames frames = forward_kinematics(skeleton, pose);
-  const std::vector<Eigen::Matrix3d> bases = joint_velocity_bases(skeleton, pose, frames);
-  Eigen::MatrixXd jacobian =
-      Eigen::MatrixXd::Zero(3 * count(skeleton), pose_parameter_count(skeleton));
-  for (Index j = 0; j < count(skeleton); ++j) {
-    jacobian.block<3, 3>(3 * j, 0).setIdentity();
-    for (int ancestor = parent_of(skeleton, j); ancestor >= 0;
-         ancestor = parent_of(skeleton, ancestor)) {
-      const Eigen::Vector3d arm = frames.positions.row(j) - frames.positions.row(ancestor);
-      jacobian.block<3, 3>(3 * j, 3 + 3 * ancestor) =
-          -cross_matrix(arm) * bases[static_cast<std::size_t>(ancestor)];
-    }
-  }
-  return jacobian;
-}
-
 Skeleton shaped_skeleton(const BodyModel& model, const Eigen::VectorXd& shape) {
   check_shape(model, shape);
   Skeleton skeleton = model.skeleton;

@@ -33,12 +33,8 @@ Index pose_parameter_count(const Skeleton& skeleton);
 Eigen::VectorXd pose_vector(const Pose& pose);
 Pose pose_of_vector(const Eigen::VectorXd& values);
 
-/// Derivative of the joints' world positions by pose parameters, [3J, 3 + 3J]. O(J^2).
 /// A joint's rotation r moves what hangs on it by the spatial velocity W(r) dr about the joint,
-/// W = (frame before the rotation) L(r), L the left Jacobian.
-Eigen::MatrixXd joint_positions_jacobian(const Skeleton& skeleton, const Pose& pose);
-
-/// W of every joint, see above; [J].
+/// W = (frame before the rotation) L(r), L the left Jacobian: W of every joint, [J].
 std::vector<Eigen::Matrix3d> joint_velocity_bases(const Skeleton& skeleton, const Pose& pose,
                                                   const JointFrames& frames);
 

@@ -13,10 +13,10 @@ bool has_skin_avx2() {
 
 // One row of a 3x4 transform is one register: blend the rows of all slots, multiply them by
 // (x, y, z, 1) and add across.
-__attribute__((target("avx2,fma"))) void skin_linear_avx2(const double* rest, const int* joints,
-                                                          const double* weights, int slots,
+__attribute__((target("avx2,fma"))) void skin_linear_avx2(const SkinBatch& batch,
                                                           const SkinTransform* transforms,
-                                                          Index count, double* skinned) {
+                                                          double* skinned) {
+  auto [count, slots, rest, joints, weights] = batch;
   const __m256d one = _mm256_set1_pd(1);
   for (Index v = 0; v < count; ++v, rest += 3, skinned += 3, joints += slots, weights += slots) {
     __m256d row0 = _mm256_setzero_pd();

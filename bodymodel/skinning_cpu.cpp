@@ -37,9 +37,10 @@ Points skin_linear_cpu(const Points& rest, const SkinWeights& weights,
     Points skinned(rest.rows(), 3);
     const int slots = static_cast<int>(weights.weights.cols());
     parallel_for(rest.rows(), kVerticesPerChunk, [&](Index begin, Index end) {
-      skin_linear_avx2(rest.data() + 3 * begin, weights.joints.data() + slots * begin,
-                       weights.weights.data() + slots * begin, slots, transforms.data(),
-                       end - begin, skinned.data() + 3 * begin);
+      const SkinBatch batch{end - begin, slots, rest.data() + 3 * begin,
+                            weights.joints.data() + slots * begin,
+                            weights.weights.data() + slots * begin};
+      skin_linear_avx2(batch, transforms.data(), skinned.data() + 3 * begin);
     });
     return skinned;
   }

@@ -28,9 +28,17 @@ double linear_kernel_seconds(const Points& rest, const SkinWeights& skin,
 /// Whether this processor has what `skin_linear_avx2` uses.
 bool has_skin_avx2();
 
-/// Skins `count` vertices: rows of 3 (rest, skinned) and of `slots` (joints, weights).
-void skin_linear_avx2(const double* rest, const int* joints, const double* weights, int slots,
-                      const SkinTransform* transforms, Index count, double* skinned);
+/// Vertices to skin: rows of 3 (rest) and of `slots` (joints, weights).
+struct SkinBatch {
+  Index count;
+  int slots;
+  const double* rest;
+  const int* joints;
+  const double* weights;
+};
+
+/// @param skinned  rows of 3
+void skin_linear_avx2(const SkinBatch& batch, const SkinTransform* transforms, double* skinned);
 #endif
 
 }  // namespace atelier

@@ -65,8 +65,4 @@ Eigen::MatrixXd skin_shape_rows(const BodyModel& model, const ShapedBody& body,
                                 const PosedBody& posed, const std::vector<int>& vertices,
                                 const Points& directions);
 
-/// Dense Jacobian of one vertex, [3, 3 + 3J + S]: translation, rotations, shape.
-Eigen::MatrixXd vertex_jacobian(const BodyModel& model, const ShapedBody& body,
-                                const PosedBody& posed, const SkinChains& chains, int vertex);
-
 }  // namespace atelier

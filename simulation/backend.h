@@ -50,12 +50,16 @@ Points pin_targets_of(const Cloth& cloth, const Control& control, const Triangle
 Points air_accelerations(const Cloth& cloth, const ClothState& state, const Control& control,
                          const XpbdOptions& options);
 
-/// Strain, energy and, where multipliers are given, residuals: `lambda` for each constraint of the
-/// schedule's order, `strain_lambda` for each strain of the cloth (warp, weft, shear).
+/// Multipliers of the last substep of a frame; none: not known.
+struct LastMultipliers {
+  std::vector<double> lambda;                        ///< of each constraint of the schedule's order
+  std::vector<std::array<double, 3>> strain_lambda;  ///< of each strain (warp, weft, shear)
+  double substep;                                    ///< s
+};
+
+/// Strain, energy and, where multipliers are known, residuals.
 FrameReport report_state(const Cloth& cloth, const ClothVariation& variation,
-                         const ClothState& state, const std::vector<double>& lambda,
-                         const std::vector<std::array<double, 3>>& strain_lambda, double substep,
-                         FrameReport report);
+                         const ClothState& state, const LastMultipliers& last, FrameReport report);
 
 /// Force in each spring from the multipliers (per constraint of the schedule's order) of a substep.
 std::vector<double> spring_forces_of(const Cloth& cloth, const std::vector<double>& lambda,

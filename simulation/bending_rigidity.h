@@ -15,7 +15,6 @@ struct BendingRigidity {
   double mean = 0;     ///< over directions
   double lowest = 0;   ///< of all directions
   double highest = 0;  ///< of all directions
-  double anisotropy() const { return lowest > 0 ? highest / lowest : 0; }
 };
 
 /// Bends the mesh onto a cylinder along each of `directions` directions and compares the energy of

@@ -17,16 +17,16 @@ struct BodyTouch {
 
 template <class T>
 ATELIER_HOST_DEVICE inline BodyTouch<T> touch_at(const BodyView<T>& body, int face,
-                                                 Vec3<T> barycentric, Vec3<T> normal, Vec3<T> x,
-                                                 Vec3<T> start, T t0, T t1) {
+                                                 Vec3<T> barycentric, Vec3<T> normal,
+                                                 const Passage<T>& way) {
   BodyTouch<T> out;
-  const Vec3<T> p0 = weighted(corners_at(body, face, t0), barycentric);
-  const Vec3<T> p1 = weighted(corners_at(body, face, t1), barycentric);
+  const Vec3<T> p0 = weighted(corners_at(body, face, way.t0), barycentric);
+  const Vec3<T> p1 = weighted(corners_at(body, face, way.t1), barycentric);
   out.normal = normal;
   out.point = p1;
   out.moved = p1 - p0;
-  out.distance = dot(normal, x - p1);
-  out.start_distance = dot(normal, start - p0);
+  out.distance = dot(normal, way.p1 - p1);
+  out.start_distance = dot(normal, way.p0 - p0);
   out.valid = true;
   return out;
 }
@@ -34,8 +34,8 @@ ATELIER_HOST_DEVICE inline BodyTouch<T> touch_at(const BodyView<T>& body, int fa
 /// Contact of one particle with the nearest face found, if it is nearer than `thickness`.
 template <class T>
 ATELIER_HOST_DEVICE inline BodyTouch<T> touch_nearest(const BodyView<T>& body,
-                                                      const FaceOffer<T>& best, Vec3<T> x,
-                                                      Vec3<T> start, T t0, T t1, T thickness) {
+                                                      const FaceOffer<T>& best,
+                                                      const Passage<T>& way, T thickness) {
   BodyTouch<T> out;
   out.valid = false;
   if (best.face < 0) {
@@ -45,16 +45,16 @@ ATELIER_HOST_DEVICE inline BodyTouch<T> touch_nearest(const BodyView<T>& body,
   if (best.side >= T(0) && distance >= thickness) {
     return out;
   }
-  const FaceCorners<T> t = corners_at(body, best.face, t1);
+  const FaceCorners<T> t = corners_at(body, best.face, way.t1);
   Vec3<T> normal = cross(t.b - t.a, t.c - t.a);
   normal = (T(1) / norm(normal)) * normal;
   const Vec3<T> b = best.barycentric;
   const bool inside_face = b.x > T(0) && b.y > T(0) && b.z > T(0);
   if (!inside_face && distance > T(1e-5)) {
-    const Vec3<T> d = x - weighted(t, b);
+    const Vec3<T> d = way.p1 - weighted(t, b);
     normal = (best.side >= T(0) ? T(1) / distance : T(-1) / distance) * d;
   }
-  return touch_at(body, best.face, b, normal, x, start, t0, t1);
+  return touch_at(body, best.face, b, normal, way);
 }
 
 /// What a contact with the body obeys.
@@ -64,6 +64,14 @@ struct BodyContactRule {
   T friction;     ///< Coulomb coefficient
   T reach;        ///< m, how deep an overlap may be and still be found
   T old_overlap;  ///< m at most taken off an overlap that was there before, per substep
+};
+
+/// The body in a substep, from t0 to t1 of the frame, and what contact with it obeys.
+template <class T>
+struct BodySubstep {
+  const BodyView<T>& body;
+  BodyContactRule<T> rule;
+  T t0, t1;
 };
 
 /// A particle that meets the body in a substep.
@@ -77,6 +85,11 @@ struct BodyParticle {
   Vec3<T> moved;  ///< how the body moved in the substep where the particle touches it
   Vec3<T> touched = {T(0), T(0), T(0)};  ///< normal of the first touch
 };
+
+template <class T>
+ATELIER_HOST_DEVICE inline Passage<T> way_of(const BodyParticle<T>& p, const BodySubstep<T>& step) {
+  return {xyz(p.start), xyz(p.x), step.t0, step.t1};
+}
 
 /// Moves a particle out of the body and lets friction hold it (Coulomb: exact stick inside the
 /// cone). What friction did in the substep's earlier iterations is projected onto the cone anew in
@@ -114,20 +127,20 @@ ATELIER_HOST_DEVICE inline void resolve_touch(BodyParticle<T>& p, const BodyTouc
 /// it touched; then the nearest face is to be looked for once more (a corner between two surfaces)
 /// and given to touch_again.
 template <class T>
-ATELIER_HOST_DEVICE inline bool touch_choice(BodyParticle<T>& p, const BodyView<T>& body, T t0,
-                                             T t1, const BodyContactRule<T>& rule,
+ATELIER_HOST_DEVICE inline bool touch_choice(BodyParticle<T>& p, const BodySubstep<T>& step,
                                              const FaceChoice<T>& choice) {
+  const BodyContactRule<T>& rule = step.rule;
   BodyTouch<T> touch;
   if (choice.first.time <= T(1)) {
     const int face = choice.first.face;
-    const FaceCorners<T> t = corners_at(body, face, t1);
+    const FaceCorners<T> t = corners_at(step.body, face, step.t1);
     Vec3<T> normal = cross(t.b - t.a, t.c - t.a);
     normal = (T(1) / norm(normal)) * normal;
-    touch = touch_at(body, face, choice.first.hit, normal, xyz(p.x), xyz(p.start), t0, t1);
+    touch = touch_at(step.body, face, choice.first.hit, normal, way_of(p, step));
   } else {
     // Whom an earlier iteration moved out lies at the body's distance, but for rounding.
     const T near = p.held.w > T(0) ? T(1.001) * rule.thickness : rule.thickness;
-    touch = touch_nearest(body, choice.nearest, xyz(p.x), xyz(p.start), t0, t1, near);
+    touch = touch_nearest(step.body, choice.nearest, way_of(p, step), near);
   }
   if (touch.valid) {
     p.moved = touch.moved;
@@ -138,10 +151,10 @@ ATELIER_HOST_DEVICE inline bool touch_choice(BodyParticle<T>& p, const BodyView<
 }
 
 template <class T>
-ATELIER_HOST_DEVICE inline void touch_again(BodyParticle<T>& p, const BodyView<T>& body, T t0, T t1,
-                                            BodyContactRule<T> rule, const FaceOffer<T>& nearest) {
-  const BodyTouch<T> touch =
-      touch_nearest(body, nearest, xyz(p.x), xyz(p.start), t0, t1, rule.thickness);
+ATELIER_HOST_DEVICE inline void touch_again(BodyParticle<T>& p, const BodySubstep<T>& step,
+                                            const FaceOffer<T>& nearest) {
+  BodyContactRule<T> rule = step.rule;
+  const BodyTouch<T> touch = touch_nearest(step.body, nearest, way_of(p, step), rule.thickness);
   if (touch.valid) {
     // Between two surfaces that face each other there may be no room for both distances: the
     // particle goes where it is as far from the one as from the other.
@@ -173,6 +186,13 @@ struct BodyOutlook {
   int count;     ///< of candidates, or kSearchTree or kSearchDeep
 };
 
+/// How a particle flies through a frame where nothing holds it.
+template <class T>
+struct FreeFlight {
+  Vec3<T> start;
+  Vec3<T> flight;  ///< of the whole frame [m]
+};
+
 /// How far a particle may leave its free flight in a frame: what gravity adds, and a margin for
 /// what pulls at it [m]. Further than that, and the tree is asked.
 template <class T>
@@ -187,23 +207,25 @@ template <class T, class Team>
 ATELIER_HOST_DEVICE inline bool lies_behind_nearest(const BodyView<T>& body, Vec3<T> x, T distance,
                                                     const Team& team) {
   const int face = face_that_knows_the_side(body, x, T(0), as_near(distance * distance), team);
-  return face >= 0 && offer_of(body, face, x, x, T(0), T(0), false).side < T(0);
+  return face >= 0 && offer_of(body, face, standing(x, T(0)), false).side < T(0);
 }
 
-/// Collects the faces that a particle may meet while it flies by `flight` in the frame, give or
-/// take `slack`: every face whose distance now is below their relative motion, the slack and the
+/// Collects the faces that a particle may meet while it flies through the frame, give or take
+/// `slack`: every face whose distance now is below their relative motion, the slack and the
 /// thickness.
 template <class T, class Team>
-ATELIER_HOST_DEVICE inline BodyOutlook<T> collect_candidates(const BodyView<T>& body, Vec3<T> x,
-                                                             Vec3<T> flight, T slack,
+ATELIER_HOST_DEVICE inline BodyOutlook<T> collect_candidates(const BodyView<T>& body,
+                                                             const FreeFlight<T>& free, T slack,
                                                              const BodyContactRule<T>& rule,
                                                              int* candidates, const Team& team) {
+  const Vec3<T> x = free.start;
+  const Vec3<T> flight = free.flight;
   BodyOutlook<T> out{slack, T(1e15), T(0), {}, 0};
   T least = T(1e15);
   int count = 0;
   const T radius = max_of(rule.reach, norm(flight) + slack + rule.thickness);
   team.visit(body, inflated(Box<T>{x, x}, radius), [&](int face) {
-    const FaceOffer<T> offer = offer_of(body, face, x, x, T(0), T(0), false);
+    const FaceOffer<T> offer = offer_of(body, face, standing(x, T(0)), false);
     if (offer.face >= 0) {
       least = min_of(least, offer.squared_distance);
     }
@@ -254,14 +276,14 @@ enum class BodySearch { Nothing, Candidates, Tree, DeepTree, WayOut };
 
 template <class T>
 ATELIER_HOST_DEVICE inline BodySearch body_search(const BodyOutlook<T>& outlook, Vec3<T> x,
-                                                  Vec3<T> frame_start, Vec3<T> flight, T t1) {
+                                                  const FreeFlight<T>& free, T t1) {
   if (outlook.count == kSearchDeep) {
     return BodySearch::DeepTree;
   }
   if (outlook.count == kSearchBuried) {
     return BodySearch::WayOut;
   }
-  const Vec3<T> away = x - frame_start - t1 * flight;
+  const Vec3<T> away = x - free.start - t1 * free.flight;
   if (squared_norm(away) > outlook.slack * outlook.slack) {
     return BodySearch::Tree;
   }
@@ -277,13 +299,13 @@ ATELIER_HOST_DEVICE inline BodySearch body_search(const BodyOutlook<T>& outlook,
 template <class T>
 ATELIER_HOST_DEVICE inline FaceChoice<T> choose_candidate(const BodyView<T>& body,
                                                           const int* candidates, int count,
-                                                          Vec3<T> p0, Vec3<T> p1, T t0, T t1,
-                                                          T reach, bool swept) {
+                                                          const Passage<T>& way, T reach,
+                                                          bool swept) {
   FaceChoice<T> choice{no_offer(reach), no_offer(reach)};
   T least = reach * reach;
   bool found = false;
   for (int c = 0; c < count; ++c) {
-    const FaceOffer<T> offer = offer_of(body, candidates[c], p0, p1, t0, t1, swept);
+    const FaceOffer<T> offer = offer_of(body, candidates[c], way, swept);
     if (passed_before(offer, choice.first)) {
       choice.first = offer;
     }
@@ -297,7 +319,7 @@ ATELIER_HOST_DEVICE inline FaceChoice<T> choose_candidate(const BodyView<T>& bod
   }
   const T near = as_near(least);
   for (int c = 0; c < count; ++c) {
-    const FaceOffer<T> offer = offer_of(body, candidates[c], p0, p1, t0, t1, false);
+    const FaceOffer<T> offer = offer_of(body, candidates[c], way, false);
     if (offer.face >= 0 && offer.squared_distance <= near &&
         knows_side_better(offer, choice.nearest)) {
       choice.nearest = offer;
@@ -309,41 +331,43 @@ ATELIER_HOST_DEVICE inline FaceChoice<T> choose_candidate(const BodyView<T>& bod
 /// Renews the outlook of a particle at `x` that does not touch what lies nearest to it.
 template <class T>
 ATELIER_HOST_DEVICE inline void look_out_again(BodyOutlook<T>& outlook, const FaceOffer<T>& nearest,
-                                               Vec3<T> x, Vec3<T> frame_start, Vec3<T> flight, T t1,
+                                               Vec3<T> x, const FreeFlight<T>& free, T t1,
                                                const BodyContactRule<T>& rule) {
   // A little less than it is: who is as near as the nearest may be nearer by rounding.
   const T distance = T(0.9999) * std::sqrt(nearest.squared_distance);
   outlook.gap = t1 * outlook.speed + distance - rule.thickness;
-  outlook.from = x - frame_start - t1 * flight;
+  outlook.from = x - free.start - t1 * free.flight;
 }
 
-/// Contact of one free particle with its candidates in the substep [t0, t1] of the frame.
-/// `choose(p0, p1, swept)` gives the choice among them (choose_candidate).
+/// Contact of one free particle with its candidates in a substep. `choose(way, swept)` gives the
+/// choice among them (choose_candidate).
 template <class T, class Choose>
-ATELIER_HOST_DEVICE inline bool contact_by_candidates(BodyParticle<T>& p, const BodyView<T>& body,
-                                                      T t0, T t1, const BodyContactRule<T>& rule,
-                                                      BodyOutlook<T>& outlook, Vec3<T> frame_start,
-                                                      Vec3<T> flight, const Choose& choose) {
-  const FaceChoice<T> choice = choose(xyz(p.start), xyz(p.x), true);
-  if (!touch_choice(p, body, t0, t1, rule, choice)) {
-    look_out_again(outlook, choice.nearest, xyz(p.x), frame_start, flight, t1, rule);
+ATELIER_HOST_DEVICE inline bool contact_by_candidates(BodyParticle<T>& p,
+                                                      const BodySubstep<T>& step,
+                                                      BodyOutlook<T>& outlook,
+                                                      const FreeFlight<T>& free,
+                                                      const Choose& choose) {
+  const FaceChoice<T> choice = choose(way_of(p, step), true);
+  if (!touch_choice(p, step, choice)) {
+    look_out_again(outlook, choice.nearest, xyz(p.x), free, step.t1, step.rule);
     return false;
   }
-  touch_again(p, body, t0, t1, rule, choose(xyz(p.start), xyz(p.x), false).nearest);
+  touch_again(p, step, choose(way_of(p, step), false).nearest);
   return true;
 }
 
-/// Contact of one free particle with the body in the substep [t0, t1] of the frame, asking the
-/// tree.
+/// Contact of one free particle with the body in a substep, asking the tree.
 template <class T, class Team>
-ATELIER_HOST_DEVICE inline bool contact_by_tree(BodyParticle<T>& p, const BodyView<T>& body, T t0,
-                                                T t1, const BodyContactRule<T>& rule,
+ATELIER_HOST_DEVICE inline bool contact_by_tree(BodyParticle<T>& p, const BodySubstep<T>& step,
                                                 const BodyOutlook<T>& outlook, BodySearch search,
                                                 const Team& team) {
+  const BodyView<T>& body = step.body;
+  const BodyContactRule<T>& rule = step.rule;
+  const T t1 = step.t1;
   if (search == BodySearch::WayOut) {
     FaceChoice<T> choice{nearest_way_out(body, xyz(p.x), t1, min_of(rule.reach, outlook.gap), team),
                          no_offer(rule.reach)};
-    return touch_choice(p, body, t0, t1, rule, choice);
+    return touch_choice(p, step, choice);
   }
   const bool deep = search == BodySearch::DeepTree;
   Box<T> box{xyz(p.x), xyz(p.x)};
@@ -352,7 +376,7 @@ ATELIER_HOST_DEVICE inline bool contact_by_tree(BodyParticle<T>& p, const BodyVi
   const Box<T> query = inflated(box, deep ? rule.reach : rule.thickness + T(1e-3));
   for (int pass = 0; pass < 2; ++pass) {
     FaceChoice<T> choice =
-        choose_in_tree(body, query, xyz(p.start), xyz(p.x), t0, t1, rule.reach, pass == 0, team);
+        choose_in_tree(body, query, way_of(p, step), rule.reach, pass == 0, team);
     // In one limb, and outside another that is nearer: that knows nothing of the first.
     if (deep && choice.first.time > T(1) && choice.nearest.side >= T(0) &&
         times_inside(body, xyz(p.x), t1, team) > 0) {
@@ -360,11 +384,11 @@ ATELIER_HOST_DEVICE inline bool contact_by_tree(BodyParticle<T>& p, const BodyVi
       choice.nearest = way_out.face >= 0 ? way_out : choice.nearest;
     }
     if (pass == 0) {
-      if (!touch_choice(p, body, t0, t1, rule, choice)) {
+      if (!touch_choice(p, step, choice)) {
         return false;
       }
     } else {
-      touch_again(p, body, t0, t1, rule, choice.nearest);
+      touch_again(p, step, choice.nearest);
     }
   }
   return true;
@@ -384,29 +408,32 @@ enum class Meeting {
 /// substep began. True if it touches.
 template <class T>
 ATELIER_HOST_DEVICE inline bool stay_with_body(BodyParticle<T>& p, const Vec4<T>& origin,
-                                               const BodyView<T>& body, T t0, T t1,
-                                               BodyContactRule<T> rule,
+                                               const BodySubstep<T>& whole,
                                                const BodyOutlook<T>& outlook, Meeting meeting) {
+  const BodyView<T>& body = whole.body;
+  const T reach = whole.rule.reach;
   const Vec3<T> at = xyz(origin);
   if (meeting == Meeting::Rides) {
-    const FaceOffer<T> nearest = choose_in_tree(body, inflated(Box<T>{at, at}, rule.reach), at, at,
-                                                t0, t0, rule.reach, false, AloneInTree{})
+    const FaceOffer<T> nearest = choose_in_tree(body, inflated(Box<T>{at, at}, reach),
+                                                standing(at, whole.t0), reach, false, AloneInTree{})
                                      .nearest;
     if (nearest.face >= 0) {
-      const Vec3<T> ride = weighted(corners_at(body, nearest.face, t1), nearest.barycentric) -
-                           weighted(corners_at(body, nearest.face, t0), nearest.barycentric);
+      const Vec3<T> ride = weighted(corners_at(body, nearest.face, whole.t1), nearest.barycentric) -
+                           weighted(corners_at(body, nearest.face, whole.t0), nearest.barycentric);
       p.x = with_w(at + ride, p.x.w);
     }
   }
-  const BodyContactRule<T> whole = rule;
-  rule.thickness *= meeting == Meeting::Rides ? T(1) : meeting == Meeting::Stays ? T(0.5) : T(0.05);
+  BodySubstep<T> step = whole;
+  step.rule.thickness *= meeting == Meeting::Rides   ? T(1)
+                         : meeting == Meeting::Stays ? T(0.5)
+                                                     : T(0.05);
   // As deep as `reach`: who is carried may be deeper than who moves by itself.
   const BodySearch search =
       outlook.count == kSearchBuried ? BodySearch::WayOut : BodySearch::DeepTree;
-  bool touches = contact_by_tree(p, body, t0, t1, rule, outlook, search, AloneInTree{});
-  if (meeting == Meeting::Leaves && times_inside(body, xyz(p.x), t1, AloneInTree{}) == 1) {
+  bool touches = contact_by_tree(p, step, outlook, search, AloneInTree{});
+  if (meeting == Meeting::Leaves && times_inside(body, xyz(p.x), whole.t1, AloneInTree{}) == 1) {
     // Two surfaces leave it no room: it goes half way between them.
-    touches = contact_by_tree(p, body, t0, t1, whole, outlook, search, AloneInTree{});
+    touches = contact_by_tree(p, whole, outlook, search, AloneInTree{});
   }
   p.moved = xyz(p.x) - at;
   return touches;
@@ -415,8 +442,8 @@ ATELIER_HOST_DEVICE inline bool stay_with_body(BodyParticle<T>& p, const Vec4<T>
 /// Depth of a particle inside the body at time 1, 0 outside [m].
 template <class T>
 ATELIER_HOST_DEVICE inline T depth_inside(const BodyView<T>& body, Vec3<T> x, T reach) {
-  const FaceChoice<T> choice = choose_in_tree(body, inflated(Box<T>{x, x}, reach), x, x, T(1), T(1),
-                                              reach, false, AloneInTree{});
+  const FaceChoice<T> choice = choose_in_tree(body, inflated(Box<T>{x, x}, reach),
+                                              standing(x, T(1)), reach, false, AloneInTree{});
   if (choice.nearest.face < 0) {
     return T(0);
   }
@@ -436,21 +463,21 @@ ATELIER_HOST_DEVICE inline T depth_inside(const BodyView<T>& body, Vec3<T> x, T 
 /// is who began inside and is no deeper than it may come out by in a quarter of the frame's
 /// `substeps` (in all of them it would strain its neighbours). Where the body overlaps itself there
 /// is no outside: the way out of one limb may end in the other, no deeper than they overlap. Who
-/// stayed near its free flight, among its candidates, passed none of them. For closed bodies.
-/// `flight`: of the frame [m]. Our choice.
+/// stayed near its free flight, among its candidates, passed none of them. For closed bodies. Our
+/// choice.
 template <class T>
 ATELIER_HOST_DEVICE inline void end_outside(const BodyView<T>& body, const BodyContactRule<T>& rule,
-                                            const BodyOutlook<T>& outlook, Vec3<T> frame_start,
-                                            Vec3<T> flight, int substeps, Vec4<T>& x) {
+                                            const BodyOutlook<T>& outlook,
+                                            const FreeFlight<T>& free, int substeps, Vec4<T>& x) {
   const AloneInTree alone;
   const Vec3<T> at = xyz(x);
-  const BodySearch search = body_search(outlook, at, frame_start, flight, T(1));
+  const BodySearch search = body_search(outlook, at, free, T(1));
   if (search == BodySearch::Nothing || search == BodySearch::Candidates ||
       times_inside(body, at, T(1), alone) != 1) {
     return;
   }
   // Of who began deeper than the reach the outlook does not know that it began inside.
-  const bool old = began_inside(outlook) || times_inside(body, frame_start, T(0), alone) > 0;
+  const bool old = began_inside(outlook) || times_inside(body, free.start, T(0), alone) > 0;
   const T soon = min_of(rule.reach, T(0.25) * static_cast<T>(substeps) * rule.old_overlap);
   FaceOffer<T> way_out = nearest_way_out(body, at, T(1), old ? soon : rule.reach, alone);
   if (way_out.face < 0 && !old) {

@@ -166,8 +166,8 @@ ATELIER_HOST_DEVICE inline bool feature_reaches(const BodyView<T>& body, Vec3<T>
   if (outside) {
     return true;
   }
-  const FaceOffer<T> nearest = choose_in_tree(body, inflated(Box<T>{x, x}, within), x, x, time,
-                                              time, within, false, AloneInTree{})
+  const FaceOffer<T> nearest = choose_in_tree(body, inflated(Box<T>{x, x}, within),
+                                              standing(x, time), within, false, AloneInTree{})
                                    .nearest;
   return nearest.face >= 0 && nearest.side < T(0) &&
          dot(face_normal_at(body, nearest.face, time), outwards) > T(0);
@@ -220,8 +220,8 @@ ATELIER_HOST_DEVICE inline PairState push_off_feature(const FeatureStep<T>& step
   Vec3<T> wanted[2][3] = {};
   int cloth = 0;
   const PairState state = push_apart(
-      pair, outwards, outside ? Vec3<T>{} : outwards, step.rule.gap, step.rule.push,
-      [](int) { return 0; },
+      pair, PairDirection<T>{outwards, outside ? Vec3<T>{} : outwards}, step.rule.gap,
+      step.rule.push, [](int) { return 0; },
       [&](int i, Vec3<T> fresh, Vec3<T> calm, int) {
         if (i >= 0) {
           wanted[0][cloth] = fresh;
@@ -323,14 +323,21 @@ ATELIER_HOST_DEVICE inline PairState push_off_edge(const FeatureStep<T>& step, i
       [&] { return passes(pair.start, pair.x, true); }, add);
 }
 
-/// Pushes a triangle of the cloth, and the edges that it stands for (`edge_of`, [3 F], else -1),
-/// off the sharp features of one face of the body. `length` [F]: of the longest edge of each.
-template <class T, class Load, class LoadStart, class Add>
-ATELIER_HOST_DEVICE inline PairState push_off_face(const FeatureStep<T>& step, int face,
-                                                   const int* edge_of, const T* length,
-                                                   int body_face, const Load& load,
-                                                   const LoadStart& load_start, const Add& add) {
-  if (length[face] < step.features.least[body_face]) {
+/// Triangles of the cloth as features of the body meet them.
+template <class T>
+struct PushedFaces {
+  const int* edge_of;  ///< [3 F] edges that each stands for, else -1
+  const T* length;     ///< [F] m, of the longest edge of each
+};
+
+/// Pushes a triangle of the cloth, and the edges that it stands for, off the sharp features of one
+/// face of the body. `motion`: a ParticleMotion.
+template <class T, class Motion, class Add>
+ATELIER_HOST_DEVICE inline PairState push_off_face(const FeatureStep<T>& step,
+                                                   const PushedFaces<T>& faces, int face,
+                                                   int body_face, const Motion& motion,
+                                                   const Add& add) {
+  if (faces.length[face] < step.features.least[body_face]) {
     return PairState::Apart;
   }
   const int bits = step.features.sharp[body_face];
@@ -338,13 +345,14 @@ ATELIER_HOST_DEVICE inline PairState push_off_face(const FeatureStep<T>& step, i
   const auto take = [&](PairState state) { most = state > most ? state : most; };
   for (int k = 0; k < 3; ++k) {
     if ((bits >> k & 1) != 0) {
-      take(push_off_corner(step, face, step.features.corner_of[3 * body_face + k], load, load_start,
-                           add));
+      take(push_off_corner(step, face, step.features.corner_of[3 * body_face + k], motion.now,
+                           motion.before, add));
     }
     for (int own = 0; own < 3 && (bits >> (3 + k) & 1) != 0; ++own) {
-      if (edge_of[3 * face + own] >= 0) {
-        take(push_off_edge(step, edge_of[3 * face + own], step.features.edge_of[3 * body_face + k],
-                           load, load_start, add));
+      if (faces.edge_of[3 * face + own] >= 0) {
+        take(push_off_edge(step, faces.edge_of[3 * face + own],
+                           step.features.edge_of[3 * body_face + k], motion.now, motion.before,
+                           add));
       }
     }
   }

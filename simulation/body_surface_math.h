@@ -179,11 +179,24 @@ ATELIER_HOST_DEVICE inline FaceOffer<T> no_offer(T reach) {
   return {-1, reach * reach, T(0), {}, T(2), {}};
 }
 
-/// The offer of `face` to a particle that moves from `p0` (time t0 of the frame) to `p1` (t1).
+/// How a particle moves: from `p0` at time t0 of the frame to `p1` at t1.
 template <class T>
-ATELIER_HOST_DEVICE inline FaceOffer<T> offer_of(const BodyView<T>& body, int face, Vec3<T> p0,
-                                                 Vec3<T> p1, T t0, T t1, bool swept) {
-  const FaceCorners<T> t = corners_at(body, face, t1);
+struct Passage {
+  Vec3<T> p0, p1;
+  T t0, t1;
+};
+/// One that stays at `x`, at one time.
+template <class T>
+ATELIER_HOST_DEVICE inline Passage<T> standing(Vec3<T> x, T time) {
+  return {x, x, time, time};
+}
+
+/// The offer of `face` to a particle; `swept`: also whether it passed through it.
+template <class T>
+ATELIER_HOST_DEVICE inline FaceOffer<T> offer_of(const BodyView<T>& body, int face,
+                                                 const Passage<T>& way, bool swept) {
+  const Vec3<T> p1 = way.p1;
+  const FaceCorners<T> t = corners_at(body, face, way.t1);
   FaceOffer<T> out = no_offer(T(1e15));
   const Vec3<T> n = cross(t.b - t.a, t.c - t.a);
   const T nn = squared_norm(n);
@@ -196,7 +209,7 @@ ATELIER_HOST_DEVICE inline FaceOffer<T> offer_of(const BodyView<T>& body, int fa
   out.side = dot(n, p1 - t.a) / std::sqrt(nn);
   // Only what ends behind the plane can have passed it.
   if (swept && out.side < T(0)) {
-    out.time = crossing_time(p0, p1, corners_at(body, face, t0), t, out.hit);
+    out.time = crossing_time(way.p0, p1, corners_at(body, face, way.t0), t, out.hit);
   }
   return out;
 }
@@ -261,7 +274,7 @@ ATELIER_HOST_DEVICE inline int face_that_knows_the_side(const BodyView<T>& body,
   const T size = max_of(std::fabs(x.x), max_of(std::fabs(x.y), std::fabs(x.z)));
   const Box<T> close = inflated(Box<T>{x, x}, std::sqrt(near) * T(1.00001) + size * T(1e-6));
   team.visit(body, close, [&](int face) {
-    const FaceOffer<T> offer = offer_of(body, face, x, x, time, time, false);
+    const FaceOffer<T> offer = offer_of(body, face, standing(x, time), false);
     const Side side{std::fabs(offer.side), offer.face};
     if (offer.face >= 0 && offer.squared_distance <= near && better(side, best)) {
       best = side;
@@ -270,13 +283,12 @@ ATELIER_HOST_DEVICE inline int face_that_knows_the_side(const BodyView<T>& body,
   return team.best(best, better).face;
 }
 
-/// The nearest face within `reach` of `p1` (which must lie in `query`) and the first face passed on
-/// the way from `p0` (time t0 of the frame), among those that meet `query`.
+/// The nearest face within `reach` of the end of the way (which must lie in `query`) and, where
+/// `swept`, the first face passed on it, among those that meet `query`.
 template <class T, class Team>
 ATELIER_HOST_DEVICE inline FaceChoice<T> choose_in_tree(const BodyView<T>& body,
-                                                        const Box<T>& query, Vec3<T> p0, Vec3<T> p1,
-                                                        T t0, T t1, T reach, bool swept,
-                                                        const Team& team) {
+                                                        const Box<T>& query, const Passage<T>& way,
+                                                        T reach, bool swept, const Team& team) {
   struct Passed {
     T time;
     int face;
@@ -288,7 +300,7 @@ ATELIER_HOST_DEVICE inline FaceChoice<T> choose_in_tree(const BodyView<T>& body,
   Passed first{T(2), -1};
   NearFace<T> nearest{T(2) * reach * reach, -1};
   team.visit(body, query, [&](int face) {
-    const FaceOffer<T> offer = offer_of(body, face, p0, p1, t0, t1, swept);
+    const FaceOffer<T> offer = offer_of(body, face, way, swept);
     const Passed passed{offer.time, offer.face};
     if (before(passed, first)) {
       first = passed;
@@ -300,15 +312,15 @@ ATELIER_HOST_DEVICE inline FaceChoice<T> choose_in_tree(const BodyView<T>& body,
   });
   first = team.best(first, before);
   if (first.time <= T(1)) {
-    choice.first = offer_of(body, first.face, p0, p1, t0, t1, swept);
+    choice.first = offer_of(body, first.face, way, swept);
     return choice;
   }
   nearest = team.best(nearest,
                       [](const NearFace<T>& a, const NearFace<T>& b) { return is_nearer(a, b); });
   if (nearest.squared_distance <= reach * reach) {
     const T near = as_near(nearest.squared_distance);
-    const int face = face_that_knows_the_side(body, p1, t1, near, team);
-    choice.nearest = offer_of(body, face >= 0 ? face : nearest.face, p0, p1, t0, t1, false);
+    const int face = face_that_knows_the_side(body, way.p1, way.t1, near, team);
+    choice.nearest = offer_of(body, face >= 0 ? face : nearest.face, way, false);
   }
   return choice;
 }
@@ -347,7 +359,7 @@ ATELIER_HOST_DEVICE inline FaceOffer<T> nearest_way_out(const BodyView<T>& body,
                                                         T reach, const Team& team) {
   NearFace<T> best{reach * reach, -1};
   team.visit(body, inflated(Box<T>{x, x}, reach), [&](int face) {
-    const FaceOffer<T> offer = offer_of(body, face, x, x, time, time, false);
+    const FaceOffer<T> offer = offer_of(body, face, standing(x, time), false);
     const NearFace<T> near{offer.squared_distance, offer.face};
     if (offer.face >= 0 && offer.side < T(0) && is_nearer(near, best)) {
       best = near;
@@ -355,7 +367,7 @@ ATELIER_HOST_DEVICE inline FaceOffer<T> nearest_way_out(const BodyView<T>& body,
   });
   best =
       team.best(best, [](const NearFace<T>& a, const NearFace<T>& b) { return is_nearer(a, b); });
-  return best.face >= 0 ? offer_of(body, best.face, x, x, time, time, false) : no_offer(reach);
+  return best.face >= 0 ? offer_of(body, best.face, standing(x, time), false) : no_offer(reach);
 }
 
 }  // namespace atelier

@@ -15,10 +15,17 @@ namespace atelier {
 /// where x0 is the position at the start of the substep (equations 18 and 26 there; for damping
 /// proportional to stiffness, b = t k, their gamma is t / h for every constraint).
 template <class T>
-ATELIER_HOST_DEVICE inline T multiplier_change(T c, T weight, T compliance, T lambda, T gamma,
-                                               T c_change) {
-  return quotient(-c - compliance * lambda - gamma * c_change,
-                  (T(1) + gamma) * weight + compliance);
+struct Softness {
+  T compliance;  ///< a'
+  T lambda;      ///< so far in the substep
+  T gamma;       ///< g
+};
+
+/// dlambda for a C of value `c`: `weight` is the sum over w |dC/dx|^2, `c_change` dC/dx . (x - x0).
+template <class T>
+ATELIER_HOST_DEVICE inline T multiplier_change(T c, T weight, const Softness<T>& soft, T c_change) {
+  return quotient(-c - soft.compliance * soft.lambda - soft.gamma * c_change,
+                  (T(1) + soft.gamma) * weight + soft.compliance);
 }
 
 /// atan2 for the dihedral angle: one polynomial on both devices in float (error below 3e-7 rad),
@@ -65,21 +72,20 @@ ATELIER_HOST_DEVICE inline SpringValue<T> spring_value(Vec3<T> a, Vec3<T> b, T r
   return {length - rest, inverse * d};
 }
 
-/// Projects one spring. `compliance` is a' above [1/kg]. Returns the change of the multiplier.
+/// Projects one spring, of compliance in 1/kg. Returns the change of the multiplier.
 template <class T>
-ATELIER_HOST_DEVICE inline T project_spring(Vec4<T>& a, Vec4<T>& b, T rest, T compliance, T lambda,
-                                            T gamma, Vec3<T> a_start, Vec3<T> b_start) {
+ATELIER_HOST_DEVICE inline T project_spring(Vec4<T>& a, Vec4<T>& b, T rest, const Softness<T>& soft,
+                                            Vec3<T> a_start, Vec3<T> b_start) {
   const Vec3<T> pa = xyz(a);
   const Vec3<T> pb = xyz(b);
   const SpringValue<T> s = spring_value(pa, pb, rest);
   const T weight = (a.w + b.w) * squared_norm(s.gradient);
   T c_change = T(0);
-  if (gamma > T(0)) {
+  if (soft.gamma > T(0)) {
     c_change = dot(s.gradient, (pa - a_start) - (pb - b_start));
   }
   const bool moves = weight > T(0);
-  const T wanted =
-      multiplier_change(s.c, moves ? weight : T(1), compliance, lambda, gamma, c_change);
+  const T wanted = multiplier_change(s.c, moves ? weight : T(1), soft, c_change);
   const T change = moves ? wanted : T(0);
   a = with_w(pa + (a.w * change) * s.gradient, a.w);
   b = with_w(pb - (b.w * change) * s.gradient, b.w);
@@ -141,32 +147,31 @@ ATELIER_HOST_DEVICE inline T angle_difference(T angle, T rest) {
   return d;
 }
 
-/// Projects one hinge. `compliance` is a' above [1/(kg m2)]. Returns the change of the multiplier.
+/// Projects one hinge, of compliance in 1/(kg m2). Returns the change of the multiplier.
 template <class T>
-ATELIER_HOST_DEVICE inline T project_hinge(Vec4<T>& v0, Vec4<T>& v1, Vec4<T>& v2, Vec4<T>& v3,
-                                           T rest, T compliance, T lambda, T gamma, Vec3<T> start0,
-                                           Vec3<T> start1, Vec3<T> start2, Vec3<T> start3) {
-  const Vec3<T> p0 = xyz(v0);
-  const Vec3<T> p1 = xyz(v1);
-  const Vec3<T> p2 = xyz(v2);
-  const Vec3<T> p3 = xyz(v3);
+ATELIER_HOST_DEVICE inline T project_hinge(Vec4<T> (&v)[4], T rest, const Softness<T>& soft,
+                                           const Vec3<T> (&start)[4]) {
+  const Vec3<T> p0 = xyz(v[0]);
+  const Vec3<T> p1 = xyz(v[1]);
+  const Vec3<T> p2 = xyz(v[2]);
+  const Vec3<T> p3 = xyz(v[3]);
   const HingeValue<T> hinge = hinge_value(p0, p1, p2, p3);
   const Vec3<T>* g = hinge.gradient;
-  const T weight = v0.w * squared_norm(g[0]) + v1.w * squared_norm(g[1]) +
-                   v2.w * squared_norm(g[2]) + v3.w * squared_norm(g[3]);
+  const T weight = v[0].w * squared_norm(g[0]) + v[1].w * squared_norm(g[1]) +
+                   v[2].w * squared_norm(g[2]) + v[3].w * squared_norm(g[3]);
   const bool moves = hinge.valid && weight > T(0);
   T c_change = T(0);
-  if (gamma > T(0)) {
-    c_change = dot(g[0], p0 - start0) + dot(g[1], p1 - start1) + dot(g[2], p2 - start2) +
-               dot(g[3], p3 - start3);
+  if (soft.gamma > T(0)) {
+    c_change = dot(g[0], p0 - start[0]) + dot(g[1], p1 - start[1]) + dot(g[2], p2 - start[2]) +
+               dot(g[3], p3 - start[3]);
   }
   const T c = angle_difference(hinge.angle, rest);
-  const T wanted = multiplier_change(c, moves ? weight : T(1), compliance, lambda, gamma, c_change);
+  const T wanted = multiplier_change(c, moves ? weight : T(1), soft, c_change);
   const T change = moves ? wanted : T(0);
-  v0 = with_w(p0 + (v0.w * change) * g[0], v0.w);
-  v1 = with_w(p1 + (v1.w * change) * g[1], v1.w);
-  v2 = with_w(p2 + (v2.w * change) * g[2], v2.w);
-  v3 = with_w(p3 + (v3.w * change) * g[3], v3.w);
+  v[0] = with_w(p0 + (v[0].w * change) * g[0], v[0].w);
+  v[1] = with_w(p1 + (v[1].w * change) * g[1], v[1].w);
+  v[2] = with_w(p2 + (v[2].w * change) * g[2], v[2].w);
+  v[3] = with_w(p3 + (v[3].w * change) * g[3], v[3].w);
   return change;
 }
 
@@ -178,39 +183,50 @@ struct StrainRest {
   T warp, weft, shear;  ///< compliance of each, already divided by the area [1/(N m)]
 };
 
-/// One scalar constraint of three particles with known gradients.
+/// A scalar constraint of three particles: its value, its gradients (that of the first particle is
+/// minus the sum of the others) and its compliance a'.
 template <class T>
-ATELIER_HOST_DEVICE inline void project_three(Vec4<T>& v0, Vec4<T>& v1, Vec4<T>& v2, T c,
-                                              Vec3<T> g1, Vec3<T> g2, T compliance, T gamma,
-                                              Vec3<T> start0, Vec3<T> start1, Vec3<T> start2,
+struct TriangleConstraint {
+  T c;
+  Vec3<T> g1, g2;
+  T compliance;
+};
+
+template <class T>
+ATELIER_HOST_DEVICE inline void project_three(Vec4<T> (&v)[3], const Vec3<T> (&start)[3],
+                                              const TriangleConstraint<T>& constraint, T gamma,
                                               T& lambda) {
+  const Vec3<T> g1 = constraint.g1;
+  const Vec3<T> g2 = constraint.g2;
   const Vec3<T> g0 = -(g1 + g2);
-  const T weight = v0.w * squared_norm(g0) + v1.w * squared_norm(g1) + v2.w * squared_norm(g2);
+  const T weight =
+      v[0].w * squared_norm(g0) + v[1].w * squared_norm(g1) + v[2].w * squared_norm(g2);
   if (!(weight > T(0))) {
     return;
   }
   T c_change = T(0);
   if (gamma > T(0)) {
-    c_change = dot(g0, xyz(v0) - start0) + dot(g1, xyz(v1) - start1) + dot(g2, xyz(v2) - start2);
+    c_change = dot(g0, xyz(v[0]) - start[0]) + dot(g1, xyz(v[1]) - start[1]) +
+               dot(g2, xyz(v[2]) - start[2]);
   }
-  const T change = multiplier_change(c, weight, compliance, lambda, gamma, c_change);
+  const Softness<T> soft{constraint.compliance, lambda, gamma};
+  const T change = multiplier_change(constraint.c, weight, soft, c_change);
   lambda += change;
-  v0 = with_w(xyz(v0) + (v0.w * change) * g0, v0.w);
-  v1 = with_w(xyz(v1) + (v1.w * change) * g1, v1.w);
-  v2 = with_w(xyz(v2) + (v2.w * change) * g2, v2.w);
+  v[0] = with_w(xyz(v[0]) + (v[0].w * change) * g0, v[0].w);
+  v[1] = with_w(xyz(v[1]) + (v[1].w * change) * g1, v[1].w);
+  v[2] = with_w(xyz(v[2]) + (v[2].w * change) * g2, v[2].w);
 }
 
 /// Warp stretch |F_u| - 1, weft stretch |F_v| - 1 and the cosine of the angle between the yarns
 /// (its change is the shear angle), one after the other. Our form of the triangle strain of
 /// Mueller et al. 2014, "Strain based dynamics". `scale` is 1/h^2; `lambda` holds three.
 template <class T>
-ATELIER_HOST_DEVICE inline void project_strain(Vec4<T>& v0, Vec4<T>& v1, Vec4<T>& v2,
+ATELIER_HOST_DEVICE inline void project_strain(Vec4<T> (&v)[3], const Vec3<T> (&start)[3],
                                                const StrainRest<T>& rest, T scale, T gamma,
-                                               Vec3<T> start0, Vec3<T> start1, Vec3<T> start2,
                                                T* lambda) {
   for (int k = 0; k < 3; ++k) {
-    const Vec3<T> e1 = xyz(v1) - xyz(v0);
-    const Vec3<T> e2 = xyz(v2) - xyz(v0);
+    const Vec3<T> e1 = xyz(v[1]) - xyz(v[0]);
+    const Vec3<T> e2 = xyz(v[2]) - xyz(v[0]);
     const Vec3<T> fu = rest.u1 * e1 + rest.u2 * e2;
     const Vec3<T> fv = rest.v1 * e1 + rest.v2 * e2;
     const T lu = norm(fu);
@@ -221,17 +237,19 @@ ATELIER_HOST_DEVICE inline void project_strain(Vec4<T>& v0, Vec4<T>& v1, Vec4<T>
     const Vec3<T> nu = (T(1) / lu) * fu;
     const Vec3<T> nv = (T(1) / lv) * fv;
     if (k == 0) {
-      project_three(v0, v1, v2, lu - T(1), rest.u1 * nu, rest.u2 * nu, rest.warp * scale, gamma,
-                    start0, start1, start2, lambda[0]);
+      project_three(v, start, {lu - T(1), rest.u1 * nu, rest.u2 * nu, rest.warp * scale}, gamma,
+                    lambda[0]);
     } else if (k == 1) {
-      project_three(v0, v1, v2, lv - T(1), rest.v1 * nv, rest.v2 * nv, rest.weft * scale, gamma,
-                    start0, start1, start2, lambda[1]);
+      project_three(v, start, {lv - T(1), rest.v1 * nv, rest.v2 * nv, rest.weft * scale}, gamma,
+                    lambda[1]);
     } else {
       const T c = dot(nu, nv);
       const Vec3<T> du = (T(1) / lu) * (nv - c * nu);
       const Vec3<T> dv = (T(1) / lv) * (nu - c * nv);
-      project_three(v0, v1, v2, c, rest.u1 * du + rest.v1 * dv, rest.u2 * du + rest.v2 * dv,
-                    rest.shear * scale, gamma, start0, start1, start2, lambda[2]);
+      project_three(
+          v, start,
+          {c, rest.u1 * du + rest.v1 * dv, rest.u2 * du + rest.v2 * dv, rest.shear * scale}, gamma,
+          lambda[2]);
     }
   }
 }

@@ -93,25 +93,24 @@ constexpr int kFewParticles = 200'000;
 /// A team of threads a particle.
 template <class T, int kSize, bool kBoxes>
 __global__ void __launch_bounds__(kCandidateThreads)
-    candidate_kernel(BodyView<T> body, BodyContactRule<T> rule, int particles, const Vec4<T>* x,
-                     const Vec4<T>* velocity, const Vec4<T>* air, Vec3<T> gravity, T frame,
-                     BodyOutlook<T>* outlook, int* candidates) {
+    candidate_kernel(BodyView<T> body, BodyContactRule<T> rule, FrameParticles<T> particles,
+                     FrameForces<T> forces, BodyOutlook<T>* outlook, int* candidates) {
   namespace cg = cooperative_groups;
   __shared__ typename TeamInBody<kSize, kBoxes>::Memory memory[kCandidateThreads / kSize];
   const cg::thread_block_tile<kSize> tile = cg::tiled_partition<kSize>(cg::this_thread_block());
   const TeamInBody<kSize, kBoxes> team{tile, memory[tile.meta_group_rank()]};
   const int i = static_cast<int>((blockIdx.x * blockDim.x + threadIdx.x) / kSize);
-  if (i >= particles) {
+  if (i >= particles.count) {
     return;
   }
-  Vec3<T> acceleration = gravity;
-  if (air != nullptr) {
-    acceleration += xyz(air[i]);
+  Vec3<T> acceleration = forces.gravity;
+  if (forces.air != nullptr) {
+    acceleration += xyz(forces.air[i]);
   }
-  const T slack = expected_deviation(acceleration, frame);
+  const T slack = expected_deviation(acceleration, particles.time);
   const BodyOutlook<T> found =
-      x[i].w > T(0)
-          ? collect_candidates(body, xyz(x[i]), frame * xyz(velocity[i]), slack, rule,
+      particles.x[i].w > T(0)
+          ? collect_candidates(body, particles.flight(i), slack, rule,
                                candidates + static_cast<std::int64_t>(i) * kBodyCandidates, team)
           : BodyOutlook<T>{slack, T(0), T(0), {}, 0};
   if (team.rank() == 0) {
@@ -128,13 +127,12 @@ __global__ void depth_kernel(BodyView<T> body, T reach, int particles, const Vec
 }
 
 template <class T>
-__global__ void end_outside_kernel(BodyView<T> body, BodyContactRule<T> rule, int particles,
-                                   const BodyOutlook<T>* outlook, const Vec4<T>* frame_start,
-                                   const Vec4<T>* velocity, T frame, int substeps, Vec4<T>* x) {
+__global__ void end_outside_kernel(BodyView<T> body, BodyContactRule<T> rule,
+                                   FrameParticles<T> particles, const BodyOutlook<T>* outlook,
+                                   int substeps, Vec4<T>* x) {
   const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
-  if (i < particles && x[i].w > T(0)) {
-    end_outside(body, rule, outlook[i], xyz(frame_start[i]), frame * xyz(velocity[i]), substeps,
-                x[i]);
+  if (i < particles.count && x[i].w > T(0)) {
+    end_outside(body, rule, outlook[i], particles.flight(i), substeps, x[i]);
   }
 }
 
@@ -257,15 +255,15 @@ void CudaBody<T>::refit() {
 }
 
 template <class T>
-void launch_candidates(const BodyView<T>& body, const BodyContactRule<T>& rule, int particles,
-                       const Vec4<T>* x, const Vec4<T>* velocity, const Vec4<T>* air,
-                       Vec3<T> gravity, T frame, BodyOutlook<T>* outlook, int* candidates) {
+void launch_candidates(const BodyView<T>& body, const BodyContactRule<T>& rule,
+                       const FrameParticles<T>& particles, const FrameForces<T>& forces,
+                       BodyOutlook<T>* outlook, int* candidates) {
   const auto launch = [&](auto kernel, int team) {
-    kernel<<<cuda_blocks(particles, kCandidateThreads / team), kCandidateThreads>>>(
-        body, rule, particles, x, velocity, air, gravity, frame, outlook, candidates);
+    kernel<<<cuda_blocks(particles.count, kCandidateThreads / team), kCandidateThreads>>>(
+        body, rule, particles, forces, outlook, candidates);
     ATELIER_CUDA_LAUNCHED(candidate_kernel);
   };
-  if (particles <= kFewParticles) {
+  if (particles.count <= kFewParticles) {
     launch(candidate_kernel<T, 32, true>, 32);
   } else {
     launch(candidate_kernel<T, kTeam, false>, kTeam);
@@ -279,29 +277,29 @@ void launch_depths(const BodyView<T>& body, T reach, int particles, const Vec4<T
 }
 
 template <class T>
-void launch_end_outside(const BodyView<T>& body, const BodyContactRule<T>& rule, int particles,
-                        const BodyOutlook<T>* outlook, const Vec4<T>* frame_start,
-                        const Vec4<T>* velocity, T frame, int substeps, Vec4<T>* x) {
-  end_outside_kernel<<<cuda_blocks(particles, 64), 64>>>(body, rule, particles, outlook,
-                                                         frame_start, velocity, frame, substeps, x);
+void launch_end_outside(const BodyView<T>& body, const BodyContactRule<T>& rule,
+                        const FrameParticles<T>& particles, const BodyOutlook<T>* outlook,
+                        int substeps, Vec4<T>* x) {
+  end_outside_kernel<<<cuda_blocks(particles.count, 64), 64>>>(body, rule, particles, outlook,
+                                                               substeps, x);
   ATELIER_CUDA_LAUNCHED(end_outside_kernel);
 }
 
 template class CudaBody<float>;
 template class CudaBody<double>;
-template void launch_candidates(const BodyView<float>&, const BodyContactRule<float>&, int,
-                                const Vec4<float>*, const Vec4<float>*, const Vec4<float>*,
-                                Vec3<float>, float, BodyOutlook<float>*, int*);
-template void launch_candidates(const BodyView<double>&, const BodyContactRule<double>&, int,
-                                const Vec4<double>*, const Vec4<double>*, const Vec4<double>*,
-                                Vec3<double>, double, BodyOutlook<double>*, int*);
+template void launch_candidates(const BodyView<float>&, const BodyContactRule<float>&,
+                                const FrameParticles<float>&, const FrameForces<float>&,
+                                BodyOutlook<float>*, int*);
+template void launch_candidates(const BodyView<double>&, const BodyContactRule<double>&,
+                                const FrameParticles<double>&, const FrameForces<double>&,
+                                BodyOutlook<double>*, int*);
 template void launch_depths(const BodyView<float>&, float, int, const Vec4<float>*, float*);
 template void launch_depths(const BodyView<double>&, double, int, const Vec4<double>*, double*);
-template void launch_end_outside(const BodyView<float>&, const BodyContactRule<float>&, int,
-                                 const BodyOutlook<float>*, const Vec4<float>*, const Vec4<float>*,
-                                 float, int, Vec4<float>*);
-template void launch_end_outside(const BodyView<double>&, const BodyContactRule<double>&, int,
-                                 const BodyOutlook<double>*, const Vec4<double>*,
-                                 const Vec4<double>*, double, int, Vec4<double>*);
+template void launch_end_outside(const BodyView<float>&, const BodyContactRule<float>&,
+                                 const FrameParticles<float>&, const BodyOutlook<float>*, int,
+                                 Vec4<float>*);
+template void launch_end_outside(const BodyView<double>&, const BodyContactRule<double>&,
+                                 const FrameParticles<double>&, const BodyOutlook<double>*, int,
+                                 Vec4<double>*);
 
 }  // namespace atelier

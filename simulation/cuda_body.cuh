@@ -43,20 +43,38 @@ class CudaBody {
   bool built_ = false;
 };
 
+/// Particles at the start of a frame, and how long it is.
+template <class T>
+struct FrameParticles {
+  int count;
+  const Vec4<T>* x;
+  const Vec4<T>* velocity;
+  T time;  ///< s, of the frame
+
+  __device__ FreeFlight<T> flight(int i) const { return {xyz(x[i]), time * xyz(velocity[i])}; }
+};
+
+/// What pulls at them.
+template <class T>
+struct FrameForces {
+  const Vec4<T>* air;  ///< accelerations [m/s2]; null: none
+  Vec3<T> gravity;
+};
+
 /// Collects what every particle may meet during the frame (see collect_candidates).
 template <class T>
-void launch_candidates(const BodyView<T>& body, const BodyContactRule<T>& rule, int particles,
-                       const Vec4<T>* x, const Vec4<T>* velocity, const Vec4<T>* air,
-                       Vec3<T> gravity, T frame, BodyOutlook<T>* outlook, int* candidates);
+void launch_candidates(const BodyView<T>& body, const BodyContactRule<T>& rule,
+                       const FrameParticles<T>& particles, const FrameForces<T>& forces,
+                       BodyOutlook<T>* outlook, int* candidates);
 
 /// Depth of every particle inside the body at the end of the frame.
 template <class T>
 void launch_depths(const BodyView<T>& body, T reach, int particles, const Vec4<T>* x, T* depth);
 
-/// Sets on the surface who would end the frame inside (see end_outside). `velocity`: at its start.
+/// Sets on the surface who would end the frame inside (see end_outside). `x`: where they end it.
 template <class T>
-void launch_end_outside(const BodyView<T>& body, const BodyContactRule<T>& rule, int particles,
-                        const BodyOutlook<T>* outlook, const Vec4<T>* frame_start,
-                        const Vec4<T>* velocity, T frame, int substeps, Vec4<T>* x);
+void launch_end_outside(const BodyView<T>& body, const BodyContactRule<T>& rule,
+                        const FrameParticles<T>& particles, const BodyOutlook<T>* outlook,
+                        int substeps, Vec4<T>* x);
 
 }  // namespace atelier

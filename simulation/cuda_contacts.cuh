@@ -21,27 +21,38 @@ __device__ inline int scene_thread(int blocks) {
   return (warp * blocks + block) * 32 + static_cast<int>(threadIdx.x) % 32;
 }
 
+/// How particle `i` (of all scenes) flies through the frame.
+template <class T>
+__device__ inline FreeFlight<T> free_flight_of(const CudaFrame<T>& frame, int i) {
+  return {xyz(frame.frame_start[i]), frame.frame_time * xyz(frame.frame_velocity[i])};
+}
+
+/// The body in substep `s`, as it meets this scene.
+template <class T>
+__device__ inline BodySubstep<T> body_substep(const CudaFrame<T>& frame, int scene, int s) {
+  return {frame.body, body_rule_of(frame, scene),
+          static_cast<T>(s) / static_cast<T>(frame.substeps),
+          static_cast<T>(s + 1) / static_cast<T>(frame.substeps)};
+}
+
 /// How particle `i` (of all scenes) finds its contacts in the substep that ends at `t1`.
 template <class T>
 __device__ inline BodySearch body_search_of(const CudaFrame<T>& frame, int i, const Vec4<T>& x,
                                             T t1) {
-  return x.w > T(0) ? body_search(frame.outlook[i], xyz(x), xyz(frame.frame_start[i]),
-                                  frame.frame_time * xyz(frame.frame_velocity[i]), t1)
+  return x.w > T(0) ? body_search(frame.outlook[i], xyz(x), free_flight_of(frame, i), t1)
                     : BodySearch::Nothing;
 }
 
 /// Contact of particle `i` with its candidates; `team` looks at them together.
 template <class T, class Team>
-__device__ inline bool touch_candidates(const CudaFrame<T>& frame, const BodyContactRule<T>& rule,
-                                        int i, BodyParticle<T>& p, T t0, T t1, const Team& team) {
+__device__ inline bool touch_candidates(const CudaFrame<T>& frame, const BodySubstep<T>& step,
+                                        int i, BodyParticle<T>& p, const Team& team) {
   BodyOutlook<T> outlook = frame.outlook[i];
   const int* const list = frame.candidates + static_cast<std::int64_t>(i) * kBodyCandidates;
-  const auto choose = [&](Vec3<T> from, Vec3<T> to, bool swept) {
-    return team.choose(frame.body, list, outlook.count, from, to, t0, t1, rule.reach, swept);
+  const auto choose = [&](const Passage<T>& way, bool swept) {
+    return team.choose(frame.body, list, outlook.count, way, step.rule.reach, swept);
   };
-  const bool touches =
-      contact_by_candidates(p, frame.body, t0, t1, rule, outlook, xyz(frame.frame_start[i]),
-                            frame.frame_time * xyz(frame.frame_velocity[i]), choose);
+  const bool touches = contact_by_candidates(p, step, outlook, free_flight_of(frame, i), choose);
   if (!touches && team.rank() == 0) {
     frame.outlook[i].gap = outlook.gap;
     frame.outlook[i].from = outlook.from;
@@ -49,18 +60,18 @@ __device__ inline bool touch_candidates(const CudaFrame<T>& frame, const BodyCon
   return touches;
 }
 
-/// Contact of particle `i` with the body in the substep [t0, t1], by one thread.
+/// Contact of particle `i` with the body in a substep, by one thread.
 template <class T>
-__device__ inline bool touch_particle(const CudaFrame<T>& frame, const BodyContactRule<T>& rule,
-                                      int i, BodyParticle<T>& p, T t0, T t1) {
-  const BodySearch search = body_search_of(frame, i, p.x, t1);
+__device__ inline bool touch_particle(const CudaFrame<T>& frame, const BodySubstep<T>& step, int i,
+                                      BodyParticle<T>& p) {
+  const BodySearch search = body_search_of(frame, i, p.x, step.t1);
   if (search == BodySearch::Nothing) {
     return false;
   }
   if (search == BodySearch::Candidates) {
-    return touch_candidates(frame, rule, i, p, t0, t1, OneThread{});
+    return touch_candidates(frame, step, i, p, OneThread{});
   }
-  return contact_by_tree(p, frame.body, t0, t1, rule, frame.outlook[i], search, AloneInTree{});
+  return contact_by_tree(p, step, frame.outlook[i], search, AloneInTree{});
 }
 
 /// The particles of a scene that may touch the body in a substep, in two lists: those that have
@@ -107,9 +118,7 @@ __device__ __noinline__ void touch_listed(const CudaFrame<T>& frame, int blocks,
   const TouchLists<T> lists(frame, blocks, pass);
   const int scene = static_cast<int>(blockIdx.x) / blocks;
   const int offset = scene * frame.count;
-  const BodyContactRule<T> rule = body_rule_of(frame, scene);
-  const T t0 = static_cast<T>(s) / static_cast<T>(frame.substeps);
-  const T t1 = static_cast<T>(s + 1) / static_cast<T>(frame.substeps);
+  const BodySubstep<T> step = body_substep(frame, scene, s);
   const int thread = scene_thread(blocks);
   const int threads = blocks * static_cast<int>(blockDim.x);
   if (thread < 2) {
@@ -119,9 +128,8 @@ __device__ __noinline__ void touch_listed(const CudaFrame<T>& frame, int blocks,
   for (int at = thread / 32; at < lists.count(1); at += threads / 32) {
     const int k = lists.item(1, at);
     BodyParticle<T> p = load(k);
-    const BodySearch search = body_search_of(frame, offset + k, p.x, t1);
-    const bool touches =
-        contact_by_tree(p, frame.body, t0, t1, rule, frame.outlook[offset + k], search, whole);
+    const BodySearch search = body_search_of(frame, offset + k, p.x, step.t1);
+    const bool touches = contact_by_tree(p, step, frame.outlook[offset + k], search, whole);
     if (whole.rank() == 0) {
       done(k, p, touches);
     }
@@ -133,7 +141,7 @@ __device__ __noinline__ void touch_listed(const CudaFrame<T>& frame, int blocks,
        at < lists.count(0); at += threads / kTeam) {
     const int k = lists.item(0, at);
     BodyParticle<T> p = load(k);
-    const bool touches = touch_candidates(frame, rule, offset + k, p, t0, t1, team);
+    const bool touches = touch_candidates(frame, step, offset + k, p, team);
     if (team.rank() == 0) {
       done(k, p, touches);
     }

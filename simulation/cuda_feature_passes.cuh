@@ -37,6 +37,8 @@ __device__ __noinline__ void push_features(const CudaFrame<T>& frame, int blocks
   }
   const auto load = [&](int i) { return load_shared_cache(frame.x + offset + i); };
   const auto load_start = [&](int i) { return load_shared_cache(frame.start + offset + i); };
+  const auto motion = motion_of(load, load_start);
+  const PushedFaces<T> faces{f.edge_of, f.length};
   const auto add = [&](int i, Vec3<T> fresh, Vec3<T> calm, int level) {
     add_push(f.sums + offset + i, fresh, calm, level);
   };
@@ -59,9 +61,8 @@ __device__ __noinline__ void push_features(const CudaFrame<T>& frame, int blocks
     }
     const Box<T> box = united(box_at(v, load), box_at(v, load_start));
     visit_tree(f.features.nodes, inflated(box, step.rule.within), [&](int body_face) {
-      presses = push_off_face(step, face, f.edge_of, f.length, body_face, load, load_start, add) ==
-                    PairState::Presses ||
-                presses;
+      presses =
+          push_off_face(step, faces, face, body_face, motion, add) == PairState::Presses || presses;
     });
   }
   if (presses) {

@@ -62,7 +62,7 @@ struct FrameWork : BlockWork<T> {
         acceleration += xyz(frame.air[i]);
       }
       const Vec3<T> target = xi.w > T(0) ? Vec3<T>{} : xyz(frame.target[i]);
-      predict(xi, si, vi, acceleration, target, share, frame.h);
+      predict(xi, si, vi, ParticleDrive<T>{acceleration, target}, share, frame.h);
       x[v] = xi;
       if (frame.keeps_starts != 0) {
         start[v] = si;
@@ -123,8 +123,9 @@ struct FrameWork : BlockWork<T> {
         }
       }
       __syncthreads();
-      sweep_patch<T, !kLean>(frame, plan.colours, header.colour_count, source, first, x, start,
-                             lambda, this->strain_lambda(), scale, iteration == 0);
+      const SweptPatch<T> patch{plan.colours,          header.colour_count, x, start, lambda,
+                                this->strain_lambda(), iteration == 0};
+      sweep_patch<T, !kLean>(frame, patch, source, first, scale);
       for (int v = tid; v < header.vertex_count; v += threads) {
         store_shared_cache(frame.x + offset + plan.particles[v], x[v]);
       }

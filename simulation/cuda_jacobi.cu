@@ -24,6 +24,8 @@ struct JacobiView {
   SubstepScale<T> scale;
   T weight;
   bool first;  ///< iteration of the substep: nothing before
+
+  __device__ JacobiStart<T> from() const { return {x, start, scale}; }
 };
 
 template <class T>
@@ -35,7 +37,7 @@ __global__ void jacobi_edge_kernel(JacobiView<T> j) {
   const EdgeMultipliers<T> now = j.first ? EdgeMultipliers<T>{T(0), T(0)} : j.lambda[e];
   const EdgeMultipliers<T> before = j.first ? now : j.lambda_before[e];
   const EdgeMultipliers<T> change =
-      jacobi_edge(j.edges[e], j.rules[e], j.x, j.start, now, j.scale, j.push + 4 * e);
+      jacobi_edge(j.edges[e], j.rules[e], j.from(), now, j.push + 4 * e);
   j.lambda[e] = {accelerated(now.hinge, change.hinge, before.hinge, j.weight),
                  accelerated(now.spring, change.spring, before.spring, j.weight)};
   j.lambda_before[e] = now;
@@ -52,7 +54,7 @@ __global__ void jacobi_triangle_kernel(JacobiView<T> j) {
   for (int c = 0; c < 3; ++c) {
     now[c] = j.first ? T(0) : j.strain_lambda[3 * t + c];
   }
-  jacobi_triangle(j.triangles[t], j.strains[t], j.x, j.start, now, change, j.scale,
+  jacobi_triangle(j.triangles[t], j.strains[t], j.from(), now, change,
                   j.push + 4 * j.edge_count + 3 * t);
   for (int c = 0; c < 3; ++c) {
     const T before = j.first ? T(0) : j.strain_before[3 * t + c];

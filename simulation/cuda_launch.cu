@@ -88,9 +88,8 @@ void add_after_sweep(const CudaFrame<T>& frame, int s, int iteration, const Add&
 /// Blocks per scene and how they wait: as few barriers of the cheapest kind as fill the device.
 template <class T>
 CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& options,
-                          std::vector<CudaSceneRule<T>> scenes, bool full, bool self, bool body,
-                          bool keeps_starts)
-    : scenes_(std::move(scenes)), full_(full), self_(self), keeps_starts_(keeps_starts) {
+                          std::vector<CudaSceneRule<T>> scenes, const CudaFrameParts& parts)
+    : scenes_(std::move(scenes)), parts_(parts) {
   const int scene_count = static_cast<int>(scenes_.size());
   if (options.sweep == "jacobi") {
     jacobi_ = std::make_unique<CudaJacobi<T>>(prepared, options.jacobi_radius, scene_count);
@@ -105,9 +104,9 @@ CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& o
   ATELIER_CUDA_CHECK(
       cudaDeviceGetAttribute(&capacity, cudaDevAttrMaxSharedMemoryPerBlockOptin, device));
   const std::array<const void*, 4> kernels = {
-      reinterpret_cast<const void*>(kernel_of<T>(full_, self_, CudaBarrier::Block)),
-      reinterpret_cast<const void*>(kernel_of<T>(full_, self_, CudaBarrier::Cluster)),
-      reinterpret_cast<const void*>(kernel_of<T>(full_, self_, CudaBarrier::Grid)),
+      reinterpret_cast<const void*>(kernel_of<T>(parts_.full, parts_.self, CudaBarrier::Block)),
+      reinterpret_cast<const void*>(kernel_of<T>(parts_.full, parts_.self, CudaBarrier::Cluster)),
+      reinterpret_cast<const void*>(kernel_of<T>(parts_.full, parts_.self, CudaBarrier::Grid)),
       reinterpret_cast<const void*>(frame_step_kernel_of<T>())};
   // What contacts take on chip is not there for plans.
   const int optin = capacity;
@@ -129,7 +128,7 @@ CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& o
                            "no clusters of blocks on this device, or none in this build "
                            "for it (compute capability 9.0); cuda_barrier auto does without");
   }
-  const std::size_t base = BlockWork<T>::room(prepared.max_patch_particles, keeps_starts_);
+  const std::size_t base = BlockWork<T>::room(prepared.max_patch_particles, parts_.keeps_starts);
   // On chip beside the particles: the plans of all patches that a block works on, with their
   // edges where they fit, else of one at a time.
   const bool one_each = jacobi_ == nullptr && scene_count == 1 && patches <= multiprocessors &&
@@ -137,7 +136,7 @@ CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& o
                         (options.cuda_barrier == "auto" || options.cuda_barrier == "grid" ||
                          (options.cuda_barrier == "cluster" && patches <= kLargestCluster));
   // Contacts of the cloth with itself are shared out over all blocks: those without a patch help.
-  const bool helpers = self && one_each && options.cuda_barrier != "cluster";
+  const bool helpers = parts_.self && one_each && options.cuda_barrier != "cluster";
   const int planned = helpers ? multiprocessors : patches;
   const std::size_t with_edges = base + plan_bytes(prepared, planned, true);
   const std::size_t without = base + plan_bytes(prepared, planned, false);
@@ -156,15 +155,15 @@ CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& o
   }
   const bool crowded = static_cast<long>(patches) * scene_count > multiprocessors;
   const int most_threads = crowded ? kFrameThreads / 2 : kFrameThreads;
-  threads_ = static_cast<unsigned>(!body ? std::clamp((widest + 31) / 32 * 32, 128, most_threads)
-                                         : most_threads);
+  threads_ = static_cast<unsigned>(
+      !parts_.body ? std::clamp((widest + 31) / 32 * 32, 128, most_threads) : most_threads);
   int resident = 0;
   ATELIER_CUDA_CHECK(cudaOccupancyMaxActiveBlocksPerMultiprocessor(
-      &resident, kernel_of<T>(full_, self_, CudaBarrier::Grid), static_cast<int>(threads_),
-      shared_bytes_));
+      &resident, kernel_of<T>(parts_.full, parts_.self, CudaBarrier::Grid),
+      static_cast<int>(threads_), shared_bytes_));
   const int share = std::max(1, resident * multiprocessors / scene_count);
   std::string barrier = options.cuda_barrier;
-  if (helpers || (barrier == "graph" && self)) {
+  if (helpers || (barrier == "graph" && parts_.self)) {
     barrier = "grid";
   }
   if (barrier == "auto") {
@@ -207,7 +206,7 @@ template <class T>
 void CudaLaunch<T>::describe(CudaFrame<T>& frame) const {
   frame.resident = resident_ ? 1 : 0;
   frame.records_on_chip = records_on_chip_ ? 1 : 0;
-  frame.keeps_starts = keeps_starts_ ? 1 : 0;
+  frame.keeps_starts = parts_.keeps_starts ? 1 : 0;
 }
 
 template <class T>
@@ -235,7 +234,7 @@ void CudaLaunch<T>::run(const CudaFrame<T>& frame) {
     attribute.val.clusterDim.y = 1;
     attribute.val.clusterDim.z = 1;
     if (blocks_ > 8) {
-      ATELIER_CUDA_CHECK(cudaFuncSetAttribute(kernel_of<T>(full_, self_, barrier),
+      ATELIER_CUDA_CHECK(cudaFuncSetAttribute(kernel_of<T>(parts_.full, parts_.self, barrier),
                                               cudaFuncAttributeNonPortableClusterSizeAllowed, 1));
     }
   } else if (barrier_ == "grid") {
@@ -245,7 +244,7 @@ void CudaLaunch<T>::run(const CudaFrame<T>& frame) {
     attribute.val.cooperative = 1;
   }
   ATELIER_CUDA_CHECK(
-      cudaLaunchKernelEx(&config, kernel_of<T>(full_, self_, barrier), frame, blocks_));
+      cudaLaunchKernelEx(&config, kernel_of<T>(parts_.full, parts_.self, barrier), frame, blocks_));
 }
 
 template <class T>

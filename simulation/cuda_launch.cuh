@@ -9,17 +9,23 @@
 
 namespace atelier {
 
+/// What a solver's frames hold besides undamped springs and hinges.
+struct CudaFrameParts {
+  bool full;          ///< anything at all
+  bool self;          ///< contact of the cloth with itself
+  bool body;          ///< a body
+  bool keeps_starts;  ///< where a substep began is asked for while it runs
+};
+
 /// How the frames of one solver are launched: decided once from the cloth, the options and the
 /// device. See docs/decisions/0006-xpbd-patches.md for what was measured.
 template <class T>
 class CudaLaunch {
  public:
-  /// `full`: more than undamped springs and hinges; `self`: contact of the cloth with itself.
   /// Throws LogicError if a patch does not fit on chip, EnvironmentError if clusters are asked for
   /// where there are none.
   CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& options,
-             std::vector<CudaSceneRule<T>> scenes, bool full, bool self, bool body,
-             bool keeps_starts);
+             std::vector<CudaSceneRule<T>> scenes, const CudaFrameParts& parts);
   ~CudaLaunch();
   CudaLaunch(const CudaLaunch&) = delete;
   CudaLaunch& operator=(const CudaLaunch&) = delete;
@@ -34,9 +40,7 @@ class CudaLaunch {
   void run_graph(const CudaFrame<T>& frame);
 
   std::vector<CudaSceneRule<T>> scenes_;
-  bool full_;
-  bool self_;
-  bool keeps_starts_;
+  CudaFrameParts parts_;
   bool resident_ = false;         ///< the plans of all that a block works on fit on chip
   bool records_on_chip_ = false;  ///< and their edges
   std::string barrier_;

@@ -95,7 +95,7 @@ struct SelfWork {
     int left = 0;
     for (int i = thread; i < frame.count; i += threads) {
       const Vec3<T> origin = xyz(load_origin(i));
-      if (renew_flight(clock.age, clock.ahead, xyz(load(i)), origin, s.start[n + i], s.end[n + i],
+      if (renew_flight({clock.age, clock.ahead}, xyz(load(i)), origin, s.start[n + i], s.end[n + i],
                        s.slack[n + i])) {
         flown[i] = clock.search + 1;
         ++left;
@@ -205,6 +205,7 @@ struct SelfWork {
     }
     const auto load_x = [&](int i) { return load(i); };
     const auto load_o = [&](int i) { return load_origin(i); };
+    const auto motion = motion_of(load_x, load_o);
     const auto level = [&](int i) { return __ldcg(support + i); };
     const auto add = [&](int i, Vec3<T> fresh, Vec3<T> off, int given) {
       add_push(sums + i, fresh, off, given);
@@ -212,9 +213,8 @@ struct SelfWork {
     int active = 0;
     bool presses = false;
     visit_pairs([&](const SelfPair<T>& pair, bool edges) {
-      const PairState state = edges
-                                  ? push_edge_edge(cloth, pair, rule, load_x, load_o, level, add)
-                                  : push_vertex_face(cloth, pair, rule, load_x, load_o, level, add);
+      const PairState state = edges ? push_edge_edge(cloth, pair, rule, motion, level, add)
+                                    : push_vertex_face(cloth, pair, rule, motion, level, add);
       active += counted && state != PairState::Apart && !found_again(pair, edges) ? 1 : 0;
       presses = presses || state == PairState::Presses;
     });
@@ -268,7 +268,8 @@ struct SelfWork {
     bool passed = false;
     visit_pairs([&](const SelfPair<T>& pair, bool edges) {
       const Passing passing =
-          keep_back(cloth, pair, edges, pass < kSelfSlides, load_x, load_o, carried, slide, stay);
+          keep_back(cloth, pair, edges, pass < kSelfSlides, motion_of(load_x, load_o),
+                    keeping_of(carried, slide, stay));
       kept = kept || passing == Passing::Kept;
       passed = passed || passing != Passing::No;
       if (passing == Passing::Free) {

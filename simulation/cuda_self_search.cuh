@@ -97,11 +97,12 @@ struct SearchRoom {
 /// Pairs that wait for a full warp: of primitives, by index.
 struct PairQueue {
   int2* items;  ///< [2 * kGroup] on chip, this warp's
+  int lane;     ///< of this thread in it
   int waiting = 0;
 
   /// Adds a pair of each thread that has one; `work(has, first, second)` takes them, 32 at a time.
   template <class Work>
-  __device__ void add(bool has, int first, int second, int lane, const Work& work) {
+  __device__ void add(bool has, int first, int second, const Work& work) {
     const unsigned votes = __ballot_sync(kWholeWarp, has);
     if (has) {
       items[waiting + __popc(votes & ((1u << lane) - 1u))] = make_int2(first, second);
@@ -109,12 +110,12 @@ struct PairQueue {
     waiting += __popc(votes);
     __syncwarp();
     if (waiting >= kGroup) {
-      take(kGroup, lane, work);
+      take(kGroup, work);
     }
   }
   /// Hands out the last `count`.
   template <class Work>
-  __device__ void take(int count, int lane, const Work& work) {
+  __device__ void take(int count, const Work& work) {
     waiting -= count;
     const bool has = lane < count;
     const int2 pair = has ? items[waiting + lane] : make_int2(0, 0);
@@ -144,8 +145,8 @@ enum class FreshPairs {
 /// and that share no particle: of `kOwn` and `kOther` particles each.
 template <FreshPairs kPairs, int kOwn, int kOther, class T, class Work>
 __device__ inline void visit_partner(const GroupInHand<T>& own, const BoxGroups<T>& b, int partner,
-                                     int lane, SearchRoom<T>& room, PairQueue& queue,
-                                     const Work& work) {
+                                     SearchRoom<T>& room, PairQueue& queue, const Work& work) {
+  const int lane = queue.lane;
   const Box<T> other = b.box[partner * kGroup + lane];
   __syncwarp();  // others may still read the partner before
   room.box[lane] = other;
@@ -170,7 +171,7 @@ __device__ inline void visit_partner(const GroupInHand<T>& own, const BoxGroups<
   }
   while (__any_sync(kWholeWarp, hits != 0)) {
     const int j = hits != 0 ? __ffs(static_cast<int>(hits)) - 1 : 0;
-    queue.add(hits != 0, own.item.index, room.item[j].index, lane, work);
+    queue.add(hits != 0, own.item.index, room.item[j].index, work);
     hits &= hits - 1;
   }
 }
@@ -183,8 +184,8 @@ template <FreshPairs kPairs, int kOwn, int kOther, class T, class Work>
 __device__ inline void visit_near(const BoxGroups<T>& a, const BoxGroups<T>& b,
                                   const SceneWarp& warp, bool every, SearchRoom<T>& room,
                                   const Work& work) {
-  PairQueue queue{room.pairs};
   const int lane = warp.lane;
+  PairQueue queue{room.pairs, lane};
   const int shares = !every || 4 * a.groups() <= warp.count ? 4
                      : 2 * a.groups() <= warp.count         ? 2
                                                             : 1;
@@ -214,12 +215,12 @@ __device__ inline void visit_near(const BoxGroups<T>& a, const BoxGroups<T>& b,
         unsigned groups = share & __ballot_sync(kWholeWarp, meets);
         for (; groups != 0; groups &= groups - 1) {
           visit_partner<kPairs, kOwn, kOther>(own, b, first + __ffs(static_cast<int>(groups)) - 1,
-                                              lane, room, queue, work);
+                                              room, queue, work);
         }
       }
     }
   }
-  queue.take(queue.waiting, lane, work);
+  queue.take(queue.waiting, work);
 }
 
 /// What a search is for.
@@ -244,9 +245,9 @@ struct SelfSearch {
   SearchPlan plan;
   SceneWarp warp;
 
-  __device__ SelfSearch(const CudaSelfFrame<T>& self, const SelfView<T>& of_cloth,
-                        int particles_before, const SearchPlan& of_plan, int scene, int thread,
-                        int threads)
+  /// @param particles_before  of the scenes before this one
+  __device__ SelfSearch(const CudaSelfFrame<T>& self, const SelfView<T>& of_cloth, int scene,
+                        int particles_before, const SearchPlan& of_plan, const SceneWarp& of_warp)
       : cloth(of_cloth),
         rule(self.rule),
         particles(of_scene(self.particles, scene)),
@@ -259,7 +260,7 @@ struct SelfSearch {
         tangled(self.tangled + particles_before),
         origin(self.origin + particles_before),
         plan(of_plan),
-        warp{thread / kGroup, threads / kGroup, thread % kGroup} {}
+        warp(of_warp) {}
 
   /// Boxes over primitives and groups, from the flights.
   __device__ void box_groups() const {

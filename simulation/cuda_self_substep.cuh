@@ -23,14 +23,12 @@ __device__ __noinline__ void meet_body(const CudaFrame<T>& frame, int scene, int
   if (frame.body.face_count == 0) {
     return;
   }
-  const T t0 = static_cast<T>(s) / static_cast<T>(frame.substeps);
-  const T t1 = static_cast<T>(s + 1) / static_cast<T>(frame.substeps);
-  const BodyContactRule<T> rule = body_rule_of(frame, scene);
+  const BodySubstep<T> step = body_substep(frame, scene, s);
   BodyParticle<T> b{p.x, p.start, load_shared_cache(frame.held + at), xyz(p.carry)};
   const bool touches = meeting == Meeting::Touches
-                           ? touch_particle(frame, rule, at, b, t0, t1)
-                           : stay_with_body(b, load_shared_cache(frame.self.origin + at),
-                                            frame.body, t0, t1, rule, frame.outlook[at], meeting);
+                           ? touch_particle(frame, step, at, b)
+                           : stay_with_body(b, load_shared_cache(frame.self.origin + at), step,
+                                            frame.outlook[at], meeting);
   p = {b.x, b.start, with_w(b.moved, p.carry.w)};
   store_shared_cache(frame.held + at, b.held);
   __stcg(frame.touched + at, touches ? 1 : 0);
@@ -133,8 +131,9 @@ template <class T>
 __device__ inline SelfSearch<T> search_of(const SelfWork<T>& work, T past, const SearchPlan& plan) {
   SelfView<T> cloth = work.cloth;
   cloth.past = past;
-  return SelfSearch<T>(work.frame.self, cloth, work.scene * work.frame.count, plan, work.scene,
-                       work.thread, work.threads);
+  const SceneWarp warp{work.thread / kGroup, work.threads / kGroup, work.thread % kGroup};
+  return SelfSearch<T>(work.frame.self, cloth, work.scene, work.scene * work.frame.count, plan,
+                       warp);
 }
 
 /// The parts of a search, each a function that makes its own views: registers then hold what it

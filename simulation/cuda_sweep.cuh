@@ -122,29 +122,44 @@ struct EdgeSource {
   }
 };
 
+__device__ inline Places unpacked(uint2 places) {
+  return {
+      {static_cast<std::uint16_t>(places.x & 0xFFFFu), static_cast<std::uint16_t>(places.x >> 16),
+       static_cast<std::uint16_t>(places.y & 0xFFFFu), static_cast<std::uint16_t>(places.y >> 16)}};
+}
+
+/// A patch that is swept: its colours and two more, its particles on chip and its multipliers.
+template <class T>
+struct SweptPatch {
+  const PreparedColour* colours;
+  int colour_count;
+  Vec4<T>* x;
+  const Vec4<T>* start;
+  EdgeMultipliers<T>* lambda;  ///< null: nobody asks for them
+  T* strain_lambda;            ///< likewise
+  bool first_iteration;        ///< there are no multipliers yet
+};
+
 /// Constraints of a patch, colour after colour. A thread's edge of a colour is fetched while it
 /// works on the colour before, so that its way from memory is hidden; `first` is that of the first
 /// colour.
 template <class T, bool kStrains>
-__device__ inline void sweep_patch(const CudaFrame<T>& frame, const PreparedColour* colours,
-                                   int colour_count, const EdgeSource<T>& source, EdgeItem<T> first,
-                                   Vec4<T>* x, const Vec4<T>* start, EdgeMultipliers<T>* lambda,
-                                   T* strain_lambda, const SubstepScale<T>& scale,
-                                   bool first_iteration) {
+__device__ inline void sweep_patch(const CudaFrame<T>& frame, const SweptPatch<T>& patch,
+                                   const EdgeSource<T>& source, EdgeItem<T> first,
+                                   const SubstepScale<T>& scale) {
+  const PreparedColour* const colours = patch.colours;
   const int tid = static_cast<int>(threadIdx.x);
   const int threads = static_cast<int>(blockDim.x);
   EdgeItem<T> item = first;
   int next_begin = colours[1].edge_begin;
 #pragma unroll 1
-  for (int k = 0; k < colour_count; ++k) {
+  for (int k = 0; k < patch.colour_count; ++k) {
     const int next_end = colours[k + 2].edge_begin;
     const EdgeItem<T> next = source.fetch(next_begin, next_end);
     if (item.edge >= 0) {
-      project_edge(int(item.places.x & 0xFFFFu), int(item.places.x >> 16),
-                   int(item.places.y & 0xFFFFu), int(item.places.y >> 16), item.rule, x, start,
-                   item.lambda, scale);
-      if (lambda != nullptr) {
-        lambda[item.edge] = item.lambda;
+      project_edge(unpacked(item.places), item.rule, patch.x, patch.start, item.lambda, scale);
+      if (patch.lambda != nullptr) {
+        patch.lambda[item.edge] = item.lambda;
       }
     }
     item = next;
@@ -152,15 +167,16 @@ __device__ inline void sweep_patch(const CudaFrame<T>& frame, const PreparedColo
     if constexpr (kStrains) {
       for (int t = colours[k].strain_begin + tid; t < colours[k + 1].strain_begin; t += threads) {
         T values[3] = {T(0), T(0), T(0)};
-        if (!first_iteration) {
+        if (!patch.first_iteration) {
           for (int c = 0; c < 3; ++c) {
-            values[c] = strain_lambda[3 * t + c];
+            values[c] = patch.strain_lambda[3 * t + c];
           }
         }
-        project_triangle(frame.strain_places[t], frame.strains[t], x, start, values, scale);
-        if (strain_lambda != nullptr) {
+        project_triangle(frame.strain_places[t], frame.strains[t], patch.x, patch.start, values,
+                         scale);
+        if (patch.strain_lambda != nullptr) {
           for (int c = 0; c < 3; ++c) {
-            strain_lambda[3 * t + c] = values[c];
+            patch.strain_lambda[3 * t + c] = values[c];
           }
         }
       }

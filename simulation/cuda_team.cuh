@@ -197,8 +197,8 @@ struct OneThread {
   __device__ int rank() const { return 0; }
   template <class T>
   __device__ FaceChoice<T> choose(const BodyView<T>& body, const int* candidates, int count,
-                                  Vec3<T> p0, Vec3<T> p1, T t0, T t1, T reach, bool swept) const {
-    return choose_candidate(body, candidates, count, p0, p1, t0, t1, reach, swept);
+                                  const Passage<T>& way, T reach, bool swept) const {
+    return choose_candidate(body, candidates, count, way, reach, swept);
   }
 };
 
@@ -211,7 +211,7 @@ struct TeamOfChoice {
 
   template <class T>
   __device__ FaceChoice<T> choose(const BodyView<T>& body, const int* candidates, int count,
-                                  Vec3<T> p0, Vec3<T> p1, T t0, T t1, T reach, bool swept) const {
+                                  const Passage<T>& way, T reach, bool swept) const {
     constexpr int kEach = kBodyCandidates / kTeam;
     int face[kEach];
     T squared[kEach];
@@ -226,7 +226,7 @@ struct TeamOfChoice {
       squared[k] = T(0);
       side[k] = T(0);
       if (c < count) {
-        const FaceOffer<T> offer = offer_of(body, candidates[c], p0, p1, t0, t1, swept);
+        const FaceOffer<T> offer = offer_of(body, candidates[c], way, swept);
         face[k] = offer.face;
         squared[k] = offer.squared_distance;
         side[k] = std::fabs(offer.side);
@@ -250,7 +250,7 @@ struct TeamOfChoice {
     }
     FaceChoice<T> choice{no_offer(reach), no_offer(reach)};
     if (time <= T(1)) {
-      choice.first = offer_of(body, passed, p0, p1, t0, t1, swept);
+      choice.first = offer_of(body, passed, way, swept);
       return choice;
     }
     if (least > reach * reach) {
@@ -275,7 +275,7 @@ struct TeamOfChoice {
         nearest = other;
       }
     }
-    choice.nearest = offer_of(body, nearest, p0, p1, t0, t1, false);
+    choice.nearest = offer_of(body, nearest, way, false);
     return choice;
   }
 };

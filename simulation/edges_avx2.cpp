@@ -244,12 +244,11 @@ ATELIER_AVX2 void project_eight(const Places* edges, const EdgeRule<float>* rule
 }
 
 template <bool kHinges, bool kDamped>
-__attribute__((target("avx2,fma"))) void project_run(const Places* edges,
-                                                     const EdgeRule<float>* rules,
-                                                     EdgeMultipliers<float>* lambda, int begin,
-                                                     int end, Vec4<float>* x,
-                                                     const Vec4<float>* start, int spare,
+__attribute__((target("avx2,fma"))) void project_run(const EdgeRun& run,
+                                                     const PatchParticles& particles,
                                                      const SubstepScale<float>& scale) {
+  const auto [edges, rules, lambda, begin, end] = run;
+  const auto [x, start, spare] = particles;
   int e = begin;
   for (; e + kLanes <= end; e += kLanes) {
     project_eight<kHinges, kDamped>(edges + e, rules + e, lambda + e, x, start, scale);
@@ -277,22 +276,23 @@ bool avx2_available() {
   return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma");
 }
 
-void project_edges_avx2(const Places* edges, const EdgeRule<float>* rules,
-                        EdgeMultipliers<float>* lambda, int begin, int end, Vec4<float>* x,
-                        Vec4<float>* start, int spare, const SubstepScale<float>& scale) {
-  x[spare] = {0, 0, 0, 0};
+void project_edges_avx2(const EdgeRun& run, const PatchParticles& particles,
+                        const SubstepScale<float>& scale) {
+  particles.x[particles.spare] = {0, 0, 0, 0};
   // Edges with hinges come first in a colour.
   const EdgeRule<float>* const middle =
-      std::partition_point(rules + begin, rules + end,
+      std::partition_point(run.rules + run.begin, run.rules + run.end,
                            [](const EdgeRule<float>& rule) { return rule.hinge_compliance >= 0; });
-  const int split = static_cast<int>(middle - rules);
+  EdgeRun with_hinges = run;
+  EdgeRun without = run;
+  with_hinges.end = without.begin = static_cast<int>(middle - run.rules);
   if (scale.gamma > 0) {
-    start[spare] = {0, 0, 0, 0};
-    project_run<true, true>(edges, rules, lambda, begin, split, x, start, spare, scale);
-    project_run<false, true>(edges, rules, lambda, split, end, x, start, spare, scale);
+    particles.start[particles.spare] = {0, 0, 0, 0};
+    project_run<true, true>(with_hinges, particles, scale);
+    project_run<false, true>(without, particles, scale);
   } else {
-    project_run<true, false>(edges, rules, lambda, begin, split, x, start, spare, scale);
-    project_run<false, false>(edges, rules, lambda, split, end, x, start, spare, scale);
+    project_run<true, false>(with_hinges, particles, scale);
+    project_run<false, false>(without, particles, scale);
   }
 }
 
@@ -308,8 +308,7 @@ bool avx2_available() {
   return false;
 }
 
-void project_edges_avx2(const Places*, const EdgeRule<float>*, EdgeMultipliers<float>*, int, int,
-                        Vec4<float>*, Vec4<float>*, int, const SubstepScale<float>&) {
+void project_edges_avx2(const EdgeRun&, const PatchParticles&, const SubstepScale<float>&) {
   throw LogicError("AVX2 code on a processor of another kind");
 }
 

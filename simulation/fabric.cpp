@@ -79,14 +79,14 @@ std::span<const Fabric> all_fabrics() {
 
 std::vector<std::string> fabric_names() {
   std::vector<std::string> names{"custom"};
-  for (const Fabric& fabric : fabrics()) {
+  for (const Fabric& fabric : all_fabrics()) {
     names.emplace_back(fabric.name);
   }
   return names;
 }
 
 Material fabric_material(std::string_view name) {
-  for (const Fabric& fabric : fabrics()) {
+  for (const Fabric& fabric : all_fabrics()) {
     if (fabric.name == name) {
       return fabric.material;
     }
@@ -97,7 +97,7 @@ Material fabric_material(std::string_view name) {
 UsualStiffness usual_stiffness() {
   std::vector<double> stretch;
   std::vector<double> bending;
-  for (const Fabric& fabric : fabrics()) {
+  for (const Fabric& fabric : all_fabrics()) {
     stretch.push_back(std::sqrt(fabric.material.stretch_warp * fabric.material.stretch_weft));
     bending.push_back(fabric.material.bending);
   }

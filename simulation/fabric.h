@@ -29,7 +29,8 @@ namespace atelier {
 ///   M  Memon et al. 2021, "Study on effect of leather rigidity and thickness on drapability of
 ///      sheep garment leather", Materials 14(16) 4553: thickness 0.64 to 0.96 mm, drape coefficient
 ///      47 to 70 %.
-///   D  calibrated: chosen such that the drape coefficient of the fabric (cusick_drape.h) lies
+///   D  calibrated: chosen such that the drape coefficient of the fabric
+///   (tests/simulation/cusick_drape.h) lies
 ///      within what is published for its kind.
 /// A quantity without a letter is estimated. So silk has no measured value at all; of the five that
 /// the drape test judges, the bending of silk, cotton, wool and leather is calibrated to it, and

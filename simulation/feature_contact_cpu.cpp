@@ -158,6 +158,8 @@ void FeatureContactCpu<T>::push(std::vector<Vec4<T>>& x, std::vector<Vec4<T>>& s
   }
   const auto load = [&](int i) { return x[i]; };
   const auto load_start = [&](int i) { return start[i]; };
+  const auto motion = motion_of(load, load_start);
+  const PushedFaces<T> faces{edge_of_.data(), length_.data()};
   const auto add = [&](int i, Vec3<T> fresh, Vec3<T> calm, int level) {
     add_push(sums_[i], fresh, calm, level);
   };
@@ -177,8 +179,7 @@ void FeatureContactCpu<T>::push(std::vector<Vec4<T>>& x, std::vector<Vec4<T>>& s
           grow(box, xyz(x[i]));
         }
         visit_tree(tree_.nodes.data(), inflated(box, step.rule.within), [&](int body_face) {
-          if (push_off_face(step, f, edge_of_.data(), length_.data(), body_face, load, load_start,
-                            add) == PairState::Presses) {
+          if (push_off_face(step, faces, f, body_face, motion, add) == PairState::Presses) {
             pressed.store(true, std::memory_order_relaxed);
           }
         });

@@ -47,37 +47,48 @@ ATELIER_HOST_DEVICE inline T chebyshev_weight(int k, T before, T radius) {
                   : T(4) / (T(4) - radius * radius * before);
 }
 
+/// Where every constraint of a sweep starts from.
+template <class T>
+struct JacobiStart {
+  const Vec4<T>* x;
+  const Vec4<T>* start;  ///< of the substep
+  SubstepScale<T> scale;
+};
+
 /// The pushes that an edge gives its particles, and the change of its multipliers.
 template <class T>
-ATELIER_HOST_DEVICE inline EdgeMultipliers<T> jacobi_edge(
-    const JacobiEdge<T>& edge, const EdgeRule<T>& rule, const Vec4<T>* x, const Vec4<T>* start,
-    const EdgeMultipliers<T>& lambda, const SubstepScale<T>& scale, Vec4<T>* push) {
-  const Vec4<T> v0 = x[edge.particle[0]];
-  const Vec4<T> v1 = x[edge.particle[1]];
-  const Vec3<T> s0 = xyz(start[edge.particle[0]]);
-  const Vec3<T> s1 = xyz(start[edge.particle[1]]);
+ATELIER_HOST_DEVICE inline EdgeMultipliers<T> jacobi_edge(const JacobiEdge<T>& edge,
+                                                          const EdgeRule<T>& rule,
+                                                          const JacobiStart<T>& from,
+                                                          const EdgeMultipliers<T>& lambda,
+                                                          Vec4<T>* push) {
+  const SubstepScale<T>& scale = from.scale;
+  const Vec4<T> v0 = from.x[edge.particle[0]];
+  const Vec4<T> v1 = from.x[edge.particle[1]];
+  const Vec3<T> s0 = xyz(from.start[edge.particle[0]]);
+  const Vec3<T> s1 = xyz(from.start[edge.particle[1]]);
   EdgeMultipliers<T> change{T(0), T(0)};
   Vec3<T> push0{}, push1{}, push2{}, push3{};
   if (rule.hinge_compliance >= T(0)) {
-    Vec4<T> a = v0;
-    Vec4<T> b = v1;
-    Vec4<T> c = x[edge.particle[2]];
-    Vec4<T> d = x[edge.particle[3]];
-    const Vec3<T> c0 = xyz(c);
-    const Vec3<T> d0 = xyz(d);
-    change.hinge = project_hinge(a, b, c, d, rule.rest_angle, rule.hinge_compliance * scale.hinge,
-                                 lambda.hinge, scale.gamma, s0, s1, xyz(start[edge.particle[2]]),
-                                 xyz(start[edge.particle[3]]));
-    push0 = xyz(a) - xyz(v0);
-    push1 = xyz(b) - xyz(v1);
-    push2 = xyz(c) - c0;
-    push3 = xyz(d) - d0;
+    Vec4<T> v[4] = {v0, v1, from.x[edge.particle[2]], from.x[edge.particle[3]]};
+    const Vec3<T> s[4] = {s0, s1, xyz(from.start[edge.particle[2]]),
+                          xyz(from.start[edge.particle[3]])};
+    const Vec3<T> c0 = xyz(v[2]);
+    const Vec3<T> d0 = xyz(v[3]);
+    change.hinge = project_hinge(
+        v, rule.rest_angle,
+        Softness<T>{rule.hinge_compliance * scale.hinge, lambda.hinge, scale.gamma}, s);
+    push0 = xyz(v[0]) - xyz(v0);
+    push1 = xyz(v[1]) - xyz(v1);
+    push2 = xyz(v[2]) - c0;
+    push3 = xyz(v[3]) - d0;
   }
   if (rule.spring_compliance >= T(0)) {
     Vec4<T> a = v0;
     Vec4<T> b = v1;
-    change.spring = project_spring(a, b, rule.rest_length, rule.spring_compliance * scale.spring,
-                                   lambda.spring, scale.gamma, s0, s1);
+    change.spring = project_spring(
+        a, b, rule.rest_length,
+        Softness<T>{rule.spring_compliance * scale.spring, lambda.spring, scale.gamma}, s0, s1);
     push0 += xyz(a) - xyz(v0);
     push1 += xyz(b) - xyz(v1);
   }
@@ -91,21 +102,21 @@ ATELIER_HOST_DEVICE inline EdgeMultipliers<T> jacobi_edge(
 /// Likewise of a strain triangle; `change` gets three.
 template <class T>
 ATELIER_HOST_DEVICE inline void jacobi_triangle(const JacobiTriangle<T>& triangle,
-                                                const StrainRest<T>& rest, const Vec4<T>* x,
-                                                const Vec4<T>* start, const T* lambda, T* change,
-                                                const SubstepScale<T>& scale, Vec4<T>* push) {
+                                                const StrainRest<T>& rest,
+                                                const JacobiStart<T>& from, const T* lambda,
+                                                T* change, Vec4<T>* push) {
   Vec4<T> v[3];
   Vec3<T> s[3];
   T after[3];
   for (int c = 0; c < 3; ++c) {
-    v[c] = x[triangle.particle[c]];
-    s[c] = xyz(start[triangle.particle[c]]);
+    v[c] = from.x[triangle.particle[c]];
+    s[c] = xyz(from.start[triangle.particle[c]]);
     after[c] = lambda[c];
   }
-  project_strain(v[0], v[1], v[2], rest, scale.spring, scale.gamma, s[0], s[1], s[2], after);
+  project_strain(v, s, rest, from.scale.spring, from.scale.gamma, after);
   for (int c = 0; c < 3; ++c) {
     change[c] = triangle.share * (after[c] - lambda[c]);
-    push[c] = with_w(triangle.share * (xyz(v[c]) - xyz(x[triangle.particle[c]])), T(0));
+    push[c] = with_w(triangle.share * (xyz(v[c]) - xyz(from.x[triangle.particle[c]])), T(0));
   }
 }
 

@@ -13,14 +13,15 @@ namespace atelier {
 namespace {
 
 /// Where the vertices are after some time, from the captured shape on.
-Points hung(const SimulationModel& model, const Points& from, const Points& body,
+Points hung(const HangingGarment& hanging, const SimulationModel& model,
             const SolverOptions& options, double seconds, Device device) {
+  const Points& from = hanging.captured.mesh.vertices;
   const std::unique_ptr<Solver> solver = create_solver(model, options, device);
   ClothState state = rest_state(model.cloth);
   state.positions = from;
   solver->set_state(state);
   Control control;
-  control.body_start = control.body_end = body;
+  control.body_start = control.body_end = hanging.body;
   control.pin_targets = from;
   const auto frames = static_cast<int>(std::lround(seconds / options.time_step));
   for (int frame = 0; frame < std::max(1, frames); ++frame) {
@@ -42,11 +43,11 @@ OptionTable describe(RelaxGravityOptions& options) {
   return table;
 }
 
-RelaxedGarment relax_gravity(const Garment& captured, const std::vector<int>& pins,
-                             const Points& body, const Triangles& body_faces,
-                             const ClothOptions& cloth_options, const SolverOptions& solver_options,
+RelaxedGarment relax_gravity(const HangingGarment& hanging, const ClothOptions& cloth_options,
+                             const SolverOptions& solver_options,
                              const RelaxGravityOptions& options, Device device,
                              const std::function<bool(int rounds, double error)>& told) {
+  const Garment& captured = hanging.captured;
   ATELIER_CHECK(options.rounds >= 1 && options.seconds > 0 && options.step > 0 &&
                     options.step <= 1 && options.damping >= 0,
                 "relax_gravity options out of range");
@@ -56,13 +57,13 @@ RelaxedGarment relax_gravity(const Garment& captured, const std::vector<int>& pi
   solver.velocity_damping = options.damping;
   solver.report = false;
   solver.intersection_interval = 0;
-  if (solver.thickness < 0 && body.rows() > 0) {
+  if (solver.thickness < 0 && hanging.body.rows() > 0) {
     // Kept nearer than where it was seen to rest, it would begin in the air and fall; no template
     // takes a fall back.
     constexpr double kMost = 0.02;  // m
-    solver.thickness = std::clamp(
-        resting_gap(captured.mesh.vertices, body, body_faces, contact_distance(captured)),
-        std::min(captured.material.thickness, kMost), kMost);
+    solver.thickness = std::clamp(resting_gap(captured.mesh.vertices, hanging.body,
+                                              hanging.body_faces, contact_distance(captured)),
+                                  std::min(captured.material.thickness, kMost), kMost);
   }
   const Points target = captured.mesh.vertices;
   Garment rest = captured;
@@ -74,8 +75,8 @@ RelaxedGarment relax_gravity(const Garment& captured, const std::vector<int>& pi
   double step = options.step;
   Points best_moved;
   for (int round = 0; round < options.rounds && !best.converged; ++round) {
-    const SimulationModel model{make_cloth(rest, pins, how), body_faces};
-    const Points moved = hung(model, target, body, solver, options.seconds, device) - target;
+    const SimulationModel model{make_cloth(rest, hanging.pins, how), hanging.body_faces};
+    const Points moved = hung(hanging, model, solver, options.seconds, device) - target;
     const Eigen::VectorXd errors = moved.rowwise().norm();
     if (errors.mean() < best.mean_error) {
       best.garment = rest;

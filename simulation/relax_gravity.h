@@ -30,6 +30,14 @@ inline SolverOptions relaxing_solver() {
   return solver;
 }
 
+/// A garment as it was captured, on a body that stands still. Refers to what others own.
+struct HangingGarment {
+  const Garment& captured;
+  std::vector<int> pins;        ///< vertices that stay where they are
+  const Points& body;           ///< [B,3] m; no rows: none
+  const Triangles& body_faces;  ///< [F,3]
+};
+
 /// A garment that hangs in the captured shape, and how nearly.
 struct RelaxedGarment {
   Garment garment;           ///< its mesh is the unloaded template; without a flat rest shape
@@ -46,14 +54,12 @@ struct RelaxedGarment {
 /// worse is taken back and halved. Our choice: it asks nothing of the solver. Rest angles are the
 /// template's. The best round is kept.
 ///
-/// `body` and its faces may be empty. A thickness of the solver below 0 is what the garment keeps
+/// A thickness of the solver below 0 is what the garment keeps
 /// where it rests on the body (simulation/resting_gap.h), or what its edges need
 /// (simulation/contact_distance.h) where it rests nowhere. `told` hears after each round how many
 /// there were and the mean error [m] of the best; where it returns false, that was the last. Throws
 /// as make_cloth, create_solver and Solver::step; LogicError for options out of range.
-RelaxedGarment relax_gravity(const Garment& captured, const std::vector<int>& pins,
-                             const Points& body, const Triangles& body_faces,
-                             const ClothOptions& cloth = {},
+RelaxedGarment relax_gravity(const HangingGarment& hanging, const ClothOptions& cloth = {},
                              const SolverOptions& solver = relaxing_solver(),
                              const RelaxGravityOptions& options = {}, Device device = Device::Cpu,
                              const std::function<bool(int rounds, double error)>& told = {});

@@ -256,25 +256,137 @@ int default_patches(int vertex_count) {
   return waves * kWave;
 }
 
-}  // namespace
+int part_count_of(int vertex_count, const ScheduleOptions& options) {
+  int parts = options.patches > 0 ? options.patches : default_patches(vertex_count);
+  parts =
+      std::max(parts, (vertex_count + options.max_patch_vertices - 1) / options.max_patch_vertices);
+  return std::min(parts, vertex_count);
+}
 
-Schedule make_schedule(const Points& positions, const std::vector<ConstraintParticles>& constraints,
-                       const ScheduleOptions& options) {
-  const int vertex_count = static_cast<int>(positions.rows());
+/// Particles cut into parts.
+struct Parts {
+  std::vector<int> part_of;  ///< [V] which part each particle is in
+  int count = 0;
+};
+
+/// Constraints all of whose particles are in one part, by part, and those that lie across parts.
+struct SharedOut {
+  std::vector<std::vector<int>> inside;
+  std::vector<int> across;
+};
+
+SharedOut share_out(const std::vector<ConstraintParticles>& constraints,
+                    const std::vector<int>& remaining, const Parts& parts) {
+  SharedOut shared;
+  shared.inside.resize(static_cast<std::size_t>(parts.count));
+  for (int c : remaining) {
+    int part = -1;
+    bool inside = true;
+    for (int v : constraints[c].particle) {
+      if (v >= 0) {
+        inside = inside && (part < 0 || part == parts.part_of[v]);
+        part = parts.part_of[v];
+      }
+    }
+    (inside && part >= 0 ? shared.inside[part] : shared.across).push_back(c);
+  }
+  return shared;
+}
+
+/// Every particle, ascending, by its part.
+std::vector<std::vector<int>> all_particles(const Parts& parts) {
+  std::vector<std::vector<int>> particles(static_cast<std::size_t>(parts.count));
+  for (std::size_t v = 0; v < parts.part_of.size(); ++v) {
+    particles[parts.part_of[v]].push_back(static_cast<int>(v));
+  }
+  return particles;
+}
+
+/// The particles of each part's constraints, ascending.
+std::vector<std::vector<int>> constrained_particles(
+    const std::vector<ConstraintParticles>& constraints,
+    const std::vector<std::vector<int>>& inside, int vertex_count) {
+  std::vector<std::vector<int>> particles(inside.size());
+  std::vector<char> listed(static_cast<std::size_t>(vertex_count), 0);
+  for (std::size_t part = 0; part < inside.size(); ++part) {
+    for (int c : inside[part]) {
+      for (int v : constraints[c].particle) {
+        if (v >= 0 && !listed[v]) {
+          listed[v] = 1;
+          particles[part].push_back(v);
+        }
+      }
+    }
+    std::sort(particles[part].begin(), particles[part].end());
+  }
+  return particles;
+}
+
+/// The parts of a phase after the first: components of what remains, small ones whole and packed
+/// together up to about `target` particles, large ones cut into runs of their breadth-first order.
+/// What crosses a cut waits for the phase after.
+Parts parts_of_remaining(int vertex_count, const std::vector<ConstraintParticles>& constraints,
+                         const Incidence& incidence, int target, int max_patch_vertices) {
+  Parts parts;
+  parts.part_of.assign(static_cast<std::size_t>(vertex_count), 0);
+  std::vector<char> seen(static_cast<std::size_t>(vertex_count), 0);
+  std::vector<int> level(static_cast<std::size_t>(vertex_count), 0);
+  int filled = max_patch_vertices + 1;
+  for (int v = 0; v < vertex_count; ++v) {
+    if (seen[v] || incidence.begin[v + 1] == incidence.begin[v]) {
+      continue;
+    }
+    const std::vector<int> component = ordered_component(v, constraints, incidence, seen, level);
+    const int size = static_cast<int>(component.size());
+    if (size <= std::min(2 * target, max_patch_vertices)) {
+      if (filled + size > target + target / 4) {
+        ++parts.count;
+        filled = 0;
+      }
+      filled += size;
+      for (int u : component) {
+        parts.part_of[u] = parts.count - 1;
+      }
+    } else {
+      const int pieces = (size + target - 1) / target;
+      for (int i = 0; i < size; ++i) {
+        parts.part_of[component[i]] =
+            parts.count + static_cast<int>(static_cast<std::int64_t>(i) * pieces / size);
+      }
+      parts.count += pieces;
+      filled = max_patch_vertices + 1;
+    }
+  }
+  return parts;
+}
+
+int touched_particles(const Incidence& incidence) {
+  int touched = 0;
+  for (std::size_t v = 0; v + 1 < incidence.begin.size(); ++v) {
+    touched += incidence.begin[v + 1] > incidence.begin[v] ? 1 : 0;
+  }
+  return touched;
+}
+
+void check_particles(const std::vector<ConstraintParticles>& constraints, int vertex_count) {
   for (const ConstraintParticles& c : constraints) {
     ATELIER_CHECK(c.kind >= 0 && c.kind < 3, "constraint kind " + std::to_string(c.kind));
     for (int v : c.particle) {
       ATELIER_CHECK(v < vertex_count, "particle " + std::to_string(v) + " of a constraint");
     }
   }
+}
+
+}  // namespace
+
+Schedule make_schedule(const Points& positions, const std::vector<ConstraintParticles>& constraints,
+                       const ScheduleOptions& options) {
+  const int vertex_count = static_cast<int>(positions.rows());
+  check_particles(constraints, vertex_count);
   Schedule schedule;
   if (vertex_count == 0) {
     return schedule;
   }
-  int parts = options.patches > 0 ? options.patches : default_patches(vertex_count);
-  parts =
-      std::max(parts, (vertex_count + options.max_patch_vertices - 1) / options.max_patch_vertices);
-  parts = std::min(parts, vertex_count);
   std::vector<char> follows;
   const std::vector<int> follower = pair_up(constraints, follows);
   std::vector<int> remaining;
@@ -283,108 +395,41 @@ Schedule make_schedule(const Points& positions, const std::vector<ConstraintPart
       remaining.push_back(static_cast<int>(c));
     }
   }
-  std::vector<int> part_of = partition(positions, constraints, remaining, parts);
-
+  const int first_count = part_count_of(vertex_count, options);
+  Parts parts{partition(positions, constraints, remaining, first_count), first_count};
   std::vector<int> place(static_cast<std::size_t>(vertex_count), 0);
-
-  // Phase 0 lists every particle once, so it is also where particles are integrated.
-  bool first = true;
-  int part_count = parts;
   int target_floor = 48;  // of the later phases' patches; grows so that the cuts get rarer
-  while (first || !remaining.empty()) {
-    std::vector<std::vector<int>> part_constraints(static_cast<std::size_t>(part_count));
-    std::vector<int> deferred;
-    for (int c : remaining) {
-      int part = -1;
-      bool inside = true;
-      for (int v : constraints[c].particle) {
-        if (v >= 0) {
-          inside = inside && (part < 0 || part == part_of[v]);
-          part = part_of[v];
-        }
-      }
-      (inside && part >= 0 ? part_constraints[part] : deferred).push_back(c);
-    }
-    std::vector<std::vector<int>> part_vertices(static_cast<std::size_t>(part_count));
-    if (first) {
-      for (int v = 0; v < vertex_count; ++v) {
-        part_vertices[part_of[v]].push_back(v);
-      }
-    }
-    std::vector<char> listed(static_cast<std::size_t>(vertex_count), 0);
+  do {
+    const SharedOut shared = share_out(constraints, remaining, parts);
+    // Phase 0 lists every particle once, so it is also where particles are integrated.
+    const std::vector<std::vector<int>> particles =
+        schedule.phases.empty() ? all_particles(parts)
+                                : constrained_particles(constraints, shared.inside, vertex_count);
     const int patch_begin = static_cast<int>(schedule.patches.size());
-    for (int part = 0; part < part_count; ++part) {
-      if (!first) {
-        if (part_constraints[part].empty()) {
-          continue;
-        }
-        for (int c : part_constraints[part]) {
-          for (int v : constraints[c].particle) {
-            if (v >= 0 && !listed[v]) {
-              listed[v] = 1;
-              part_vertices[part].push_back(v);
-            }
-          }
-        }
+    for (std::size_t part = 0; part < particles.size(); ++part) {
+      if (particles[part].empty()) {
+        continue;
       }
-      std::sort(part_vertices[part].begin(), part_vertices[part].end());
-      colour_patch(constraints, follower, part_constraints[part], part_vertices[part], place,
-                   schedule);
+      colour_patch(constraints, follower, shared.inside[part], particles[part], place, schedule);
       Schedule::Patch& patch = schedule.patches.back();
       patch.vertex_begin = static_cast<int>(schedule.vertices.size());
-      schedule.vertices.insert(schedule.vertices.end(), part_vertices[part].begin(),
-                               part_vertices[part].end());
+      schedule.vertices.insert(schedule.vertices.end(), particles[part].begin(),
+                               particles[part].end());
       patch.vertex_end = static_cast<int>(schedule.vertices.size());
       schedule.max_patch_vertices =
           std::max(schedule.max_patch_vertices, patch.vertex_end - patch.vertex_begin);
     }
     schedule.phases.push_back({patch_begin, static_cast<int>(schedule.patches.size())});
-    remaining = std::move(deferred);
-    if (remaining.empty()) {
-      break;
+    remaining = shared.across;
+    if (!remaining.empty()) {
+      const Incidence incidence = incidence_of(vertex_count, constraints, remaining);
+      const int target = std::clamp((touched_particles(incidence) + first_count - 1) / first_count,
+                                    target_floor, options.max_patch_vertices);
+      target_floor = std::min(2 * target_floor, options.max_patch_vertices);
+      parts = parts_of_remaining(vertex_count, constraints, incidence, target,
+                                 options.max_patch_vertices);
     }
-
-    // Parts of the next phase: components of what remains, small ones whole and packed together,
-    // large ones cut into runs of their breadth-first order. What crosses a cut waits.
-    first = false;
-    const Incidence incidence = incidence_of(vertex_count, constraints, remaining);
-    std::vector<char> seen(static_cast<std::size_t>(vertex_count), 0);
-    std::vector<int> level(static_cast<std::size_t>(vertex_count), 0);
-    int touched = 0;
-    for (int v = 0; v < vertex_count; ++v) {
-      touched += incidence.begin[v + 1] > incidence.begin[v] ? 1 : 0;
-    }
-    const int target =
-        std::clamp((touched + parts - 1) / parts, target_floor, options.max_patch_vertices);
-    target_floor = std::min(2 * target_floor, options.max_patch_vertices);
-    part_count = 0;
-    int filled = options.max_patch_vertices + 1;
-    for (int v = 0; v < vertex_count; ++v) {
-      if (seen[v] || incidence.begin[v + 1] == incidence.begin[v]) {
-        continue;
-      }
-      const std::vector<int> component = ordered_component(v, constraints, incidence, seen, level);
-      const int size = static_cast<int>(component.size());
-      if (size <= std::min(2 * target, options.max_patch_vertices)) {
-        if (filled + size > target + target / 4) {
-          ++part_count;
-          filled = 0;
-        }
-        filled += size;
-        for (int u : component) {
-          part_of[u] = part_count - 1;
-        }
-      } else {
-        const int pieces = (size + target - 1) / target;
-        for (int i = 0; i < size; ++i) {
-          part_of[component[i]] =
-              part_count + static_cast<int>(static_cast<std::int64_t>(i) * pieces / size);
-        }
-        part_count += pieces;
-        filled = options.max_patch_vertices + 1;
-      }
-    }
-  }
+  } while (!remaining.empty());
   return schedule;
 }
 

@@ -124,7 +124,7 @@ int SelfContactCpu<T>::renew_flights(const SelfMotion<T>& motion) {
     return 0;
   }
   return count([&](int i) {
-    fresh_[i] = renew_flight(age_, ahead_, xyz(motion.x[i]), xyz(motion.origin[i]), start_[i],
+    fresh_[i] = renew_flight({age_, ahead_}, xyz(motion.x[i]), xyz(motion.origin[i]), start_[i],
                              end_[i], slack_[i])
                     ? 1
                     : 0;
@@ -348,6 +348,7 @@ bool SelfContactCpu<T>::push_once(const SelfMotion<T>& motion, int pass, bool ev
   }
   const auto load = [&](int i) { return motion.x[i]; };
   const auto load_origin = [&](int i) { return motion.origin[i]; };
+  const auto from_origin = motion_of(load, load_origin);
   const auto support = [&](int i) { return support_[i]; };
   const auto add = [&](int i, Vec3<T> fresh, Vec3<T> calm, int level) {
     add_push(sums_[i], fresh, calm, level);
@@ -363,8 +364,8 @@ bool SelfContactCpu<T>::push_once(const SelfMotion<T>& motion, int pass, bool ev
     }
   };
   visit_pairs(pass, every, [&](const SelfPair<T>& pair, bool edges) {
-    count(edges ? push_edge_edge(view_, pair, rule, load, load_origin, support, add)
-                : push_vertex_face(view_, pair, rule, load, load_origin, support, add));
+    count(edges ? push_edge_edge(view_, pair, rule, from_origin, support, add)
+                : push_vertex_face(view_, pair, rule, from_origin, support, add));
   });
   if (pass == 0) {
     for (const Crossing& c : crossings_) {
@@ -393,8 +394,8 @@ bool SelfContactCpu<T>::keep_once(const SelfMotion<T>& motion, int pass, bool ev
   std::atomic<bool> kept{false};
   std::atomic<bool> passed{false};
   visit_pairs(pass, every, [&](const SelfPair<T>& pair, bool edges) {
-    const Passing passing =
-        atelier::keep_back(view_, pair, edges, slides, load, load_origin, carry, slide, stay);
+    const Passing passing = atelier::keep_back(
+        view_, pair, edges, slides, motion_of(load, load_origin), keeping_of(carry, slide, stay));
     if (passing == Passing::No) {
       return;
     }

@@ -192,22 +192,37 @@ ATELIER_HOST_DEVICE inline void go_on(const Vec4<T>* start, const Vec4<T>* x, T 
   }
 }
 
+/// What is done with a pair that is kept back: `carry(particle)` is how what stays is moved on,
+/// `slide(particle, push)` and `stay(particle, carry)` take what is wanted of a particle. Refers to
+/// all three.
+template <class Carry, class Slide, class Stay>
+struct PairKeeping {
+  const Carry& carry;
+  const Slide& slide;
+  const Stay& stay;
+};
+template <class Carry, class Slide, class Stay>
+ATELIER_HOST_DEVICE inline PairKeeping<Carry, Slide, Stay> keeping_of(const Carry& carry,
+                                                                      const Slide& slide,
+                                                                      const Stay& stay) {
+  return {carry, slide, stay};
+}
+
 /// Keeps a pair back that would pass. Where `slides`, see slide_as_one; else it is kept where the
-/// substep began: `stay(particle, carry)` for each of the free ones with the carry of each of the
-/// four (`carry(particle)`).
-template <class T, class Load, class LoadStart, class Carry, class Slide, class Stay>
+/// substep began: each of the free ones stays, with the carry of each of the four. `motion`: a
+/// ParticleMotion; `keeping`: a PairKeeping.
+template <class T, class Motion, class Keeping>
 ATELIER_HOST_DEVICE inline Passing keep_back(const SelfView<T>& cloth, const SelfPair<T>& pair,
-                                             bool edges, bool slides, const Load& load,
-                                             const LoadStart& load_start, const Carry& carry,
-                                             const Slide& slide, const Stay& stay) {
+                                             bool edges, bool slides, const Motion& motion,
+                                             const Keeping& keeping) {
   int particle[4];
   pair_particles(cloth, pair, edges, particle);
   Vec4<T> start[4];
   Vec4<T> x[4];
   Vec4<T> beyond[4];
   for (int k = 0; k < 4; ++k) {
-    start[k] = load_start(particle[k]);
-    x[k] = load(particle[k]);
+    start[k] = motion.before(particle[k]);
+    x[k] = motion.now(particle[k]);
   }
   go_on(start, x, pair.gap, beyond);
   if (stay_apart(start, beyond, edges ? 2 : 3, pair.gap) || !passes(start, beyond, edges)) {
@@ -224,7 +239,8 @@ ATELIER_HOST_DEVICE inline Passing keep_back(const SelfView<T>& cloth, const Sel
     before = xyz(start[3]) - weighted(t, nearest_on_triangle(xyz(start[3]), t));
   }
   // Free to come apart.
-  if (both_tangled(cloth, pair, edges) || in_wrong_order(cloth, pair, edges, before, load_start)) {
+  if (both_tangled(cloth, pair, edges) ||
+      in_wrong_order(cloth, pair, edges, before, motion.before)) {
     return Passing::Free;
   }
   // Who has to come out of the body is not kept in it; it takes along what it would pass.
@@ -232,7 +248,7 @@ ATELIER_HOST_DEVICE inline Passing keep_back(const SelfView<T>& cloth, const Sel
   bool comes_out = false;
   bool follows = false;
   for (int k = 0; k < 4; ++k) {
-    const Vec4<T> carried = carry(particle[k]);
+    const Vec4<T> carried = keeping.carry(particle[k]);
     held[k] = x[k].w > T(0) ? xyz(carried) : xyz(x[k]) - xyz(start[k]);
     if (carried.w > T(0)) {
       x[k].w = T(0);
@@ -244,12 +260,12 @@ ATELIER_HOST_DEVICE inline Passing keep_back(const SelfView<T>& cloth, const Sel
     return Passing::Free;
   }
   if (slides) {
-    slide_as_one(particle, start, x, before, slide);
+    slide_as_one(particle, start, x, before, keeping.slide);
     return Passing::Kept;
   }
   for (int k = 0; k < 4; ++k) {
     for (int j = 0; j < 4 && x[k].w > T(0); ++j) {
-      stay(particle[k], held[j]);
+      keeping.stay(particle[k], held[j]);
     }
   }
   return Passing::Kept;

@@ -15,6 +15,18 @@ struct PairPoints {
   Vec4<T> x[4];
 };
 
+/// Where particles are: `now(i)` in a substep, `before(i)` at its start. Refers to both.
+template <class Now, class Before>
+struct ParticleMotion {
+  const Now& now;
+  const Before& before;
+};
+template <class Now, class Before>
+ATELIER_HOST_DEVICE inline ParticleMotion<Now, Before> motion_of(const Now& now,
+                                                                 const Before& before) {
+  return {now, before};
+}
+
 /// Fixed-point unit of the pushes.
 constexpr double kPushUnit = 1.0 / (1 << 30);
 template <class T>
@@ -77,14 +89,21 @@ enum class PairState {
   Presses   ///< pushed far or nearly through: it has to be looked at again
 };
 
-/// Keeps a pair apart by `gap` along the direction it had at the substep's start; `normal` where it
-/// had none. `outwards` is 0, or the unit direction in which the first must lie. Who
+/// Which way a pair comes apart.
+template <class T>
+struct PairDirection {
+  Vec3<T> normal;    ///< where it had no direction at the substep's start
+  Vec3<T> outwards;  ///< unit, in which the first must lie; 0: on whichever side it is
+};
+
+/// Keeps a pair apart by `gap` along the direction it had at the substep's start. Who
 /// rests on the body, on others too, hardly yields to who does not: else what lies on it would push
 /// it through (shock propagation, Guendelman et al. 2003).
 template <class T, class Support, class Add>
-ATELIER_HOST_DEVICE inline PairState push_apart(const PairPoints<T>& pair, Vec3<T> normal,
-                                                Vec3<T> outwards, T gap, const SelfRule<T>& rule,
-                                                const Support& support, const Add& add) {
+ATELIER_HOST_DEVICE inline PairState push_apart(const PairPoints<T>& pair,
+                                                const PairDirection<T>& direction, T gap,
+                                                const SelfRule<T>& rule, const Support& support,
+                                                const Add& add) {
   Vec3<T> now{};
   Vec3<T> before{};
   for (int k = 0; k < 4; ++k) {
@@ -92,9 +111,9 @@ ATELIER_HOST_DEVICE inline PairState push_apart(const PairPoints<T>& pair, Vec3<
     before += pair.weight[k] * xyz(pair.start[k]);
   }
   const T distance = norm(before);
-  Vec3<T> n = distance > T(1e-7) ? (T(1) / distance) * before : normal;
-  if (dot(n, outwards) < T(0)) {
-    n = outwards;
+  Vec3<T> n = distance > T(1e-7) ? (T(1) / distance) * before : direction.normal;
+  if (dot(n, direction.outwards) < T(0)) {
+    n = direction.outwards;
   }
   const T at_start = dot(n, before);
   const T at_end = dot(n, now);
@@ -230,20 +249,18 @@ ATELIER_HOST_DEVICE inline bool stays_beyond(Vec3<T> before, Vec3<T> now, T gap)
          squared_norm(before) > gap * gap;
 }
 
-/// Pushes a particle and a face apart. `load(i)` and `load_start(i)` give particles now and at the
-/// substep's start.
-template <class T, class Load, class LoadStart, class Support, class Add>
+/// Pushes a particle and a face apart. `motion`: a ParticleMotion.
+template <class T, class Motion, class Support, class Add>
 ATELIER_HOST_DEVICE inline PairState push_vertex_face(const SelfView<T>& cloth,
                                                       const SelfPair<T>& candidate,
-                                                      const SelfRule<T>& rule, const Load& load,
-                                                      const LoadStart& load_start,
+                                                      const SelfRule<T>& rule, const Motion& motion,
                                                       const Support& support, const Add& add) {
   const int i = candidate.first;
   const FaceIndices f = cloth.surface.faces[candidate.second];
   PairPoints<T> pair{{i, f.a, f.b, f.c}, {}, 1, {}, {}};
   for (int k = 0; k < 4; ++k) {
-    pair.start[k] = load_start(pair.particle[k]);
-    pair.x[k] = load(pair.particle[k]);
+    pair.start[k] = motion.before(pair.particle[k]);
+    pair.x[k] = motion.now(pair.particle[k]);
   }
   const bool ordered = order_decides(cloth, candidate, false);
   const FaceCorners<T> t{xyz(pair.start[1]), xyz(pair.start[2]), xyz(pair.start[3])};
@@ -265,28 +282,27 @@ ATELIER_HOST_DEVICE inline PairState push_vertex_face(const SelfView<T>& cloth,
   if (ordered && stays_beyond(p - at, now, candidate.gap)) {
     return PairState::Apart;
   }
-  if (!is_nearest_piece(cloth, candidate.second, b, at, p - at, load_start)) {
+  if (!is_nearest_piece(cloth, candidate.second, b, at, p - at, motion.before)) {
     return PairState::Apart;
   }
   Vec3<T> normal = cross(t.b - t.a, t.c - t.a);
   const T size = norm(normal);
   normal = size > T(0) ? (T(1) / size) * normal : normal;
   const Vec3<T> outwards = ordered ? layer_direction(cloth, i, f.a, normal) : Vec3<T>{};
-  return push_apart(pair, normal, outwards, candidate.gap, rule, support, add);
+  return push_apart(pair, PairDirection<T>{normal, outwards}, candidate.gap, rule, support, add);
 }
 
 /// Pushes two edges apart.
-template <class T, class Load, class LoadStart, class Support, class Add>
+template <class T, class Motion, class Support, class Add>
 ATELIER_HOST_DEVICE inline PairState push_edge_edge(const SelfView<T>& cloth,
                                                     const SelfPair<T>& candidate,
-                                                    const SelfRule<T>& rule, const Load& load,
-                                                    const LoadStart& load_start,
+                                                    const SelfRule<T>& rule, const Motion& motion,
                                                     const Support& support, const Add& add) {
   const ClothEdge a = cloth.edges[candidate.first];
   const ClothEdge b = cloth.edges[candidate.second];
   PairPoints<T> pair{{a.a, a.b, b.a, b.b}, {}, 2, {}, {}};
   for (int k = 0; k < 4; ++k) {
-    pair.start[k] = load_start(pair.particle[k]);
+    pair.start[k] = motion.before(pair.particle[k]);
   }
   const SegmentShares<T> near = nearest_on_segments(xyz(pair.start[0]), xyz(pair.start[1]),
                                                     xyz(pair.start[2]), xyz(pair.start[3]));
@@ -296,7 +312,7 @@ ATELIER_HOST_DEVICE inline PairState push_edge_edge(const SelfView<T>& cloth,
     return PairState::Apart;
   }
   for (int k = 0; k < 4; ++k) {
-    pair.x[k] = load(pair.particle[k]);
+    pair.x[k] = motion.now(pair.particle[k]);
   }
   const bool ordered = order_decides(cloth, candidate, true);
   pair.weight[0] = T(1) - near.s;
@@ -318,20 +334,20 @@ ATELIER_HOST_DEVICE inline PairState push_edge_edge(const SelfView<T>& cloth,
     return PairState::Apart;
   }
   for (int k = 0; k < 2; ++k) {
-    if ((a.face[k] >= 0 && leans_towards(-before, on_a, xyz(load_start(a.opposite[k])))) ||
-        (b.face[k] >= 0 && leans_towards(before, on_b, xyz(load_start(b.opposite[k]))))) {
+    if ((a.face[k] >= 0 && leans_towards(-before, on_a, xyz(motion.before(a.opposite[k])))) ||
+        (b.face[k] >= 0 && leans_towards(before, on_b, xyz(motion.before(b.opposite[k]))))) {
       return PairState::Apart;
     }
   }
   Vec3<T> normal =
       cross(xyz(pair.start[1]) - xyz(pair.start[0]), xyz(pair.start[3]) - xyz(pair.start[2]));
   if (ordered) {
-    normal = start_normal(cloth, b.face[0], load_start);
+    normal = start_normal(cloth, b.face[0], motion.before);
   }
   const T size = norm(normal);
   normal = size > T(0) ? (T(1) / size) * normal : normal;
   const Vec3<T> outwards = ordered ? layer_direction(cloth, a.a, b.a, normal) : Vec3<T>{};
-  return push_apart(pair, normal, outwards, candidate.gap, rule, support, add);
+  return push_apart(pair, PairDirection<T>{normal, outwards}, candidate.gap, rule, support, add);
 }
 
 }  // namespace atelier

@@ -126,11 +126,17 @@ ATELIER_HOST_DEVICE inline bool crosses_at(const ClothEdge& edge, const FaceIndi
                  FaceCorners<T>{xyz(load(face.a)), xyz(load(face.b)), xyz(load(face.c))});
 }
 
+/// How old a list's search is, and how far it looked ahead, in substeps.
+struct SearchAge {
+  int age, ahead;
+};
+
 /// A new flight for a particle that left its own, or may soon, and more slack: then true. `origin`:
-/// where the substep began; `age` in substeps as in left_flight, of `ahead`.
+/// where the substep began.
 template <class T>
-ATELIER_HOST_DEVICE inline bool renew_flight(int age, int ahead, Vec3<T> x, Vec3<T> origin,
+ATELIER_HOST_DEVICE inline bool renew_flight(SearchAge search, Vec3<T> x, Vec3<T> origin,
                                              Vec4<T>& start, Vec4<T>& end, T& slack) {
+  const auto [age, ahead] = search;
   const T share = static_cast<T>(age) / static_cast<T>(ahead);
   const T away = norm(x - xyz(start) - share * (xyz(end) - xyz(start)));
   if (!(away > T(kSelfNearly) * slack)) {

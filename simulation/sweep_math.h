@@ -4,17 +4,24 @@
 
 namespace atelier {
 
-/// Start of a substep: free particles fall, fixed ones go an even share of the way to their target.
-/// `share` is 1 / (substeps left, this one included).
+/// What moves a particle where no constraint does.
+template <class T>
+struct ParticleDrive {
+  Vec3<T> acceleration;  ///< of a free one
+  Vec3<T> target;        ///< of a fixed one, at the end of the frame
+};
+
+/// Start of a substep of `h` seconds: free particles fall, fixed ones go an even share of the way
+/// to their target. `share` is 1 / (substeps left, this one included).
 template <class T>
 ATELIER_HOST_DEVICE inline void predict(Vec4<T>& x, Vec4<T>& start, Vec3<T>& velocity,
-                                        Vec3<T> acceleration, Vec3<T> target, T share, T h) {
+                                        const ParticleDrive<T>& drive, T share, T h) {
   start = x;
   if (x.w > T(0)) {
-    velocity = velocity + h * acceleration;
+    velocity = velocity + h * drive.acceleration;
     x = with_w(xyz(x) + h * velocity, x.w);
   } else {
-    const Vec3<T> moved = xyz(x) + share * (target - xyz(x));
+    const Vec3<T> moved = xyz(x) + share * (drive.target - xyz(x));
     velocity = (T(1) / h) * (moved - xyz(x));
     x = with_w(moved, x.w);
   }

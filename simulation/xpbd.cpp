@@ -174,9 +174,8 @@ Points air_accelerations(const Cloth& cloth, const ClothState& state, const Cont
 }
 
 FrameReport report_state(const Cloth& cloth, const ClothVariation& variation,
-                         const ClothState& state, const std::vector<double>& lambda,
-                         const std::vector<std::array<double, 3>>& strain_lambda, double substep,
-                         FrameReport report) {
+                         const ClothState& state, const LastMultipliers& last, FrameReport report) {
+  const auto& [lambda, strain_lambda, substep] = last;
   const double h2 = substep * substep;
   std::vector<double> strain;
   strain.reserve(static_cast<std::size_t>(cloth.fibre_count));

@@ -118,9 +118,10 @@ class CpuBackend final : public ClothSolver::Backend {
       measure_penetration(report);
       report = report_state(
           cloth_, variation_, state_,
-          multipliers_in_order(prepared_, lambda_.data(), cloth_.schedule.order.size()),
-          strain_multipliers(prepared_, strain_lambda_.data()),
-          options_.time_step / options_.substeps, report);
+          {multipliers_in_order(prepared_, lambda_.data(), cloth_.schedule.order.size()),
+           strain_multipliers(prepared_, strain_lambda_.data()),
+           options_.time_step / options_.substeps},
+          report);
     }
     return {report};
   }
@@ -199,7 +200,7 @@ class CpuBackend final : public ClothSolver::Backend {
         const T slack = expected_deviation(acceleration_[i], frame);
         flight_[i] = frame * velocity_[i];
         outlook_[i] = x_[i].w > T(0)
-                          ? collect_candidates(body_, xyz(x_[i]), flight_[i], slack, rule_,
+                          ? collect_candidates(body_, free_flight(i), slack, rule_,
                                                &candidates_[i * kBodyCandidates], AloneInTree{})
                           : BodyOutlook<T>{slack, T(0), T(0), {}, 0};
       }
@@ -230,15 +231,15 @@ class CpuBackend final : public ClothSolver::Backend {
 
   /// `again`: only whom cloth moved since.
   void touch_body(int s, bool again, Meeting meeting) {
-    const T t0 = static_cast<T>(s) / static_cast<T>(options_.substeps);
-    const T t1 = static_cast<T>(s + 1) / static_cast<T>(options_.substeps);
+    const BodySubstep<T> step{body_, rule_, static_cast<T>(s) / static_cast<T>(options_.substeps),
+                              static_cast<T>(s + 1) / static_cast<T>(options_.substeps)};
     parallel_for(prepared_.count, kGrain / 4, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {
         if (!again || self_->moved(static_cast<int>(i))) {
           BodyParticle<T> p{x_[i], start_[i], held_[i], xyz(carry_[i])};
-          touched_[i] = meeting == Meeting::Touches ? x_[i].w > T(0) && touch_particle(i, p, t0, t1)
-                                                    : stay_with_body(p, origin_[i], body_, t0, t1,
-                                                                     rule_, outlook_[i], meeting);
+          touched_[i] = meeting == Meeting::Touches
+                            ? x_[i].w > T(0) && touch_particle(i, p, step)
+                            : stay_with_body(p, origin_[i], step, outlook_[i], meeting);
           x_[i] = p.x;
           start_[i] = p.start;
           held_[i] = p.held;
@@ -251,21 +252,21 @@ class CpuBackend final : public ClothSolver::Backend {
     });
   }
 
-  bool touch_particle(Index i, BodyParticle<T>& p, T t0, T t1) {
-    const BodySearch search =
-        body_search(outlook_[i], xyz(p.x), xyz(frame_start_[i]), flight_[i], t1);
+  FreeFlight<T> free_flight(Index i) const { return {xyz(frame_start_[i]), flight_[i]}; }
+
+  bool touch_particle(Index i, BodyParticle<T>& p, const BodySubstep<T>& step) {
+    const BodySearch search = body_search(outlook_[i], xyz(p.x), free_flight(i), step.t1);
     if (search == BodySearch::Nothing) {
       return false;
     }
     if (search != BodySearch::Candidates) {
-      return contact_by_tree(p, body_, t0, t1, rule_, outlook_[i], search, AloneInTree{});
+      return contact_by_tree(p, step, outlook_[i], search, AloneInTree{});
     }
-    const auto choose = [&](Vec3<T> p0, Vec3<T> p1, bool swept) {
-      return choose_candidate(body_, &candidates_[i * kBodyCandidates], outlook_[i].count, p0, p1,
-                              t0, t1, rule_.reach, swept);
+    const auto choose = [&](const Passage<T>& way, bool swept) {
+      return choose_candidate(body_, &candidates_[i * kBodyCandidates], outlook_[i].count, way,
+                              rule_.reach, swept);
     };
-    return contact_by_candidates(p, body_, t0, t1, rule_, outlook_[i], xyz(frame_start_[i]),
-                                 flight_[i], choose);
+    return contact_by_candidates(p, step, outlook_[i], free_flight(i), choose);
   }
 
   void end_outside_body() {
@@ -275,8 +276,7 @@ class CpuBackend final : public ClothSolver::Backend {
     parallel_for(prepared_.count, kGrain / 4, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {
         if (x_[i].w > T(0)) {
-          end_outside(body_, rule_, outlook_[i], xyz(frame_start_[i]), flight_[i],
-                      options_.substeps, x_[i]);
+          end_outside(body_, rule_, outlook_[i], free_flight(i), options_.substeps, x_[i]);
         }
       }
     });
@@ -302,7 +302,8 @@ class CpuBackend final : public ClothSolver::Backend {
     const T share = T(1) / static_cast<T>(options_.substeps - s);
     parallel_for(prepared_.count, kGrain, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {
-        predict(x_[i], start_[i], velocity_[i], acceleration_[i], target_[i], share, h);
+        predict(x_[i], start_[i], velocity_[i], ParticleDrive<T>{acceleration_[i], target_[i]},
+                share, h);
       }
     });
     std::fill(lambda_.begin(), lambda_.end(), EdgeMultipliers<T>{});
@@ -385,13 +386,13 @@ class CpuBackend final : public ClothSolver::Backend {
       j.lambda_before = lambda_;
       j.strain_before = strain_lambda_;
     }
+    const JacobiStart<T> from{x_.data(), start_.data(), scale};
     const Index edges = static_cast<Index>(j.plan.edges.size());
     parallel_for(edges, kGrain, [&](Index begin, Index end) {
       for (Index e = begin; e < end; ++e) {
         const EdgeMultipliers<T> now = lambda_[e];
         const EdgeMultipliers<T> change =
-            jacobi_edge(j.plan.edges[e], prepared_.edge_rules[e], x_.data(), start_.data(), now,
-                        scale, &j.push[4 * e]);
+            jacobi_edge(j.plan.edges[e], prepared_.edge_rules[e], from, now, &j.push[4 * e]);
         lambda_[e] = {accelerated(now.hinge, change.hinge, j.lambda_before[e].hinge, j.weight),
                       accelerated(now.spring, change.spring, j.lambda_before[e].spring, j.weight)};
         j.lambda_before[e] = now;
@@ -400,8 +401,8 @@ class CpuBackend final : public ClothSolver::Backend {
     parallel_for(static_cast<Index>(j.plan.triangles.size()), kGrain, [&](Index begin, Index end) {
       for (Index t = begin; t < end; ++t) {
         T change[3];
-        jacobi_triangle(j.plan.triangles[t], prepared_.strains[t], x_.data(), start_.data(),
-                        &strain_lambda_[3 * t], change, scale, &j.push[4 * edges + 3 * t]);
+        jacobi_triangle(j.plan.triangles[t], prepared_.strains[t], from, &strain_lambda_[3 * t],
+                        change, &j.push[4 * edges + 3 * t]);
         for (int c = 0; c < 3; ++c) {
           T& before = j.strain_before[3 * t + c];
           T& lambda = strain_lambda_[3 * t + c];
@@ -443,15 +444,14 @@ class CpuBackend final : public ClothSolver::Backend {
       const PreparedColour& next = prepared_.colours[k + 1];
       if constexpr (std::is_same_v<T, float>) {
         if (avx2_) {
-          project_edges_avx2(prepared_.edges.data(), prepared_.edge_rules.data(), lambda_.data(),
-                             colour.edge_begin, next.edge_begin, local.data(), local_start.data(),
-                             count, scale);
+          const EdgeRun run{prepared_.edges.data(), prepared_.edge_rules.data(), lambda_.data(),
+                            colour.edge_begin, next.edge_begin};
+          project_edges_avx2(run, {local.data(), local_start.data(), count}, scale);
         }
       }
       for (int e = colour.edge_begin; !avx2_ && e < next.edge_begin; ++e) {
-        const std::uint16_t* at = prepared_.edges[e].at;
-        project_edge(at[0], at[1], at[2], at[3], prepared_.edge_rules[e], local.data(),
-                     local_start.data(), lambda_[e], scale);
+        project_edge(prepared_.edges[e], prepared_.edge_rules[e], local.data(), local_start.data(),
+                     lambda_[e], scale);
       }
       for (int t = colour.strain_begin; t < next.strain_begin; ++t) {
         project_triangle(prepared_.strain_places[t], prepared_.strains[t], local.data(),

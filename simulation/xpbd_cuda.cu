@@ -106,8 +106,9 @@ class CudaBackend final : public ClothSolver::Backend {
     const bool moves_starts = !body_.empty() || self_ != nullptr || cloth_.material.damping > 0;
     const bool full =
         moves_starts || !prepared_.strains.empty() || !prepared_.tether_anchor.empty();
-    launch_ = std::make_unique<CudaLaunch<T>>(prepared_, options, std::move(rules), full,
-                                              self_ != nullptr, !body_.empty(), moves_starts);
+    launch_ = std::make_unique<CudaLaunch<T>>(
+        prepared_, options, std::move(rules),
+        CudaFrameParts{full, self_ != nullptr, !body_.empty(), moves_starts});
   }
 
   int scene_count() const override { return scenes_; }
@@ -200,9 +201,11 @@ class CudaBackend final : public ClothSolver::Backend {
     }
     const auto run = [&] {
       if (with_body) {
-        launch_candidates(frame.body, frame.body_rule, particles, x_.data(), velocity_.data(),
-                          frame.air, frame.gravity, static_cast<T>(options_.time_step),
-                          outlook_.data(), candidates_.data());
+        const FrameParticles<T> at_start{particles, x_.data(), velocity_.data(),
+                                         static_cast<T>(options_.time_step)};
+        launch_candidates(frame.body, frame.body_rule, at_start,
+                          FrameForces<T>{frame.air, frame.gravity}, outlook_.data(),
+                          candidates_.data());
         if (features_ != nullptr) {
           features_->begin_frame(body_, frame, x_.data(), velocity_.data());
         }
@@ -222,8 +225,10 @@ class CudaBackend final : public ClothSolver::Backend {
       run();
     }
     if (with_body && *has_inside_) {
-      launch_end_outside(frame.body, frame.body_rule, particles, outlook_.data(), frame.frame_start,
-                         frame.frame_velocity, frame.frame_time, frame.substeps, x_.data());
+      const FrameParticles<T> at_start{particles, frame.frame_start, frame.frame_velocity,
+                                       frame.frame_time};
+      launch_end_outside(frame.body, frame.body_rule, at_start, outlook_.data(), frame.substeps,
+                         x_.data());
     }
     ATELIER_CUDA_CHECK(cudaEventRecord(after_.event));
     int bad = 0;
@@ -390,11 +395,13 @@ class CudaBackend final : public ClothSolver::Backend {
     const std::size_t strains = 3 * prepared_.strains.size();
     for (int scene = 0; scene < scenes_; ++scene) {
       FrameReport& report = reports[scene];
-      report =
-          report_state(cloth_, variations_[scene], state(scene), multipliers(lambda, scene),
-                       strain_multipliers(prepared_, strain_lambda.data() +
-                                                         static_cast<std::size_t>(scene) * strains),
-                       options_.time_step / options_.substeps, report);
+      report = report_state(
+          cloth_, variations_[scene], state(scene),
+          {multipliers(lambda, scene),
+           strain_multipliers(prepared_,
+                              strain_lambda.data() + static_cast<std::size_t>(scene) * strains),
+           options_.time_step / options_.substeps},
+          report);
       for (std::size_t i = 0; i < (depth.empty() ? 0 : n); ++i) {
         const std::size_t at = static_cast<std::size_t>(scene) * n + i;
         report.penetrating += depth[at] > T(0) ? 1 : 0;

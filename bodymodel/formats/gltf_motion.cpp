@@ -82,6 +82,142 @@ double rate_of_even(const std::vector<double>& times) {
   return frame_rate((times.back() - times.front()) / static_cast<double>(times.size() - 1));
 }
 
+// The skin of the first mesh that has one.
+int first_worn_skin(const GltfScene& scene) {
+  for (const GltfNode& node : scene.nodes) {
+    if (node.mesh >= 0 && node.skin >= 0) {
+      return node.skin;
+    }
+  }
+  return 0;
+}
+
+// From the first key to the last of all channels.
+struct GltfTimeSpan {
+  double first = 0, last = 0;  // s
+};
+
+// Throws DataError where no channel moves a joint.
+GltfTimeSpan time_span(const GltfAnimation& animation, const GltfSkeleton& tree,
+                       const std::string& file) {
+  GltfTimeSpan span;
+  bool moves = false;
+  for (const GltfChannel& channel : animation.channels) {
+    if (channel.times.empty()) {
+      continue;
+    }
+    span.first = moves ? std::min(span.first, channel.times.front()) : channel.times.front();
+    span.last = moves ? std::max(span.last, channel.times.back()) : channel.times.back();
+    moves =
+        moves || std::find(tree.nodes.begin(), tree.nodes.end(), channel.node) != tree.nodes.end();
+  }
+  if (!moves) {
+    throw DataError(file, "animation " + animation.name, "no channel that moves a joint",
+                    "rotations of the skin's joints");
+  }
+  return span;
+}
+
+// When frames are taken of an animation.
+struct GltfFrames {
+  double fps = kDefaultRate;
+  std::vector<double> times;  // s
+};
+
+// At the asked rate, else at that of the keys where these are even. Throws DataError where they are
+// more than `limits` has.
+GltfFrames frames_of(const GltfAnimation& animation, GltfTimeSpan span,
+                     const MotionOptions& options, const Limits& limits, const std::string& file) {
+  const auto [first, last] = span;
+  const std::vector<double> keys = even_times(animation);
+  GltfFrames frames;
+  frames.fps = options.fps > 0 ? options.fps : keys.empty() ? kDefaultRate : rate_of_even(keys);
+  // At the keys themselves where these span the animation; times are rounded to float in the file,
+  // which must not cost the last frame.
+  const bool at_keys =
+      options.fps <= 0 && !keys.empty() && keys.front() == first && keys.back() == last;
+  const double count = at_keys ? static_cast<double>(keys.size())
+                               : std::floor((last - first) * frames.fps + 1e-2) + 1;
+  if (!(count >= 1 && count <= static_cast<double>(limits.frames))) {
+    throw DataError(file, "animation " + animation.name, std::to_string(last - first) + " seconds",
+                    "at most " + std::to_string(limits.frames) + " frames");
+  }
+  for (int frame = 0; frame < static_cast<int>(count); ++frame) {
+    frames.times.push_back(at_keys ? keys[static_cast<std::size_t>(frame)]
+                                   : first + frame / frames.fps);
+  }
+  return frames;
+}
+
+// Moves the nodes to where the animation has them; they lose their matrices, meshes and skins.
+void pose_nodes(const GltfAnimation& animation, double time, std::vector<GltfNode>& nodes) {
+  for (const GltfChannel& channel : animation.channels) {
+    if (channel.times.empty() || channel.node < 0 || channel.path == GltfPath::Weights) {
+      continue;
+    }
+    GltfNode& node = nodes[static_cast<std::size_t>(channel.node)];
+    node.matrix.reset();
+    node.mesh = node.skin = -1;
+    const Eigen::VectorXd value = sampled(channel, time);
+    if (channel.path == GltfPath::Translation) {
+      node.translation = value;
+    } else if (channel.path == GltfPath::Rotation) {
+      node.rotation = Eigen::Vector4d(value).normalized();
+    } else {
+      node.scale = value;
+    }
+  }
+  for (GltfNode& node : nodes) {
+    node.mesh = node.skin = -1;
+    node.weights.clear();
+  }
+}
+
+// A pose, and by how much its bones differ from the skeleton's.
+struct GltfPose {
+  Pose pose;
+  double stretch = 0;  // m, the most
+};
+
+// The skeleton's pose where its joints' nodes are placed like that. Throws DataError where a joint
+// has no axes.
+GltfPose pose_of_nodes(const GltfSkeleton& tree, const std::vector<Eigen::Matrix4d>& world,
+                       const GltfAnimation& animation, const std::string& file) {
+  const Skeleton& skeleton = tree.skeleton;
+  const Index joints = static_cast<Index>(tree.nodes.size());
+  GltfPose posed;
+  posed.pose.rotations.resize(joints, 3);
+  std::vector<Eigen::Matrix3d> rotations(static_cast<std::size_t>(joints));
+  for (Index j = 0; j < joints; ++j) {
+    const std::size_t row = static_cast<std::size_t>(j);
+    const Eigen::Matrix4d& frame_of_joint = world[static_cast<std::size_t>(tree.nodes[row])];
+    // Columns made unit: the scales of the scene are in the skeleton already.
+    Eigen::Matrix3d axes = frame_of_joint.topLeftCorner<3, 3>();
+    axes.colwise().normalize();
+    if (!axes.allFinite()) {
+      throw DataError(file, "animation " + animation.name, "a joint scaled to nothing",
+                      "scales other than 0");
+    }
+    rotations[row] = matrix_of_quaternion(quaternion_of_matrix(axes));
+    const int parent = skeleton.parents[row];
+    const Eigen::Matrix3d above = parent < 0 ? Eigen::Matrix3d::Identity().eval()
+                                             : rotations[static_cast<std::size_t>(parent)];
+    const Eigen::Matrix3d before = above * rotation_matrix(skeleton.rest_rotations.row(j));
+    posed.pose.rotations.row(j) = rotation_vector(before.transpose() * rotations[row]);
+    const Eigen::Vector3d position = frame_of_joint.topRightCorner<3, 1>();
+    if (parent < 0) {
+      posed.pose.root_translation = position - skeleton.offsets.row(0).transpose();
+    } else {
+      const Eigen::Vector3d parent_position =
+          world[static_cast<std::size_t>(tree.nodes[static_cast<std::size_t>(parent)])]
+              .topRightCorner<3, 1>();
+      posed.stretch = std::max(posed.stretch, std::abs((position - parent_position).norm() -
+                                                       skeleton.offsets.row(j).norm()));
+    }
+  }
+  return posed;
+}
+
 }  // namespace
 
 MotionClip read_gltf_motion(const GltfScene& scene, const std::string& file, std::size_t index,
@@ -94,110 +230,25 @@ MotionClip read_gltf_motion(const GltfScene& scene, const std::string& file, std
     throw DataError(file, "animations", count == 0 ? "none" : std::to_string(count),
                     index == 0 ? "a motion" : "animation " + std::to_string(index));
   }
-  int skin = 0;
-  for (const GltfNode& node : scene.nodes) {
-    if (node.mesh >= 0 && node.skin >= 0) {
-      skin = node.skin;
-      break;
-    }
-  }
-  const GltfSkeleton tree = gltf_skeleton(scene, skin, file);
+  const GltfSkeleton tree = gltf_skeleton(scene, first_worn_skin(scene), file);
   const GltfAnimation& animation = scene.animations[index];
-  double first = 0;
-  double last = 0;
-  bool moves = false;
-  for (const GltfChannel& channel : animation.channels) {
-    if (channel.times.empty()) {
-      continue;
-    }
-    first = moves ? std::min(first, channel.times.front()) : channel.times.front();
-    last = moves ? std::max(last, channel.times.back()) : channel.times.back();
-    moves =
-        moves || std::find(tree.nodes.begin(), tree.nodes.end(), channel.node) != tree.nodes.end();
-  }
-  if (!moves) {
-    throw DataError(file, "animation " + animation.name, "no channel that moves a joint",
-                    "rotations of the skin's joints");
-  }
+  const GltfFrames frames =
+      frames_of(animation, time_span(animation, tree, file), options, limits, file);
   MotionClip clip;
   clip.name = animation.name.empty() ? file : animation.name;
   clip.skeleton = tree.skeleton;
   clip.findings = tree.findings;
-  const std::vector<double> keys = even_times(animation);
-  clip.motion.fps = options.fps > 0 ? options.fps
-                    : keys.empty()  ? kDefaultRate
-                                    : rate_of_even(keys);
-  // Frames at the keys themselves where these span the animation; times are rounded to float in the
-  // file, which must not cost the last frame.
-  const bool at_keys =
-      options.fps <= 0 && !keys.empty() && keys.front() == first && keys.back() == last;
-  const double frames = at_keys ? static_cast<double>(keys.size())
-                                : std::floor((last - first) * clip.motion.fps + 1e-2) + 1;
-  if (!(frames >= 1 && frames <= static_cast<double>(limits.frames))) {
-    throw DataError(file, "animation " + animation.name, std::to_string(last - first) + " seconds",
-                    "at most " + std::to_string(limits.frames) + " frames");
-  }
-  const Index joints = static_cast<Index>(tree.nodes.size());
+  clip.motion.fps = frames.fps;
   double stretch = 0;
   GltfScene posed;
   posed.nodes = scene.nodes;
   posed.roots = scene.roots;
-  for (int frame = 0; frame < static_cast<int>(frames); ++frame) {
-    const double time =
-        at_keys ? keys[static_cast<std::size_t>(frame)] : first + frame / clip.motion.fps;
-    for (const GltfChannel& channel : animation.channels) {
-      if (channel.times.empty() || channel.node < 0 || channel.path == GltfPath::Weights) {
-        continue;
-      }
-      GltfNode& node = posed.nodes[static_cast<std::size_t>(channel.node)];
-      node.matrix.reset();
-      node.mesh = node.skin = -1;
-      const Eigen::VectorXd value = sampled(channel, time);
-      if (channel.path == GltfPath::Translation) {
-        node.translation = value;
-      } else if (channel.path == GltfPath::Rotation) {
-        node.rotation = Eigen::Vector4d(value).normalized();
-      } else {
-        node.scale = value;
-      }
-    }
-    for (GltfNode& node : posed.nodes) {
-      node.mesh = node.skin = -1;
-      node.weights.clear();
-    }
-    const std::vector<Eigen::Matrix4d> world = world_from_nodes(posed);
-    Pose pose;
-    pose.rotations.resize(joints, 3);
-    std::vector<Eigen::Matrix3d> rotations(static_cast<std::size_t>(joints));
-    for (Index j = 0; j < joints; ++j) {
-      const std::size_t row = static_cast<std::size_t>(j);
-      const Eigen::Matrix4d& frame_of_joint = world[static_cast<std::size_t>(tree.nodes[row])];
-      // Columns made unit: the scales of the scene are in the skeleton already.
-      Eigen::Matrix3d axes = frame_of_joint.topLeftCorner<3, 3>();
-      axes.colwise().normalize();
-      if (!axes.allFinite()) {
-        throw DataError(file, "animation " + animation.name, "a joint scaled to nothing",
-                        "scales other than 0");
-      }
-      rotations[row] = matrix_of_quaternion(quaternion_of_matrix(axes));
-      const int parent = clip.skeleton.parents[row];
-      const Eigen::Matrix3d above = parent < 0 ? Eigen::Matrix3d::Identity().eval()
-                                               : rotations[static_cast<std::size_t>(parent)];
-      const Eigen::Matrix3d before = above * rotation_matrix(clip.skeleton.rest_rotations.row(j));
-      pose.rotations.row(j) = rotation_vector(before.transpose() * rotations[row]);
-      const Eigen::Vector3d position = frame_of_joint.topRightCorner<3, 1>();
-      if (parent < 0) {
-        pose.root_translation = position - clip.skeleton.offsets.row(0).transpose();
-      } else {
-        const Eigen::Vector3d parent_position =
-            world[static_cast<std::size_t>(tree.nodes[static_cast<std::size_t>(parent)])]
-                .topRightCorner<3, 1>();
-        stretch = std::max(stretch, std::abs((position - parent_position).norm() -
-                                             clip.skeleton.offsets.row(j).norm()));
-      }
-    }
-    clip.motion.poses.push_back(std::move(pose));
-    clip.motion.frame_ids.push_back(frame);
+  for (const double time : frames.times) {
+    pose_nodes(animation, time, posed.nodes);
+    GltfPose pose = pose_of_nodes(tree, world_from_nodes(posed), animation, file);
+    stretch = std::max(stretch, pose.stretch);
+    clip.motion.frame_ids.push_back(static_cast<int>(clip.motion.frame_ids.size()));
+    clip.motion.poses.push_back(std::move(pose.pose));
   }
   if (stretch > kUnsaidStretch) {
     clip.findings.push_back(

@@ -52,129 +52,131 @@ const Table& middle_table() {
   return table;
 }
 
-// Of a side; places are the left side's.
+// Where markers of a side sit; places are the left side's.
+constexpr MarkerRow kHip = {"hip", 0, 0, 0, true};
+constexpr MarkerRow kKnee = {"knee", 0, 0, 0, true};
+constexpr MarkerRow kAnkle = {"ankle", 0, 0, 0, true};
+constexpr MarkerRow kShoulder = {"shoulder", 0, 0, 0, true};
+constexpr MarkerRow kElbow = {"elbow", 0, 0, 0, true};
+constexpr MarkerRow kWrist = {"wrist", 0, 0, 0, true};
+constexpr MarkerRow kAsis = {"pelvis", 70, 25, 55};
+constexpr MarkerRow kPsis = {"pelvis", 28, 27, -60};
+constexpr MarkerRow kKneeOut = {"knee", 32, 0, 0};
+constexpr MarkerRow kKneeIn = {"knee", -30, 0, 0};
+constexpr MarkerRow kAnkleOut = {"ankle", 22, -2, -5};
+constexpr MarkerRow kAnkleIn = {"ankle", -20, 3, 2};
+constexpr MarkerRow kHeel = {"ankle", -2, -25, -34};
+constexpr MarkerRow kToeTip = {"foot", -14, -3, 34};
+constexpr MarkerRow kToeBig = {"foot", -16, 0, 2};
+constexpr MarkerRow kToeSmall = {"foot", 22, -5, 6};
+constexpr MarkerRow kAcromion = {"collar", 82, 25, -8};
+constexpr MarkerRow kElbowOut = {"elbow", 17, 17, -4};
+constexpr MarkerRow kElbowIn = {"elbow", -14, -14, 0};
+constexpr MarkerRow kWristThumb = {"wrist", 0, 0, 18};
+constexpr MarkerRow kWristLittle = {"wrist", 0, 0, -18};
+constexpr MarkerRow kThigh = {"hip", 54, -120, 0};
+constexpr MarkerRow kThighFront = {"hip", 9, -130, 50};
+constexpr MarkerRow kThighBack = {"hip", 40, -150, -20};
+constexpr MarkerRow kShank = {"knee", 35, -110, 0};
+constexpr MarkerRow kShankFront = {"knee", 5, -90, 30};
+constexpr MarkerRow kShankBack = {"knee", 25, -120, -25};
+constexpr MarkerRow kFinger = {"wrist", 42, -28, 5};
+
+// Of a side: what laboratories and detectors call these places.
 const Table& side_table() {
-  static const MarkerRow hip = {"hip", 0, 0, 0, true};
-  static const MarkerRow knee = {"knee", 0, 0, 0, true};
-  static const MarkerRow ankle = {"ankle", 0, 0, 0, true};
-  static const MarkerRow shoulder = {"shoulder", 0, 0, 0, true};
-  static const MarkerRow elbow = {"elbow", 0, 0, 0, true};
-  static const MarkerRow wrist = {"wrist", 0, 0, 0, true};
-  static const MarkerRow asis = {"pelvis", 70, 25, 55};
-  static const MarkerRow psis = {"pelvis", 28, 27, -60};
-  static const MarkerRow knee_out = {"knee", 32, 0, 0};
-  static const MarkerRow knee_in = {"knee", -30, 0, 0};
-  static const MarkerRow ankle_out = {"ankle", 22, -2, -5};
-  static const MarkerRow ankle_in = {"ankle", -20, 3, 2};
-  static const MarkerRow heel = {"ankle", -2, -25, -34};
-  static const MarkerRow toe_tip = {"foot", -14, -3, 34};
-  static const MarkerRow toe_big = {"foot", -16, 0, 2};
-  static const MarkerRow toe_small = {"foot", 22, -5, 6};
-  static const MarkerRow acromion = {"collar", 82, 25, -8};
-  static const MarkerRow elbow_out = {"elbow", 17, 17, -4};
-  static const MarkerRow elbow_in = {"elbow", -14, -14, 0};
-  static const MarkerRow wrist_thumb = {"wrist", 0, 0, 18};
-  static const MarkerRow wrist_little = {"wrist", 0, 0, -18};
-  static const MarkerRow thigh = {"hip", 54, -120, 0};
-  static const MarkerRow thigh_front = {"hip", 9, -130, 50};
-  static const MarkerRow thigh_back = {"hip", 40, -150, -20};
-  static const MarkerRow shank = {"knee", 35, -110, 0};
-  static const MarkerRow shank_front = {"knee", 5, -90, 30};
-  static const MarkerRow shank_back = {"knee", 25, -120, -25};
-  static const MarkerRow finger = {"wrist", 42, -28, 5};
   static const Table table = {
       // Joint centres and keypoints.
-      {"hip", hip},
-      {"hjc", hip},
-      {"knee", knee},
-      {"kjc", knee},
-      {"ankle", ankle},
-      {"ajc", ankle},
-      {"shoulder", shoulder},
-      {"sjc", shoulder},
-      {"elbow", elbow},
-      {"ejc", elbow},
-      {"wrist", wrist},
-      {"wjc", wrist},
+      {"hip", kHip},
+      {"hjc", kHip},
+      {"knee", kKnee},
+      {"kjc", kKnee},
+      {"ankle", kAnkle},
+      {"ajc", kAnkle},
+      {"shoulder", kShoulder},
+      {"sjc", kShoulder},
+      {"elbow", kElbow},
+      {"ejc", kElbow},
+      {"wrist", kWrist},
+      {"wjc", kWrist},
       {"bigtoe", {"foot", -14, -2, 28}},
       {"smalltoe", {"foot", 23, -7, 9}},
-      {"heel", heel},
+      {"heel", kHeel},
       {"eye", {"head", 18, 42, 55}},
       {"ear", {"head", 46, 31, -2}},
       // Plug-in Gait, with medial and cluster markers that laboratories add.
-      {"asi", asis},
-      {"asis", asis},
-      {"psi", psis},
-      {"psis", psis},
-      {"thi", thigh},
-      {"kne", knee_out},
-      {"mkne", knee_in},
-      {"knm", knee_in},
-      {"kneem", knee_in},
-      {"tib", shank},
-      {"ank", ankle_out},
-      {"mank", ankle_in},
-      {"anm", ankle_in},
-      {"mma", ankle_in},
-      {"hee", heel},
+      {"asi", kAsis},
+      {"asis", kAsis},
+      {"psi", kPsis},
+      {"psis", kPsis},
+      {"thi", kThigh},
+      {"kne", kKneeOut},
+      {"mkne", kKneeIn},
+      {"knm", kKneeIn},
+      {"kneem", kKneeIn},
+      {"tib", kShank},
+      {"ank", kAnkleOut},
+      {"mank", kAnkleIn},
+      {"anm", kAnkleIn},
+      {"mma", kAnkleIn},
+      {"hee", kHeel},
       {"toe", {"ankle", 3, -15, 72}},
-      {"mt1", toe_big},
-      {"mt5", toe_small},
-      {"sho", acromion},
+      {"mt1", kToeBig},
+      {"mt5", kToeSmall},
+      {"sho", kAcromion},
       {"upa", {"shoulder", 77, -37, 0}},
-      {"elb", elbow_out},
-      {"melb", elbow_in},
-      {"elbm", elbow_in},
+      {"elb", kElbowOut},
+      {"melb", kElbowIn},
+      {"elbm", kElbowIn},
       {"frm", {"elbow", 62, -37, 0}},
       {"fra", {"elbow", 62, -37, 0}},
-      {"wra", wrist_thumb},
-      {"wrb", wrist_little},
-      {"fin", finger},
+      {"wra", kWristThumb},
+      {"wrb", kWristLittle},
+      {"fin", kFinger},
       {"fhd", {"head", 32, 60, 55}},
       {"bhd", {"head", 32, 60, -50}},
       // CMU: a belt instead of the hip bones, shins.
-      {"fwt", asis},
-      {"bwt", psis},
-      {"shn", shank},
+      {"fwt", kAsis},
+      {"bwt", kPsis},
+      {"shn", kShank},
       // OpenSim: gait2392 and Rajagopal.
-      {"acromium", acromion},
-      {"acromion", acromion},
-      {"acr", acromion},
+      {"acromium", kAcromion},
+      {"acromion", kAcromion},
+      {"acr", kAcromion},
       {"bicep", {"shoulder", 50, -60, 25}},
-      {"elbowlat", elbow_out},
-      {"elbowmed", elbow_in},
-      {"lel", elbow_out},
-      {"mel", elbow_in},
-      {"wristlat", wrist_thumb},
-      {"wristmed", wrist_little},
-      {"faradius", wrist_thumb},
-      {"faulna", wrist_little},
-      {"thighupper", thigh},
-      {"thighfront", thigh_front},
-      {"thighrear", thigh_back},
-      {"th1", thigh},
-      {"th2", thigh_front},
-      {"th3", thigh_back},
-      {"kneelat", knee_out},
-      {"kneemed", knee_in},
-      {"lfc", knee_out},
-      {"mfc", knee_in},
-      {"shankupper", shank},
-      {"shankfront", shank_front},
-      {"shankrear", shank_back},
-      {"tb1", shank},
-      {"tb2", shank_front},
-      {"tb3", shank_back},
-      {"anklelat", ankle_out},
-      {"anklemed", ankle_in},
-      {"lmal", ankle_out},
-      {"mmal", ankle_in},
-      {"cal", heel},
+      {"elbowlat", kElbowOut},
+      {"elbowmed", kElbowIn},
+      {"lel", kElbowOut},
+      {"mel", kElbowIn},
+      {"wristlat", kWristThumb},
+      {"wristmed", kWristLittle},
+      {"faradius", kWristThumb},
+      {"faulna", kWristLittle},
+      {"thighupper", kThigh},
+      {"thighfront", kThighFront},
+      {"thighrear", kThighBack},
+      {"th1", kThigh},
+      {"th2", kThighFront},
+      {"th3", kThighBack},
+      {"kneelat", kKneeOut},
+      {"kneemed", kKneeIn},
+      {"lfc", kKneeOut},
+      {"mfc", kKneeIn},
+      {"shankupper", kShank},
+      {"shankfront", kShankFront},
+      {"shankrear", kShankBack},
+      {"tb1", kShank},
+      {"tb2", kShankFront},
+      {"tb3", kShankBack},
+      {"anklelat", kAnkleOut},
+      {"anklemed", kAnkleIn},
+      {"lmal", kAnkleOut},
+      {"mmal", kAnkleIn},
+      {"cal", kHeel},
       {"midfootsup", {"ankle", 3, -5, 50}},
       {"midfootlat", {"ankle", 27, -28, 35}},
-      {"toelat", toe_small},
-      {"toemed", toe_big},
-      {"toetip", toe_tip},
+      {"toelat", kToeSmall},
+      {"toemed", kToeBig},
+      {"toetip", kToeTip},
   };
   return table;
 }

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <unordered_map>
 #include <utility>
 #include <vector>
@@ -116,141 +117,182 @@ class Remesher {
     }
   }
 
+  // What collapsing goes by within a pass.
+  struct CollapsePass {
+    std::vector<char> border;              // of vertices
+    std::vector<std::vector<int>> around;  // faces of each vertex
+    std::vector<char> touched;             // vertices beside what has collapsed: for the next pass
+    std::vector<char> dead;                // faces that are gone
+  };
+
+  // An edge drawn together: `gone` becomes `keep`, which moves to `place`.
+  struct Collapse {
+    int keep, gone;
+    Vec3d place;
+    std::vector<int> ring_keep, ring_gone;  // vertices round each, without the two, sorted
+  };
+
+  CollapsePass begin_collapses(const std::vector<Edge>& list) const {
+    CollapsePass pass;
+    pass.border.assign(mesh_.points.size(), 0);
+    pass.around.resize(mesh_.points.size());
+    pass.touched.assign(mesh_.points.size(), 0);
+    pass.dead.assign(mesh_.faces.size(), 0);
+    for (std::size_t f = 0; f < mesh_.faces.size(); ++f) {
+      for (int v : mesh_.faces[f]) {
+        pass.around[static_cast<std::size_t>(v)].push_back(static_cast<int>(f));
+      }
+    }
+    for (const Edge& e : list) {
+      if (e.face[1] < 0) {
+        pass.border[static_cast<std::size_t>(e.a)] = 1;
+        pass.border[static_cast<std::size_t>(e.b)] = 1;
+      }
+    }
+    return pass;
+  }
+
+  // Edges well below their length, the shortest for their place first.
+  std::vector<std::size_t> short_edges(const std::vector<Edge>& list) const {
+    std::vector<std::pair<double, std::size_t>> order;
+    for (std::size_t i = 0; i < list.size(); ++i) {
+      const double ratio = length(list[i].a, list[i].b) / target(list[i].a, list[i].b);
+      if (ratio < 4.0 / 5) {
+        order.push_back({ratio, i});
+      }
+    }
+    std::sort(order.begin(), order.end());
+    std::vector<std::size_t> edges;
+    for (const auto& [ratio, i] : order) {
+      edges.push_back(i);
+    }
+    return edges;
+  }
+
+  // How an edge would collapse; none where its surroundings have changed in this pass, where the
+  // border would move inwards or where the surface would be pinched.
+  std::optional<Collapse> planned_collapse(const Edge& e, const CollapsePass& pass) const {
+    int keep = e.a;
+    int gone = e.b;
+    const bool is_border = e.face[1] < 0;
+    const std::vector<char>& border = pass.border;
+    if (border[static_cast<std::size_t>(gone)] && !border[static_cast<std::size_t>(keep)]) {
+      std::swap(keep, gone);
+    }
+    if (border[static_cast<std::size_t>(keep)] && border[static_cast<std::size_t>(gone)] &&
+        !is_border) {
+      return {};
+    }
+    const bool middle =
+        border[static_cast<std::size_t>(keep)] == border[static_cast<std::size_t>(gone)];
+    Collapse collapse{keep, gone, middle ? 0.5 * (at(keep) + at(gone)) : at(keep), {}, {}};
+    for (int which = 0; which < 2; ++which) {
+      std::vector<int>& ring = which == 0 ? collapse.ring_keep : collapse.ring_gone;
+      for (int f : pass.around[static_cast<std::size_t>(which == 0 ? keep : gone)]) {
+        if (pass.dead[static_cast<std::size_t>(f)]) {
+          return {};
+        }
+        for (int v : mesh_.faces[static_cast<std::size_t>(f)]) {
+          if (pass.touched[static_cast<std::size_t>(v)]) {
+            return {};
+          }
+          if (v != keep && v != gone) {
+            ring.push_back(v);
+          }
+        }
+      }
+      std::sort(ring.begin(), ring.end());
+      ring.erase(std::unique(ring.begin(), ring.end()), ring.end());
+    }
+    std::vector<int> common;
+    std::set_intersection(collapse.ring_keep.begin(), collapse.ring_keep.end(),
+                          collapse.ring_gone.begin(), collapse.ring_gone.end(),
+                          std::back_inserter(common));
+    if (common.size() != (is_border ? 1u : 2u)) {
+      return {};  // the link condition: anything else would pinch the surface
+    }
+    return collapse;
+  }
+
+  // Whether no face turns much, vanishes or gets an edge that would be split again.
+  bool keeps_shape(const Collapse& collapse, const CollapsePass& pass) const {
+    for (const int end : {collapse.keep, collapse.gone}) {
+      for (int f : pass.around[static_cast<std::size_t>(end)]) {
+        const Face& face = mesh_.faces[static_cast<std::size_t>(f)];
+        Vec3d before[3], after[3];
+        int hits = 0;
+        for (std::size_t c = 0; c < 3; ++c) {
+          before[c] = at(face[c]);
+          const bool moved = face[c] == collapse.keep || face[c] == collapse.gone;
+          hits += moved;
+          after[c] = moved ? collapse.place : before[c];
+        }
+        if (hits == 2) {
+          continue;  // a face of the edge: it goes
+        }
+        const Vec3d n0 = cross(before[1] - before[0], before[2] - before[0]);
+        const Vec3d n1 = cross(after[1] - after[0], after[2] - after[0]);
+        if (dot(n0, n1) < 0.6 * norm(n0) * norm(n1) || norm(n1) < 1e-12) {
+          return false;
+        }
+        for (std::size_t c = 0; c < 3; ++c) {
+          if (norm(after[c] - after[(c + 1) % 3]) >
+              1.35 * scale_ * human_edge_length(field_, 0.5 * (after[c] + after[(c + 1) % 3]))) {
+            return false;
+          }
+        }
+      }
+    }
+    return true;
+  }
+
+  void apply_collapse(const Edge& e, const Collapse& collapse, CollapsePass& pass) {
+    for (int f : e.face) {
+      if (f >= 0) {
+        pass.dead[static_cast<std::size_t>(f)] = 1;
+      }
+    }
+    for (int f : pass.around[static_cast<std::size_t>(collapse.gone)]) {
+      for (int& v : mesh_.faces[static_cast<std::size_t>(f)]) {
+        if (v == collapse.gone) {
+          v = collapse.keep;
+        }
+      }
+    }
+    mesh_.points[static_cast<std::size_t>(collapse.keep)] = collapse.place;
+    for (const std::vector<int>* ring : {&collapse.ring_keep, &collapse.ring_gone}) {
+      for (int v : *ring) {
+        pass.touched[static_cast<std::size_t>(v)] = 1;
+      }
+    }
+    pass.touched[static_cast<std::size_t>(collapse.keep)] = 1;
+    pass.touched[static_cast<std::size_t>(collapse.gone)] = 1;
+  }
+
+  void drop_dead_faces(const std::vector<char>& dead) {
+    std::vector<Face> alive;
+    for (std::size_t f = 0; f < mesh_.faces.size(); ++f) {
+      if (!dead[f]) {
+        alive.push_back(mesh_.faces[f]);
+      }
+    }
+    mesh_.faces = std::move(alive);
+    compact();
+  }
+
   void collapse() {
-    for (int pass = 0; pass < 6; ++pass) {
+    for (int round = 0; round < 6; ++round) {
       const std::vector<Edge> list = edges();
-      std::vector<char> border(mesh_.points.size(), 0);
-      std::vector<std::vector<int>> around(mesh_.points.size());
-      for (std::size_t f = 0; f < mesh_.faces.size(); ++f) {
-        for (int v : mesh_.faces[f]) {
-          around[static_cast<std::size_t>(v)].push_back(static_cast<int>(f));
-        }
-      }
-      std::vector<std::pair<double, std::size_t>> order;
-      for (std::size_t i = 0; i < list.size(); ++i) {
-        if (list[i].face[1] < 0) {
-          border[static_cast<std::size_t>(list[i].a)] = 1;
-          border[static_cast<std::size_t>(list[i].b)] = 1;
-        }
-        const double ratio = length(list[i].a, list[i].b) / target(list[i].a, list[i].b);
-        if (ratio < 4.0 / 5) {
-          order.push_back({ratio, i});
-        }
-      }
-      std::sort(order.begin(), order.end());
-      std::vector<char> touched(mesh_.points.size(), 0);
-      std::vector<char> dead(mesh_.faces.size(), 0);
+      CollapsePass pass = begin_collapses(list);
       bool any = false;
-      for (const auto& [ratio, i] : order) {
-        const Edge& e = list[i];
-        int keep = e.a;
-        int gone = e.b;
-        const bool is_border = e.face[1] < 0;
-        if (border[static_cast<std::size_t>(gone)] && !border[static_cast<std::size_t>(keep)]) {
-          std::swap(keep, gone);
-        }
-        if (border[static_cast<std::size_t>(keep)] && border[static_cast<std::size_t>(gone)] &&
-            !is_border) {
-          continue;
-        }
-        const bool middle =
-            border[static_cast<std::size_t>(keep)] == border[static_cast<std::size_t>(gone)];
-        const Vec3d p = middle ? 0.5 * (at(keep) + at(gone)) : at(keep);
-        // Neighbourhoods.
-        std::vector<int> ring_keep, ring_gone;
-        bool free = true;
-        for (int which = 0; which < 2; ++which) {
-          for (int f : around[static_cast<std::size_t>(which == 0 ? keep : gone)]) {
-            free = free && !dead[static_cast<std::size_t>(f)];
-            for (int v : mesh_.faces[static_cast<std::size_t>(f)]) {
-              free = free && !touched[static_cast<std::size_t>(v)];
-              if (v != keep && v != gone) {
-                (which == 0 ? ring_keep : ring_gone).push_back(v);
-              }
-            }
-          }
-        }
-        if (!free) {
-          continue;
-        }
-        const auto unique = [](std::vector<int>& ring) {
-          std::sort(ring.begin(), ring.end());
-          ring.erase(std::unique(ring.begin(), ring.end()), ring.end());
-        };
-        unique(ring_keep);
-        unique(ring_gone);
-        std::vector<int> common;
-        std::set_intersection(ring_keep.begin(), ring_keep.end(), ring_gone.begin(),
-                              ring_gone.end(), std::back_inserter(common));
-        if (common.size() != (is_border ? 1u : 2u)) {
-          continue;  // the link condition: anything else would pinch the surface
-        }
-        bool good = true;
-        for (int which = 0; which < 2 && good; ++which) {
-          for (int f : around[static_cast<std::size_t>(which == 0 ? keep : gone)]) {
-            const Face& face = mesh_.faces[static_cast<std::size_t>(f)];
-            bool both = false;
-            Vec3d before[3], after[3];
-            int hits = 0;
-            for (std::size_t c = 0; c < 3; ++c) {
-              before[c] = at(face[c]);
-              const bool moved = face[c] == keep || face[c] == gone;
-              hits += moved;
-              after[c] = moved ? p : before[c];
-            }
-            both = hits == 2;
-            if (both) {
-              continue;
-            }
-            const Vec3d n0 = cross(before[1] - before[0], before[2] - before[0]);
-            const Vec3d n1 = cross(after[1] - after[0], after[2] - after[0]);
-            if (dot(n0, n1) < 0.6 * norm(n0) * norm(n1) || norm(n1) < 1e-12) {
-              good = false;
-              break;
-            }
-            for (std::size_t c = 0; c < 3; ++c) {
-              if (norm(after[c] - after[(c + 1) % 3]) >
-                  1.35 * scale_ *
-                      human_edge_length(field_, 0.5 * (after[c] + after[(c + 1) % 3]))) {
-                good = false;
-              }
-            }
-          }
-        }
-        if (!good) {
-          continue;
-        }
-        for (int f : e.face) {
-          if (f >= 0) {
-            dead[static_cast<std::size_t>(f)] = 1;
-          }
-        }
-        for (int f : around[static_cast<std::size_t>(gone)]) {
-          for (int& v : mesh_.faces[static_cast<std::size_t>(f)]) {
-            if (v == gone) {
-              v = keep;
-            }
-          }
-        }
-        mesh_.points[static_cast<std::size_t>(keep)] = p;
-        for (int v : ring_keep) {
-          touched[static_cast<std::size_t>(v)] = 1;
-        }
-        for (int v : ring_gone) {
-          touched[static_cast<std::size_t>(v)] = 1;
-        }
-        touched[static_cast<std::size_t>(keep)] = 1;
-        touched[static_cast<std::size_t>(gone)] = 1;
-        any = true;
-      }
-      std::vector<Face> alive;
-      for (std::size_t f = 0; f < mesh_.faces.size(); ++f) {
-        if (!dead[f]) {
-          alive.push_back(mesh_.faces[f]);
+      for (const std::size_t i : short_edges(list)) {
+        const std::optional<Collapse> collapse = planned_collapse(list[i], pass);
+        if (collapse && keeps_shape(*collapse, pass)) {
+          apply_collapse(list[i], *collapse, pass);
+          any = true;
         }
       }
-      mesh_.faces = std::move(alive);
-      compact();
+      drop_dead_faces(pass.dead);
       if (!any) {
         return;
       }

@@ -191,14 +191,14 @@ ScanLookup scan_lookup(const ScanPoints& scan) {
 }
 
 std::vector<SurfaceMatch> match_model(const BodySurface& surface, const Eigen::VectorXd& areas,
-                                      const ScanPoints& scan, const ScanLookup& lookup, Index count,
-                                      int turn, const MatchOptions& options) {
+                                      const ScanPoints& scan, const ScanLookup& lookup,
+                                      const AskingVertices& asking, const MatchOptions& options) {
   ATELIER_CHECK(areas.size() == surface.vertices.rows(), "an area for each vertex of the body");
   if (scan.points.rows() == 0) {
     return {};
   }
-  const Index wanted = count > 0 ? std::min(count, areas.size()) : areas.size();
-  const std::vector<Index> vertices = sampled_rows(areas, wanted, turn);
+  const Index wanted = asking.count > 0 ? std::min(asking.count, areas.size()) : areas.size();
+  const std::vector<Index> vertices = sampled_rows(areas, wanted, asking.turn);
   const double weight =
       areas.sum() / scan.areas.sum() / std::max(1.0, static_cast<double>(vertices.size()));
   std::vector<SurfaceMatch> matches;

@@ -69,14 +69,21 @@ struct ScanLookup {
 /// O(N log N). A scan without points gives an empty one.
 ScanLookup scan_lookup(const ScanPoints& scan);
 
-/// The other way: the nearest point of the scan for about `count` of the body's vertices, spread
-/// evenly over `areas` [V] m2 (of the body at rest), 0: for all. Only skin is matched, within reach
+/// Which vertices of the body ask for what the scan has there.
+struct AskingVertices {
+  Index count = 0;  ///< about so many, spread evenly over the body; 0: all
+  int turn = 0;     ///< chooses other ones
+};
+
+/// The other way: the nearest point of the scan for vertices of the body, which have `areas` [V] m2
+/// (of the body at rest). Only skin is matched, within reach
 /// and with normals that agree; vertices that look at a hole or past the scan's border (their
 /// nearest point lies sideways) are left out. Weights are shares of the scan's area.
 /// O(count log N).
 std::vector<SurfaceMatch> match_model(const BodySurface& surface, const Eigen::VectorXd& areas,
-                                      const ScanPoints& scan, const ScanLookup& lookup, Index count,
-                                      int turn = 0, const MatchOptions& options = {});
+                                      const ScanPoints& scan, const ScanLookup& lookup,
+                                      const AskingVertices& asking,
+                                      const MatchOptions& options = {});
 
 /// Root mean square distance, metres, of matches along their normals from a posed body's vertices
 /// [V,3], and how much of the scan they are.

@@ -285,7 +285,7 @@ class Sequencer {
       return matches;
     }
     std::vector<SurfaceMatch> back = match_model(surface, areas_, *scans_[f], lookups_[f],
-                                                 options_.samples / kModelSamples, round);
+                                                 {options_.samples / kModelSamples, round});
     for (SurfaceMatch& match : matches) {
       match.weight *= match.cloth ? 1 : 1 - options_.model_to_scan;
     }

@@ -130,24 +130,6 @@ double row_weight(const PlaneRow& row, const Points& x) {
   return weight_at(row, residual(row, x));
 }
 
-double vertex_energy(const VertexEnergy& energy, const Points& x) {
-  check_energy(energy, x);
-  double sum = 0;
-  for (Index e = 0; e < energy.edges.rows(); ++e) {
-    sum += energy.edge_weights[e] *
-           (x.row(energy.edges(e, 0)) - x.row(energy.edges(e, 1)) - energy.edge_vectors.row(e))
-               .squaredNorm();
-  }
-  for (Index v = 0; v < x.rows(); ++v) {
-    sum += energy.anchor_weights[v] * (x.row(v) - energy.anchors.row(v)).squaredNorm();
-  }
-  for (const PlaneRow& row : energy.rows) {
-    const double r = residual(row, x);
-    sum += row.weight * r * r / (row.scale > 0 ? 1 + r * r / (row.scale * row.scale) : 1);
-  }
-  return sum;
-}
-
 Points vertex_energy_gradient(const VertexEnergy& energy, const Points& x) {
   check_energy(energy, x);
   Points gradient = Points::Zero(x.rows(), 3);

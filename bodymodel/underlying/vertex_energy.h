@@ -35,10 +35,8 @@ struct VertexEnergy {
 /// The weight with which a row pulls at x, m2: its own, less where it saturates.
 double row_weight(const PlaneRow& row, const Points& x);
 
-/// Its value, m4. Throws LogicError for sizes that do not agree or indices out of range.
-double vertex_energy(const VertexEnergy& energy, const Points& x);
-
-/// Its gradient, [V,3] m3.
+/// The gradient of its value, [V,3] m3. Throws LogicError for sizes that do not agree or indices
+/// out of range.
 Points vertex_energy_gradient(const VertexEnergy& energy, const Points& x);
 
 struct VertexMinimumOptions {

@@ -105,14 +105,14 @@ DrawnSurfaces asked_of(const JudgedScenes& scenes, std::size_t own, std::size_t 
   surface.fewest_pixels = own == 0 ? 0 : surface.fewest_pixels;  // clothes may hide all of a body
   surface.which = in_truth;
   surface.atlas = pack_atlas(scenes.truth.templates[in_truth]);
-  drawn.truth = prepare_appearance(scenes.truth.subject, surface, cameras, scenes.frame_ids);
+  drawn.truth = prepare_appearance(scenes.truth.subject, surface, {cameras, scenes.frame_ids});
   surface.which = own;
   surface.atlas = atlas;
   surface.trusted_only = false;
   PrepareAppearanceOptions as_learnt;
   as_learnt.occlusion = occlusion;
   drawn.own =
-      prepare_appearance(scenes.own.subject, surface, cameras, scenes.frame_ids, {}, as_learnt);
+      prepare_appearance(scenes.own.subject, surface, {cameras, scenes.frame_ids}, as_learnt);
   return drawn;
 }
 

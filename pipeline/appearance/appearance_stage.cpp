@@ -332,8 +332,8 @@ void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
     } else {
       std::vector<LabelAgreement> agreement;
       const AppearanceData fresh =
-          prepare_appearance(worn.subject, surface, seen.cameras, frames, picture, options.prepare,
-                             run.device(), &agreement);
+          prepare_appearance(worn.subject, surface, {seen.cameras, frames, picture},
+                             options.prepare, run.device(), &agreement);
       if (which >= worn.first_garment) {  // hair and shoes hide a body, and no result has them
         tell_strange_labels(run, fresh, agreement);
       }

@@ -121,7 +121,7 @@ ClothOptions cloth_options(const SimulateOptions& options) {
 
 void relax_scene(SimulationScene& scene, const SimulateOptions& options, Device device) {
   RelaxedGarment relaxed = relax_gravity(
-      scene.garments[0], {}, scene.body ? scene.body(0) : Points(0, 3), scene.body_faces,
+      {scene.garments[0], {}, scene.body ? scene.body(0) : Points(0, 3), scene.body_faces},
       cloth_options(options), scene_solver(scene, options), options.relaxing, device);
   if (scene.body && options.solver.thickness < 0) {
     scene.thickness = relaxed.gap;

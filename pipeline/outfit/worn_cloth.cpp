@@ -106,7 +106,7 @@ RelaxedGarment unloaded(const WornGarment& worn, const Points& body, const Trian
   solver.time_step = 1 / options.rate;
   // As it will be simulated: one distance for all that is worn.
   solver.thickness = options.contact > 0 ? options.contact : contact_distance(worn.garment);
-  return relax_gravity(worn.garment, {}, body, body_faces, cloth_options(options), solver,
+  return relax_gravity({worn.garment, {}, body, body_faces}, cloth_options(options), solver,
                        options.relaxing, device);
 }
 

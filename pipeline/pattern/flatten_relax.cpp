@@ -196,7 +196,7 @@ bool relax_mesh(Mesh& mesh, const FlattenGarment& of, const FlattenStageOptions&
   solver.substeps = options.substeps;
   solver.thickness = options.gap > 0 ? options.gap : -1;
   const RelaxedGarment relaxed =
-      relax_gravity(garment, held_waist(mesh, body), body.vertices, body.faces, {}, solver,
+      relax_gravity({garment, held_waist(mesh, body), body.vertices, body.faces}, {}, solver,
                     options.relaxing, Device::Cpu, [&](int round, double error) {
                       watcher.relaxed(round, options.relaxing.rounds, error);
                       return !watcher.stopped();

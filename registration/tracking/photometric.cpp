@@ -279,9 +279,11 @@ std::vector<std::vector<float>> vertex_views(const Points& x, const Triangles& f
   return seen;
 }
 
-void add_texture(GarmentTexture& texture, const ClothSamples& samples, const Points& x,
-                 const Triangles& faces, const std::vector<ViewPyramid>& views,
-                 const std::vector<std::vector<float>>& seen, int sizes) {
+void add_texture(GarmentTexture& texture, const ClothSamples& samples, const ViewedCloth& cloth,
+                 int sizes) {
+  const Triangles& faces = cloth.topology.faces;
+  const std::vector<ViewPyramid>& views = cloth.views;
+  const std::vector<std::vector<float>>& seen = cloth.seen;
   if (views.empty()) {
     return;
   }
@@ -296,7 +298,7 @@ void add_texture(GarmentTexture& texture, const ClothSamples& samples, const Poi
   }
   std::vector<std::vector<Vector2>> pixels(views.size());
   for (std::size_t c = 0; c < views.size(); ++c) {
-    pixels[c] = vertex_pixels(x, views[c].camera, seen[c]);
+    pixels[c] = vertex_pixels(cloth.x, views[c].camera, seen[c]);
   }
   const auto channels = static_cast<std::size_t>(texture.channels);
   parallel_for(faces.rows(), 64, [&](Index begin, Index end) {
@@ -357,41 +359,47 @@ void add_texture(GarmentTexture& texture, const ClothSamples& samples, const Poi
 
 namespace {
 
-/// All that both passes over the faces need.
+/// All that both passes over the faces need, at one size of the pictures.
 struct Alignment {
-  const ClothModel& model;
-  const Points& x;
+  const ViewedCloth& cloth;
   const ClothSamples& samples;
   const GarmentTexture& texture;
-  const std::vector<ViewPyramid>& views;
-  const std::vector<std::vector<float>>& seen;
   std::vector<std::vector<Vector2>> pixels;
   int level;
   double scale;
+  double noise;
 
+  const Triangles& faces() const { return cloth.topology.faces; }
   std::size_t channels() const { return static_cast<std::size_t>(texture.channels); }
+  const Image& image(std::size_t c) const {
+    return cloth.views[c].levels[static_cast<std::size_t>(level)];
+  }
+  const std::vector<float>& values() const {
+    return texture.levels[static_cast<std::size_t>(level)];
+  }
+  FaceView view_of(Index face, std::size_t c) const {
+    return face_view(faces(), face, pixels[c], cloth.seen[c]);
+  }
 
   PatchSums sums_of(Index face, std::size_t c) const {
     PatchSums sums;
-    const FaceView view = face_view(model.topology.faces, face, pixels[c], seen[c]);
+    const FaceView view = view_of(face, c);
     if (!(view.cosine > kInside)) {
       return sums;
     }
-    const Image& image = views[c].levels[static_cast<std::size_t>(level)];
-    const std::vector<float>& values = texture.levels[static_cast<std::size_t>(level)];
     for (int s = samples.offsets[static_cast<std::size_t>(face)];
          s < samples.offsets[static_cast<std::size_t>(face) + 1]; ++s) {
       const auto at = static_cast<std::size_t>(s);
       const Vector2 pixel = scale * pixel_of(view, samples.barycentric[at]);
       std::array<float, kMaxChannels> value{};
-      if (texture.known[at] == 0 || !value_at(image, pixel.x(), pixel.y(), value)) {
+      if (texture.known[at] == 0 || !value_at(image(c), pixel.x(), pixel.y(), value)) {
         continue;
       }
       const double weight = samples.areas[at];
       sums.count += weight;
       for (std::size_t k = 0; k < channels(); ++k) {
         const double I = value[k];
-        const double R = values[at * channels() + k];
+        const double R = values()[at * channels() + k];
         sums.I[k] += weight * I;
         sums.R[k] += weight * R;
         sums.II += weight * I * I;
@@ -403,41 +411,36 @@ struct Alignment {
   }
 };
 
-}  // namespace
-
-PhotometricTerm photometric_term(const ClothModel& model, const Points& x,
-                                 const ClothSamples& samples, const GarmentTexture& texture,
-                                 const std::vector<ViewPyramid>& views,
-                                 const std::vector<std::vector<float>>& seen, int level,
-                                 const PhotometricOptions& options) {
-  const Triangles& faces = model.topology.faces;
-  PhotometricTerm term;
-  term.correlation = Eigen::VectorXd::Constant(x.rows(), -1);
-  term.views = Eigen::VectorXi::Zero(x.rows());
-  if (views.empty() || texture.levels.empty()) {
-    return term;
-  }
+Alignment alignment_of(const ViewedCloth& cloth, const ClothSamples& samples,
+                       const GarmentTexture& texture, int level,
+                       const PhotometricOptions& options) {
   constexpr double kLeastNoise = 0.002;  // what averaging does not take away
   const double noise = std::max(std::ldexp(options.noise, -level), kLeastNoise);
   ATELIER_CHECK(level >= 0 && level < static_cast<int>(texture.levels.size()), "no such size");
-  Alignment align{model, x, samples, texture, views, seen, {}, level, std::ldexp(1.0, -level)};
-  for (std::size_t c = 0; c < views.size(); ++c) {
-    align.pixels.push_back(vertex_pixels(x, views[c].camera, seen[c]));
+  Alignment align{cloth, samples, texture, {}, level, std::ldexp(1.0, -level), noise};
+  for (std::size_t c = 0; c < cloth.views.size(); ++c) {
+    align.pixels.push_back(vertex_pixels(cloth.x, cloth.views[c].camera, cloth.seen[c]));
   }
-  const auto face_count = static_cast<std::size_t>(faces.rows());
-  const auto vertex_total = static_cast<std::size_t>(x.rows());
-  // Of every view: sums of faces, then of the patch around each vertex.
-  std::vector<std::vector<PatchSums>> patches(views.size());
-  const Adjacency around = vertex_faces(model.topology);
-  for (std::size_t c = 0; c < views.size(); ++c) {
-    std::vector<PatchSums> of_face(face_count);
-    parallel_for(faces.rows(), 128, [&](Index begin, Index end) {
+  return align;
+}
+
+/// Of every view: sums of the patch around each vertex.
+using Patches = std::vector<std::vector<PatchSums>>;
+
+Patches patches_of(const Alignment& align) {
+  const Index face_count = align.faces().rows();
+  const Index vertex_count = align.cloth.x.rows();
+  const Adjacency around = vertex_faces(align.cloth.topology);
+  Patches patches(align.cloth.views.size());
+  for (std::size_t c = 0; c < patches.size(); ++c) {
+    std::vector<PatchSums> of_face(static_cast<std::size_t>(face_count));
+    parallel_for(face_count, 128, [&](Index begin, Index end) {
       for (Index f = begin; f < end; ++f) {
         of_face[static_cast<std::size_t>(f)] = align.sums_of(f, c);
       }
     });
-    patches[c].resize(vertex_total);
-    parallel_for(x.rows(), 256, [&](Index begin, Index end) {
+    patches[c].resize(static_cast<std::size_t>(vertex_count));
+    parallel_for(vertex_count, 256, [&](Index begin, Index end) {
       for (Index v = begin; v < end; ++v) {
         for (const int f : around[v]) {
           patches[c][static_cast<std::size_t>(v)] += of_face[static_cast<std::size_t>(f)];
@@ -445,96 +448,146 @@ PhotometricTerm photometric_term(const ClothModel& model, const Points& x,
       }
     });
   }
-  parallel_for(x.rows(), 256, [&](Index begin, Index end) {
+  return patches;
+}
+
+/// How well each vertex's patch looks like the texture, on the mean over views.
+void correlate(const Alignment& align, const Patches& patches, PhotometricTerm& term) {
+  parallel_for(align.cloth.x.rows(), 256, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
       double sum = 0;
       for (const auto& of_view : patches) {
         const PatchSums& patch = of_view[static_cast<std::size_t>(v)];
         if (patch.count > 0) {
-          sum += moments_of(patch, texture.channels, noise).correlation;
+          sum += moments_of(patch, align.texture.channels, align.noise).correlation;
           ++term.views[v];
         }
       }
       term.correlation[v] = term.views[v] > 0 ? sum / term.views[v] : -1;
     }
   });
-  std::vector<FaceQuadratic> all(face_count);
-  std::vector<double> energies(face_count, 0);
-  parallel_for(faces.rows(), 32, [&](Index begin, Index end) {
-    for (Index f = begin; f < end; ++f) {
-      FaceQuadratic& q = all[static_cast<std::size_t>(f)];
-      q.face = -1;
-      const Vector3 centre =
-          (x.row(faces(f, 0)) + x.row(faces(f, 1)) + x.row(faces(f, 2))).transpose() / 3;
-      double total = 0;
-      double energy = 0;
-      for (std::size_t c = 0; c < views.size(); ++c) {
-        const FaceView view = face_view(faces, f, align.pixels[c], seen[c]);
-        if (!(view.cosine > kInside)) {
-          continue;
-        }
-        PatchSums patch;
-        for (int k = 0; k < 3; ++k) {
-          patch += patches[c][static_cast<std::size_t>(faces(f, k))];
-        }
-        const PatchMoments moments = moments_of(patch, texture.channels, noise);
-        const double trust = std::clamp(
-            (moments.correlation - options.bad) / (options.good - options.bad), 0.0, 1.0);
-        const auto jacobian = project_jacobian(views[c].camera, centre);
-        if (!(trust > 0) || !jacobian) {
-          continue;
-        }
-        const double weight = trust * view.cosine;
-        total += weight;
-        const Image& image = views[c].levels[static_cast<std::size_t>(level)];
-        const std::vector<float>& values = texture.levels[static_cast<std::size_t>(level)];
-        for (int s = samples.offsets[static_cast<std::size_t>(f)];
-             s < samples.offsets[static_cast<std::size_t>(f) + 1]; ++s) {
-          const auto at = static_cast<std::size_t>(s);
-          const Eigen::Vector3f& b = samples.barycentric[at];
-          const Vector2 pixel = align.scale * pixel_of(view, b);
-          Sampled sampled;
-          if (texture.known[at] == 0 || !sample_at(image, pixel.x(), pixel.y(), sampled)) {
-            continue;
-          }
-          Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();
-          Vector3 pull = Vector3::Zero();
-          for (std::size_t k = 0; k < align.channels(); ++k) {
-            const double residual =
-                (sampled.value[k] - moments.mean_I[k]) / moments.deviation_I -
-                (values[at * align.channels() + k] - moments.mean_R[k]) / moments.deviation_R;
-            const Vector3 slope =
-                align.scale / moments.deviation_I *
-                (sampled.dx[k] * jacobian->row(0) + sampled.dy[k] * jacobian->row(1)).transpose();
-            // Geman and McClure: a highlight, a wrong neighbour or the edge of a shadow that was
-            // cast elsewhere in the template's frame pulls the less the more it differs.
-            const double fall = 1 + residual * residual / (kSaturated * kSaturated);
-            const double share = weight * samples.areas[at] / (fall * fall);
-            outer += share * slope * slope.transpose();
-            pull += share * residual * slope;
-            energy += share * residual * residual;
-          }
-          for (int i = 0; i < 3; ++i) {
-            q.g.segment<3>(3 * i) += b[i] * pull;
-            for (int j = 0; j < 3; ++j) {
-              q.H.block<3, 3>(3 * i, 3 * j) += static_cast<double>(b[i]) * b[j] * outer;
-            }
-          }
-        }
-      }
-      if (total > 0) {
-        q.face = static_cast<int>(f);
-        const double factor = options.weight / std::max(total, 1.0);
-        q.H *= factor;
-        q.g *= factor;
-        energies[static_cast<std::size_t>(f)] = factor * energy;
+}
+
+/// A face's part of the energy, of second order.
+struct FaceEnergy {
+  FaceQuadratic quadratic;  ///< face -1: no view says anything
+  double energy = 0;
+};
+
+/// One view of a face, how its patch looks there, how pixels move with points, and its weight.
+struct TrustedView {
+  std::size_t c;
+  FaceView view;
+  PatchMoments moments;
+  Jacobian jacobian;
+  double weight;
+};
+
+/// Adds the residuals of a face's samples in one view, and how they change as its corners move.
+void add_residuals(const Alignment& align, Index face, const TrustedView& trusted,
+                   FaceEnergy& sum) {
+  const PatchMoments& moments = trusted.moments;
+  for (int s = align.samples.offsets[static_cast<std::size_t>(face)];
+       s < align.samples.offsets[static_cast<std::size_t>(face) + 1]; ++s) {
+    const auto at = static_cast<std::size_t>(s);
+    const Eigen::Vector3f& b = align.samples.barycentric[at];
+    const Vector2 pixel = align.scale * pixel_of(trusted.view, b);
+    Sampled sampled;
+    if (align.texture.known[at] == 0 ||
+        !sample_at(align.image(trusted.c), pixel.x(), pixel.y(), sampled)) {
+      continue;
+    }
+    Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();
+    Vector3 pull = Vector3::Zero();
+    for (std::size_t k = 0; k < align.channels(); ++k) {
+      const double residual =
+          (sampled.value[k] - moments.mean_I[k]) / moments.deviation_I -
+          (align.values()[at * align.channels() + k] - moments.mean_R[k]) / moments.deviation_R;
+      const Vector3 slope =
+          align.scale / moments.deviation_I *
+          (sampled.dx[k] * trusted.jacobian.row(0) + sampled.dy[k] * trusted.jacobian.row(1))
+              .transpose();
+      // Geman and McClure: a highlight, a wrong neighbour or the edge of a shadow that was
+      // cast elsewhere in the template's frame pulls the less the more it differs.
+      const double fall = 1 + residual * residual / (kSaturated * kSaturated);
+      const double share = trusted.weight * align.samples.areas[at] / (fall * fall);
+      outer += share * slope * slope.transpose();
+      pull += share * residual * slope;
+      sum.energy += share * residual * residual;
+    }
+    for (int i = 0; i < 3; ++i) {
+      sum.quadratic.g.segment<3>(3 * i) += b[i] * pull;
+      for (int j = 0; j < 3; ++j) {
+        sum.quadratic.H.block<3, 3>(3 * i, 3 * j) += static_cast<double>(b[i]) * b[j] * outer;
       }
     }
+  }
+}
+
+FaceEnergy face_energy(const Alignment& align, const Patches& patches, Index f,
+                       const PhotometricOptions& options) {
+  const Triangles& faces = align.faces();
+  const Points& x = align.cloth.x;
+  FaceEnergy sum;
+  sum.quadratic.face = -1;
+  const Vector3 centre =
+      (x.row(faces(f, 0)) + x.row(faces(f, 1)) + x.row(faces(f, 2))).transpose() / 3;
+  double total = 0;
+  for (std::size_t c = 0; c < patches.size(); ++c) {
+    const FaceView view = align.view_of(f, c);
+    if (!(view.cosine > kInside)) {
+      continue;
+    }
+    PatchSums patch;
+    for (int k = 0; k < 3; ++k) {
+      patch += patches[c][static_cast<std::size_t>(faces(f, k))];
+    }
+    const PatchMoments moments = moments_of(patch, align.texture.channels, align.noise);
+    const double trust =
+        std::clamp((moments.correlation - options.bad) / (options.good - options.bad), 0.0, 1.0);
+    const auto jacobian = project_jacobian(align.cloth.views[c].camera, centre);
+    if (!(trust > 0) || !jacobian) {
+      continue;
+    }
+    const double weight = trust * view.cosine;
+    total += weight;
+    add_residuals(align, f, {c, view, moments, *jacobian, weight}, sum);
+  }
+  if (total > 0) {
+    sum.quadratic.face = static_cast<int>(f);
+    const double factor = options.weight / std::max(total, 1.0);
+    sum.quadratic.H *= factor;
+    sum.quadratic.g *= factor;
+    sum.energy *= factor;
+  }
+  return sum;
+}
+
+}  // namespace
+
+PhotometricTerm photometric_term(const ViewedCloth& cloth, const ClothSamples& samples,
+                                 const GarmentTexture& texture, int level,
+                                 const PhotometricOptions& options) {
+  PhotometricTerm term;
+  term.correlation = Eigen::VectorXd::Constant(cloth.x.rows(), -1);
+  term.views = Eigen::VectorXi::Zero(cloth.x.rows());
+  if (cloth.views.empty() || texture.levels.empty()) {
+    return term;
+  }
+  const Alignment align = alignment_of(cloth, samples, texture, level, options);
+  const Patches patches = patches_of(align);
+  correlate(align, patches, term);
+  const Index face_count = align.faces().rows();
+  std::vector<FaceEnergy> all(static_cast<std::size_t>(face_count));
+  parallel_for(face_count, 32, [&](Index begin, Index end) {
+    for (Index f = begin; f < end; ++f) {
+      all[static_cast<std::size_t>(f)] = face_energy(align, patches, f, options);
+    }
   });
-  for (std::size_t f = 0; f < face_count; ++f) {
-    if (all[f].face >= 0) {
-      term.quadratics.push_back(all[f]);
-      term.energy += energies[f];
+  for (const FaceEnergy& of_face : all) {
+    if (of_face.quadratic.face >= 0) {
+      term.quadratics.push_back(of_face.quadratic);
+      term.energy += of_face.energy;
     }
   }
   return term;

@@ -56,11 +56,18 @@ std::vector<std::vector<float>> vertex_views(const Points& x, const Triangles& f
                                              const std::vector<ViewPyramid>& views,
                                              const std::vector<const TriangleTree*>& occluders);
 
+/// Cloth before cameras. Refers to what others own.
+struct ViewedCloth {
+  const Topology& topology;
+  const Points& x;  ///< [V,3] m
+  const std::vector<ViewPyramid>& views;
+  const std::vector<std::vector<float>>& seen;  ///< of its vertices, by vertex_views
+};
+
 /// Fills in what is not known yet of the texture, from those views that see it best.
 /// @param sizes  how many sizes of the pictures, the largest first; 0: all
-void add_texture(GarmentTexture& texture, const ClothSamples& samples, const Points& x,
-                 const Triangles& faces, const std::vector<ViewPyramid>& views,
-                 const std::vector<std::vector<float>>& seen, int sizes = 0);
+void add_texture(GarmentTexture& texture, const ClothSamples& samples, const ViewedCloth& cloth,
+                 int sizes = 0);
 
 struct PhotometricOptions {
   double weight = 1e-4;  ///< m2 against the scan's 1: of residuals in standard deviations
@@ -69,7 +76,7 @@ struct PhotometricOptions {
   double bad = 0.2;      ///< correlation at which it does not count at all
 };
 
-/// What pictures say at x.
+/// What pictures say of cloth at its x.
 struct PhotometricTerm {
   std::vector<FaceQuadratic> quadratics;  ///< of the energy's second order, at origin x
   double energy = 0;                      ///< m4, at x, views and patches weighted as they are
@@ -78,10 +85,8 @@ struct PhotometricTerm {
 };
 
 /// At one size of the pictures. O(samples x views that see them).
-PhotometricTerm photometric_term(const ClothModel& model, const Points& x,
-                                 const ClothSamples& samples, const GarmentTexture& texture,
-                                 const std::vector<ViewPyramid>& views,
-                                 const std::vector<std::vector<float>>& seen, int level,
+PhotometricTerm photometric_term(const ViewedCloth& cloth, const ClothSamples& samples,
+                                 const GarmentTexture& texture, int level,
                                  const PhotometricOptions& options = {});
 
 }  // namespace atelier

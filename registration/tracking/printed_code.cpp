@@ -363,9 +363,8 @@ std::vector<Candidate> agreeing(const PrintedCode& code, const std::vector<Candi
 
 }  // namespace
 
-PrintedCode printed_code(const Topology& topology, const Points& x,
-                         const std::vector<ViewPyramid>& views,
-                         const std::vector<std::vector<float>>& seen, const CodeOptions& options) {
+PrintedCode printed_code(const ViewedCloth& cloth, const CodeOptions& options) {
+  const auto& [topology, x, views, seen] = cloth;
   PrintedCode code;
   code.options = options;
   if (views.empty() || views.front().levels.front().channels != 3) {
@@ -373,7 +372,7 @@ PrintedCode printed_code(const Topology& topology, const Points& x,
   }
   code.samples = cloth_samples(x, topology.faces, options.spacing);
   GarmentTexture texture;
-  add_texture(texture, code.samples, x, topology.faces, views, seen, 1);
+  add_texture(texture, code.samples, cloth, 1);
   const auto hues = hues_of(texture);
   Eigen::RowVector2f sum = Eigen::RowVector2f::Zero();
   float squares = 0;
@@ -419,9 +418,8 @@ PrintedCode printed_code(const Topology& topology, const Points& x,
   return code;
 }
 
-CodeReadings read_code(const PrintedCode& code, const Topology& topology, const Points& x,
-                       const std::vector<ViewPyramid>& views,
-                       const std::vector<std::vector<float>>& seen) {
+CodeReadings read_code(const PrintedCode& code, const ViewedCloth& cloth) {
+  const auto& [topology, x, views, seen] = cloth;
   CodeReadings readings;
   if (code.words.cols() == 0 || views.empty() || views.front().levels.front().channels != 3) {
     return readings;
@@ -429,7 +427,7 @@ CodeReadings read_code(const PrintedCode& code, const Topology& topology, const 
   ATELIER_CHECK(code.samples.offsets.size() == static_cast<std::size_t>(topology.faces.rows()) + 1,
                 "a code of another garment");
   GarmentTexture texture;
-  add_texture(texture, code.samples, x, topology.faces, views, seen, 1);
+  add_texture(texture, code.samples, cloth, 1);
   const auto hues = hues_of(texture);
   std::vector<Candidate> all(code.sites.size());
   parallel_for(static_cast<Index>(code.sites.size()), 4, [&](Index begin, Index end) {

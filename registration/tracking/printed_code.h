@@ -35,13 +35,9 @@ struct PrintedCode {
   Eigen::MatrixXf words;    ///< [D,N] unit length, or 0 where nothing is told; no columns: no code
 };
 
-/// @param x     [V,3] m, where the garment is in a frame
-/// @param seen  vertex_views there
-/// Empty where the print has no hues, and on pictures without colour.
-PrintedCode printed_code(const Topology& topology, const Points& x,
-                         const std::vector<ViewPyramid>& views,
-                         const std::vector<std::vector<float>>& seen,
-                         const CodeOptions& options = {});
+/// The print of a garment, of where it is in a frame. Empty where the print has no hues, and on
+/// pictures without colour.
+PrintedCode printed_code(const ViewedCloth& cloth, const CodeOptions& options = {});
 
 /// One place of the cloth, seen.
 struct CodeReading {
@@ -57,12 +53,10 @@ struct CodeReadings {
   int contradicted = 0;  ///< readings whose neighbours read otherwise; they are not kept
 };
 
-/// What is read where the garment is thought to be: x is where cameras' colours are taken, and may
-/// be off along the surface by the code's reach. A reading counts if its word agrees, no other
+/// What is read where the garment is thought to be: its x is where cameras' colours are taken, and
+/// may be off along the surface by the code's reach. A reading counts if its word agrees, no other
 /// place within reach agrees nearly as well, and most readings around it have gone the same way.
-CodeReadings read_code(const PrintedCode& code, const Topology& topology, const Points& x,
-                       const std::vector<ViewPyramid>& views,
-                       const std::vector<std::vector<float>>& seen);
+CodeReadings read_code(const PrintedCode& code, const ViewedCloth& cloth);
 
 /// Rows that pull points that were read to where they were seen, along the surface.
 /// @param weight  against the scan's 1

@@ -263,8 +263,8 @@ RegisteredGarment register_garment(ShapeSolver& solver, const RegistrationModel&
     constexpr int kReadings = 2;
     constexpr int kSteps = 6;
     for (int reading = 0; reading < kReadings; ++reading) {
-      const CodeReadings readings = read_code(model.code, model.cloth.topology, x, frame.views,
-                                              garment_views(model, x, frame));
+      const CodeReadings readings = read_code(
+          model.code, {model.cloth.topology, x, frame.views, garment_views(model, x, frame)});
       read = code_rows(model.code, readings, model.cloth.topology, x, options.code_weight);
       result.code_read = static_cast<int>(readings.kept.size());
       result.code_contradicted = readings.contradicted;
@@ -298,8 +298,8 @@ RegisteredGarment register_garment(ShapeSolver& solver, const RegistrationModel&
         support = add_geometry(terms, model, x, tree, frame, options, 1);
         add_rows(terms.rows, held);
         add_rows(terms.rows, read);
-        PhotometricTerm pictures = photometric_term(model.cloth, x, model.samples, texture,
-                                                    frame.views, seen, level, photometric);
+        PhotometricTerm pictures = photometric_term({model.cloth.topology, x, frame.views, seen},
+                                                    model.samples, texture, level, photometric);
         terms.quadratics = std::move(pictures.quadratics);
         terms.origin = x;
         const Points moved = solver.lower(terms, x);

@@ -177,11 +177,10 @@ struct RegisteredSequence::State {
     }
     if (options.fit.photometric) {
       const auto seen = garment_views(model, origin.vertices, frame);
-      add_texture(texture, model.samples, origin.vertices, model.cloth.topology.faces, frame.views,
-                  seen);
+      const ViewedCloth cloth{model.cloth.topology, origin.vertices, frame.views, seen};
+      add_texture(texture, model.samples, cloth);
       if (options.fit.code) {
-        model.code = printed_code(model.cloth.topology, origin.vertices, frame.views, seen,
-                                  {.reach = options.fit.code_reach});
+        model.code = printed_code(cloth, {.reach = options.fit.code_reach});
       }
     }
     begun = true;
@@ -212,8 +211,8 @@ struct RegisteredSequence::State {
         ride_on_body(end.vertices, source.body_faces, source.body(end.last), frame.body.vertices);
     const RiddenCloth home = ride_on_body(origin.vertices, source.body_faces,
                                           source.body(source.template_row), frame.body.vertices);
-    const Points start = predicted_cloth(solver, model.cloth, end.vertices, ridden, home, end.drift,
-                                         options.predict);
+    const Points start = predicted_cloth(solver, model.cloth,
+                                         {end.vertices, ridden, home, end.drift}, options.predict);
     frame.hold = options.predict.hold * closeness(ridden, options.predict.near / 2);
     if (end.told.size() > 0) {
       frame.hold = frame.hold.cwiseProduct(firmness(model.cloth, end.told));
@@ -238,8 +237,8 @@ struct RegisteredSequence::State {
     if (options.fit.photometric && !frame.views.empty()) {
       const Points& x = result.garment.vertices;
       GarmentTexture texture_now = end.texture;
-      add_texture(texture_now, model.samples, x, model.cloth.topology.faces, frame.views,
-                  garment_views(model, x, frame));
+      add_texture(texture_now, model.samples,
+                  {model.cloth.topology, x, frame.views, garment_views(model, x, frame)});
       result.gain = texture_gain(end.texture, texture_now);
     }
     return result;

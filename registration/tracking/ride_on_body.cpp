@@ -99,10 +99,10 @@ Eigen::VectorXd closeness(const RiddenCloth& ridden, double near) {
   return (-(ridden.distances / near).array().square()).exp();
 }
 
-Points predicted_cloth(ShapeSolver& solver, const ClothModel& model, const Points& cloth,
-                       const RiddenCloth& ridden, const RiddenCloth& home, const Points& drift,
+Points predicted_cloth(ShapeSolver& solver, const ClothModel& model, const ClothBefore& before,
                        const PredictOptions& options) {
   constexpr int kRounds = 4;
+  const auto& [cloth, ridden, home, drift] = before;
   ClothTerms terms;
   terms.edge_weights = rigid_weights(model, options.rigid);
   terms.anchors = ridden.vertices;

@@ -37,12 +37,16 @@ struct PredictOptions {
 /// How close each vertex is to the body: 1 on it, falling with exp(-(distance / near)^2). [V]
 Eigen::VectorXd closeness(const RiddenCloth& ridden, double near);
 
+/// What is known of cloth before a frame. Refers to what others own.
+struct ClothBefore {
+  const Points& vertices;     ///< [V,3] m, in the frame before
+  const RiddenCloth& ridden;  ///< where the body takes it from there
+  const RiddenCloth& home;    ///< where the body takes it from the template; or empty
+  const Points& drift;  ///< [V,3] m, how it moved against the body in the frame before; or empty
+};
+
 /// Where cloth is likely to be: it rides on the body where it is near, keeps its shape elsewhere.
-/// @param ridden  from the frame before
-/// @param home    from the template, or empty
-/// @param drift   [V,3] m, how cloth moved against the body in the frame before; or empty
-Points predicted_cloth(ShapeSolver& solver, const ClothModel& model, const Points& cloth,
-                       const RiddenCloth& ridden, const RiddenCloth& home, const Points& drift,
+Points predicted_cloth(ShapeSolver& solver, const ClothModel& model, const ClothBefore& before,
                        const PredictOptions& options = {});
 
 /// Weights of edges for an energy that keeps edges' vectors over a length: length^2 times about

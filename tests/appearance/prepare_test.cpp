@@ -49,7 +49,7 @@ struct Studio {
   AppearanceData prepared(const ReadPicture& read, std::vector<int> frames = {3, 4}) const {
     PrepareAppearanceOptions options;
     options.occlusion.strata = 3;
-    return prepare_appearance(subject, surface, cameras, frames, read, options);
+    return prepare_appearance(subject, surface, {cameras, frames, read}, options);
   }
 };
 
@@ -137,12 +137,13 @@ TEST(PrepareAppearanceRefused, ErosionThatLeavesNothing) {
   const Studio studio;
   PrepareAppearanceOptions options;
   options.visible.erosion = 32;
-  ATELIER_EXPECT_REFUSED(prepare_appearance(
-                             studio.subject, studio.surface, studio.cameras, {3, 4},
-                             [&](std::size_t, int) {
-                               return TakenPicture{studio.picture, {}};
-                             },
-                             options),
+  ATELIER_EXPECT_REFUSED(prepare_appearance(studio.subject, studio.surface,
+                                            {studio.cameras,
+                                             {3, 4},
+                                             [&](std::size_t, int) {
+                                               return TakenPicture{studio.picture, {}};
+                                             }},
+                                            options),
                          DataError, "less --visible.erosion");
 }
 

@@ -60,27 +60,6 @@ TEST(TextureSampling, ARampIsARampAndStopsAtTheBorder) {
   }
 }
 
-TEST(TextureSampling, SplattingIsItsAdjoint) {
-  const Image texture = random_texture(12, 3);
-  const TexturePixels places = random_places(500, 4);
-  Random random{5};
-  std::vector<float> weights(1500);
-  for (float& weight : weights) {
-    weight = static_cast<float>(normal(random));
-  }
-  const std::vector<float> sampled = sample_texture(texture, places);
-  const Image splatted = splat_texture(12, places, weights);
-  double left = 0;
-  double right = 0;
-  for (std::size_t i = 0; i < sampled.size(); ++i) {
-    left += static_cast<double>(sampled[i]) * weights[i];
-  }
-  for (std::size_t i = 0; i < texture.data.size(); ++i) {
-    right += static_cast<double>(texture.data[i]) * splatted.data[i];
-  }
-  EXPECT_NEAR(left, right, 1e-3);
-}
-
 TEST(StaticTexture, IsFoundWithTheGainsOfTheCameras) {
   const Image truth = random_texture(8, 6);
   const float gains[3][3] = {{1.1F, 1.0F, 0.9F}, {1.0F, 1.0F, 1.0F}, {0.8F, 1.05F, 1.0F}};
@@ -116,7 +95,6 @@ TEST(StaticTexture, IsFoundWithTheGainsOfTheCameras) {
 TEST(TextureSamplingRefused, WhatDoesNotFit) {
   const TexturePixels places = random_places(3, 7);
   ATELIER_EXPECT_REFUSED(sample_texture(Image(4, 5, 3), places), LogicError, "square");
-  ATELIER_EXPECT_REFUSED(splat_texture(4, places, {1, 2}), LogicError, "differ in number");
   ATELIER_EXPECT_REFUSED(static_texture(4, 1, {{0, &places}}), LogicError, "colours");
   ATELIER_EXPECT_REFUSED(static_texture(4, 1, {{1, &places}}), LogicError, "a camera");
 }

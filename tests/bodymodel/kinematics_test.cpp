@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "tests/bodymodel/synthetic_body.h"
 #include "tests/support/finite_differences.h"
+#include "tests/support/joint_positions_jacobian.h"
 
 namespace atelier {
 namespace {
@@ -81,7 +82,8 @@ TEST(Kinematics, JointJacobianAgreesWithFiniteDifferences) {
           return flat(forward_kinematics(model.skeleton, pose_of_vector(x)).positions);
         },
         pose_vector(pose));
-    const double error = jacobian_error(joint_positions_jacobian(model.skeleton, pose), numeric);
+    const double error =
+        jacobian_error(fixtures::joint_positions_jacobian(model.skeleton, pose), numeric);
     std::printf("derivatives of joints by the pose, rotations of %.1f rad: %.1e from finite ones\n",
                 scale, error);
     EXPECT_LT(error, 1e-8);

@@ -12,6 +12,7 @@
 #include "bodymodel/kinematics.h"
 #include "bodymodel/rotation.h"
 #include "core/error.h"
+#include "tests/support/euler_matrix.h"
 #include "tests/support/test_data.h"
 
 namespace atelier {
@@ -56,10 +57,10 @@ TEST(Amc, JointsAreWhereBonesBegin) {
 TEST(Amc, RotationsAreInTheBonesAxes) {
   const MotionClip clip = parse_amc(kMotionAmcAsf, kAmc);
   // C from "axis 10 20 30 XYZ" turns about x first; M is about the bone's x alone.
-  const Eigen::Matrix3d c = euler_matrix("ZYX", kDegree * Eigen::Vector3d(30, 20, 10));
+  const Eigen::Matrix3d c = fixtures::euler_matrix("ZYX", kDegree * Eigen::Vector3d(30, 20, 10));
   const Eigen::Matrix3d expected = c * axis_rotation(0, 40 * kDegree) * c.transpose();
   EXPECT_LT((rotation_matrix(clip.motion.poses[0].rotations.row(2)) - expected).norm(), 1e-12);
-  const Eigen::Matrix3d root = euler_matrix("ZYX", kDegree * Eigen::Vector3d(30, 20, 10));
+  const Eigen::Matrix3d root = fixtures::euler_matrix("ZYX", kDegree * Eigen::Vector3d(30, 20, 10));
   EXPECT_LT((rotation_matrix(clip.motion.poses[0].rotations.row(0)) - root).norm(), 1e-12);
   EXPECT_EQ(clip.motion.poses[0].root_translation, Eigen::Vector3d(1, 2, 3));
 }

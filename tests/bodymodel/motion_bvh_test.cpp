@@ -10,6 +10,7 @@
 #include "bodymodel/rotation.h"
 #include "core/error.h"
 #include "tests/bodymodel/synthetic_body.h"
+#include "tests/support/euler_matrix.h"
 #include "tests/support/test_data.h"
 
 namespace atelier {
@@ -64,7 +65,8 @@ TEST(Bvh, EveryOrderOfRotationsIsTheProductInTheFilesOrder) {
       channels += std::string(" ") + axis + "rotation";
     }
     const MotionClip clip = parse_bvh(arm(channels, "0 0 0 0 0 0 10 -20 70", "0 0 0 0 0 0 0 0 0"));
-    const Eigen::Matrix3d expected = euler_matrix(order, kPi / 180 * Eigen::Vector3d(10, -20, 70));
+    const Eigen::Matrix3d expected =
+        fixtures::euler_matrix(order, kPi / 180 * Eigen::Vector3d(10, -20, 70));
     EXPECT_LT((rotation_matrix(clip.motion.poses[0].rotations.row(1)) - expected).norm(), 1e-12)
         << order;
   }

@@ -18,6 +18,28 @@
 namespace atelier {
 namespace {
 
+/// Dense Jacobian of one vertex, [3, 3 + 3J + S]: translation, rotations, shape.
+Eigen::MatrixXd vertex_jacobian(const BodyModel& model, const ShapedBody& body,
+                                const PosedBody& posed, const SkinChains& chains, int vertex) {
+  const std::vector<int> vertices(3, vertex);
+  const Points directions = Eigen::Matrix3d::Identity();
+  const SkinRows rows = skin_jacobian_rows(model, posed, chains, vertices, directions);
+  const Index pose_columns = pose_parameter_count(model.skeleton);
+  Eigen::MatrixXd jacobian =
+      Eigen::MatrixXd::Zero(3, pose_columns + static_cast<Index>(model.shape.size()));
+  jacobian.leftCols<3>().setIdentity();
+  for (Index i = 0; i < 3; ++i) {
+    for (int e = rows.begin[static_cast<std::size_t>(i)];
+         e < rows.begin[static_cast<std::size_t>(i) + 1]; ++e) {
+      jacobian.block<1, 3>(i, 3 + 3 * rows.joints[static_cast<std::size_t>(e)]) =
+          rows.values.row(e);
+    }
+  }
+  jacobian.rightCols(static_cast<Index>(model.shape.size())) =
+      skin_shape_rows(model, body, posed, vertices, directions);
+  return jacobian;
+}
+
 using fixtures::finite_difference_jacobian;
 using fixtures::jacobian_error;
 using fixtures::random_pose;

@@ -14,6 +14,7 @@
 #include "bodymodel/skinning_jacobian.h"
 #include "core/normals.h"
 #include "core/tree.h"
+#include "tests/support/joint_positions_jacobian.h"
 
 namespace atelier::fixtures {
 
@@ -37,7 +38,7 @@ struct Unknowns {
 inline void step_joints(const BodyModel& model, const JointHints& hints, Unknowns& x) {
   const Skeleton skeleton = shaped_skeleton(model, x.shape);
   const JointFrames frames = forward_kinematics(skeleton, x.pose);
-  const Eigen::MatrixXd by_pose = joint_positions_jacobian(skeleton, x.pose);
+  const Eigen::MatrixXd by_pose = fixtures::joint_positions_jacobian(skeleton, x.pose);
   const Eigen::MatrixXd by_shape = joint_positions_shape_jacobian(model, frames);
   const Index poses = by_pose.cols();
   const Index shapes = by_shape.cols();

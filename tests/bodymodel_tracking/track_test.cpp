@@ -308,7 +308,7 @@ TEST(ScanMatch, VerticesFindTheScanButNotPastItsHoles) {
   const Eigen::VectorXd areas = vertex_areas(rest.vertices, plain_human().mesh.faces);
   ScanPoints scan = body_scan(0);
   scan.points += 0.004 * scan.normals;
-  const auto all = match_model(surface, areas, scan, scan_lookup(scan), 800);
+  const auto all = match_model(surface, areas, scan, scan_lookup(scan), {.count = 800});
   double share = 0;
   for (const SurfaceMatch& match : all) {
     share += match.weight;
@@ -331,14 +331,14 @@ TEST(ScanMatch, VerticesFindTheScanButNotPastItsHoles) {
   for (const Index i : kept) {
     half.parts.push_back(rest.vertices(i, 0) < -0.5 ? ScanPart::Cloth : ScanPart::Skin);
   }
-  const auto right = match_model(surface, areas, half, scan_lookup(half), 0);
+  const auto right = match_model(surface, areas, half, scan_lookup(half), {});
   EXPECT_GT(right.size(), 3000u);
   for (const SurfaceMatch& match : right) {
     EXPECT_LT(rest.vertices(match.vertices[0], 0), 0.07);
     EXPECT_GT(rest.vertices(match.vertices[0], 0), -0.56);
   }
-  EXPECT_TRUE(match_model(surface, areas, {}, scan_lookup({}), 100).empty());
-  EXPECT_THROW(match_model(surface, areas.head(3), scan, scan_lookup(scan), 100), LogicError);
+  EXPECT_TRUE(match_model(surface, areas, {}, scan_lookup({}), {.count = 100}).empty());
+  EXPECT_THROW(match_model(surface, areas.head(3), scan, scan_lookup(scan), {}), LogicError);
 }
 
 TEST(Track, HalfAScanAndASecondPersonDoNoHarm) {

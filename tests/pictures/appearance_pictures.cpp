@@ -70,7 +70,7 @@ void make(const fs::path& capture, const fs::path& workspace, const std::string&
       surface.atlas = {model.uvs, model.uv_faces, {}};
       surface.trusted_only = false;
       const AppearanceData data =
-          prepare_appearance(dressed.subject, surface, {camera}, {frame_id});
+          prepare_appearance(dressed.subject, surface, {{camera}, {frame_id}});
       Eigen::Array3d middle = Eigen::Array3d::Zero();
       for (const Camera& one : truth_of_all->cameras) {
         if (std::count(model.camera_ids.begin(), model.camera_ids.end(), one.id) > 0) {

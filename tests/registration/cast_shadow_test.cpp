@@ -48,8 +48,9 @@ double error_at_edge(const Light& before, const Light& now, double contrast = 1)
   first.views =
       fixtures::cylinder_views(3, [&](double u, double y) { return before(u, y) * print(u, y); });
   GarmentTexture texture;
-  add_texture(texture, model.samples, model.vertices, garment.mesh.faces, first.views,
-              garment_views(model, model.vertices, first));
+  add_texture(texture, model.samples,
+              {model.cloth.topology, model.vertices, first.views,
+               garment_views(model, model.vertices, first)});
   RegistrationFrame frame;
   frame.scan = garment_scan(fixtures::cloth_tube(60, 33), {});
   frame.views = fixtures::cylinder_views(

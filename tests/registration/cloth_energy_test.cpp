@@ -230,7 +230,7 @@ TEST(RideOnBody, RigidMotionCarriesClothAlong) {
   EXPECT_LT((ridden.vertices - expected).cwiseAbs().maxCoeff(), 1e-9);
   const ClothModel model = cloth_model(cloth.vertices, cloth.faces);
   ShapeSolver solver(model);
-  const Points predicted = predicted_cloth(solver, model, above, ridden, {}, Points(0, 3));
+  const Points predicted = predicted_cloth(solver, model, {above, ridden, {}, Points(0, 3)});
   EXPECT_LT((predicted - expected).cwiseAbs().maxCoeff(), 1e-6);
 }
 

@@ -30,18 +30,21 @@ struct Slid {
     const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
     const auto before = fixtures::cylinder_views(kLevels, blotches);
     seen = vertex_views(mesh.vertices, mesh.faces, before, {&tree});
-    add_texture(texture, samples, mesh.vertices, mesh.faces, before, seen);
+    add_texture(texture, samples, {model.topology, mesh.vertices, before, seen});
     // Half as bright, darker to one side: neither is a motion.
     views = fixtures::cylinder_views(kLevels, [=](double u, double y) {
       return (0.4 + 0.2 * std::cos(u)) * blotches(u - angle, y - lift);
     });
   }
+
+  PhotometricTerm term(const Points& x, int level) const {
+    return photometric_term({model.topology, x, views, seen}, samples, texture, level);
+  }
 };
 
 TEST(Photometric, NothingToDoWhereItIsRight) {
   const Slid slid(0, 0);
-  const PhotometricTerm term = photometric_term(slid.model, slid.mesh.vertices, slid.samples,
-                                                slid.texture, slid.views, slid.seen, 0);
+  const PhotometricTerm term = slid.term(slid.mesh.vertices, 0);
   int compared = 0;
   double sum = 0;
   for (Index v = 0; v < slid.mesh.vertices.rows(); ++v) {
@@ -66,9 +69,7 @@ TEST(Photometric, KnownSlideIsRecoveredOnACylinder) {
     for (int step = 0; step < 4; ++step) {
       ClothTerms terms;
       terms.stretch = terms.compress = 0.04;
-      terms.quadratics =
-          photometric_term(slid.model, x, slid.samples, slid.texture, slid.views, slid.seen, level)
-              .quadratics;
+      terms.quadratics = slid.term(x, level).quadratics;
       terms.origin = x;
       const Points normals = vertex_normals(x, slid.mesh.faces);
       for (int v = 0; v < static_cast<int>(x.rows()); ++v) {  // the shape is known
@@ -91,10 +92,7 @@ TEST(Photometric, KnownSlideIsRecoveredOnACylinder) {
 
 TEST(Photometric, TermIsTheSameOnAnyNumberOfThreads) {
   const Slid slid(0.03, 0);
-  const auto at = [&] {
-    return photometric_term(slid.model, slid.mesh.vertices, slid.samples, slid.texture, slid.views,
-                            slid.seen, 1);
-  };
+  const auto at = [&] { return slid.term(slid.mesh.vertices, 1); };
   set_thread_count(1);
   const PhotometricTerm one = at();
   set_thread_count(3);
@@ -110,10 +108,7 @@ TEST(Photometric, TermIsTheSameOnAnyNumberOfThreads) {
 
 TEST(Photometric, GradientLeadsDownhill) {
   const Slid slid(0.02, 0);
-  const auto energy = [&](const Points& x) {
-    return photometric_term(slid.model, x, slid.samples, slid.texture, slid.views, slid.seen, 1)
-        .energy;
-  };
+  const auto energy = [&](const Points& x) { return slid.term(x, 1).energy; };
   const Points at = slid.mesh.vertices;
   EXPECT_LT(energy(fixtures::screwed(at, 0.01, 0)), energy(at));
   EXPECT_GT(energy(fixtures::screwed(at, -0.01, 0)), energy(at));
@@ -123,11 +118,9 @@ TEST(Photometric, PlainClothSaysNothing) {
   Slid slid(0, 0);
   slid.views = fixtures::cylinder_views(kLevels, [](double, double) { return 0.4; });
   slid.texture = {};
-  add_texture(slid.texture, slid.samples, slid.mesh.vertices, slid.mesh.faces, slid.views,
-              slid.seen);
-  const PhotometricTerm term =
-      photometric_term(slid.model, fixtures::screwed(slid.mesh.vertices, 0.03, 0), slid.samples,
-                       slid.texture, slid.views, slid.seen, 0);
+  add_texture(slid.texture, slid.samples,
+              {slid.model.topology, slid.mesh.vertices, slid.views, slid.seen});
+  const PhotometricTerm term = slid.term(fixtures::screwed(slid.mesh.vertices, 0.03, 0), 0);
   double most = 0;
   for (const FaceQuadratic& q : term.quadratics) {
     most = std::max(most, q.g.norm());

@@ -101,13 +101,13 @@ struct Tube {
 
   explicit Tube(const Print& print) {
     const auto views = views_of(print);
-    code = printed_code(topology, mesh.vertices, views, seen(views));
+    code = printed_code({topology, mesh.vertices, views, seen(views)});
   }
   std::vector<std::vector<float>> seen(const std::vector<ViewPyramid>& views) const {
     return vertex_views(mesh.vertices, mesh.faces, views, {&tree});
   }
   CodeReadings read(const std::vector<ViewPyramid>& views) const {
-    return read_code(code, topology, mesh.vertices, views, seen(views));
+    return read_code(code, {topology, mesh.vertices, views, seen(views)});
   }
   /// Round and up, of a point of the tube.
   Eigen::Vector2d laid_out(int face, const Eigen::Vector3d& barycentric) const {
@@ -263,7 +263,8 @@ TEST(PrintedCode, PicturesWithoutColourAreRefused) {
   const Tube& tube = tube_one();
   const auto grey = fixtures::cylinder_views(2, fixtures::blotches);
   EXPECT_TRUE(tube.read(grey).kept.empty());
-  EXPECT_EQ(printed_code(tube.topology, tube.mesh.vertices, grey, tube.seen(grey)).words.cols(), 0);
+  EXPECT_EQ(printed_code({tube.topology, tube.mesh.vertices, grey, tube.seen(grey)}).words.cols(),
+            0);
   EXPECT_TRUE(tube.read({}).kept.empty());
 }
 
@@ -271,9 +272,10 @@ TEST(PrintedCode, AnotherGarmentIsRefused) {
   const Tube& tube = tube_one();
   const Mesh other = fixtures::cloth_tube(12, 5);
   const auto views = views_of(print_one());
-  ATELIER_EXPECT_REFUSED(read_code(tube.code, topology_of(other.faces, other.vertices.rows()),
-                                   other.vertices, views, {}),
-                         LogicError, "another garment");
+  ATELIER_EXPECT_REFUSED(
+      read_code(tube.code,
+                {topology_of(other.faces, other.vertices.rows()), other.vertices, views, {}}),
+      LogicError, "another garment");
 }
 
 /// Cloth that slides round a body that stands still, by 5 cm from frame to frame.

@@ -143,8 +143,9 @@ TEST(RegisterGarment, PicturesFindATwistThatTheShapeDoesNotShow) {
   RegistrationFrame before;
   before.views = fixtures::cylinder_views(3, fixtures::blotches);
   GarmentTexture texture;
-  add_texture(texture, model.samples, model.vertices, garment.mesh.faces, before.views,
-              garment_views(model, model.vertices, before));
+  add_texture(texture, model.samples,
+              {model.cloth.topology, model.vertices, before.views,
+               garment_views(model, model.vertices, before)});
   const Mesh fine = fixtures::cloth_tube(60, 33);
   RegistrationFrame frame;
   frame.scan = garment_scan(labelled(fine, fine.vertices), {kCloth});

@@ -170,13 +170,12 @@ TEST(AngleOf, FloatPolynomialStaysWithinFewUlp) {
 
 TEST(Strain, WarpStretchIsProjectedAlongTheWarpAlone) {
   StrainRest<double> rest{0, 1, 1, 0, 1e-9, 1e30, 1e30};  // u = e2 (y), v = e1 (x)
-  Vec4<double> a{0, 0, 0, 1};
-  Vec4<double> b{1.5, 0, 0, 1};
-  Vec4<double> c{0, 1.5, 0, 1};
+  Vec4<double> v[3] = {{0, 0, 0, 1}, {1.5, 0, 0, 1}, {0, 1.5, 0, 1}};
+  const Vec3<double> start[3] = {};
   double lambda[3] = {0, 0, 0};
-  project_strain(a, b, c, rest, 1.0, 0.0, {}, {}, {}, lambda);
-  EXPECT_NEAR(c.y - a.y, 1.0, 1e-6);
-  EXPECT_NEAR(b.x - a.x, 1.5, 1e-6);
+  project_strain(v, start, rest, 1.0, 0.0, lambda);
+  EXPECT_NEAR(v[2].y - v[0].y, 1.0, 1e-6);
+  EXPECT_NEAR(v[1].x - v[0].x, 1.5, 1e-6);
 }
 
 }  // namespace

@@ -56,7 +56,7 @@ TEST(RelaxGravity, WhatHungHangsAsItDid) {
   // Simulated as it is, it sags once more.
   const double again = (hang(captured, pins, seen) - seen).rowwise().norm().mean();
   ASSERT_GT(again, 0.002);
-  const RelaxedGarment relaxed = relax_gravity(captured, pins, Points(0, 3), Triangles(0, 3));
+  const RelaxedGarment relaxed = relax_gravity({captured, pins, Points(0, 3), Triangles(0, 3)});
   EXPECT_TRUE(relaxed.converged);
   EXPECT_LT(relaxed.mean_error, 0.0005);
   const double mean = (hang(relaxed.garment, pins, seen) - seen).rowwise().norm().mean();
@@ -99,7 +99,7 @@ TEST(RelaxGravity, WhatLayOnABodyLiesAsItDid) {
   RelaxGravityOptions few;
   few.rounds = 4;
   const RelaxedGarment relaxed =
-      relax_gravity(captured, {}, ball.vertices, ball.faces, {}, relaxing_solver(), few);
+      relax_gravity({captured, {}, ball.vertices, ball.faces}, {}, relaxing_solver(), few);
   EXPECT_LT(relaxed.mean_error, 0.002);
   // Kept from the body by its material's thickness alone, it begins in the air.
   SolverOptions thin = relaxing_solver();
@@ -107,8 +107,8 @@ TEST(RelaxGravity, WhatLayOnABodyLiesAsItDid) {
   RelaxGravityOptions once;
   once.rounds = 1;
   EXPECT_GT(
-      relax_gravity(captured, {}, ball.vertices, ball.faces, {}, thin, once).mean_error,
-      1.5 * relax_gravity(captured, {}, ball.vertices, ball.faces, {}, relaxing_solver(), once)
+      relax_gravity({captured, {}, ball.vertices, ball.faces}, {}, thin, once).mean_error,
+      1.5 * relax_gravity({captured, {}, ball.vertices, ball.faces}, {}, relaxing_solver(), once)
                 .mean_error);
 }
 
@@ -120,7 +120,7 @@ TEST(RelaxGravity, TellsOfEveryRoundAndEndsWhereItIsTold) {
   RelaxGravityOptions options;
   options.seconds = 0.1;
   const RelaxedGarment relaxed =
-      relax_gravity(garment, {0, 1, 2, 3}, Points(0, 3), Triangles(0, 3), {}, relaxing_solver(),
+      relax_gravity({garment, {0, 1, 2, 3}, Points(0, 3), Triangles(0, 3)}, {}, relaxing_solver(),
                     options, Device::Cpu, [&](int rounds, double error) {
                       told.push_back(rounds);
                       last = error;
@@ -136,11 +136,11 @@ TEST(RelaxGravity, RefusesOptionsOutOfRange) {
   const Garment garment = hanging_cloth(pins);
   RelaxGravityOptions none;
   none.rounds = 0;
-  EXPECT_THROW(relax_gravity(garment, pins, Points(0, 3), Triangles(0, 3), {}, {}, none),
+  EXPECT_THROW(relax_gravity({garment, pins, Points(0, 3), Triangles(0, 3)}, {}, {}, none),
                LogicError);
   RelaxGravityOptions far;
   far.step = 1.5;
-  EXPECT_THROW(relax_gravity(garment, pins, Points(0, 3), Triangles(0, 3), {}, {}, far),
+  EXPECT_THROW(relax_gravity({garment, pins, Points(0, 3), Triangles(0, 3)}, {}, {}, far),
                LogicError);
 }
 

@@ -1,4 +1,4 @@
-#include "simulation/cusick_drape.h"
+#include "tests/simulation/cusick_drape.h"
 
 #include <algorithm>
 #include <cmath>
