@@ -12,8 +12,10 @@
 #include "apps/stage_command.h"
 #include "apps/stage_console.h"
 #include "apps/stages.h"
+#include "apps/standard_streams.h"
 #include "apps/usage_error.h"
 #include "core/nearest_name.h"
+#include "core/renamed_options.h"
 #include "core/store/build_info.h"
 
 namespace atelier {
@@ -175,6 +177,12 @@ int run_program(std::vector<std::string> arguments) {
   }
   for (const Command& command : all_commands()) {
     actions[std::string(command.name)] = command.add(*add(command.name, command.summary));
+  }
+  if (const std::string now = renamed_stage(arguments[0]);
+      !actions.contains(arguments[0]) && actions.contains(now)) {
+    standard_error() << "warning: 'atelier " << arguments[0] << "' is now 'atelier " << now
+                     << "'\n";
+    arguments[0] = now;
   }
   const auto action = actions.find(arguments[0]);
   if (action == actions.end()) {
