@@ -396,7 +396,8 @@ OptionTable describe(AppearanceStageOptions& options) {
   OptionTable table;
   table.add(describe(options.train));
   table.add(describe(options.prepare));
-  table.add("body", options.body, "Also the body under the clothes, with the same kind of network");
+  table.add("body", options.body,
+            "Training of the body under the clothes too, with the same kind of network");
   table.add("capture", describe(options.capture));
   return table;
 }

@@ -43,10 +43,10 @@ OptionTable describe(CalibrateCommandOptions& options) {
   table.add("board", describe(options.board));
   table.add("calibration", describe(options.calibration));
   table.add("every", options.every, 1, 100000, "",
-            "Frames of videos of which one is looked at; 1 looks at all");
+            "Interval between the frames of videos that are searched for the board; 1: all frames");
   table.add("ground_frame", options.ground_frame, -1, 1000000000, "",
-            "Frame in which the board lies on the ground, its middle at the origin; -1: up is the "
-            "cameras' mean, the origin where they look");
+            "Frame in which the board lies on the ground, its centre at the origin; -1: up is the "
+            "mean of the cameras' up axes, the origin where they look");
   return table;
 }
 

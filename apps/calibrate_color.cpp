@@ -48,7 +48,8 @@ struct CalibrateColorOptions {
 
 OptionTable describe(CalibrateColorOptions& options) {
   OptionTable table;
-  table.add("frames", options.frames, 1, 1000, "", "Looked at, spread over the capture");
+  table.add("frames", options.frames, 1, 1000, "",
+            "Number of frames used, evenly spread over the capture");
   table.add("capture", describe(options.capture));
   table.add("gains", describe(options.gains));
   table.add("samples", describe(options.samples));

@@ -53,11 +53,12 @@ struct DepthOptions {
 OptionTable describe(DepthOptions& options) {
   OptionTable table;
   table.add("frame", options.frame, -1, 1000000000, "",
-            "Of the capture; -1: the first with masks or labels");
+            "Number of the frame of the capture; -1: the first with masks or labels");
   table.add("capture", describe(options.capture));
   table.add(describe(options.reconstruct));
   table.add("memory", options.memory, 0.01, 4096, "GiB",
-            "Pictures are halved until the work on the frame fits, as all views do at once.");
+            "Memory for the frame, all of whose views are processed at once; images are halved in "
+            "size until it suffices");
   return table;
 }
 

@@ -50,11 +50,11 @@ OptionTable describe(DetectCommandOptions& options) {
   std::vector<std::string> schemas = keypoint_schema_names();
   schemas.insert(schemas.begin(), "auto");
   table.add("schema", options.schema, schemas,
-            "Order of the network's points; auto: told by their number");
+            "Order of the keypoints of the network; auto: recognised by their number");
   std::vector<std::string> taxonomies = label_taxonomy_names();
   taxonomies.insert(taxonomies.begin(), "auto");
   table.add("taxonomy", options.taxonomy, taxonomies,
-            "Numbers of a parsing network's classes; auto: told by how many there are");
+            "Numbering of the classes of a parsing network; auto: recognised by their number");
   return table.add(describe(options.network));
 }
 

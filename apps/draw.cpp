@@ -68,12 +68,17 @@ struct DrawOptions {
 OptionTable describe(DrawOptions& options) {
   OptionTable table;
   table.add("networks", options.networks, {"appearance", "ceiling"},
-            "Of which stage; ceiling: on the true garments and body of --capture");
-  table.add("azimuth", options.azimuth, -360, 360, "degrees", "0 from the front, 90 from its left");
-  table.add("elevation", options.elevation, -90, 90, "degrees", "0 level, 90 from above");
-  table.add("turn", options.turn, "The camera goes once round the subject over all frames");
-  table.add("width", options.picture.width, 1, 16384, "px", "Of pictures by no capture's camera");
-  table.add("height", options.picture.height, 1, 16384, "px", "Of pictures by no capture's camera");
+            "Stage whose networks are used; oracle: those trained and rendered on the ground-truth "
+            "garments and body of --capture");
+  table.add("azimuth", options.azimuth, -360, 360, "degrees",
+            "Azimuth of the camera: 0 in front of the subject, 90 at its left");
+  table.add("elevation", options.elevation, -90, 90, "degrees",
+            "Elevation of the camera: 0 level, 90 above");
+  table.add("turn", options.turn, "Camera that goes once round the subject over all frames");
+  table.add("width", options.picture.width, 1, 16384, "px",
+            "Width of images that are not from a camera of the capture");
+  table.add("height", options.picture.height, 1, 16384, "px",
+            "Height of images that are not from a camera of the capture");
   table.add("framing", describe(options.picture.framing));
   table.add("video", describe(options.video));
   for (OptionField& field : table.fields) {
@@ -83,7 +88,7 @@ OptionTable describe(DrawOptions& options) {
   }
   table.add(describe(options.paint));
   table.add("device", options.device, {{"cpu", Device::Cpu}, {"cuda", Device::Cuda}},
-            "Where networks work");
+            "Device of the networks");
   return table;
 }
 

@@ -77,18 +77,18 @@ OptionTable describe(ExportOptions& options) {
   }
   return OptionTable()
       .add("stage", options.stage, std::move(stages),
-           "Whose results: one stage's, or all there are")
+           "Stage whose results are exported; all: every stage with results")
       .add("format", options.format,
            {{"ply", ExportFormat::Ply},
             {"obj", ExportFormat::Obj},
             {"glb", ExportFormat::Glb},
             {"usda", ExportFormat::Usda},
             {"h5", ExportFormat::Hdf5}},
-           "Of meshes: ply and obj, a file a frame; glb, usda and h5, one file for a sequence over "
-           "one topology (usda and h5 leave single meshes as ply)")
+           "Format of meshes: ply and obj write a file for each frame; glb, usda and h5 write one "
+           "file for a sequence of one topology (usda and h5 leave single meshes as ply)")
       .add("cameras", options.cameras, camera_layouts(),
-           "Also the capture's cameras, with the pictures of one instant, in another layout; the "
-           "capture has to be where it was");
+           "Layout in which the capture's cameras and the images of one instant are exported too; "
+           "the capture must still be at its place");
 }
 
 /// Of single meshes, which USD files are not written of.

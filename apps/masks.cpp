@@ -55,10 +55,11 @@ OptionTable describe(MasksOptions& options) {
              {"plates", MaskWay::Plates},
              {"chroma", MaskWay::Chroma},
              {"time", MaskWay::Time}},
-            "Against clean plates, a coloured screen, or what each pixel is most of the time; auto "
-            "takes plates where they are given, else time");
+            "Method of segmentation: plates (clean plates), chroma (coloured screen) or time (the "
+            "most frequent colour of each pixel); auto: plates where they are given, else time");
   table.add("background_frames", options.background_frames, 5, 1000, "",
-            "Of each camera, spread over time, that the way `time` learns the background from");
+            "Number of frames of each camera, spread over time, from which the method time learns "
+            "the background");
   table.add("capture", describe(options.capture));
   table.add("mask", describe(options.mask));
   table.add("chroma", describe(options.chroma));

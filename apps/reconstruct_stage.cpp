@@ -334,11 +334,11 @@ OptionTable describe(ReconstructStageOptions& options) {
   table.add("keypoints", describe(options.keypoints));
   table.add(describe(options.scan));
   table.add("label_by_color", options.label_by_color,
-            "Where no label image says what is what, skin and clothing are told by colour");
+            "Segmentation into skin and clothing by colour where there are no label images");
   table.add("split", describe(options.split));
-  table.add(
-      "memory", options.memory, 0.01, 4096, "GiB",
-      "Pictures are halved until the work on one frame fits; --jobs frames take so much each.");
+  table.add("memory", options.memory, 0.01, 4096, "GiB",
+            "Memory for one frame, of which --jobs frames are processed at once; images are halved "
+            "in size until it suffices");
   return table;
 }
 

@@ -503,7 +503,7 @@ OptionTable describe(RegisterStageOptions& options) {
   table.add("capture", describe(options.capture));
   table.add(describe(options.fit));
   table.add("truth_scans", options.truth_scans,
-            "Take a synthetic capture's true surfaces instead of the scans, for comparison");
+            "Ground-truth surfaces of a synthetic capture instead of scans, for comparison");
   return table;
 }
 

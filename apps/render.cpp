@@ -35,8 +35,10 @@ struct RenderCommandOptions {
 
 OptionTable describe(RenderCommandOptions& options) {
   OptionTable table;
-  table.add("azimuth", options.azimuth, -360, 360, "degrees", "0 from the front, 90 from its left");
-  table.add("elevation", options.elevation, -90, 90, "degrees", "0 level, 90 from above");
+  table.add("azimuth", options.azimuth, -360, 360, "degrees",
+            "Azimuth of the camera: 0 in front of the subject, 90 at its left");
+  table.add("elevation", options.elevation, -90, 90, "degrees",
+            "Elevation of the camera: 0 level, 90 above");
   table.add(describe(options.picture));
   table.add("input", describe(options.input));
   return table;

@@ -360,9 +360,10 @@ std::string run_section(const RunAccount& run) {
 
 OptionTable describe(ReportOptions& options) {
   return OptionTable()
-      .add("pictures", options.pictures, 0, 1000, "", "Most pictures and videos shown of one stage")
+      .add("pictures", options.pictures, 0, 1000, "",
+           "Maximum number of images and videos shown for one stage")
       .add("picture_bytes", options.picture_bytes, 0, 1e8, "bytes",
-           "Largest picture or video shown; every byte makes the page larger");
+           "Maximum size of an image or video shown; larger ones make the page larger");
 }
 
 std::string base64_text(std::span<const std::byte> bytes) {

@@ -21,17 +21,16 @@ Material fabrics_own_material(const std::string& name) {
 
 OptionTable describe_said(Material& said, std::vector<std::string> names) {
   OptionTable table;
-  table.add(
-      "name", said.name, std::move(names),
-      "A fabric, most of measured values, silk of estimated ones (docs/material.md says which); "
-      "custom is none. A value that is given beside it wins over its own");
+  table.add("name", said.name, std::move(names),
+            "Fabric with measured values (estimated ones for silk, see docs/material.md); custom: "
+            "none. Values given beside it override its own");
   Material custom;
   const OptionTable defaults = describe(custom);
   OptionTable numbers = describe(said);
   for (std::size_t i = 0; i < numbers.fields.size(); ++i) {
     OptionField& field = numbers.fields[i];
     field.min = kFabricsOwn;
-    field.help += "; -1 for the fabric's own (custom: " + option_text(defaults.fields[i]) + ")";
+    field.help += "; -1: the fabric's own (custom: " + option_text(defaults.fields[i]) + ")";
   }
   return table.add(numbers);
 }

@@ -135,13 +135,13 @@ OptionTable describe(TrackStageOptions& options) {
   OptionTable table;
   table.add("input", describe(options.input));
   table.add("input.excluded", options.input.excluded, std::vector<std::string>{},
-            "labels whose clothing exclude = labels leaves out, with commas between");
+            "Labels, separated by commas, whose clothing exclude = labels leaves out");
   table.add(describe(options.fit));
   table.add("region", options.region, std::vector<std::string>{},
-            "vertex group of the body, or JSON list of vertices, for exclude = region");
+            "Vertex group of the body or JSON list of vertices for exclude = region");
   table.add("compare", options.compare,
-            "Track once more with nothing left out, where something is, and report its errors; "
-            "takes as long again");
+            "Second tracking run with no clothing left out, which reports its errors for "
+            "comparison; doubles the time");
   return table;
 }
 
