@@ -122,15 +122,15 @@ OptionSet calibrate_options() {
 Action add_calibrate(CLI::App& parser) {
   auto arguments = std::make_shared<CalibrateArguments>();
   add_option(parser, "PICTURES", arguments->pictures,
-             "Of the board: a folder, zip or video for each camera, or a folder of pictures "
-             "like left01.jpg")
+             "Images of the board: a folder, zip or video for each camera, or a folder of images "
+             "such as left01.jpg")
       .required();
-  add_option(parser, "--out", arguments->out, "New folder: cameras.json, calibration.json")
+  add_option(parser, "--out", arguments->out, "New folder for cameras.json and calibration.json")
       .type_name("FOLDER");
   add_option(parser, "--lenses", arguments->lenses,
-             "Capture or calibration file whose lenses are kept; poses alone are found")
+             "Capture or calibration file whose lenses are kept, so that only poses are estimated")
       .type_name("CAPTURE");
-  add_flag(parser, "--json", arguments->json, "The report for machines");
+  add_flag(parser, "--json", arguments->json, "Report as JSON, for programs");
   const OptionReader options = add_option_flags(parser, calibrate_options());
   return [arguments, options] {
     return run(*arguments, options_of<CalibrateCommandOptions>(options()));

@@ -161,12 +161,15 @@ OptionSet calibrate_color_options() {
 
 Action add_calibrate_color(CLI::App& parser) {
   auto arguments = std::make_shared<CalibrateColorArguments>();
-  add_option(parser, "CAPTURE", arguments->capture, "Calibrated, with masks or labels").required();
-  add_option(parser, "--out", arguments->out, "cameras.json with the gains").type_name("FILE");
+  add_option(parser, "CAPTURE", arguments->capture, "Calibrated capture with masks or labels")
+      .required();
+  add_option(parser, "--out", arguments->out,
+             "File for the cameras with their gains (cameras.json)")
+      .type_name("FILE");
   add_option(parser, "--truth", arguments->truth,
-             "Synthetic capture whose true gains they are held against")
+             "Synthetic capture whose ground-truth gains the result is compared with")
       .type_name("CAPTURE");
-  add_flag(parser, "--json", arguments->json, "The report for machines");
+  add_flag(parser, "--json", arguments->json, "Report as JSON, for programs");
   const OptionReader options = add_option_flags(parser, calibrate_color_options());
   return [arguments, options] {
     return run(*arguments, options_of<CalibrateColorOptions>(options()));

@@ -258,22 +258,22 @@ OptionSet depth_options() {
 
 Action add_depth(CLI::App& parser) {
   auto arguments = std::make_shared<DepthArguments>();
-  add_option(parser, "CAPTURE", arguments->capture, "Calibrated, with masks or labels").required();
-  add_option(parser, "OUT", arguments->out,
-             "Folder of one frame's maps, also COLMAP's dense workspace; maps that are there "
-             "are kept")
+  add_option(parser, "CAPTURE", arguments->capture, "Calibrated capture with masks or labels")
       .required();
   add_option(
-      parser, "--views", arguments->views,
-      "Only a share of the views, those side by side, so that n machines share a frame [0/1]")
+      parser, "OUT", arguments->out,
+      "Folder for one frame's maps, also a dense workspace of COLMAP; existing maps are kept")
+      .required();
+  add_option(parser, "--views", arguments->views,
+             "Part of the views, those side by side, for n machines that share a frame [0/1]")
       .type_name("i/n");
   add_option(parser, "--surface", arguments->surface,
-             "The labelled surface too, once every view's map is there")
+             "File for the labelled surface, once the maps of all views exist")
       .type_name("MESH");
-  add_option(parser, "--device", arguments->device, "Where the work is done")
+  add_option(parser, "--device", arguments->device, "Device of the computation")
       .check(one_of({"cpu", "cuda"}))
       .type_name("cpu|cuda");
-  add_flag(parser, "--json", arguments->json, "For machines");
+  add_flag(parser, "--json", arguments->json, "Output as JSON, for programs");
   const OptionReader options = add_option_flags(parser, depth_options());
   return [arguments, options] { return run(*arguments, options_of<DepthOptions>(options())); };
 }

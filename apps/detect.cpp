@@ -216,7 +216,7 @@ OptionSet detect_options() {
 
 Action add_detect(CLI::App& parser) {
   auto arguments = std::make_shared<DetectArguments>();
-  add_option(parser, "CAPTURE", arguments->capture, "Of any layout").required();
+  add_option(parser, "CAPTURE", arguments->capture, "Capture of any layout").required();
   add_option(parser, "--model", arguments->model, "ONNX network of your own; none is shipped")
       .type_name("FILE.onnx");
   add_option(parser, "--out", arguments->out,

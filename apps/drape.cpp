@@ -339,7 +339,7 @@ OptionSet drape_options() {
 
 Action add_drape(CLI::App& parser) {
   const auto out = std::make_shared<std::string>();
-  add_option(parser, "--out", *out, "New folder: sequence, meshes, pictures, video")
+  add_option(parser, "--out", *out, "New folder for the sequence, meshes, images and video")
       .type_name("FOLDER");
   const OptionReader options = add_option_flags(parser, drape_options());
   return [out, options] { return run(*out, options_of<DrapeOptions>(options())); };

@@ -505,20 +505,22 @@ OptionSet draw_options() {
 
 Action add_draw(CLI::App& parser) {
   auto arguments = std::make_shared<DrawArguments>();
-  add_option(parser, "WORKSPACE", arguments->workspace, "Whose networks draw").required();
-  add_option(parser, "--out", arguments->out, "New folder for 000012.png ..., or new .mp4")
+  add_option(parser, "WORKSPACE", arguments->workspace, "Workspace with the networks").required();
+  add_option(parser, "--out", arguments->out,
+             "New folder for images (000012.png ...), or a new video (.mp4)")
       .type_name("FOLDER|VIDEO")
       .required();
   add_option(parser, "--body", arguments->body,
-             "Meshes of the body, one a frame [those of the stage body]")
+             "Meshes of the body, one for each frame [those of the stage body]")
       .type_name("MESHES");
   add_option(parser, "--garment", arguments->garments,
-             "Meshes of a garment, of its template's faces [those of the stage register]")
+             "Meshes of a garment with the faces of its template [those of the stage register]")
       .type_name("NAME=MESHES")
       .once_a_flag();
-  add_option(parser, "--capture", arguments->capture, "Whose camera looks [one round the subject]")
+  add_option(parser, "--capture", arguments->capture,
+             "Capture whose camera is used [a camera around the subject]")
       .type_name("CAPTURE");
-  add_option(parser, "--camera", arguments->camera, "Which of its cameras").type_name("ID");
+  add_option(parser, "--camera", arguments->camera, "Camera of --capture").type_name("ID");
   const OptionReader options = add_option_flags(parser, draw_options());
   return [arguments, options] { return run(*arguments, options()); };
 }

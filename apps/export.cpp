@@ -402,7 +402,7 @@ OptionSet export_options() {
 Action add_export(CLI::App& parser) {
   auto arguments = std::make_shared<ExportArguments>();
   add_option(parser, "WORKSPACE", arguments->workspace, "Folder of results").required();
-  add_option(parser, "OUT", arguments->out, "Folder to write to, one folder in it a stage")
+  add_option(parser, "OUT", arguments->out, "Folder to write to, with one folder for each stage")
       .required();
   const OptionReader options = add_option_flags(parser, export_options());
   return [arguments, options] { return run(*arguments, options_of<ExportOptions>(options())); };

@@ -32,7 +32,7 @@ Action add_inspect(CLI::App& parser) {
       "Mesh, image, video, drawing, npy, npz, safetensors, HDF5, JSON, TOML, body, motion, or "
       "a folder of a result, sequence, capture or meshes")
       .required();
-  add_flag(parser, "--json", *json, "For machines");
+  add_flag(parser, "--json", *json, "Output as JSON, for programs");
   return [file, json] { return run(*file, *json); };
 }
 

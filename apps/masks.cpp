@@ -280,17 +280,17 @@ OptionSet masks_options() {
 
 Action add_masks(CLI::App& parser) {
   auto arguments = std::make_shared<MasksArguments>();
-  add_option(parser, "CAPTURE", arguments->capture, "Of any layout").required();
+  add_option(parser, "CAPTURE", arguments->capture, "Capture of any layout").required();
   add_option(parser, "--out", arguments->out,
              "Folder for labels/<camera>/<frame>.png; a native CAPTURE itself by default")
       .type_name("FOLDER");
   add_option(parser, "--plates", arguments->plates,
-             "Pictures of the empty stage: <camera>.png, or a folder for each camera")
+             "Images of the empty stage: <camera>.png, or a folder for each camera")
       .type_name("FOLDER");
   add_option(parser, "--truth", arguments->truth,
-             "Synthetic capture whose true labels the masks are held against")
+             "Synthetic capture whose ground-truth labels the masks are compared with")
       .type_name("CAPTURE");
-  add_flag(parser, "--json", arguments->json, "For machines");
+  add_flag(parser, "--json", arguments->json, "Output as JSON, for programs");
   const OptionReader options = add_option_flags(parser, masks_options());
   return [arguments, options] { return run(*arguments, options_of<MasksOptions>(options())); };
 }

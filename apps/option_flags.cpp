@@ -230,7 +230,7 @@ TextCheck one_of(std::vector<std::string> choices) {
 OptionReader add_option_flags(CLI::App& parser, const OptionSet& defaults,
                               const std::string& group) {
   const auto texts = std::make_shared<OptionTexts>();
-  parser.add_option("--config", texts->config_files, "TOML file of options; flags win over it")
+  parser.add_option("--config", texts->config_files, "TOML file with options; flags override it")
       ->type_name("FILE")
       ->allow_extra_args(false);
   for (const OptionField& field : defaults.table.fields) {

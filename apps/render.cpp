@@ -80,7 +80,7 @@ Action add_render(CLI::App& parser) {
   auto arguments = std::make_shared<RenderArguments>();
   add_option(parser, "MESH", arguments->mesh, "Mesh to show: .obj, .ply, .glb, .gltf, .fbx")
       .required();
-  add_option(parser, "--out", arguments->out, "Picture to write").type_name("PICTURE").required();
+  add_option(parser, "--out", arguments->out, "Image to write").type_name("PICTURE").required();
   const OptionReader options = add_option_flags(parser, render_options());
   return
       [arguments, options] { return run(*arguments, options_of<RenderCommandOptions>(options())); };

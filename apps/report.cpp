@@ -61,12 +61,12 @@ OptionSet report_options() {
 Action add_report(CLI::App& parser) {
   auto arguments = std::make_shared<ReportArguments>();
   add_option(parser, "WORKSPACE", arguments->workspace, "Folder of results").required();
-  add_option(parser, "--out", arguments->out, "The page to write [WORKSPACE/report/index.html]")
+  add_option(parser, "--out", arguments->out, "Page to write [WORKSPACE/report/index.html]")
       .type_name("FILE");
 #ifdef ATELIER_HAS_CAPTURE
   add_option(parser, "--truth", arguments->truth,
-             "Synthetic capture that the results were made from: the page also shows how far "
-             "they are from its truth, as evaluate prints it")
+             "Synthetic capture that the results were made from, for a section with their errors, "
+             "as evaluate prints them")
       .type_name("CAPTURE");
 #endif
   const OptionReader options = add_option_flags(parser, report_options());

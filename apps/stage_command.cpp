@@ -216,30 +216,32 @@ Action add_stage(CLI::App& parser, const Stage& stage, const StandAlone* alone) 
   Argument workspace =
       add_option(
           parser, "WORKSPACE", [&request](const std::string& text) { request.workspace = text; },
-          "Folder of results; made if it is missing")
+          "Folder of results; created if it is missing")
           .check(empty_problem);
   if (alone == nullptr) {
     workspace.required();
   }
-  add_option(parser, "--jobs", request.jobs, "Frames worked on at once; 0: as many as processors")
+  add_option(parser, "--jobs", request.jobs,
+             "Number of frames processed at once; 0: one for each processor")
       .check(jobs_problem)
       .type_name("N");
-  add_option(parser, "--device", arguments->device, "Where the work is done")
+  add_option(parser, "--device", arguments->device, "Device of the computation")
       .check(one_of({"cpu", "cuda"}))
       .type_name(stage.has_cuda ? "cpu|cuda" : "cpu");
   if (stage.frame_wise) {
     add_option(
         parser, "--frames", [arguments](const std::string& text) { arguments->frames = text; },
-        "Only frames a <= frame < b, or frame a alone")
+        "Range of frames to process, a <= frame < b, or frame a alone")
         .type_name("a:b|a:|:b|a");
     add_option(
         parser, "--shard", [arguments](const std::string& text) { arguments->shard = text; },
-        "Only every n-th frame, for a cluster")
+        "Every n-th frame from the i-th only, for a cluster")
         .type_name("i/n");
   }
-  add_flag(parser, "--force", request.force, "Do it again although the result is there");
-  add_flag(parser, "--dry-run", arguments->dry_run, "Only say what would be done, and why");
-  add_flag(parser, "--json", arguments->json, "Events as lines of JSON, for machines");
+  add_flag(parser, "--force", request.force, "Compute the result again although it exists");
+  add_flag(parser, "--dry-run", arguments->dry_run,
+           "Report what would be done and why, without doing it");
+  add_flag(parser, "--json", arguments->json, "Events as lines of JSON, for programs");
   arguments->options = add_option_flags(parser, stage.options());
   if (alone != nullptr) {
     for (const StandAlone::Flag& flag : alone->flags) {

@@ -32,7 +32,7 @@ namespace {
 constexpr std::array kStages = {
     Stage{.name = "statistics",
           .version = 3,
-          .summary = "numbers of a mesh sequence: counts, area, volume, bounds, edges, holes",
+          .summary = "statistics of a mesh sequence: counts, area, volume, bounds, edges, holes",
           .inputs = {"meshes"},
           .outputs = {"statistics"},
           .metrics = kStatisticsMetrics,
@@ -43,7 +43,7 @@ constexpr std::array kStages = {
 #ifdef ATELIER_HAS_CAPTURE
     Stage{.name = "validate",
           .version = 2,
-          .summary = "what is wrong with a capture, and what to do about it",
+          .summary = "defects of a capture, and how to correct them",
           .inputs = {"capture"},
           .outputs = {"findings"},
           .metrics = kValidateMetrics,
@@ -69,7 +69,7 @@ constexpr std::array kStages = {
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
     Stage{.name = "personalize",
           .version = 7,
-          .summary = "the person's own body: shape, bone lengths and surface",
+          .summary = "the person's body: shape, bone lengths and surface",
           .inputs = {"capture", "scans", "keypoints3d"},
           .outputs = {"person"},
           .metrics = kPersonalizeMetrics,
@@ -114,7 +114,7 @@ constexpr std::array kStages = {
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_REGISTRATION)
     Stage{.name = "register",
           .version = 10,
-          .summary = "where every garment is in every frame, from its template",
+          .summary = "each garment's template registered to every frame",
           .inputs = {"capture", "template", "scans", "bodies"},
           .outputs = {"registered"},
           .metrics = kRegisterMetrics,
@@ -126,7 +126,7 @@ constexpr std::array kStages = {
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
     Stage{.name = "refine",
           .version = 2,
-          .summary = "the body once more, under a registered garment instead of scans",
+          .summary = "the body again, under a registered garment instead of scans",
           .inputs = {"registered_garment", "scans", "person", "tracked", "bodies"},
           .outputs = {"refined_bodies"},
           .metrics = kBodyMetrics,
@@ -152,7 +152,7 @@ constexpr std::array kStages = {
     defined(ATELIER_HAS_CORE_RENDER)
     Stage{.name = "material",
           .version = 4,
-          .summary = "how stiff each garment's cloth is, from how it moved",
+          .summary = "stiffness of each garment's cloth, estimated from its motion",
           .inputs = {"capture", "person", "tracked", "bodies", "template", "registered"},
           .outputs = {"fitted_material"},
           .metrics = kMaterialMetrics,
@@ -163,7 +163,7 @@ constexpr std::array kStages = {
 #if defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_CORE_RENDER)
     Stage{.name = "simulate",
           .version = 8,
-          .summary = "a garment on a body, standing or moving",
+          .summary = "simulation of garments on a body at rest or in motion",
           .inputs = {"scene"},
           .outputs = {"states", "garment"},
           .metrics = kSimulateMetrics,
@@ -179,7 +179,7 @@ constexpr std::array kStages = {
     defined(ATELIER_HAS_REGISTRATION)
     Stage{.name = "appearance",
           .version = 10,
-          .summary = "how each garment looks: networks that draw its texture",
+          .summary = "appearance of each garment: networks that generate its texture",
           .inputs = {"capture", "registered", "bodies"},
           .outputs = {"networks"},
           .metrics = kAppearanceMetrics,
@@ -189,24 +189,25 @@ constexpr std::array kStages = {
           .has_cuda = true,
           .device_keyed = true},
 #endif
-    Stage{.name = "ceiling",
-          .version = 9,
-          .summary = "appearance on a synthetic capture's true garments, to compare with",
-          .inputs = {"capture"},
-          .outputs = {"true_networks"},
-          .metrics = kAppearanceMetrics,
-          .options = option_set<AppearanceStageOptions>,
-          .run = run_ceiling,
-          .check_input = require_no_folder_above,
-          .has_cuda = true,
-          .device_keyed = true},
+    Stage{
+        .name = "ceiling",
+        .version = 9,
+        .summary = "appearance on the ground-truth geometry of a synthetic capture, for comparison",
+        .inputs = {"capture"},
+        .outputs = {"true_networks"},
+        .metrics = kAppearanceMetrics,
+        .options = option_set<AppearanceStageOptions>,
+        .run = run_ceiling,
+        .check_input = require_no_folder_above,
+        .has_cuda = true,
+        .device_keyed = true},
 #endif
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
     defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION) &&            \
     defined(ATELIER_HAS_CORE_RENDER)
     Stage{.name = "animate",
           .version = 6,
-          .summary = "the person and the simulated garments in a motion, as meshes and pictures",
+          .summary = "the person and the simulated garments in a motion, as meshes and images",
           .inputs = {"capture", "person", "tracked"},
           .optional_inputs = {"bodies", "template", "registered", "fitted_material", "networks"},
           .outputs = {"animation"},
