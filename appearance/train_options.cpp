@@ -80,7 +80,7 @@ TrainOptions resolved(const TrainOptions& options, Device device) {
 
 std::string training_problem(const TrainOptions& options, Device device) {
   if (options.half && device == Device::Cpu) {
-    return "--half works on a GPU alone; say --device cuda, or leave it out";
+    return "--half works on a GPU alone; use --device cuda, or leave it out";
   }
   if (std::string problem = resolution_problem("--resolution", options.resolution);
       !problem.empty()) {

@@ -148,8 +148,7 @@ int compare_surface(ComparedPictures& sum, const fs::path& file, const JudgedSce
   run_child_program(
       "atelier-appearance",
       {"predict", file.string(), (between.path / "data.h5").string(), colors.string()},
-      "it is built where libtorch is (libtorch-dev)", [](const std::string&) {},
-      [] { return false; });
+      "a build with libtorch (libtorch-dev)", [](const std::string&) {}, [] { return false; });
   std::int64_t pixels = 0;
   for (const AppearanceView& view : drawn.own.views) {
     pixels += static_cast<std::int64_t>(view.pixel.size());

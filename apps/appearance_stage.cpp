@@ -114,7 +114,7 @@ Trained train_network(StageRun& run, const std::string& name, const TrainOptions
   long long first = 0;
   const auto train = [&] {
     return run_child_program(
-        "atelier-appearance", words, "it is built where libtorch is (libtorch-dev)",
+        "atelier-appearance", words, "a build with libtorch (libtorch-dev)",
         [&](const std::string& line) {
           long long step = 0;
           int of = 0;
@@ -210,7 +210,7 @@ void judge_pictures(StageRun& run, const AppearanceData& data) {
 void require_learnt(StageRun& run, const std::string& name, std::optional<double> psnr,
                     double fixed) {
   if (!psnr) {
-    run.warn(name + ": rows of the training's log are lost: how it ended is unknown");
+    run.warn(name + ": rows of the training log are missing, so its final loss is unknown");
     return;
   }
   const std::string text = name + ": " + little_learnt_text(*psnr, fixed);
@@ -330,7 +330,7 @@ void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
     const fs::path data_file = scratch / "data.h5";
     std::optional<AppearanceData> prepared = prepared_before(data_file);
     if (prepared) {
-      run.say(name + ": goes on with the data that were prepared before");
+      run.say(name + ": continuing with the data prepared before");
     } else {
       std::vector<LabelAgreement> agreement;
       const AppearanceData fresh =

@@ -186,7 +186,7 @@ int run(const DepthArguments& arguments, const DepthOptions& options) {
   const std::vector<int> frames = frames_with_masks(dataset);
   if (frames.empty()) {
     throw DataError(arguments.capture, "", "no masks and no labels",
-                    "some; atelier masks makes them");
+                    "some; atelier masks creates them");
   }
   const int frame = options.frame < 0 ? frames.front() : options.frame;
   if (std::find(frames.begin(), frames.end(), frame) == frames.end()) {

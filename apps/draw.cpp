@@ -451,7 +451,7 @@ int run(const DrawArguments& arguments, const OptionSet& set) {
   require_new_place(arguments.out, "--out");
   require_outside_results(arguments.out, arguments.workspace, all_stages(), "--out");
   if (is_inside(arguments.out, arguments.workspace)) {
-    throw UsageError("--out lies in the WORKSPACE; name a place outside of it");
+    throw UsageError("--out lies in the WORKSPACE; choose a path outside of it");
   }
   video ? require_file_place(arguments.out) : require_folder_place(arguments.out);
   const std::optional<Camera> captured = captured_camera(arguments, options);

@@ -203,7 +203,7 @@ int run(EvaluateArguments arguments) {
       figures.unmeasured.begin(), figures.unmeasured.end(),
       [&](const Unmeasured& one) { return one.stage == arguments.stage && rows.empty(); });
   if (nothing) {
-    standard_error() << "atelier: not one figure of '" << arguments.stage << "' was measured"
+    standard_error() << "atelier: no figure of '" << arguments.stage << "' was measured"
                      << std::endl;
     return kExitCheckFailed;
   }
@@ -211,8 +211,8 @@ int run(EvaluateArguments arguments) {
   if (absent > 0 && (!any || arguments.complete)) {
     standard_error() << "atelier: "
                      << (any ? "not measured: " + counted(absent, "figure")
-                             : std::string("not one figure was measured"))
-                     << " of those that results are judged by" << std::endl;
+                             : std::string("no figure was measured"))
+                     << " among those with targets" << std::endl;
     return kExitCheckFailed;
   }
   return std::all_of(all.begin(), all.end(), is_met) ? kExitDone : kExitCheckFailed;

@@ -337,7 +337,7 @@ std::vector<const StageStatus*> chosen_results(const std::vector<StageStatus>& a
     if (status.state == StageStatus::State::Damaged) {
       throw DataError(workspace, status.stage, "a result that is damaged",
                       "a sound one: atelier status --digests says what is damaged, atelier " +
-                          status.stage + " INPUT WORKSPACE, given as then, makes it anew");
+                          status.stage + " INPUT WORKSPACE, with the same arguments recomputes it");
     }
     if (status.manifest) {
       chosen.push_back(&status);

@@ -264,7 +264,7 @@ int run(MasksArguments arguments, const MasksOptions& options) {
   } else {
     if (judged > 0) {
       char text[80];
-      std::snprintf(text, sizeof text, "mean IoU against the truth %.4f\n", iou / judged);
+      std::snprintf(text, sizeof text, "mean IoU against the ground truth %.4f\n", iou / judged);
       std::cout << text;
     }
     std::cout << (fs::path(arguments.out) / "labels").string() << "\n";

@@ -38,9 +38,9 @@ void set_options(OptionTable& table, const OptionTexts& texts) {
       throw UsageError("--config cannot be '': it takes a TOML file");
     }
     if (!is_printable_utf8(file)) {  // manifests name it as where options came from
-      throw UsageError("--config cannot be '" + file +
-                       "': the name is no printable UTF-8, as which results keep it; rename "
-                       "the file");
+      throw UsageError(
+          "--config cannot be '" + file +
+          "': the name is not printable UTF-8, which results store it as; rename the file");
     }
     try {
       const std::string text = read_file_text(file, Limits{}.text_file_bytes);

@@ -168,11 +168,11 @@ std::optional<Finding> missing_of(const std::string& camera, const CameraFrames&
   }
   if (pictures == 0) {
     return finding("no picture of any of the " + all + " frames",
-                   "it takes no part; look where its pictures are and how they are named");
+                   "it is not used; check the location and the names of its images");
   }
   if (without.size() == frames.size()) {
     return finding("no mask and no labels of any of its pictures",
-                   "it takes no part; atelier masks makes masks");
+                   "it is not used; atelier masks creates masks");
   }
   return finding("no picture or no mask of " + std::to_string(without.size()) + " of " + all +
                      " frames, the first is " + std::to_string(without.front()),
@@ -201,7 +201,7 @@ std::vector<Finding> missing_views(const Dataset& dataset, const std::vector<int
                         "frame " + std::to_string(dropped.front()),
                         std::to_string(dropped.size()) +
                             " frames have pictures with masks or labels in fewer than two views",
-                        "they get no surface; atelier masks makes masks"});
+                        "they get no surface; atelier masks creates masks"});
   }
   return findings;
 }
@@ -350,7 +350,7 @@ void run_reconstruct(StageRun& run) {
   if (frames.empty() && !has_detections(dataset)) {
     throw DataError(run.input("capture").string(), "",
                     "neither masks nor labels in two views of a frame, and no detections",
-                    "some of them; atelier masks and atelier detect make them");
+                    "some of them; atelier masks and atelier detect create them");
   }
   if (frames.empty()) {
     run.warn("no frame has masks or labels in two views: no surfaces");

@@ -27,11 +27,10 @@ namespace {
 #ifdef ATELIER_HAS_CAPTURE
 
 constexpr const char* kDemo =
-    "Judged by the ranges of captures as the preset demo makes them (docs/demo_ranges.md). They "
-    "say that nothing is broken, not that results are good; beside them stand the targets of the "
-    "preset accuracy.";
-constexpr const char* kAccuracy =
-    "Judged by the targets of captures as the preset accuracy makes them.";
+    "Judged by the ranges of captures of the preset demo (docs/demo_ranges.md), which show that "
+    "nothing is broken, not that results are good; the targets of the preset accuracy stand beside "
+    "them.";
+constexpr const char* kAccuracy = "Judged by the targets of captures of the preset accuracy.";
 
 std::string with_unit(double value, const std::string& unit) {
   char text[60];

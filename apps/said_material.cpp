@@ -60,8 +60,8 @@ Material said_material(const Material& said, const Material& fitted) {
   }
   if (!(material.stretch_warp > 0) || !(material.stretch_weft > 0)) {
     throw UsageError(
-        "material.stretch_warp and material.stretch_weft cannot be 0: cloth without them has "
-        "nothing that holds it together; say more (fabrics have 100 and more)");
+        "material.stretch_warp and material.stretch_weft cannot be 0: nothing would hold the cloth "
+        "together; raise them (fabrics have 100 and more)");
   }
   return material;
 }

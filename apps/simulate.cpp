@@ -281,7 +281,7 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
   if (!value("material").empty()) {
     if (options.material.name != "custom" && options.material.name != value("material")) {
       throw UsageError("--material says '" + value("material") + "', --material.name '" +
-                       options.material.name + "'; name one fabric");
+                       options.material.name + "'; choose one fabric");
     }
     OptionTable table = describe(options);
     const std::string problem = set_option(table, "material.name", value("material"));
@@ -368,7 +368,7 @@ int simulate_alone(const std::map<std::string, std::string>& values, const Optio
     attempt([&] { album.write_sheet(); });
   }
   if (pictures && done == scene.frame_count && !interrupted() && !failure) {
-    (json ? standard_error() : std::cout) << "drawing a turntable and a film" << std::endl;
+    (json ? standard_error() : std::cout) << "rendering a turntable and a video" << std::endl;
     attempt([&] { album.write_videos([] { return interrupted(); }); });
   }
   if (failure) {

@@ -241,7 +241,7 @@ SimulationScene read_scene_body(const ScenePaths& paths, const SimulateOptions& 
                           ? options.length
                           : options.settle + static_cast<Index>(std::lround(seconds * options.fps));
   if (scene.frame_count == 0) {
-    throw UsageError("there is nothing to simulate: give --settle or --length");
+    throw UsageError("there are no frames to simulate: give --settle or --length");
   }
   doubt_length(scene, options, seconds > 0);
   return scene;

@@ -52,7 +52,7 @@ void require_printable(const std::string& argument, const std::filesystem::path&
   const std::filesystem::path real = std::filesystem::weakly_canonical(path, ignored);
   if (!is_printable_utf8(path.string()) || !is_printable_utf8(real.string())) {
     throw UsageError(argument + " cannot be '" + (real.empty() ? path : real).string() +
-                     "': the name is no printable UTF-8, as which results keep it; rename the "
+                     "': the name is not printable UTF-8, which results store it as; rename the "
                      "file or the folder");
   }
 }
@@ -167,9 +167,9 @@ void require_folder_or_nothing(const std::filesystem::path& workspace) {
   const std::filesystem::file_type kind = file_kind(workspace);
   if (kind == std::filesystem::file_type::not_found &&
       link_kind(workspace) == std::filesystem::file_type::symlink) {
-    throw EnvironmentError("WORKSPACE " + workspace.string(),
-                           "a symbolic link to nothing; make the folder that it names, or remove "
-                           "the link");
+    throw EnvironmentError(
+        "WORKSPACE " + workspace.string(),
+        "a broken symbolic link; create the folder that it names, or remove the link");
   }
   if (kind != std::filesystem::file_type::directory &&
       kind != std::filesystem::file_type::not_found) {

@@ -355,8 +355,8 @@ void show_error_event(const char* kind, std::string_view name, const Failure& fa
 
 std::string unlinked_text(std::int64_t results) {
   return counted(results, "result") +
-         " without a current link; the stage's command, given as then, links " +
-         (results == 1 ? "it" : "one of them") + " again without doing it anew";
+         " without a current link; the stage's command with the same arguments links " +
+         (results == 1 ? "it" : "one of them") + " again without recomputing it";
 }
 
 std::string duration_text(double seconds) {

@@ -225,28 +225,32 @@ constexpr std::array kStages = {
 #if defined(ATELIER_HAS_SIMULATION) && defined(ATELIER_HAS_CORE_RENDER)
 constexpr std::array kSimulateFlags = {
     StandAlone::Flag{"garment", "MESH",
-                     "Without a workspace: the garment, a mesh or garment.h5; several in layers "
-                     "joined by +, the inner first"},
+                     "Without a workspace: garment to simulate, a mesh or garment.h5; several "
+                     "layers joined by +, innermost first"},
     StandAlone::Flag{"body", "FILE",
-                     "Mesh, folder of meshes one a frame, sequence, body model, female or male"},
-    StandAlone::Flag{"motion", "FILE", "Moves a body model: .bvh, .amc, .npz, .trc, .c3d, .glb"},
+                     "Body: a mesh, a folder of meshes (one for each frame), a sequence, a body "
+                     "model, female or male"},
+    StandAlone::Flag{"motion", "FILE",
+                     "Motion of a body model: .bvh, .amc, .npz, .trc, .c3d, .glb"},
     StandAlone::Flag{"out", "FOLDER|FILE",
-                     "Folder for frames, pictures and videos, each frame once it is done; or one "
-                     "file, .h5 or .usda, of all frames, with pictures and videos beside it"},
-    StandAlone::Flag{"format", "h5|ply|obj|usda", "Of the frames in a folder [h5]"},
-    StandAlone::Flag{"material", "NAME", "The same as --material.name"},
-    StandAlone::Flag{"grid", "", "Instead: grid.png over bending and stretching stiffness"},
-    StandAlone::Flag{"no-pictures", "", "Leave out sheet.png, turntable.mp4 and motion.mp4"},
+                     "Folder for frames, images and videos, each frame written once it is done; or "
+                     "one file (.h5 or .usda) for all frames, with images and videos beside it"},
+    StandAlone::Flag{"format", "h5|ply|obj|usda", "Format of the frames in a folder [h5]"},
+    StandAlone::Flag{"material", "NAME", "Fabric, the same as --material.name"},
+    StandAlone::Flag{
+        "grid", "",
+        "Grid over bending and stretching stiffness, written as grid.png instead of frames"},
+    StandAlone::Flag{"no-pictures", "", "No sheet.png, turntable.mp4 and motion.mp4"},
 };
 constexpr StandAlone kSimulateAlone{kSimulateFlags, simulate_alone};
 #endif
 
 #ifdef ATELIER_HAS_REGISTRATION
 constexpr std::array kFlattenFlags = {
-    StandAlone::Flag{"mesh", "MESH", "Without a workspace: the garment's surface"},
+    StandAlone::Flag{"mesh", "MESH", "Without a workspace: surface of the garment"},
     StandAlone::Flag{"out", "FOLDER",
-                     "New folder: pattern.svg, pattern.dxf, garment.obj, stretch.png"},
-    StandAlone::Flag{"no-pictures", "", "Leave out stretch.png"},
+                     "New folder for pattern.svg, pattern.dxf, garment.obj and stretch.png"},
+    StandAlone::Flag{"no-pictures", "", "No stretch.png"},
 };
 constexpr StandAlone kFlattenAlone{kFlattenFlags, flatten_alone};
 #endif
@@ -254,8 +258,8 @@ constexpr StandAlone kFlattenAlone{kFlattenFlags, flatten_alone};
 #ifdef ATELIER_HAS_CAPTURE
 constexpr std::array kValidateFlags = {
     StandAlone::Flag{"html", "FILE",
-                     "Without a workspace: also one page with contact sheets, camera layout and "
-                     "error plots"},
+                     "Without a workspace: HTML page to write, with contact sheets, camera layout "
+                     "and error plots"},
 };
 constexpr StandAlone kValidateAlone{kValidateFlags, validate_alone, true};
 #endif

@@ -125,7 +125,7 @@ std::vector<std::string> impossible_options(const SynthesisOptions& options) {
   std::vector<std::string> wrong = check_options(describe(copy));
   const auto say = [&](const std::string& sentence) { wrong.push_back(sentence); };
   if (options.frames + options.minimal_frames == 0) {
-    say("--frames and --minimal-frames are both 0: there is nothing to take");
+    say("--frames and --minimal-frames are both 0: the capture would be empty");
   }
   const int per_post = (options.dome.pairs ? 2 : 1) * options.dome.rows;
   if (options.dome.cameras % per_post != 0) {

@@ -40,7 +40,7 @@ SynthesisOptions chosen(const std::string& preset, const OptionSet& set) {
 void write_other_layout(const std::filesystem::path& capture, const std::string& layout) {
   const std::filesystem::path out = capture / layout;
   if (std::filesystem::exists(out)) {
-    std::cout << printable(out.string()) << " is there already\n";
+    std::cout << printable(out.string()) << " already exists\n";
     return;
   }
   // Under another name until it is whole: a layout that was interrupted is made anew.
@@ -67,7 +67,7 @@ int run(const std::string& folder, const SynthesisOptions& options, const std::s
     if (options.body_sequence.empty()) {
       outfit_garments(options.outfit.garment);  // throws for a name that is none
     }
-    std::cout << printable(out) << ": nothing is wrong with the options\n";
+    std::cout << printable(out) << ": the options are valid\n";
     return kExitDone;
   }
   catch_interrupts();

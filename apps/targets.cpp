@@ -15,7 +15,7 @@ namespace {
 
 using enum Measure::Side;
 
-constexpr const char* kNoTruth = "no frame has both a result and a truth";
+constexpr const char* kNoTruth = "no frame has both a result and ground truth";
 constexpr const char* kNotDynamic =
     "a tenth of the body's vertices or less lie under true clothing that swings "
     "(track.dynamic_share), so that there is little to leave out";

@@ -140,7 +140,7 @@ std::vector<Measure> measure_template(const fs::path& workspace, const fs::path&
        "true cloth that two cameras see to the template"},
       {"template.seen_p95_mm", 1e3 * missed_seen.p95(), "mm", 0, Side::None, "the same"},
       {"template.all_mean_mm", 1e3 * missed.mean(), "mm", 0, Side::None,
-       "all true cloth to the template, what lies under other clothes too"},
+       "all true cloth to the template, including what lies under other clothes"},
       {"template.all_p95_mm", 1e3 * missed.p95(), "mm", 0, Side::None, "the same"},
       {"template.boundaries_wrong", boundaries, "", 0, Side::AtMost,
        "openings too many, too few or without a name"},

@@ -27,14 +27,14 @@ void print(const std::string& name, const Dataset& dataset, const Validation& va
   }
   const std::vector<std::string> settings = settings_of(validation.findings);
   if (!settings.empty()) {
-    std::cout << "settings that put it right, as far as settings can:\n";
+    std::cout << "options that correct the capture as far as options can:\n";
   }
   for (const std::string& setting : settings) {
     std::cout << "  " << printable(setting) << "\n";
   }
-  std::cout << (has_errors(validation.findings) ? "it cannot be used as it is\n"
-                : validation.findings.empty()   ? "nothing to complain of\n"
-                                                : "it can be used\n");
+  std::cout << (has_errors(validation.findings) ? "the capture cannot be used as it is\n"
+                : validation.findings.empty()   ? "no defects were found\n"
+                                                : "the capture can be used\n");
 }
 
 }  // namespace
@@ -46,7 +46,7 @@ int validate_alone(const std::map<std::string, std::string>& values, const Optio
   const auto html = values.find("html");
   if (html != values.end() && is_inside(html->second, capture)) {
     throw UsageError(
-        "--html lies in the capture, which is not changed; name a place outside of it");
+        "--html lies in the capture, which is not changed; choose a path outside of it");
   }
   FrameReader reader(without_held_out_pictures(open_dataset(capture, chosen.capture)));
   const Validation validation = validate(reader, chosen.checks);

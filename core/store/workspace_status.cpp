@@ -145,7 +145,7 @@ void judge_age(StageStatus& status, const Stage& stage, const std::vector<StageS
         }
         if (!maker->manifest || folder_name(maker->manifest->key) != made_of.key16) {
           status.inputs_changed = true;
-          outdated_by("its input " + input.kind + " is made of a result of '" + made_of.stage +
+          outdated_by("its input " + input.kind + " is made from a result of '" + made_of.stage +
                       "' that is no longer the current one");
         } else {
           follow(*maker);

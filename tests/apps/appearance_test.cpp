@@ -160,7 +160,7 @@ TEST_F(Appearance, OutdatedResultsAreNamedBeforeATrainingAndADrawingThatReadThem
   const std::string warning =
       "warning: the result of 'register' is outdated: input capture changed";
   const std::string command =
-      "run 'atelier register " + capture_.string() + " " + workspace.string() + "' to make it anew";
+      "run 'atelier register " + capture_.string() + " " + workspace.string() + "' to recompute it";
   EXPECT_THAT(appearance(workspace, {"--dry-run"}).out,
               AllOf(HasSubstr(warning), HasSubstr(command)));
   const ChildResult done = appearance(workspace);

@@ -259,7 +259,7 @@ TEST_F(Person, OnceTheGarmentIsRegisteredAnewRefineIsOutdatedToEveryCommand) {
   const auto outdated = [&] {
     for (const std::string& command : commands) {
       EXPECT_THAT(said(command), AllOf(HasSubstr("outdated"),
-                                       HasSubstr("is made of a result of 'register' that is no "
+                                       HasSubstr("is made from a result of 'register' that is no "
                                                  "longer the current one")))
           << command;
     }

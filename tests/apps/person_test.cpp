@@ -93,8 +93,8 @@ TEST_F(Person, IsFollowedMeasuredAndReported) {
   ASSERT_EQ(
       run_child({program_path(), "report", workspace, "--truth", capture().string()}).exit_code, 0);
   const std::string page = read_text(workspace_ / "report" / "index.html");
-  for (const char* words :
-       {"Against the truth", "track.legs_mm", "certificates.png", "pictures/clothed_frames.png"}) {
+  for (const char* words : {"Errors against the ground truth", "track.legs_mm", "certificates.png",
+                            "pictures/clothed_frames.png"}) {
     EXPECT_THAT(page, HasSubstr(words));
   }
 }

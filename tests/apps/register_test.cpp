@@ -564,7 +564,7 @@ TEST_F(Register, ACheckThatMeasuresNothingIsNotMet) {
   EXPECT_EQ(check({"--stage", "body"}).exit_code, 0) << "no check was asked for";
   const ChildResult none = check({"--stage", "body", "--check", "--json"});
   EXPECT_EQ(none.exit_code, 1);
-  EXPECT_THAT(none.err, HasSubstr("not one figure was measured"));
+  EXPECT_THAT(none.err, HasSubstr("no figure was measured"));
   EXPECT_EQ(check({"--stage", "body", "--complete"}).exit_code, 2);
   EXPECT_EQ(check({"--stage", "register", "--check", "--complete", "--targets", "demo"}).exit_code,
             0);
