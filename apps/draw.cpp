@@ -83,7 +83,7 @@ OptionTable describe(DrawOptions& options) {
   table.add("video", describe(options.video));
   for (OptionField& field : table.fields) {
     if (field.name == "video.fps") {
-      field.help = "Frames per second; unless said, the meshes' own, if they have one";
+      field.help = "Frame rate of the video; unless given, that of the meshes if they have one";
     }
   }
   table.add(describe(options.paint));
