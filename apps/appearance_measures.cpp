@@ -306,10 +306,10 @@ std::optional<Measure> below_ceiling(const fs::path& workspace, std::span<const 
                 "dB",
                 2,
                 Measure::Side::AtMost,
-                "less than the same network on true geometry"};
+                "below the same network on ground-truth geometry"};
   if (!unlike.empty()) {
     below.side = Measure::Side::None;
-    below.note = "less than another network on true geometry: " + unlike;
+    below.note = "below another network on ground-truth geometry: " + unlike;
   }
   return below;
 }

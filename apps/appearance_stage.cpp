@@ -158,7 +158,7 @@ void tell_missing(StageRun& run, const Dataset& dataset, const Seen& seen) {
     if (missing > 0) {
       run.warn("camera " + seen.cameras[c].id + " has no picture of " + std::to_string(missing) +
                " of " + std::to_string(seen.clothed.size()) +
-               " frames; nothing is learnt from them");
+               " frames; they are not used for training");
     }
   }
 }
@@ -170,12 +170,13 @@ void tell_strange_labels(StageRun& run, const AppearanceData& data,
   for (std::size_t c = 0; c < agreement.size(); ++c) {
     const auto [judged, agreed] = agreement[c];
     if (static_cast<double>(agreed) < kShare * static_cast<double>(judged)) {
-      char text[200];
-      std::snprintf(text, sizeof(text),
-                    "%s: label images of camera %s have it in %.0f%% of the pixels in which the "
-                    "geometry does; are they of this camera, and is it registered well?",
-                    data.name.c_str(), data.camera_ids[c].c_str(),
-                    100 * static_cast<double>(agreed) / static_cast<double>(judged));
+      char text[260];
+      std::snprintf(
+          text, sizeof(text),
+          "%s: label images of camera %s show it in %.0f%% of the pixels in which the geometry "
+          "does; check that they are of this camera and that it is registered well",
+          data.name.c_str(), data.camera_ids[c].c_str(),
+          100 * static_cast<double>(agreed) / static_cast<double>(judged));
       run.warn(text);
     }
   }
@@ -187,20 +188,19 @@ void judge_pictures(StageRun& run, const AppearanceData& data) {
   const StaticFit fit = static_fit(data, judged_texels(data));
   if (most_contradict(fit)) {
     char found[120];
-    std::snprintf(found, sizeof(found), "no texture shows them: the best one reaches %.1f dB",
+    std::snprintf(found, sizeof(found), "no texture explains them: the best one reaches %.1f dB",
                   fit.psnr);
     throw DataError("", "pictures of " + data.name, found,
                     "pictures, calibration and geometry of one capture");
   }
   for (const std::size_t c : contradicting_cameras(fit)) {
-    char text[240];
-    std::snprintf(
-        text, sizeof(text),
-        "%s: pictures of camera %s contradict the geometry (one texture for all shows "
-        "them at %.1f dB and explains %.0f%% of what differs in them; all at %.1f dB); are "
-        "they of this camera, and is it registered well?",
-        data.name.c_str(), data.camera_ids[c].c_str(), fit.camera_psnr[c],
-        100 * std::max(fit.camera_explained[c], 0.0), fit.psnr);
+    char text[320];
+    std::snprintf(text, sizeof(text),
+                  "%s: images of camera %s contradict the geometry (one texture for all cameras "
+                  "reaches %.1f dB and explains %.0f%% of their variation; %.1f dB over all "
+                  "cameras); check that they are of this camera and that it is registered well",
+                  data.name.c_str(), data.camera_ids[c].c_str(), fit.camera_psnr[c],
+                  100 * std::max(fit.camera_explained[c], 0.0), fit.psnr);
     run.warn(text);
   }
 }

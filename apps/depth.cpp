@@ -127,7 +127,7 @@ void open_folder(const fs::path& folder, const std::string& origin) {
   }
   const nlohmann::json said = nlohmann::json::parse(there, nullptr, false);
   if (!said.is_object() || said.value("schema", nlohmann::json()) != "atelier-depth") {
-    throw DataError(file.string(), "", "no account of what the maps are made of",
+    throw DataError(file.string(), "", "no record of what the maps were made from",
                     "the file that depth wrote; give a new folder, or remove " + folder.string());
   }
   throw UsageError("OUT " + folder.string() + " holds maps of " +

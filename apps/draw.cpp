@@ -407,7 +407,7 @@ void require_use(const DrawArguments& arguments, const OptionTable& table) {
     if (!arguments.capture.empty() && field.source != "default" &&
         (placing.contains(field.name) || field.name.starts_with("framing."))) {
       throw UsageError(flag_of(field.name) +
-                       " does nothing: the camera of --capture looks; leave one of them out");
+                       " does nothing: the camera of --capture is used; leave one of them out");
     }
   }
 }
@@ -423,12 +423,12 @@ int run(const DrawArguments& arguments, const OptionSet& set) {
   if (options.networks == "ceiling") {
     if (arguments.capture.empty()) {
       throw UsageError(
-          "--networks ceiling draws what was true in a synthetic capture: name --capture and "
+          "--networks ceiling renders the ground truth of a synthetic capture: give --capture and "
           "--camera");
     }
     if (!arguments.body.empty() || !arguments.garments.empty()) {
       throw UsageError(
-          "--body and --garment do nothing: --networks ceiling draws the truth of "
+          "--body and --garment do nothing: --networks ceiling renders the ground truth of "
           "--capture; leave them out");
     }
   }
@@ -444,7 +444,7 @@ int run(const DrawArguments& arguments, const OptionSet& set) {
     throw UsageError("--out takes a folder or a video .mp4, not '" + extension + "'");
   }
   if (video && options.paint.alpha) {
-    throw UsageError("a video has no fourth channel: leave out --alpha, or name a folder");
+    throw UsageError("a video has no alpha channel: leave out --alpha, or choose a folder");
   }
   require_use(options, set.table, video);
   catch_interrupts();

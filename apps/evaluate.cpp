@@ -64,7 +64,7 @@ nlohmann::ordered_json json_of(const Judged& row) {
 void require_synthetic(const fs::path& capture) {
   if (fs::is_directory(capture) && !fs::exists(capture / "truth") &&
       !fs::exists(capture / "synthesis.json")) {
-    throw DataError(capture.string(), "truth", "none: only what is synthesized has one",
+    throw DataError(capture.string(), "truth", "none: only synthetic captures have it",
                     "a capture of 'atelier synthesize'");
   }
 }

@@ -261,7 +261,7 @@ fs::path capture_of(const std::vector<StageStatus>& all, const std::string& layo
     }
   }
   throw DataError(
-      "", "cameras", "no capture where the workspace's results were made of one",
+      "", "cameras", "no capture at the path that the workspace's results were made from",
       "the capture in its place, or atelier convert-capture CAPTURE OUT --to " + layout);
 }
 

@@ -66,10 +66,10 @@ OptionTable describe(SimulateOptions& options) {
 std::string relaxed_text(const RelaxedGarment& relaxed, double seconds) {
   char text[200];
   std::snprintf(text, sizeof text,
-                "without its weight: after %s s it hangs %.2f mm (mean; most %.2f mm) from the "
+                "unloaded shape: after %s s it hangs %.2f mm (mean; maximum %.2f mm) from the "
                 "captured shape, %d rounds%s",
                 number_text(seconds).c_str(), 1e3 * relaxed.mean_error, 1e3 * relaxed.largest_error,
-                relaxed.rounds, relaxed.converged ? "" : "; not as near as asked");
+                relaxed.rounds, relaxed.converged ? "" : "; above the tolerance");
   return text;
 }
 

@@ -214,7 +214,7 @@ void run_track(StageRun& run) {
   }
   if (!sums.found) {
     throw DataError(run.input("keypoints3d").string(), "keypoints3d",
-                    "no frame that shows a person, and no scan that says where one is",
+                    "no frame that shows a person, and no scan of one",
                     "at least one frame with hips, shoulders and limbs");
   }
   run.metric("frames", sums.frames);

@@ -393,7 +393,7 @@ TEST_F(Appearance, NetworksOfTheCeilingDrawTheTruth) {
   EXPECT_LT(off / count, 30);
   const ChildResult nowhere = draw("none", {});
   EXPECT_EQ(nowhere.exit_code, 2);
-  EXPECT_THAT(nowhere.err, HasSubstr("name --capture and --camera"));
+  EXPECT_THAT(nowhere.err, HasSubstr("give --capture and --camera"));
   std::vector<std::string> other = camera;
   other.insert(other.end(), {"--body", folder_.path().string()});
   EXPECT_THAT(draw("none", other).err, HasSubstr("--body and --garment do nothing"));

@@ -82,9 +82,10 @@ TEST_F(Appearance, WhatRegistrationCostsIsTheCeilingLessWhatIsReached) {
                       "--stage", "appearance"})
         .out;
   };
-  EXPECT_THAT(text(), HasSubstr("less than the same network on true geometry"));
+  EXPECT_THAT(text(), HasSubstr("below the same network on ground-truth geometry"));
   ASSERT_EQ(ceiling("found", {"--channels", "3"}).exit_code, 0);
-  EXPECT_THAT(text(), HasSubstr("less than another network on true geometry: channels 2 and 3"));
+  EXPECT_THAT(text(),
+              HasSubstr("below another network on ground-truth geometry: channels 2 and 3"));
   EXPECT_FALSE(figures("appearance").at("appearance.psnr_db").is_null());
 }
 

@@ -75,7 +75,7 @@ TEST_F(Person, AReferenceThatExcludesNothingIsNone) {
   const nlohmann::json values = nlohmann::json::parse(figures.out);
   EXPECT_TRUE(values.contains("track.legs_ratio"));
   EXPECT_FALSE(values.contains("track.auto_ratio"));
-  EXPECT_THAT(figures.out, HasSubstr("no true garment has a label of --input.excluded"));
+  EXPECT_THAT(figures.out, HasSubstr("no ground-truth garment has a label of --input.excluded"));
 }
 
 TEST_F(Person, FiguresAreJudgedAlikeWithATableAndWithout) {

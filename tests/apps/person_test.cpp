@@ -328,7 +328,7 @@ TEST_F(Person, NoKeypointsAtAllAreRefused) {
   }
   const ChildResult result = run_stage("track");
   EXPECT_EQ(result.exit_code, 3) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("no frame that shows a person, and no scan that says"));
+  EXPECT_THAT(result.err, HasSubstr("no frame that shows a person, and no scan of one"));
 }
 
 // A thousand frames a second make of every motion one that no motion prior lets through.
@@ -572,7 +572,7 @@ TEST_F(Person, TheBodyUnderASecondPersonsScanIsTheSame) {
   const ChildResult result = run_stage("body");
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("scan-far [frames 1]: up to "));
-  EXPECT_THAT(result.err, HasSubstr("no part of the person; it does not count"));
+  EXPECT_THAT(result.err, HasSubstr("not part of the person and is ignored"));
   EXPECT_LT((body(1) - alone).rowwise().norm().maxCoeff(), 1e-3);
   EXPECT_EQ(certificates().at(clothed_frame(1)).at("trusted"),
             certificates().at(clothed_frame(0)).at("trusted"));

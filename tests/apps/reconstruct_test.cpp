@@ -193,7 +193,7 @@ TEST_F(Reconstruct, TwoMachinesShareTheDepthMapsOfAFrame) {
     const ChildResult refused = depth({});
     EXPECT_EQ(refused.exit_code, 3) << broken;
     EXPECT_THAT(refused.err,
-                AllOf(HasSubstr("depth.json"), HasSubstr("what the maps are made of")));
+                AllOf(HasSubstr("depth.json"), HasSubstr("what the maps were made from")));
   }
 }
 

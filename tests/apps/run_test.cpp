@@ -869,7 +869,7 @@ TEST_F(Run, ARealCaptureIsNoTruth) {
   ASSERT_EQ(run({"--from", "reconstruct", "--to", "reconstruct"}).exit_code, 0);
   expect_refusal(
       run_child({program_path(), "evaluate", workspace_.string(), "--truth", capture_.string()}), 3,
-      "truth: none: only what is synthesized has one");
+      "truth: none: only synthetic captures have it");
 }
 
 TEST_F(Run, IsKilledAndGoesOnToTheSameDigests) {
