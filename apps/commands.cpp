@@ -54,7 +54,8 @@ constexpr std::array kCommands = {
             detect_options},
 #endif
 #if defined(ATELIER_HAS_APPEARANCE) && defined(ATELIER_HAS_CORE_RENDER)
-    Command{"draw", "images of a clothed person in motion by the networks of the stage appearance",
+    Command{"render-neural",
+            "render --neural: images of a clothed person by the networks of the stage appearance",
             add_draw, draw_options},
 #endif
     Command{"evaluate", "evaluation of results against the ground truth of a synthetic capture",

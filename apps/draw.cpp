@@ -415,7 +415,9 @@ void require_use(const DrawArguments& arguments, const OptionTable& table) {
 int run(const DrawArguments& arguments, const OptionSet& set) {
   const auto& options = options_of<DrawOptions>(set);
   if (arguments.workspace.empty() || arguments.out.empty()) {
-    throw UsageError("draw takes a WORKSPACE and --out: atelier draw WORKSPACE --out FOLDER");
+    throw UsageError(
+        "render --neural takes a WORKSPACE and --out: atelier render --neural WORKSPACE --out "
+        "FOLDER");
   }
   if (arguments.camera.empty() != arguments.capture.empty()) {
     throw UsageError("--capture and --camera go together: the camera ID of the capture CAPTURE");

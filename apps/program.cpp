@@ -141,6 +141,26 @@ int act(const CLI::App& command, const Action& action) {
   }
 }
 
+/// The arguments with the present name of a command that was renamed, of which a warning speaks,
+/// and with "render --neural" as the command that it is, "render-neural".
+std::vector<std::string> with_present_command(std::vector<std::string> arguments,
+                                              const std::map<std::string, Action>& actions) {
+  std::string& command = arguments[0];
+  if (const std::string now = renamed_stage(command);
+      !actions.contains(command) && actions.contains(now)) {
+    standard_error() << "warning: 'atelier " << command << "' is now 'atelier " << now << "'\n";
+    command = now;
+  }
+  const std::string neural = "render-neural";
+  const auto end = std::find(arguments.begin(), arguments.end(), "--");
+  const auto flag = std::find(arguments.begin(), end, "--neural");
+  if (command == "render" && flag != end && actions.contains(neural)) {
+    arguments.erase(flag);
+    arguments[0] = neural;
+  }
+  return arguments;
+}
+
 }  // namespace
 
 int run_program(std::vector<std::string> arguments) {
@@ -178,12 +198,7 @@ int run_program(std::vector<std::string> arguments) {
   for (const Command& command : all_commands()) {
     actions[std::string(command.name)] = command.add(*add(command.name, command.summary));
   }
-  if (const std::string now = renamed_stage(arguments[0]);
-      !actions.contains(arguments[0]) && actions.contains(now)) {
-    standard_error() << "warning: 'atelier " << arguments[0] << "' is now 'atelier " << now
-                     << "'\n";
-    arguments[0] = now;
-  }
+  arguments = with_present_command(std::move(arguments), actions);
   const auto action = actions.find(arguments[0]);
   if (action == actions.end()) {
     std::vector<std::string> names = {"--help", "--version"};

@@ -51,9 +51,11 @@ constexpr std::array kChoices = {
     Renamed{"truth", "ground_truth"},
 };
 
-/// The same of stages, whose names are also sections of options and folders of a workspace.
+/// The same of stages, whose names are also sections of options and folders of a workspace, and of
+/// commands.
 constexpr std::array kStages = {
     Renamed{"ceiling", "oracle"},
+    Renamed{"draw", "render-neural"},
 };
 
 /// Whether a dotted name ends with these whole words.

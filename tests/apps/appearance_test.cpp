@@ -169,8 +169,8 @@ TEST_F(Appearance, OutdatedResultsAreNamedBeforeATrainingAndADrawingThatReadThem
   EXPECT_THAT(done.out, HasSubstr(warning));
   EXPECT_LT(done.err.find(warning), done.err.find("camera 03 has no picture")) << done.err;
   const ChildResult drawn =
-      run_child({program_path(), "draw", workspace.string(), "--out", (folder_ / "drawn").string(),
-                 "--width", "32", "--height", "32"});
+      run_child({program_path(), "render", "--neural", workspace.string(), "--out",
+                 (folder_ / "drawn").string(), "--width", "32", "--height", "32"});
   EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
   EXPECT_THAT(drawn.out, HasSubstr("warning: the result of 'appearance' is outdated: "));
   // What changed at another place is another capture: by how much is said.

@@ -86,6 +86,7 @@ TEST(RenamedOption, NestedName_KeepsItsSections) {
 
 TEST(RenamedStage, FormerName_GivesPresentOne) {
   EXPECT_EQ(renamed_stage("ceiling"), "oracle");
+  EXPECT_EQ(renamed_stage("draw"), "render-neural");
   EXPECT_EQ(renamed_stage("register"), "");
   EXPECT_EQ(renamed_stage(""), "");
 }
