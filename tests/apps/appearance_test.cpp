@@ -117,7 +117,7 @@ TEST_F(Appearance, ACameraWhoseLabelsAreElsewhereIsNamed) {
   }
   done = ceiling("strange");
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.err, HasSubstr("label images of camera 02 have it in"));
+  EXPECT_THAT(done.err, HasSubstr("label images of camera 02 show it in"));
   EXPECT_THAT(done.err, Not(HasSubstr("label images of camera 01")));
 }
 
@@ -194,7 +194,7 @@ TEST_F(Appearance, AStageWithoutAResultHasNoFigures) {
   checked.emplace_back("--check");
   const ChildResult check = run_child(checked);
   EXPECT_EQ(check.exit_code, 1);
-  EXPECT_THAT(check.err, HasSubstr("not one figure of 'ceiling' was measured"));
+  EXPECT_THAT(check.err, HasSubstr("no figure of 'ceiling' was measured"));
 }
 
 TEST_F(Appearance, CamerasThatAreNotThereAreRefusedByADryRunToo) {

@@ -198,7 +198,8 @@ TEST_F(Flatten, SizesThatNoGarmentHasAreSpokenOf) {
   };
   const ChildResult large = of_triangle("", 6);
   EXPECT_THAT(large.out, HasSubstr("warning size-unlikely"));
-  EXPECT_THAT(large.out, HasSubstr("is 6 m large, which no garment is; --input.unit"));
+  EXPECT_THAT(large.out,
+              HasSubstr("is 6 m large, too large or too small for a garment; --input.unit"));
   EXPECT_THAT(of_triangle("", 0.04).out, HasSubstr("is 0.04 m large"));
   EXPECT_THAT(of_triangle("", 4).out, ::testing::Not(HasSubstr("size-unlikely")));
   const ChildResult said = of_triangle("# units: m\n", 7);
@@ -532,7 +533,7 @@ TEST_F(FlattenOutfit, WhatCannotBeOfAllGarmentsIsRefusedBeforeTheWork) {
   write_note(1, 7);
   refused("bodies", "", "no body of frame 7");
   std::filesystem::remove(surfaces() / "template.json");
-  refused("bodies", "", "nobody says in whose frame lower.obj is");
+  refused("bodies", "", "the frame of lower.obj is not known");
   EXPECT_EQ(relaxed("bodies", "registered", {"--dry-run"}).exit_code, 0);
   EXPECT_EQ(relaxed("body.obj", "", {"--dry-run"}).exit_code, 0);
   std::filesystem::remove_all(registered() / "upper");

@@ -90,8 +90,9 @@ TEST_F(Person, OfAnotherBodyModelIsNotMeasuredAtRest) {
   person.model.skeleton.names[0] = "root";
   write_personal_body(file, person);
   const std::string figures = evaluate({"--stage", "personalize"}).out;
-  EXPECT_THAT(figures, HasSubstr("personalize: not measured: the person's body model rests in "
-                                 "another pose"));
+  EXPECT_THAT(
+      figures,
+      HasSubstr("personalize: not measured: the person's body model has another rest pose"));
   EXPECT_THAT(figures, Not(HasSubstr("personal.mean_mm")));
 }
 

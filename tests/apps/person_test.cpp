@@ -588,7 +588,7 @@ TEST_F(Person, ABodyOfAFrameThatNothingShowsIsSaidNotToBeTrusted) {
   const ChildResult result = run_stage("body");
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("no-scan [frames 1]: there is no scan"));
-  EXPECT_THAT(result.err, HasSubstr("tracking [frames 1]: tracking does not trust the pose"));
+  EXPECT_THAT(result.err, HasSubstr("tracking [frames 1]: tracking marked the pose as unreliable"));
   const nlohmann::json certificate = certificates().at(clothed_frame(1));
   EXPECT_EQ(certificate.at("trusted"), false);
   EXPECT_THAT(certificate.at("findings").dump(), HasSubstr("\"tracking\""));

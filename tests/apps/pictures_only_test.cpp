@@ -144,7 +144,7 @@ TEST(DetectCommand, ANetworkOfOnesOwnFillsTheCapture) {
   const ChildResult again =
       atelier({"detect", capture, "--model", (folder / "points.onnx").string()});
   EXPECT_EQ(again.exit_code, 2);
-  EXPECT_THAT(again.err, HasSubstr("keypoints2d is there already, and no flag replaces it"));
+  EXPECT_THAT(again.err, HasSubstr("keypoints2d already exists, and no flag replaces it"));
   // Classes: background, and one more where it is red.
   std::vector<std::vector<float>> classes(28, {-1, -1, -1});
   classes[0] = {0.3F, 0.3F, 0.3F};

@@ -340,7 +340,7 @@ TEST_F(Register, AFrameWithoutAScanIsPredictedAndSaidToBeLost) {
 TEST_F(Register, OfFewFramesWhatIsLaidFlatIsTheTemplateAndThatIsSaid) {
   const ChildResult done = registered();
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.out + done.err, HasSubstr("3 frames, too few to tell what folds take"));
+  EXPECT_THAT(done.out + done.err, HasSubstr("3 frames, too few to estimate the rest surface"));
   const fs::path garment = root_ / "work" / "register" / "current" / "registered" / "lower";
   EXPECT_LT((read_mesh(garment / "taut.obj").vertices -
              read_mesh_archive(garment / "template.h5").vertices)

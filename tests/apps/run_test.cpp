@@ -546,7 +546,7 @@ TEST_F(Run, FlattensWhatIsRegisteredWithoutItsFolds) {
                  "--relax.body", (workspace_ / "surfaces" / "upper.obj").string(), "--dry-run"});
   if (relaxed.err.find("unknown") == std::string::npos) {  // built with simulation
     EXPECT_EQ(relaxed.exit_code, 3);
-    EXPECT_THAT(relaxed.err, AllOf(HasSubstr("upper.obj: a surface without folds"),
+    EXPECT_THAT(relaxed.err, AllOf(HasSubstr("upper.obj: a rest surface"),
                                    HasSubstr("WORKSPACE/template/current")));
   }
 }
