@@ -129,10 +129,10 @@ TEST_F(Appearance, CamerasWhosePicturesContradictAreNamedWithoutLabelsToo) {
   give_pictures({{0, 3}, {3, 0}});
   done = ceiling("exchanged");
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.err, HasSubstr("pictures of camera 00 contradict the geometry"));
-  EXPECT_THAT(done.err, HasSubstr("pictures of camera 03 contradict the geometry"));
+  EXPECT_THAT(done.err, HasSubstr("images of camera 00 contradict the geometry"));
+  EXPECT_THAT(done.err, HasSubstr("images of camera 03 contradict the geometry"));
   for (const char* right : {"01", "02", "04", "05", "06", "07", "08"}) {
-    EXPECT_THAT(done.err, Not(HasSubstr(std::string("pictures of camera ") + right)));
+    EXPECT_THAT(done.err, Not(HasSubstr(std::string("images of camera ") + right)));
   }
 }
 
