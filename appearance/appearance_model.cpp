@@ -12,6 +12,7 @@
 #include "core/archive_arrays.h"
 #include "core/error.h"
 #include "core/random.h"
+#include "core/renamed_options.h"
 
 namespace atelier {
 namespace {
@@ -162,8 +163,9 @@ const std::string& text_at(const std::map<std::string, std::string>& texts, cons
 
 /// The stage that made a network: <workspace>/<stage>/<result>/<name>/model.safetensors.
 std::string maker_of(const std::filesystem::path& file) {
-  const bool is_true = file.parent_path().parent_path().parent_path().filename() == "ceiling";
-  return is_true ? "ceiling" : "appearance";
+  const std::string folder = file.parent_path().parent_path().parent_path().filename().string();
+  const bool on_truth = folder == "ceiling" || renamed_stage(folder) == "ceiling";
+  return on_truth ? "ceiling" : "appearance";
 }
 
 }  // namespace

@@ -208,12 +208,13 @@ struct Judging {
 
 std::optional<JudgedNetworks> judge(const fs::path& workspace, const std::string& stage,
                                     const Judging& by) {
-  const auto current = current_name(workspace / stage);
+  const fs::path results = results_of_stage(workspace, stage);
+  const auto current = current_name(results);
   if (!current) {
     return std::nullopt;
   }
   const bool own_is_truth = stage == "ceiling";
-  const fs::path result = workspace / stage / *current;
+  const fs::path result = results / *current;
   const Manifest manifest = read_manifest(result, stage);
   const fs::path registered =
       own_is_truth ? fs::path() : input_of(workspace, manifest, "registered");
@@ -255,7 +256,7 @@ std::optional<JudgedNetworks> judge(const fs::path& workspace, const std::string
 /// The figures of the result of one of the two stages.
 std::vector<Measure> measure_networks(const fs::path& workspace, const fs::path& capture,
                                       const std::string& stage) {
-  if (!current_name(workspace / stage)) {
+  if (!current_name(results_of_stage(workspace, stage))) {
     return {};
   }
   Judging by{capture, read_capture_info(capture), nullptr, {}, {}};
@@ -298,7 +299,8 @@ std::optional<Measure> below_ceiling(const fs::path& workspace, std::span<const 
     return std::nullopt;
   }
   const auto manifest = [&](const std::string& stage) {
-    return read_manifest(workspace / stage / current_name(workspace / stage).value(), stage);
+    const fs::path results = results_of_stage(workspace, stage);
+    return read_manifest(results / current_name(results).value(), stage);
   };
   const std::string unlike = unlike_option(manifest("appearance"), manifest("ceiling"));
   Measure below{"appearance.below_ceiling_db",

@@ -99,12 +99,13 @@ struct Cast {
 };
 
 fs::path current_result(const fs::path& workspace, const std::string& stage) {
-  const auto current = current_name(workspace / stage);
+  const fs::path results = results_of_stage(workspace, stage);
+  const auto current = current_name(results);
   if (!current) {
     throw DataError((workspace / stage).string(), "", "no result",
                     "a result; run 'atelier " + stage + "' first");
   }
-  return workspace / stage / *current;
+  return results / *current;
 }
 
 /// @param is_garment  has a network; a body is grey without its own, which is made on demand

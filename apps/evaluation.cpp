@@ -77,7 +77,7 @@ constexpr Evaluation kEvaluations[] = {
 /// How the workspace stands; nothing of a folder that is none, as a capture is.
 std::vector<StageStatus> status_of(const fs::path& workspace) {
   const auto has_result = [&](const Stage& stage) {
-    return fs::is_directory(workspace / stage.name);
+    return fs::is_directory(results_of_stage(workspace, stage.name));
   };
   const std::span<const Stage> stages = all_stages();
   return std::any_of(stages.begin(), stages.end(), has_result) ? workspace_status(stages, workspace)
@@ -201,7 +201,7 @@ WorkspaceFigures workspace_figures(const fs::path& workspace, const fs::path& tr
       known = true;
       try {
         if (evaluation.stage == stage && evaluation.measure != of_capture &&
-            !current_name(workspace / stage)) {
+            !current_name(results_of_stage(workspace, stage))) {
           all.unmeasured.push_back(
               {stage, "there is no result of " + stage + "; run 'atelier " + stage + "' first",
                false});

@@ -127,7 +127,7 @@ std::vector<Judged> judged(std::span<const Measure> measures, Targets targets,
                            const std::filesystem::path& workspace) {
   std::vector<Judged> rows;
   for (const Target& target : kTargets) {
-    if (target.stage == kAsked && !current_name(workspace / target.stage)) {
+    if (target.stage == kAsked && !current_name(results_of_stage(workspace, target.stage))) {
       continue;
     }
     Judged row;
@@ -144,7 +144,7 @@ std::vector<Judged> judged(std::span<const Measure> measures, Targets targets,
           target_text(judged ? target.side : None,
                       targets == Targets::Accuracy ? target.accuracy : target.demo.value_or(0));
       row.verdict = "not measured";
-      row.why = current_name(workspace / target.stage)
+      row.why = current_name(results_of_stage(workspace, target.stage))
                     ? std::string(target.absent)
                     : "there is no result of " + std::string(target.stage);
     }

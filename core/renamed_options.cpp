@@ -107,4 +107,13 @@ std::string renamed_stage(std::string_view name) {
   return "";
 }
 
+std::string former_stage(std::string_view name) {
+  for (const Renamed& row : kStages) {
+    if (name == row.now) {
+      return std::string(row.before);
+    }
+  }
+  return "";
+}
+
 }  // namespace atelier

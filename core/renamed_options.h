@@ -18,4 +18,7 @@ std::string renamed_choice(std::string_view value, const std::vector<std::string
 /// The present name of a stage or command that was renamed: "oracle" of "ceiling"; "" of any other.
 std::string renamed_stage(std::string_view name);
 
+/// The other way round: "ceiling" of "oracle"; "" of a stage that was never renamed.
+std::string former_stage(std::string_view name);
+
 }  // namespace atelier

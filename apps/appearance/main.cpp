@@ -38,6 +38,7 @@
 #include "core/error.h"
 #include "core/file_kind.h"
 #include "core/io/safetensors.h"
+#include "core/renamed_options.h"
 
 namespace {
 
@@ -191,10 +192,11 @@ AppearanceModel network_at(const fs::path& path) {
     if (error.expected.find(" again") != std::string::npos) {
       throw;
     }
-    const fs::path stage = path.parent_path().parent_path().parent_path().filename();
-    throw DataError(error.file, error.where, error.found,
-                    error.expected + "; run 'atelier " +
-                        (stage == "ceiling" ? "ceiling" : "appearance") + "' again");
+    const std::string folder = path.parent_path().parent_path().parent_path().filename().string();
+    const bool on_truth = folder == "ceiling" || renamed_stage(folder) == "ceiling";
+    throw DataError(
+        error.file, error.where, error.found,
+        error.expected + "; run 'atelier " + (on_truth ? "ceiling" : "appearance") + "' again");
   }
 }
 

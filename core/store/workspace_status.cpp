@@ -9,6 +9,7 @@
 #include "core/store/frame_log.h"
 #include "core/store/input_digest.h"
 #include "core/store/made_of.h"
+#include "core/store/result.h"
 #include "core/store/stage_plan.h"
 
 namespace atelier {
@@ -210,7 +211,7 @@ std::vector<StageStatus> workspace_status(std::span<const Stage> stages,
     StageStatus status;
     status.stage = stage.name;
     status.row = &stage;
-    const std::filesystem::path folder = workspace / stage.name;
+    const std::filesystem::path folder = results_of_stage(workspace, stage.name);
     if (link_kind(folder) != file_type::not_found) {
       require_folder(folder);
       status.running = FileLock::is_held(folder / ".lock");

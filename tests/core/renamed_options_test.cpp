@@ -89,6 +89,8 @@ TEST(RenamedStage, FormerName_GivesPresentOne) {
   EXPECT_EQ(renamed_stage("draw"), "render-neural");
   EXPECT_EQ(renamed_stage("register"), "");
   EXPECT_EQ(renamed_stage(""), "");
+  EXPECT_EQ(former_stage("oracle"), "ceiling");
+  EXPECT_EQ(former_stage("register"), "");
 }
 
 }  // namespace
