@@ -12,6 +12,7 @@
 #include "core/archive_arrays.h"
 #include "core/error.h"
 #include "core/random.h"
+#include "core/renamed_options.h"
 
 namespace atelier {
 namespace {
@@ -162,25 +163,28 @@ const std::string& text_at(const std::map<std::string, std::string>& texts, cons
 
 /// The stage that made a network: <workspace>/<stage>/<result>/<name>/model.safetensors.
 std::string maker_of(const std::filesystem::path& file) {
-  const bool is_true = file.parent_path().parent_path().parent_path().filename() == "ceiling";
-  return is_true ? "ceiling" : "appearance";
+  const std::string folder = file.parent_path().parent_path().parent_path().filename().string();
+  const bool on_truth = folder == "ceiling" || renamed_stage(folder) == "ceiling";
+  return on_truth ? "ceiling" : "appearance";
 }
 
 }  // namespace
 
 OptionTable describe(NetworkOptions& options) {
   OptionTable table;
-  table.add("resolution", options.resolution, 16, 2048, "", "Texels a side, a power of 2");
-  table.add("channels", options.channels, 1, 128, "", "Width of the first level");
+  table.add("resolution", options.resolution, 16, 2048, "",
+            "Side of the texture in texels, a power of 2");
+  table.add("channels", options.channels, 1, 128, "",
+            "Channels of the first level of the networks");
   table.add("view_independent", options.view_independent,
-            "The branch that does not see the camera");
-  table.add("view_dependent", options.view_dependent, "The branch that sees the camera");
-  table.add("shadow", options.shadow, "The shadow network");
+            "Branch that does not depend on the camera");
+  table.add("view_dependent", options.view_dependent, "Branch that depends on the camera");
+  table.add("shadow", options.shadow, "Shadow network");
   table.add("shading", options.shading, 1, 16, "",
-            "Texels of the texture along one of the branches', a power of 2");
+            "Texels of the texture along one texel of the branches, a power of 2");
   table.add("transfer_degree", options.transfer_degree, 0, kLargestTransferDegree, "",
-            "Of the light transfer that it is given");
-  table.add("pixel_bias", options.pixel_bias, "A bias for each texel instead of each channel");
+            "Degree of the spherical harmonics of the light transfer given to the networks");
+  table.add("pixel_bias", options.pixel_bias, "Bias for each texel instead of each channel");
   return table;
 }
 

@@ -16,8 +16,8 @@ Learnt learnt(double psnr, double fixed) {
 std::string little_learnt_text(double psnr, double fixed) {
   char text[200];
   std::snprintf(text, sizeof(text),
-                "the training ends at %.1f dB, below the %.1f dB of the texture that does not "
-                "change; a smaller --learning-rate may help",
+                "the training ends at %.1f dB, below the %.1f dB of the static texture; a smaller "
+                "--learning-rate may help",
                 psnr, fixed);
   return text;
 }

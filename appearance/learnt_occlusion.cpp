@@ -56,11 +56,11 @@ std::optional<OcclusionOptions> occlusion_at(const std::map<std::string, std::st
 OptionTable describe_open(OcclusionOptions& options) {
   OptionTable table;
   table.add("strata", options.strata, 0, 32, "",
-            "Its square is the number of rays a vertex; 0: as networks learnt");
+            "Square root of the number of occlusion rays of a vertex; 0: as in training");
   table.add("reach", options.reach, 0, 100, "m",
-            "What is farther away does not occlude; 0: as networks learnt");
+            "Distance beyond which geometry does not occlude; 0: as in training");
   table.add("offset", options.offset, -1, 0.1, "m",
-            "From the surface, where rays start; below 0: as networks learnt");
+            "Distance from the surface at which occlusion rays start; below 0: as in training");
   return table;
 }
 

@@ -14,9 +14,13 @@ namespace atelier {
 
 OptionTable describe(OcclusionOptions& options) {
   OptionTable table;
-  table.add("strata", options.strata, 1, 32, "", "Its square is the number of rays a vertex");
-  table.add("reach", options.reach, 1e-6, 100, "m", "What is farther away does not occlude");
-  table.add("offset", options.offset, 0, 0.1, "m", "From the surface, where rays start");
+  table.add("strata", options.strata, 1, 32, "",
+            "Square root of the number of occlusion rays of a vertex; more for less noise");
+  table.add("reach", options.reach, 1e-6, 100, "m",
+            "Distance beyond which geometry does not occlude");
+  table.add("offset", options.offset, 0, 0.1, "m",
+            "Distance from the surface at which occlusion rays start; more where the surface "
+            "occludes itself");
   return table;
 }
 

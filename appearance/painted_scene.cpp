@@ -127,9 +127,11 @@ Eigen::Vector3f color_of(const Archive& archive, const std::string& name, const 
 OptionTable describe(PaintOptions& options) {
   OptionTable table;
   table.add("samples", options.samples, 1, 8, "",
-            "Antialiasing: a pixel is the mean of this many by as many; 1: none, quickest");
-  table.add("alpha", options.alpha, "A fourth channel with the coverage instead of a background");
-  table.add("background", options.background, 0, 1, "", "Linear red, green and blue");
+            "Antialiasing samples along each side of a pixel; 1: none, fastest");
+  table.add("alpha", options.alpha,
+            "Alpha channel with the coverage of each pixel instead of a background");
+  table.add("background", options.background, 0, 1, "",
+            "Linear red, green and blue of the background");
   table.add("occlusion", describe_open(options.occlusion));
   return table;
 }

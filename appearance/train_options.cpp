@@ -18,34 +18,41 @@ OptionTable describe(TrainOptions& options) {
              {"small", TrainSetting::Small},
              {"standard", TrainSetting::Standard},
              {"full", TrainSetting::Full}},
-            "How much is trained: a minute on a CPU, minutes on a GPU; auto: small or, "
-            "on a GPU, standard");
+            "Size of the networks and length of training: small takes a minute on a CPU, standard "
+            "minutes on a GPU; auto: standard on a GPU, else small");
   table.add("resolution", options.resolution, 0, 2048, "",
-            "Texels a side, a power of 2 from 16; 0: as the setting");
+            "Side of the texture in texels, a power of 2 from 16; 0: as the setting has it");
   table.add("channels", options.channels, 0, 128, "",
-            "Width of the networks' first level; 0: as the setting");
+            "Channels of the first level of the networks; 0: as the setting has it");
   table.add("learning_rate", options.learning_rate, 0, 1, "",
-            "At its highest; falls to a tenth; 0: as the setting");
-  table.add("iterations", options.iterations, 0, 10'000'000, "", "Steps; 0: as the setting");
+            "Highest learning rate, which decays to a tenth; 0: as the setting has it");
+  table.add("iterations", options.iterations, 0, 10'000'000, "",
+            "Number of training steps; 0: as the setting has it");
   table.add("shading", options.shading, 0, 16, "",
-            "Texels of the texture along one of the branches', a power of 2; 0: as the setting");
-  table.add("batch", options.batch, 1, 64, "", "Views a step");
+            "Texels of the texture along one texel of the branches, a power of 2; 0: as the "
+            "setting has it");
+  table.add("batch", options.batch, 1, 64, "",
+            "Number of views in a training step; fewer take less memory");
   table.add("weight_decay", options.weight_decay, -1, 1, "",
-            "Of the convolutions; below 0: as the setting");
+            "Weight decay of the convolutions; below 0: as the setting has it");
   table.add("view_independent", options.view_independent,
-            "The branch that does not see the camera; without both: a mean texture alone");
-  table.add("view_dependent", options.view_dependent, "The branch that sees the camera");
-  table.add("shadow", options.shadow, "The shadow network");
+            "Branch that does not depend on the camera; without both branches a mean texture is "
+            "all there is");
+  table.add("view_dependent", options.view_dependent,
+            "Branch that depends on the camera; off for comparison");
+  table.add("shadow", options.shadow, "Shadow network; off for comparison");
   table.add("transfer_degree", options.transfer_degree, 0, kLargestTransferDegree, "",
-            "Of the light transfer's spherical harmonics; 0: ambient visibility alone");
-  table.add("pixel_bias", options.pixel_bias, "A bias for each texel instead of each channel");
+            "Degree of the spherical harmonics of the light transfer; 0: ambient visibility alone");
+  table.add("pixel_bias", options.pixel_bias, "Bias for each texel instead of each channel");
   table.add("half", options.half,
-            "Convolutions in bfloat16: half the memory, not faster where measured");
+            "Convolutions in bfloat16, which take half the memory; not faster where measured");
   table
       .add("checkpoint_every", options.checkpoint_every, 0, 1'000'000, "",
-           "Steps between saves; 0: 100, or so many more that saving takes a twentieth of the time")
+           "Training steps between checkpoints; 0: 100, or as many as keep saving below a "
+           "twentieth of the time")
       .not_keyed();
-  table.add("seed", options.seed, 0, 1e15, "", "Of the first weights and the order of views");
+  table.add("seed", options.seed, 0, 1e15, "",
+            "Seed of the initial weights and of the order of views");
   return table;
 }
 
@@ -73,7 +80,7 @@ TrainOptions resolved(const TrainOptions& options, Device device) {
 
 std::string training_problem(const TrainOptions& options, Device device) {
   if (options.half && device == Device::Cpu) {
-    return "--half works on a GPU alone; say --device cuda, or leave it out";
+    return "--half works on a GPU alone; use --device cuda, or leave it out";
   }
   if (std::string problem = resolution_problem("--resolution", options.resolution);
       !problem.empty()) {

@@ -83,7 +83,8 @@ Training training_of(const std::map<std::string, Tensor>& tensors,
   training.model = appearance_model_of(of_model, texts_of_model, file);
   int iteration = 0;
   OptionTable number;
-  number.add("iteration", iteration, 0, std::numeric_limits<int>::max(), "", "Steps done");
+  number.add("iteration", iteration, 0, std::numeric_limits<int>::max(), "",
+             "Number of training steps done");
   if (const std::string wrong = set_option(number, "iteration", text("iteration"));
       !wrong.empty()) {
     throw DataError(file, "iteration", wrong, "a number of steps");

@@ -63,9 +63,11 @@ ByteImage eroded(const ByteImage& mask, int radius) {
 
 OptionTable describe(VisibleOptions& options) {
   OptionTable table;
-  table.add("erosion", options.erosion, 0, 32, "px", "Kept away from silhouettes and depth jumps");
+  table.add("erosion", options.erosion, 0, 32, "px",
+            "Width of the margin left out along silhouettes and depth discontinuities; more where "
+            "geometry is inaccurate");
   table.add("depth_jump", options.depth_jump, 1e-6, 10, "m",
-            "Between neighbouring pixels that make a depth jump");
+            "Minimum difference of depth between neighbouring pixels at a depth discontinuity");
   return table;
 }
 

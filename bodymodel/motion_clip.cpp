@@ -43,12 +43,12 @@ Eigen::Vector3d z_up_to_y_up(const Eigen::Vector3d& p) {
 OptionTable describe(MotionOptions& options) {
   OptionTable table;
   table.add("metres_per_unit", options.metres_per_unit, 0, 1000, "m",
-            "Of motion files that do not say; 0: guessed by the legs, set it for children");
-  table.add(
-      "up", options.up, {{"auto", '\0'}, {"y", 'y'}, {"z", 'z'}},
-      "Up axis of the motion file; auto: guessed by where the head is, set it where that is wrong");
+            "Length of the unit of motion files that do not state it; 0: guessed from the length "
+            "of the legs, set it for children");
+  table.add("up", options.up, {{"auto", '\0'}, {"y", 'y'}, {"z", 'z'}},
+            "Up axis of the motion file; auto: guessed from the position of the head");
   table.add("fps", options.fps, 0, 1000, "1/s",
-            "Frame rate of motion files that do not say; 0: what the file says");
+            "Frame rate of motion files that do not state it; 0: as the file says");
   return table;
 }
 

@@ -277,14 +277,14 @@ auto guarded(const Read& read, const char* code, const std::string& camera, int 
 
 OptionTable describe(FrameCheckOptions& options) {
   OptionTable table;
-  table.add("every", options.every, 1, 1000000, "", "Frames apart that are decoded.");
-  table.add("black", options.black, 0, 1, "", "Mean below which a picture is black.");
+  table.add("every", options.every, 1, 1000000, "", "Interval between the frames that are decoded");
+  table.add("black", options.black, 0, 1, "", "Mean value below which an image is black");
   table.add("saturated", options.saturated, 0, 1, "",
-            "Share of pixels at the top above which a picture is saturated.");
+            "Fraction of saturated pixels above which an image is saturated");
   table.add("jump", options.jump, 0, 10, "",
-            "Change of the mean from frame to frame that is an exposure jump.");
+            "Change of the mean value from frame to frame above which exposure jumps");
   table.add("blur", options.blur, 0, 1, "",
-            "Sharpness against the camera's median below which a picture is blurred.");
+            "Sharpness relative to the camera's median below which an image is blurred");
   return table;
 }
 

@@ -40,15 +40,19 @@ void swap_sides(Keypoints2d& found, const KeypointSchema& schema,
 
 OptionTable describe(DetectorOptions& options) {
   OptionTable table;
-  table.add("perfect", options.perfect, "The exact projections, confidence 1.")
-      .add("noise", options.noise, 0, 100, "px", "Standard deviation of a seen point.")
-      .add("dropout", options.dropout, 0, 1, "", "Share of seen points that are missed.")
-      .add("swaps", options.swaps, 0, 1, "", "Share of images with left and right swapped.")
-      .add("outliers", options.outliers, 0, 1, "", "Share of points that are somewhere else.")
-      .add("occluded_factor", options.occluded_factor, 1, 10, "", "On the noise of hidden points.")
-      .add("cloth_factor", options.cloth_factor, 1, 10, "", "On the noise of points under cloth.")
+  table.add("perfect", options.perfect, "Exact projections with confidence 1")
+      .add("noise", options.noise, 0, 100, "px", "Standard deviation of a visible keypoint")
+      .add("dropout", options.dropout, 0, 1, "", "Fraction of visible keypoints that are missed")
+      .add("swaps", options.swaps, 0, 1, "", "Fraction of images with left and right swapped")
+      .add("outliers", options.outliers, 0, 1, "",
+           "Fraction of keypoints that are detected elsewhere")
+      .add("occluded_factor", options.occluded_factor, 1, 10, "",
+           "Factor on the noise of occluded keypoints")
+      .add("cloth_factor", options.cloth_factor, 1, 10, "",
+           "Factor on the noise of keypoints under cloth")
       .add("cloth_bias", options.cloth_bias, 0, 1, "",
-           "Share of the way to the cloth's centre line of points under loose cloth.");
+           "Bias of keypoints under loose cloth, as a fraction of the way to the cloth's centre "
+           "line");
   return table;
 }
 

@@ -53,22 +53,24 @@ OptionTable describe(DomeOptions& options) {
   OptionTable table;
   table
       .add("cameras", options.cameras, 2, 1024, "",
-           "Cameras round the subject; every second more gives stereo a closer neighbour.")
-      .add("pairs", options.pairs, "Cameras stand side by side in pairs, for stereo.")
-      .add("rows", options.rows, 1, 2, "", "Pairs (or cameras) one above the other on a post.")
-      .add("pair_angle", options.pair_angle, 1, 90, "deg", "Angle between the two of a pair.")
-      .add("radius", options.radius, 1, 50, "m", "From the subject's axis to the cameras.")
-      .add("low", options.low, 0.05, 20, "m", "Height of the lowest cameras.")
-      .add("high", options.high, 0.05, 20, "m", "Height of the highest cameras.")
-      .add("reach", options.reach, 0.1, 20, "m", "Height of what fills a picture.")
-      .add("aim", options.aim, 0, 20, "m", "Height that cameras look at.")
-      .add("width", options.width, 16, 16384, "px", "Width of a picture.")
-      .add("height", options.height, 16, 16384, "px", "Height of a picture.")
+           "Number of cameras around the subject; more give stereo closer neighbours")
+      .add("pairs", options.pairs, "Arrangement of cameras in pairs side by side, for stereo")
+      .add("rows", options.rows, 1, 2, "",
+           "Number of pairs (or cameras) above each other on a post")
+      .add("pair_angle", options.pair_angle, 1, 90, "deg",
+           "Angle between the two cameras of a pair")
+      .add("radius", options.radius, 1, 50, "m", "Distance from the subject's axis to the cameras")
+      .add("low", options.low, 0.05, 20, "m", "Height of the lowest cameras")
+      .add("high", options.high, 0.05, 20, "m", "Height of the highest cameras")
+      .add("reach", options.reach, 0.1, 20, "m", "Height of the volume that fills an image")
+      .add("aim", options.aim, 0, 20, "m", "Height that cameras look at")
+      .add("width", options.width, 16, 16384, "px", "Width of an image")
+      .add("height", options.height, 16, 16384, "px", "Height of an image")
       .add("distortion", options.distortion, 0, 3, "",
-           "Share of a common lens's distortion; 0 for ideal lenses.")
-      .add("jitter", options.jitter, 0, 10, "", "Share of the scatter of a hand-built rig.")
+           "Factor on a common lens's distortion; 0: ideal lenses")
+      .add("jitter", options.jitter, 0, 10, "", "Factor on the scatter of a hand-built rig")
       .add("gain", options.gain, 0, 0.5, "",
-           "Spread of exposure between cameras; 0 for equal ones.");
+           "Spread of exposure between cameras; 0: equal exposure");
   return table;
 }
 

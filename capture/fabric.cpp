@@ -143,15 +143,15 @@ OptionTable describe(FabricOptions& options) {
             {"print", FabricKind::Print},
             {"all-print", FabricKind::AllPrint},
             {"coded", FabricKind::Coded}},
-           "What the cloth shows; plain is the hard case, coded the easy one. A print leaves "
-           "trousers "
-           "under a top woven, all-print prints them too.")
-      .add("resolution", options.resolution, 16, 16384, "", "Texels a side of the albedo.")
-      .add("hue", options.hue, 0, 1, "", "Hue of the base colour in turns: 0 red, 0.33 green.")
-      .add("saturation", options.saturation, 0, 1, "", "Of the base colour.")
-      .add("lightness", options.lightness, 0.02, 0.9, "", "Reflectance of the base colour.")
-      .add("cell", options.cell, 0.002, 0.1, "m", "Width of a cell of the coded print.")
-      .add("print_scale", options.print_scale, 0.1, 10, "", "Factor on the printed figures.");
+           "Pattern of the cloth: plain is the hard case for registration, coded the easy one; "
+           "print leaves trousers under a top woven, all-print prints them too")
+      .add("resolution", options.resolution, 16, 16384, "", "Side of the albedo texture in texels")
+      .add("hue", options.hue, 0, 1, "", "Hue of the base colour in turns: 0 red, 0.33 green")
+      .add("saturation", options.saturation, 0, 1, "", "Saturation of the base colour")
+      .add("lightness", options.lightness, 0.02, 0.9, "", "Reflectance of the base colour")
+      .add("cell", options.cell, 0.002, 0.1, "m", "Width of a cell of the coded print")
+      .add("print_scale", options.print_scale, 0.1, 10, "",
+           "Factor on the size of the printed figures");
   return table;
 }
 

@@ -17,11 +17,12 @@ bool on_border(const ByteImage& labels, int x, int y) {
 
 OptionTable describe(LabelNoiseOptions& options) {
   OptionTable table;
-  table.add("perfect", options.perfect, "The true labels.")
-      .add("wander", options.wander, 0, 100, "px", "How far borders stray.")
-      .add("erosion", options.erosion, 0, 50, "px", "How much the person shrinks in places.")
-      .add("patches", options.patches, 0, 1000, "", "Wrong patches along borders, on average.")
-      .add("patch_radius", options.patch_radius, 0, 500, "px", "Radius of the largest patch.");
+  table.add("perfect", options.perfect, "Ground-truth labels without noise")
+      .add("wander", options.wander, 0, 100, "px",
+           "Amplitude by which borders of labels are displaced")
+      .add("erosion", options.erosion, 0, 50, "px", "Width by which the person is eroded in parts")
+      .add("patches", options.patches, 0, 1000, "", "Mean number of wrong patches along borders")
+      .add("patch_radius", options.patch_radius, 0, 500, "px", "Radius of the largest patch");
   return table;
 }
 

@@ -31,10 +31,12 @@ std::array<float, 4> normals(std::uint64_t seed, std::uint64_t stream, std::uint
 
 OptionTable describe(SensorOptions& options) {
   OptionTable table;
-  table.add("exposure", options.exposure, 1e-3, 100, "", "Factor on the light.")
+  table.add("exposure", options.exposure, 1e-3, 100, "", "Factor on the light")
       .add("shot_noise", options.shot_noise, 0, 1, "",
-           "Standard deviation at full light; it grows as the root of the light.")
-      .add("read_noise", options.read_noise, 0, 1, "", "Standard deviation in the dark.");
+           "Standard deviation of the noise at full light, which grows with the square root of the "
+           "light")
+      .add("read_noise", options.read_noise, 0, 1, "",
+           "Standard deviation of the noise in the dark");
   return table;
 }
 

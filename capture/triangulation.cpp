@@ -182,16 +182,19 @@ std::optional<Eigen::Vector3d> first_place(const std::vector<Camera>& cameras,
 
 OptionTable describe(TriangulationOptions& options) {
   OptionTable table;
-  table.add("least_confidence", options.least_confidence, 0, 1, "", "Of a detection that is used.");
+  table.add("least_confidence", options.least_confidence, 0, 1, "",
+            "Minimum confidence of a detection that is used");
   table.add("sigma", options.sigma, 1e-3, 100, "px",
-            "Error of a confident detection in a picture 1000 rows high.");
+            "Standard deviation of a confident detection in an image 1000 rows high");
   table.add("inlier", options.inlier, 1e-3, 1000, "px",
-            "Beyond it a detection does not support a point; of a picture 1000 rows high.");
-  table.add("least_views", options.least_views, 2, 1000, "", "Views that support a point.");
-  table.add("swaps", options.swaps, "Undo swaps of left and right within an image.");
+            "Maximum reprojection error of an inlier in an image 1000 rows high");
+  table.add("least_views", options.least_views, 2, 1000, "",
+            "Minimum number of views that support a point");
+  table.add("swaps", options.swaps, "Correction of left and right swapped within an image");
   table.add("distances", options.distances,
-            "Keep the lengths of bones, feet and heads over a sequence");
-  table.add("bridge", options.bridge, 0, 10, "s", "Longest gap that is bridged, flagged.");
+            "Constant lengths of bones, feet and heads over a sequence");
+  table.add("bridge", options.bridge, 0, 10, "s",
+            "Duration of the longest gap that is interpolated, and flagged so");
   return table;
 }
 

@@ -21,7 +21,7 @@ std::vector<Finding> check_consent(const Dataset& dataset) {
   std::vector<Finding> findings;
   for (const std::string& ended : ended_consent(dataset.info.consent, now)) {
     findings.push_back({Severity::Warning, "consent-ended", dataset.root.string(), ended,
-                        "ask for it anew, or remove the capture"});
+                        "renew the consent, or remove the capture"});
   }
   return findings;
 }

@@ -62,14 +62,18 @@ void check_rest(const Garment& garment, const std::string& file) {
 
 OptionTable describe(Material& material) {
   OptionTable table;
-  table.add("density", material.density, 1e-3, 100, "kg/m2", "Weight of the fabric");
-  table.add("stretch_warp", material.stretch_warp, 0, 1e9, "N/m", "Stiffness along the grain");
-  table.add("stretch_weft", material.stretch_weft, 0, 1e9, "N/m", "Stiffness across the grain");
-  table.add("shear", material.shear, 0, 1e9, "N/m", "Stiffness against shearing");
-  table.add("bending", material.bending, 0, 1e3, "N m", "Stiffness against folding");
-  table.add("damping", material.damping, 0, 10, "s", "Stiffness-proportional (Rayleigh)");
-  table.add("friction", material.friction, 0, 100, "", "Coulomb coefficient");
-  table.add("thickness", material.thickness, 0, 0.1, "m", "Kept between layers and to the body");
+  table.add("density", material.density, 1e-3, 100, "kg/m2", "Area density of the fabric");
+  table.add("stretch_warp", material.stretch_warp, 0, 1e9, "N/m",
+            "Stretching stiffness along the warp, the grain of the fabric");
+  table.add("stretch_weft", material.stretch_weft, 0, 1e9, "N/m",
+            "Stretching stiffness along the weft, across the grain");
+  table.add("shear", material.shear, 0, 1e9, "N/m", "Shearing stiffness");
+  table.add("bending", material.bending, 0, 1e3, "N m", "Bending stiffness");
+  table.add("damping", material.damping, 0, 10, "s",
+            "Stiffness-proportional (Rayleigh) damping coefficient");
+  table.add("friction", material.friction, 0, 100, "", "Coulomb friction coefficient");
+  table.add("thickness", material.thickness, 0, 0.1, "m",
+            "Gap kept between layers and to the body");
   return table;
 }
 

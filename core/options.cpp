@@ -12,6 +12,7 @@
 #include "core/limits.h"
 #include "core/nearest_name.h"
 #include "core/printable.h"
+#include "core/renamed_options.h"
 #include "core/utf8.h"
 
 namespace atelier {
@@ -376,6 +377,10 @@ std::string set_option(OptionTable& table, const std::string& name, const std::s
     for (const OptionField& known : table.fields) {
       names.push_back(known.name);
     }
+    if (const std::string now = renamed_option(name, names); !now.empty()) {
+      table.notices.push_back((source == "flag" ? "" : source + ": ") + name + " is now " + now);
+      return set_option(table, now, text, source);
+    }
     const std::string near = did_you_mean(name, names);
     return "there is no option " + quoted(name) +
            (near.empty() ? "; 'atelier options' lists them" : near);
@@ -383,6 +388,11 @@ std::string set_option(OptionTable& table, const std::string& name, const std::s
   if (text.size() > static_cast<std::size_t>(Limits{}.text_string_bytes)) {
     return field->name + " is " + std::to_string(text.size()) + " bytes long: at most " +
            std::to_string(Limits{}.text_string_bytes) + " are read";
+  }
+  if (const std::string now = renamed_choice(text, field->choices); !now.empty()) {
+    table.notices.push_back((source == "flag" ? "" : source + ": ") + "the value '" + text +
+                            "' of " + field->name + " is now '" + now + "'");
+    return set_option(table, field->name, now, source);
   }
   std::string problem = set_field(*field, text);
   if (problem.empty()) {

@@ -42,6 +42,9 @@ struct OptionField {
 /// missing help and for an empty range. A help is shown with a capital and without a full stop.
 struct OptionTable {
   std::vector<OptionField> fields;
+  /// One sentence for each former name or value that `set_option` understood: "least_views is now
+  /// min_views". Who sets options shows them.
+  std::vector<std::string> notices;
 
   OptionTable& add(std::string name, bool& target, std::string help);
   OptionTable& add(std::string name, int& target, double min, double max, std::string unit,
@@ -116,8 +119,9 @@ const Options& options_of(const OptionSet& set) {
 
 /// Sets one field from text ("true", "3", "0.5", "[1, 2]", "cuda") and notes who set it. Returns ""
 /// or what is wrong, in one sentence with the allowed range or choices and, for an unknown name,
-/// the nearest known one; the field then keeps its value. Numbers are read in the C locale, the
-/// whole text must be used, and NaN and infinity are refused.
+/// the nearest known one; the field then keeps its value. Former names and values of what was
+/// renamed (core/renamed_options.h) are understood, with a notice in `table.notices`. Numbers are
+/// read in the C locale, the whole text must be used, and NaN and infinity are refused.
 std::string set_option(OptionTable& table, const std::string& name, const std::string& text,
                        const std::string& source = "flag");
 

@@ -20,7 +20,7 @@ std::filesystem::path parent_of(const std::filesystem::path& path) {
 void require_writable(const std::filesystem::path& folder) {
   std::error_code error;
   if (!std::filesystem::is_directory(folder, error) && !error) {
-    throw EnvironmentError(folder.string(), "no folder: name a place in a folder");
+    throw EnvironmentError(folder.string(), "not a folder: choose a path in a folder");
   }
   // Tried, since permissions do not tell of it: /proc, a disk that is full.
   std::string trial = (folder / ".atelier-XXXXXX").string();
@@ -36,7 +36,7 @@ void require_file_place(const std::filesystem::path& file) {
   const std::filesystem::path folder = parent_of(file);
   std::error_code error;
   if (std::filesystem::status(folder, error).type() == std::filesystem::file_type::not_found) {
-    throw EnvironmentError(folder.string(), "no such folder; make the folder first");
+    throw EnvironmentError(folder.string(), "no such folder; create it first");
   }
   require_writable(folder);
 }

@@ -336,18 +336,20 @@ void add_tethers(double stretch, Cloth& cloth) {
 OptionTable describe(ClothOptions& o) {
   OptionTable table;
   table.add("membrane", o.membrane, {"springs", "strain"},
-            "Edges as springs, or orthotropic triangles from the flat rest shape.");
+            "Model of the membrane: springs along edges, or strain of orthotropic triangles from "
+            "the flat rest shape");
   table.add("shear", o.shear, {"none", "cross", "quads"},
-            "Further springs against shear: none, across inner edges, or both diagonals of quads.");
+            "Additional shear springs: none, cross (across inner edges) or quads (both diagonals "
+            "of quads)");
   table.add("rest_angles", o.rest_angles, {"flat", "template"},
-            "What hinges want: to be flat, or the angle of the 3D template.");
+            "Rest angle of hinges: flat, or template, that of the 3D template");
   table.add("min_rest_angle", o.min_rest_angle, 0.01, 20, "deg",
-            "A triangle with a smaller corner is refused.");
-  table.add("seam_stiffness", o.seam_stiffness, 1, 1e6, "N/m", "Stiffness of each sewing spring.");
+            "Minimum corner angle of a triangle at rest; smaller ones are refused");
+  table.add("seam_stiffness", o.seam_stiffness, 1, 1e6, "N/m", "Stiffness of each sewing spring");
   table.add("max_hinge_weight", o.max_hinge_weight, 2, 1000, "",
-            "Ceiling of l^2/(A1 + A2), so that slivers stay solvable.");
+            "Upper bound of the hinge weight l^2/(A1 + A2), which keeps slivers solvable");
   table.add("tether_stretch", o.tether_stretch, 0, 2, "",
-            "Tethers to fixed vertices of this many times the geodesic length; 0 for none.");
+            "Length of tethers to fixed vertices relative to the geodesic distance; 0: no tethers");
   return table;
 }
 

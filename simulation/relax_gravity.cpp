@@ -34,12 +34,14 @@ Points hung(const HangingGarment& hanging, const SimulationModel& model,
 
 OptionTable describe(RelaxGravityOptions& options) {
   OptionTable table;
-  table.add("rounds", options.rounds, 1, 1000, "", "Of simulating and correcting");
-  table.add("seconds", options.seconds, 0.05, 60, "s", "Simulated in each round");
-  table.add("damping", options.damping, 0, 1000, "1/s", "So that cloth comes to rest in that time");
-  table.add("step", options.step, 0.05, 1, "", "Share of the error that a round takes back");
+  table.add("rounds", options.rounds, 1, 1000, "",
+            "Maximum number of rounds of simulation and correction");
+  table.add("seconds", options.seconds, 0.05, 60, "s", "Simulated time of each round");
+  table.add("damping", options.damping, 0, 1000, "1/s",
+            "Velocity damping, such that cloth comes to rest within a round");
+  table.add("step", options.step, 0.05, 1, "", "Fraction of the error that a round corrects");
   table.add("tolerance", options.tolerance, 0, 1, "m",
-            "Done where the mean distance to the captured shape is below");
+            "Mean distance to the captured shape below which the relaxation has converged");
   return table;
 }
 

@@ -20,15 +20,15 @@ Material fabrics_own_material(const std::string& name) {
 OptionTable describe_said(Material& said, std::vector<std::string> names) {
   OptionTable table;
   table.add("name", said.name, std::move(names),
-            "A fabric, most of measured values, silk of estimated ones (docs/methods/material.md "
-            "says which); custom is none. A value that is given beside it wins over its own");
+            "Fabric with measured values (estimated ones for silk, see docs/methods/material.md); custom: "
+            "none. Values given beside it override its own");
   Material custom;
   const OptionTable defaults = describe(custom);
   OptionTable numbers = describe(said);
   for (std::size_t i = 0; i < numbers.fields.size(); ++i) {
     OptionField& field = numbers.fields[i];
     field.min = kFabricsOwn;
-    field.help += "; -1 for the fabric's own (custom: " + option_text(defaults.fields[i]) + ")";
+    field.help += "; -1: the fabric's own (custom: " + option_text(defaults.fields[i]) + ")";
   }
   return table.add(numbers);
 }
@@ -58,8 +58,8 @@ Material said_material(const Material& said, const Material& fitted) {
   }
   if (!(material.stretch_warp > 0) || !(material.stretch_weft > 0)) {
     throw UsageError(
-        "material.stretch_warp and material.stretch_weft cannot be 0: cloth without them has "
-        "nothing that holds it together; say more (fabrics have 100 and more)");
+        "material.stretch_warp and material.stretch_weft cannot be 0: nothing would hold the cloth "
+        "together; raise them (fabrics have 100 and more)");
   }
   return material;
 }

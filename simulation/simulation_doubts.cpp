@@ -19,19 +19,19 @@ std::vector<std::string> simulation_doubts(const std::vector<FrameReport>& repor
   char text[320];
   constexpr double kStretched = 0.15;
   if (const FrameReport& r = worst(&FrameReport::strain_p95); r.strain_p95 > kStretched) {
-    std::snprintf(text, sizeof text,
-                  "the cloth is stretched by %.0f%% (p95, frame %lld), as no fabric is: "
-                  "its steps have not converged (more %ssubsteps, a slower motion), or it is "
-                  "held apart where the body pinches it (less %s)",
-                  100 * r.strain_p95, static_cast<long long>(r.frame), named.solver.c_str(),
-                  named.thickness.c_str());
+    std::snprintf(
+        text, sizeof text,
+        "the cloth is stretched by %.0f%% (p95, frame %lld), more than any fabric: its steps have "
+        "not converged (more %ssubsteps, a slower motion), or the body pinches it (less %s)",
+        100 * r.strain_p95, static_cast<long long>(r.frame), named.solver.c_str(),
+        named.thickness.c_str());
     doubts.emplace_back(text);
   }
   constexpr double kTorn = 1;  // twice as long
   if (const FrameReport& r = worst(&FrameReport::strain_max); r.strain_max > kTorn) {
     std::snprintf(text, sizeof text,
-                  "an edge of the cloth is stretched by %.0f%% (frame %lld): something "
-                  "holds it, or it is far softer than a fabric",
+                  "an edge of the cloth is stretched by %.0f%% (frame %lld): it is caught on "
+                  "something, or far softer than a fabric",
                   100 * r.strain_max, static_cast<long long>(r.frame));
     doubts.emplace_back(text);
   }
@@ -44,8 +44,8 @@ std::vector<std::string> simulation_doubts(const std::vector<FrameReport>& repor
   if (const FrameReport& r = worst(&FrameReport::body_crossings); r.body_crossings > 0) {
     std::snprintf(
         text, sizeof text,
-        "%d edges of cloth and body pierce the other (frame %lld), as the body "
-        "meets vertices alone: a finer garment, more %s, or %sbody-edges true for what is sharp",
+        "%d edges of cloth and body intersect the other (frame %lld), since only vertices of cloth "
+        "collide with the body: a finer garment, more %s, or %sbody-edges true for sharp features",
         r.body_crossings, static_cast<long long>(r.frame), named.thickness.c_str(),
         named.solver.c_str());
     doubts.emplace_back(text);
@@ -54,7 +54,7 @@ std::vector<std::string> simulation_doubts(const std::vector<FrameReport>& repor
     std::snprintf(text, sizeof text, "cloth goes through cloth at %d edges (frame %lld)",
                   r.crossings, static_cast<long long>(r.frame));
     doubts.emplace_back(
-        text + (self_contact ? "" : ": " + named.solver + "self-contact true keeps it from that"));
+        text + (self_contact ? "" : ": " + named.solver + "self-contact true prevents it"));
   }
   return doubts;
 }

@@ -240,14 +240,21 @@ void weigh(const Level& coarse, const Level& fine, const StiffnessSearchOptions&
 
 OptionTable describe(StiffnessSearchOptions& options) {
   OptionTable table;
-  table.add("stretch_low", options.stretch_low, 1, 1e6, "N/m", "Least stretching stiffness tried");
-  table.add("stretch_high", options.stretch_high, 1, 1e6, "N/m", "Largest one");
-  table.add("bending_low", options.bending_low, 1e-9, 1, "N m", "Least bending stiffness tried");
-  table.add("bending_high", options.bending_high, 1e-9, 1, "N m", "Largest one");
-  table.add("coarse", options.coarse, 2, 32, "", "Values of each over the whole range");
-  table.add("fine", options.fine, 0, 31, "", "Values of each around the best of those");
+  table.add("stretch_low", options.stretch_low, 1, 1e6, "N/m",
+            "Lower bound of the stretching stiffness");
+  table.add("stretch_high", options.stretch_high, 1, 1e6, "N/m",
+            "Upper bound of the stretching stiffness");
+  table.add("bending_low", options.bending_low, 1e-9, 1, "N m",
+            "Lower bound of the bending stiffness");
+  table.add("bending_high", options.bending_high, 1e-9, 1, "N m",
+            "Upper bound of the bending stiffness");
+  table.add("coarse", options.coarse, 2, 32, "",
+            "Number of values of each stiffness over the whole range");
+  table.add("fine", options.fine, 0, 31, "",
+            "Number of values of each stiffness around the best ones");
   table.add("band", options.band, 0, 10, "",
-            "Share of the least distance within which a trial is as good");
+            "Likelihood width: relative excess over the smallest distance within which a trial is "
+            "as good");
   return table;
 }
 

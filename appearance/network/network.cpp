@@ -328,7 +328,7 @@ struct AppearanceNetwork::State {
 AppearanceNetwork::AppearanceNetwork(const AppearanceModel& model, Device device, bool half)
     : state_(std::make_unique<State>()) {
   if (device == Device::Cuda && !torch::cuda::is_available()) {
-    throw EnvironmentError("CUDA", "libtorch finds no device; say --device cpu");
+    throw EnvironmentError("CUDA", "libtorch finds no device; use --device cpu");
   }
   State& state = *state_;
   state.layers.options = model.options;

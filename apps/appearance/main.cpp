@@ -38,6 +38,7 @@
 #include "core/not_converged.h"
 #include "core/usage_error.h"
 #include "core/writable_place.h"
+#include "core/renamed_options.h"
 
 namespace {
 
@@ -77,16 +78,18 @@ OptionTable options_of(const std::string& command, Arguments& arguments) {
   OptionTable table;
   if (command == "train") {
     table.add("checkpoint", arguments.checkpoint, std::vector<std::string>{},
-              "Kept while training");
-    table.add("log", arguments.log, std::vector<std::string>{}, "CSV of every step");
+              "File of the checkpoint kept while training");
+    table.add("log", arguments.log, std::vector<std::string>{},
+              "CSV file with a line for every training step");
   }
-  table.add("device", arguments.device, {{"cpu", Device::Cpu}, {"cuda", Device::Cuda}}, "Where");
+  table.add("device", arguments.device, {{"cpu", Device::Cpu}, {"cuda", Device::Cuda}},
+            "Device of the networks");
   if (command == "train") {
     table.add(describe(arguments.options));
   } else if (command == "paint") {
     table.add(describe(arguments.paint));
     table.add("ahead", arguments.ahead, 0, 1000, "",
-              "Waits for the oldest of so many pictures to be taken away; 0: does not wait");
+              "Maximum number of images that wait to be taken away; 0: no limit");
   }
   return table;
 }
@@ -189,10 +192,11 @@ AppearanceModel network_at(const fs::path& path) {
     if (error.expected.find(" again") != std::string::npos) {
       throw;
     }
-    const fs::path stage = path.parent_path().parent_path().parent_path().filename();
-    throw DataError(error.file, error.where, error.found,
-                    error.expected + "; run 'atelier " +
-                        (stage == "ceiling" ? "ceiling" : "appearance") + "' again");
+    const std::string folder = path.parent_path().parent_path().parent_path().filename().string();
+    const bool on_truth = folder == "ceiling" || renamed_stage(folder) == "ceiling";
+    throw DataError(
+        error.file, error.where, error.found,
+        error.expected + "; run 'atelier " + (on_truth ? "ceiling" : "appearance") + "' again");
   }
 }
 

@@ -452,17 +452,17 @@ Action add_body_model(CLI::App& parser) {
   auto arguments = std::make_shared<BodyArguments>();
   BodyArguments& a = *arguments;
   add_option(parser, "ACTION", a.action,
-             "show: pictures from four sides; measure: lengths, girths, mass; convert: a body "
-             "into .npz, .glb, .gltf, .obj, .ply, a motion into .bvh, .npz, .glb, .gltf; pose: "
-             "a motion on a body as contact sheet, video, .glb, .gltf, .bvh or .npz")
+             "show: images from four sides; measure: lengths, girths, mass; convert: a body to "
+             ".npz, .glb, .gltf, .obj, .ply, a motion to .bvh, .npz, .glb, .gltf; pose: a motion "
+             "on a body as contact sheet, video, .glb, .gltf, .bvh or .npz")
       .check(one_of({"show", "measure", "convert", "pose"}))
       .type_name("show|measure|convert|pose");
   add_option(parser, "BODY", a.body, kBodyHelp);
   add_option(parser, "MOTION", a.motion,
-             "pose: .bvh, .amc, .trc, .c3d, .npz (ours, AMASS), .glb, .gltf, .fbx");
-  add_option(parser, "--out", a.out, "File to write; its extension says what").type_name("FILE");
-  add_option(parser, "--as", a.as,
-             "convert: what to take of a glTF or FBX file that holds both; without it a body")
+             "Motion for pose: .bvh, .amc, .trc, .c3d, .npz (ours, AMASS), .glb, .gltf, .fbx");
+  add_option(parser, "--out", a.out, "File to write; its extension selects the format")
+      .type_name("FILE");
+  add_option(parser, "--as", a.as, "convert: part of a glTF or FBX file that holds both [body]")
       .check(one_of({"body", "motion"}))
       .type_name("body|motion");
   add_option(parser, "--target", a.target,
@@ -473,7 +473,7 @@ Action add_body_model(CLI::App& parser) {
       .delimiter(',')
       .once_a_flag()
       .type_name("NAME=VALUE,...");
-  add_flag(parser, "--json", a.json, "measure: as JSON");
+  add_flag(parser, "--json", a.json, "measure: output as JSON");
   const OptionReader options = add_option_flags(parser, body_model_options());
   return [arguments, options] {
     const OptionSet given = options();

@@ -136,19 +136,21 @@ BodyFileOptions file_options(const BodyOptions& options) {
 OptionTable describe(BodyOptions& options) {
   OptionTable table;
   table.add("four_influences", options.four_influences,
-            "Keep four joints a vertex, as viewers and game engines expect");
+            "At most four joints influencing a vertex, as viewers and game engines expect");
   table.add("metres_per_unit", options.metres_per_unit, 1e-6, 1e6, "m",
-            "Of a glTF, FBX or SMPL-family body; 0.01 where it is in centimetres and says metres");
+            "Length of the unit of a glTF, FBX or SMPL-family body; 0.01 where it is in "
+            "centimetres and says metres");
   table.add("rig", options.rig, {},
-            "MakeHuman: .mhskel or MPFB2 rig.*.json; none: beside the body");
+            "MakeHuman rig, .mhskel or MPFB2's rig.*.json; empty: the one beside the body");
   table.add("weights", options.weights, {},
-            "MakeHuman: .mhw or weights.*.json; none: beside the body");
+            "MakeHuman skinning weights, .mhw or weights.*.json; empty: those beside the body");
   table.add("macros", describe(options.macros));
-  table.add("asf", options.asf, {}, "Skeleton of an .amc; none: the .asf beside it");
+  table.add("asf", options.asf, {}, "Skeleton (.asf) of an .amc motion; empty: the one beside it");
   table.add("motion", describe(options.motion));
   table.add("markers", describe(options.markers));
   table.add("retarget", describe(options.retarget));
-  table.add("pictures", options.pictures, 1, 400, "", "pose: how many the contact sheet has");
+  table.add("pictures", options.pictures, 1, 400, "",
+            "Number of poses on the contact sheet of pose");
   return table.add(describe(options.picture));
 }
 

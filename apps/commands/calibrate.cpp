@@ -41,10 +41,10 @@ OptionTable describe(CalibrateCommandOptions& options) {
   table.add("board", describe(options.board));
   table.add("calibration", describe(options.calibration));
   table.add("every", options.every, 1, 100000, "",
-            "Frames of videos of which one is looked at; 1 looks at all");
+            "Interval between the frames of videos that are searched for the board; 1: all frames");
   table.add("ground_frame", options.ground_frame, -1, 1000000000, "",
-            "Frame in which the board lies on the ground, its middle at the origin; -1: up is the "
-            "cameras' mean, the origin where they look");
+            "Frame in which the board lies on the ground, its centre at the origin; -1: up is the "
+            "mean of the cameras' up axes, the origin where they look");
   return table;
 }
 
@@ -120,15 +120,15 @@ OptionSet calibrate_options() {
 Action add_calibrate(CLI::App& parser) {
   auto arguments = std::make_shared<CalibrateArguments>();
   add_option(parser, "PICTURES", arguments->pictures,
-             "Of the board: a folder, zip or video for each camera, or a folder of pictures "
-             "like left01.jpg")
+             "Images of the board: a folder, zip or video for each camera, or a folder of images "
+             "such as left01.jpg")
       .required();
-  add_option(parser, "--out", arguments->out, "New folder: cameras.json, calibration.json")
+  add_option(parser, "--out", arguments->out, "New folder for cameras.json and calibration.json")
       .type_name("FOLDER");
   add_option(parser, "--lenses", arguments->lenses,
-             "Capture or calibration file whose lenses are kept; poses alone are found")
+             "Capture or calibration file whose lenses are kept, so that only poses are estimated")
       .type_name("CAPTURE");
-  add_flag(parser, "--json", arguments->json, "The report for machines");
+  add_flag(parser, "--json", arguments->json, "Report as JSON, for programs");
   const OptionReader options = add_option_flags(parser, calibrate_options());
   return [arguments, options] {
     return run(*arguments, options_of<CalibrateCommandOptions>(options()));

@@ -46,7 +46,8 @@ struct CalibrateColorOptions {
 
 OptionTable describe(CalibrateColorOptions& options) {
   OptionTable table;
-  table.add("frames", options.frames, 1, 1000, "", "Looked at, spread over the capture");
+  table.add("frames", options.frames, 1, 1000, "",
+            "Number of frames used, evenly spread over the capture");
   table.add("capture", describe(options.capture));
   table.add("gains", describe(options.gains));
   table.add("samples", describe(options.samples));
@@ -71,12 +72,12 @@ int run(const CalibrateColorArguments& arguments, const CalibrateColorOptions& o
   const Dataset dataset = open_dataset(arguments.capture, options.capture);
   if (!dataset.calibrated) {
     throw DataError(arguments.capture, "", "cameras without calibration",
-                    "calibrated ones; atelier calibrate makes them");
+                    "calibrated ones; atelier calibrate estimates them");
   }
   const std::vector<int> all = frames_with_masks(dataset);
   if (all.empty()) {
     throw DataError(arguments.capture, "", "no masks and no labels",
-                    "some; atelier masks makes them");
+                    "some; atelier masks creates them");
   }
   std::vector<ColorSample> samples;
   const auto wanted = std::min<std::size_t>(all.size(), static_cast<std::size_t>(options.frames));
@@ -116,11 +117,11 @@ int run(const CalibrateColorArguments& arguments, const CalibrateColorOptions& o
       continue;
     }
     std::cout << (gains.measured[c]
-                      ? sentence("%-12s gain %.4f %.4f %.4f +- %.2f%%, from %d places\n",
+                      ? sentence("%-12s gain %.4f %.4f %.4f +- %.2f%%, from %d points\n",
                                  cameras[c].id.c_str(), g[0], g[1], g[2], 100 * d.maxCoeff(),
                                  gains.points[c])
                       : sentence(
-                            "%-12s gain not measured, left at 1 (%d places shared, %d needed)\n",
+                            "%-12s gain not measured, left at 1 (%d points shared, %d needed)\n",
                             cameras[c].id.c_str(), gains.points[c], options.gains.least_points));
   }
   for (const Finding& finding : gains.findings) {
@@ -134,7 +135,7 @@ int run(const CalibrateColorArguments& arguments, const CalibrateColorOptions& o
     json["mean_error"] = error.mean;
     json["largest_error"] = error.largest;
     if (!arguments.json) {
-      std::cout << sentence("against the true gains: mean error %.2f%%, largest %.2f%%\n",
+      std::cout << sentence("against the ground-truth gains: mean error %.2f%%, largest %.2f%%\n",
                             100 * error.mean, 100 * error.largest);
     }
   }
@@ -142,7 +143,7 @@ int run(const CalibrateColorArguments& arguments, const CalibrateColorOptions& o
     std::cout << json_text(json, 1) << "\n";
   } else {
     char text[80];
-    std::snprintf(text, sizeof text, "one sample is %.1f%% off its place's colour (robust)\n",
+    std::snprintf(text, sizeof text, "one sample is %.1f%% off its point's colour (robust)\n",
                   100 * gains.spread);
     std::cout << text;
     std::cout << printable(arguments.out) << "\n";
@@ -158,12 +159,15 @@ OptionSet calibrate_color_options() {
 
 Action add_calibrate_color(CLI::App& parser) {
   auto arguments = std::make_shared<CalibrateColorArguments>();
-  add_option(parser, "CAPTURE", arguments->capture, "Calibrated, with masks or labels").required();
-  add_option(parser, "--out", arguments->out, "cameras.json with the gains").type_name("FILE");
+  add_option(parser, "CAPTURE", arguments->capture, "Calibrated capture with masks or labels")
+      .required();
+  add_option(parser, "--out", arguments->out,
+             "File for the cameras with their gains (cameras.json)")
+      .type_name("FILE");
   add_option(parser, "--truth", arguments->truth,
-             "Synthetic capture whose true gains they are held against")
+             "Synthetic capture whose ground-truth gains the result is compared with")
       .type_name("CAPTURE");
-  add_flag(parser, "--json", arguments->json, "The report for machines");
+  add_flag(parser, "--json", arguments->json, "Report as JSON, for programs");
   const OptionReader options = add_option_flags(parser, calibrate_color_options());
   return [arguments, options] {
     return run(*arguments, options_of<CalibrateColorOptions>(options()));

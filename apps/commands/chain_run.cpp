@@ -310,7 +310,7 @@ void ChainRun::pass_over() {
       one.end = "not asked for";
       continue;
     }
-    one.why = find_stage(all_stages(), step.stage) == nullptr ? "this version does not have it"
+    one.why = find_stage(all_stages(), step.stage) == nullptr ? "this build does not have it"
                                                               : step.lacks(facts_);
     for (const std::string_view needed : needed_stages(step, facts_)) {
       const RunStageAccount* other = account_of(needed);
@@ -510,7 +510,7 @@ ChainRun::Foreseen ChainRun::foreseen(std::size_t i) const {
       return {"would run", {made}, true};
     }
     const std::vector<std::string> changes = option_changes(i);
-    return changes.empty() ? Foreseen{"would look at its result", {made}, false}
+    return changes.empty() ? Foreseen{"would check its result", {made}, false}
                            : Foreseen{"would run", changes, true};
   }
   try {

@@ -173,12 +173,12 @@ Action add_convert_capture(CLI::App& parser) {
   auto arguments = std::make_shared<ConvertCaptureArguments>();
   add_option(parser, "IN", arguments->in, "Capture to read: a folder, or a calibration file in it")
       .required();
-  add_option(parser, "OUT", arguments->out, "Folder to write; new").required();
+  add_option(parser, "OUT", arguments->out, "New folder to write").required();
   add_option(parser, "--to", arguments->to, "Layout to write [native]")
       .check(one_of(layout_names()))
       .type_name(layout_choices());
   add_option(parser, "--cameras", arguments->cameras,
-             "Calibration to take instead of IN's: cameras.json as calibrate writes it")
+             "Calibration used instead of that of IN: cameras.json as calibrate writes it")
       .type_name("FILE");
   const OptionReader options = add_option_flags(parser, convert_capture_options());
   return [arguments, options] { return run(*arguments, options_of<DatasetOptions>(options())); };

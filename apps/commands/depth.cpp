@@ -51,11 +51,12 @@ struct DepthOptions {
 OptionTable describe(DepthOptions& options) {
   OptionTable table;
   table.add("frame", options.frame, -1, 1000000000, "",
-            "Of the capture; -1: the first with masks or labels");
+            "Number of the frame of the capture; -1: the first with masks or labels");
   table.add("capture", describe(options.capture));
   table.add(describe(options.reconstruct));
   table.add("memory", options.memory, 0.01, 4096, "GiB",
-            "Pictures are halved until the work on the frame fits, as all views do at once.");
+            "Memory for the frame, all of whose views are processed at once; images are halved in "
+            "size until it suffices");
   return table;
 }
 
@@ -124,7 +125,7 @@ void open_folder(const fs::path& folder, const std::string& origin) {
   }
   const nlohmann::json said = nlohmann::json::parse(there, nullptr, false);
   if (!said.is_object() || said.value("schema", nlohmann::json()) != "atelier-depth") {
-    throw DataError(file.string(), "", "no account of what the maps are made of",
+    throw DataError(file.string(), "", "no record of what the maps were made from",
                     "the file that depth wrote; give a new folder, or remove " + folder.string());
   }
   throw UsageError("OUT " + folder.string() + " holds maps of " +
@@ -183,7 +184,7 @@ int run(const DepthArguments& arguments, const DepthOptions& options) {
   const std::vector<int> frames = frames_with_masks(dataset);
   if (frames.empty()) {
     throw DataError(arguments.capture, "", "no masks and no labels",
-                    "some; atelier masks makes them");
+                    "some; atelier masks creates them");
   }
   const int frame = options.frame < 0 ? frames.front() : options.frame;
   if (std::find(frames.begin(), frames.end(), frame) == frames.end()) {
@@ -255,22 +256,22 @@ OptionSet depth_options() {
 
 Action add_depth(CLI::App& parser) {
   auto arguments = std::make_shared<DepthArguments>();
-  add_option(parser, "CAPTURE", arguments->capture, "Calibrated, with masks or labels").required();
-  add_option(parser, "OUT", arguments->out,
-             "Folder of one frame's maps, also COLMAP's dense workspace; maps that are there "
-             "are kept")
+  add_option(parser, "CAPTURE", arguments->capture, "Calibrated capture with masks or labels")
       .required();
   add_option(
-      parser, "--views", arguments->views,
-      "Only a share of the views, those side by side, so that n machines share a frame [0/1]")
+      parser, "OUT", arguments->out,
+      "Folder for one frame's maps, also a dense workspace of COLMAP; existing maps are kept")
+      .required();
+  add_option(parser, "--views", arguments->views,
+             "Part of the views, those side by side, for n machines that share a frame [0/1]")
       .type_name("i/n");
   add_option(parser, "--surface", arguments->surface,
-             "The labelled surface too, once every view's map is there")
+             "File for the labelled surface, once the maps of all views exist")
       .type_name("MESH");
-  add_option(parser, "--device", arguments->device, "Where the work is done")
+  add_option(parser, "--device", arguments->device, "Device of the computation")
       .check(one_of({"cpu", "cuda"}))
       .type_name("cpu|cuda");
-  add_flag(parser, "--json", arguments->json, "For machines");
+  add_flag(parser, "--json", arguments->json, "Output as JSON, for programs");
   const OptionReader options = add_option_flags(parser, depth_options());
   return [arguments, options] { return run(*arguments, options_of<DepthOptions>(options())); };
 }

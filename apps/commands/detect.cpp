@@ -48,11 +48,11 @@ OptionTable describe(DetectCommandOptions& options) {
   std::vector<std::string> schemas = keypoint_schema_names();
   schemas.insert(schemas.begin(), "auto");
   table.add("schema", options.schema, schemas,
-            "Order of the network's points; auto: told by their number");
+            "Order of the keypoints of the network; auto: recognised by their number");
   std::vector<std::string> taxonomies = label_taxonomy_names();
   taxonomies.insert(taxonomies.begin(), "auto");
   table.add("taxonomy", options.taxonomy, taxonomies,
-            "Numbers of a parsing network's classes; auto: told by how many there are");
+            "Numbering of the classes of a parsing network; auto: recognised by their number");
   return table.add(describe(options.network));
 }
 
@@ -214,7 +214,7 @@ OptionSet detect_options() {
 
 Action add_detect(CLI::App& parser) {
   auto arguments = std::make_shared<DetectArguments>();
-  add_option(parser, "CAPTURE", arguments->capture, "Of any layout").required();
+  add_option(parser, "CAPTURE", arguments->capture, "Capture of any layout").required();
   add_option(parser, "--model", arguments->model, "ONNX network of your own; none is shipped")
       .type_name("FILE.onnx");
   add_option(parser, "--out", arguments->out,

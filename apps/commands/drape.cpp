@@ -52,18 +52,19 @@ struct DrapeOptions {
 
 OptionTable describe(DrapeOptions& options) {
   OptionTable table;
-  table.add("body", options.body, std::vector<std::string>{},
-            "female or male, the default human, or a body model's file");
+  table.add(
+      "body", options.body, std::vector<std::string>{},
+      "Body that wears the garments: female or male of the default human, or a body model file");
   table.add("fit", options.fit, {"garment", "body"},
-            "What gives way where a pattern file is too tight: garment refuses it with advice, "
-            "body slims the default human");
+            "Treatment of pattern files that are too tight: garment refuses them with advice, body "
+            "slims the default human");
   table.add("frames", options.frames, 1, 10000, "",
-            "60 a second, at most, for the dressed cloth to come to rest");
+            "Maximum number of frames, at 60 per second, for the dressed cloth to come to rest");
   table.add("rest_speed", options.rest_speed, 1e-4, 10, "m/s",
-            "Of 99 vertices in 100, below which the cloth is at rest");
-  table.add("video", options.video, "A turntable beside the pictures");
+            "Speed below which 99% of the vertices must be for the cloth to be at rest");
+  table.add("video", options.video, "Turntable video beside the images");
   table.add("device", options.device, {{"cpu", Device::Cpu}, {"cuda", Device::Cuda}},
-            "Where the cloth moves");
+            "Device of the cloth simulation");
   OptionTable human = describe(options.human);
   std::erase_if(human.fields, [](const OptionField& field) {
     return field.name == "male" || field.name == "shape_basis";
@@ -335,7 +336,7 @@ OptionSet drape_options() {
 
 Action add_drape(CLI::App& parser) {
   const auto out = std::make_shared<std::string>();
-  add_option(parser, "--out", *out, "New folder: sequence, meshes, pictures, video")
+  add_option(parser, "--out", *out, "New folder for the sequence, meshes, images and video")
       .type_name("FOLDER");
   const OptionReader options = add_option_flags(parser, drape_options());
   return [out, options] { return run(*out, options_of<DrapeOptions>(options())); };

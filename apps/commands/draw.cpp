@@ -31,11 +31,11 @@
 #include "core/usage_error.h"
 #include "core/writable_place.h"
 #include "pipeline/chain/outdated_results.h"
-#include "pipeline/stages/stages.h"
 #include "pipeline/outfit/worn_subject.h"
 #include "pipeline/pictures/paint_scene.h"
 #include "pipeline/pictures/picture_size.h"
 #include "pipeline/pictures/straight_alpha.h"
+#include "pipeline/stages/stages.h"
 
 namespace atelier {
 namespace {
@@ -65,22 +65,27 @@ struct DrawOptions {
 OptionTable describe(DrawOptions& options) {
   OptionTable table;
   table.add("networks", options.networks, {"appearance", "ceiling"},
-            "Of which stage; ceiling: on the true garments and body of --capture");
-  table.add("azimuth", options.azimuth, -360, 360, "degrees", "0 from the front, 90 from its left");
-  table.add("elevation", options.elevation, -90, 90, "degrees", "0 level, 90 from above");
-  table.add("turn", options.turn, "The camera goes once round the subject over all frames");
-  table.add("width", options.picture.width, 1, 16384, "px", "Of pictures by no capture's camera");
-  table.add("height", options.picture.height, 1, 16384, "px", "Of pictures by no capture's camera");
+            "Stage whose networks are used; oracle: those trained and rendered on the ground-truth "
+            "garments and body of --capture");
+  table.add("azimuth", options.azimuth, -360, 360, "degrees",
+            "Azimuth of the camera: 0 in front of the subject, 90 at its left");
+  table.add("elevation", options.elevation, -90, 90, "degrees",
+            "Elevation of the camera: 0 level, 90 above");
+  table.add("turn", options.turn, "Camera that goes once round the subject over all frames");
+  table.add("width", options.picture.width, 1, 16384, "px",
+            "Width of images that are not from a camera of the capture");
+  table.add("height", options.picture.height, 1, 16384, "px",
+            "Height of images that are not from a camera of the capture");
   table.add("framing", describe(options.picture.framing));
   table.add("video", describe(options.video));
   for (OptionField& field : table.fields) {
     if (field.name == "video.fps") {
-      field.help = "Frames per second; unless said, the meshes' own, if they have one";
+      field.help = "Frame rate of the video; unless given, that of the meshes if they have one";
     }
   }
   table.add(describe(options.paint));
   table.add("device", options.device, {{"cpu", Device::Cpu}, {"cuda", Device::Cuda}},
-            "Where networks work");
+            "Device of the networks");
   return table;
 }
 
@@ -91,12 +96,13 @@ struct Cast {
 };
 
 fs::path current_result(const fs::path& workspace, const std::string& stage) {
-  const auto current = current_name(workspace / stage);
+  const fs::path results = results_of_stage(workspace, stage);
+  const auto current = current_name(results);
   if (!current) {
     throw DataError((workspace / stage).string(), "", "no result",
                     "a result; run 'atelier " + stage + "' first");
   }
-  return workspace / stage / *current;
+  return results / *current;
 }
 
 /// @param is_garment  has a network; a body is grey without its own, which is made on demand
@@ -399,7 +405,7 @@ void require_use(const DrawArguments& arguments, const OptionTable& table) {
     if (!arguments.capture.empty() && field.source != "default" &&
         (placing.contains(field.name) || field.name.starts_with("framing."))) {
       throw UsageError(flag_of(field.name) +
-                       " does nothing: the camera of --capture looks; leave one of them out");
+                       " does nothing: the camera of --capture is used; leave one of them out");
     }
   }
 }
@@ -407,7 +413,9 @@ void require_use(const DrawArguments& arguments, const OptionTable& table) {
 int run(const DrawArguments& arguments, const OptionSet& set) {
   const auto& options = options_of<DrawOptions>(set);
   if (arguments.workspace.empty() || arguments.out.empty()) {
-    throw UsageError("draw takes a WORKSPACE and --out: atelier draw WORKSPACE --out FOLDER");
+    throw UsageError(
+        "render --neural takes a WORKSPACE and --out: atelier render --neural WORKSPACE --out "
+        "FOLDER");
   }
   if (arguments.camera.empty() != arguments.capture.empty()) {
     throw UsageError("--capture and --camera go together: the camera ID of the capture CAPTURE");
@@ -415,12 +423,12 @@ int run(const DrawArguments& arguments, const OptionSet& set) {
   if (options.networks == "ceiling") {
     if (arguments.capture.empty()) {
       throw UsageError(
-          "--networks ceiling draws what was true in a synthetic capture: name --capture and "
+          "--networks ceiling renders the ground truth of a synthetic capture: give --capture and "
           "--camera");
     }
     if (!arguments.body.empty() || !arguments.garments.empty()) {
       throw UsageError(
-          "--body and --garment do nothing: --networks ceiling draws the truth of "
+          "--body and --garment do nothing: --networks ceiling renders the ground truth of "
           "--capture; leave them out");
     }
   }
@@ -436,14 +444,14 @@ int run(const DrawArguments& arguments, const OptionSet& set) {
     throw UsageError("--out takes a folder or a video .mp4, not '" + extension + "'");
   }
   if (video && options.paint.alpha) {
-    throw UsageError("a video has no fourth channel: leave out --alpha, or name a folder");
+    throw UsageError("a video has no alpha channel: leave out --alpha, or choose a folder");
   }
   require_use(options, set.table, video);
   catch_interrupts();
   require_new_place(arguments.out, "--out");
   require_outside_results(arguments.out, arguments.workspace, all_stages(), "--out");
   if (is_inside(arguments.out, arguments.workspace)) {
-    throw UsageError("--out lies in the WORKSPACE; name a place outside of it");
+    throw UsageError("--out lies in the WORKSPACE; choose a path outside of it");
   }
   video ? require_file_place(arguments.out) : require_folder_place(arguments.out);
   const std::optional<Camera> captured = captured_camera(arguments, options);
@@ -497,20 +505,22 @@ OptionSet draw_options() {
 
 Action add_draw(CLI::App& parser) {
   auto arguments = std::make_shared<DrawArguments>();
-  add_option(parser, "WORKSPACE", arguments->workspace, "Whose networks draw").required();
-  add_option(parser, "--out", arguments->out, "New folder for 000012.png ..., or new .mp4")
+  add_option(parser, "WORKSPACE", arguments->workspace, "Workspace with the networks").required();
+  add_option(parser, "--out", arguments->out,
+             "New folder for images (000012.png ...), or a new video (.mp4)")
       .type_name("FOLDER|VIDEO")
       .required();
   add_option(parser, "--body", arguments->body,
-             "Meshes of the body, one a frame [those of the stage body]")
+             "Meshes of the body, one for each frame [those of the stage body]")
       .type_name("MESHES");
   add_option(parser, "--garment", arguments->garments,
-             "Meshes of a garment, of its template's faces [those of the stage register]")
+             "Meshes of a garment with the faces of its template [those of the stage register]")
       .type_name("NAME=MESHES")
       .once_a_flag();
-  add_option(parser, "--capture", arguments->capture, "Whose camera looks [one round the subject]")
+  add_option(parser, "--capture", arguments->capture,
+             "Capture whose camera is used [a camera around the subject]")
       .type_name("CAPTURE");
-  add_option(parser, "--camera", arguments->camera, "Which of its cameras").type_name("ID");
+  add_option(parser, "--camera", arguments->camera, "Camera of --capture").type_name("ID");
   const OptionReader options = add_option_flags(parser, draw_options());
   return [arguments, options] { return run(*arguments, options()); };
 }

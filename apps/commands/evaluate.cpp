@@ -19,9 +19,9 @@
 #include "core/usage_error.h"
 #include "pipeline/capture/input_measures.h"
 #include "pipeline/capture/reconstruct_measures.h"
-#include "pipeline/stages/stages.h"
 #include "pipeline/evaluation/evaluation.h"
 #include "pipeline/evaluation/targets.h"
+#include "pipeline/stages/stages.h"
 
 namespace atelier {
 namespace {
@@ -62,7 +62,7 @@ nlohmann::ordered_json json_of(const Judged& row) {
 void require_synthetic(const fs::path& capture) {
   if (fs::is_directory(capture) && !fs::exists(capture / "truth") &&
       !fs::exists(capture / "synthesis.json")) {
-    throw DataError(capture.string(), "truth", "none: only what is synthesized has one",
+    throw DataError(capture.string(), "truth", "none: only synthetic captures have it",
                     "a capture of 'atelier synthesize'");
   }
 }
@@ -197,7 +197,7 @@ int run(EvaluateArguments arguments) {
       figures.unmeasured.begin(), figures.unmeasured.end(),
       [&](const Unmeasured& one) { return one.stage == arguments.stage && rows.empty(); });
   if (nothing) {
-    standard_error() << "atelier: not one figure of '" << arguments.stage << "' was measured"
+    standard_error() << "atelier: no figure of '" << arguments.stage << "' was measured"
                      << std::endl;
     return kExitCheckFailed;
   }
@@ -205,8 +205,8 @@ int run(EvaluateArguments arguments) {
   if (absent > 0 && (!any || arguments.complete)) {
     standard_error() << "atelier: "
                      << (any ? "not measured: " + counted(absent, "figure")
-                             : std::string("not one figure was measured"))
-                     << " of those that results are judged by" << std::endl;
+                             : std::string("no figure was measured"))
+                     << " among those with targets" << std::endl;
     return kExitCheckFailed;
   }
   return std::all_of(all.begin(), all.end(), is_met) ? kExitDone : kExitCheckFailed;
@@ -217,36 +217,38 @@ int run(EvaluateArguments arguments) {
 Action add_evaluate(CLI::App& parser) {
   auto arguments = std::make_shared<EvaluateArguments>();
   add_option(parser, "WORKSPACE", arguments->workspace,
-             "Folder of results; the capture itself measures its detections alone")
+             "Folder of results; the capture itself evaluates its detections only")
       .required();
-  add_option(parser, "--truth", arguments->truth, "Synthetic capture that they were made from")
+  add_option(parser, "--truth", arguments->truth,
+             "Synthetic capture that the results were made from")
       .type_name("CAPTURE")
       .required();
   add_option(parser, "--masks", arguments->masks,
-             "What masks --out made of the capture: masks.iou, against who is there")
+             "Folder that masks --out wrote for the capture, evaluated as masks.iou")
       .type_name("FOLDER");
   add_option(parser, "--cameras", arguments->cameras,
-             "What calibrate-color --out made of the capture: calibration.gain_mean, "
-             "calibration.gain_largest")
+             "File that calibrate-color --out wrote for the capture, evaluated as "
+             "calibration.gain_mean and calibration.gain_largest")
       .type_name("FILE");
   add_option(parser, "--surface", arguments->surface,
-             "Any mesh of what is seen at --frame: surface.chamfer_mm, surface.completeness")
+             "Any mesh of the visible surface at --frame, evaluated as surface.chamfer_mm and "
+             "surface.completeness")
       .type_name("MESH");
-  add_option(parser, "--frame", arguments->frame, "Of --surface [0]").type_name("N");
+  add_option(parser, "--frame", arguments->frame, "Frame of --surface [0]").type_name("N");
   add_option(parser, "--stage", arguments->stage,
-             "Figures of this stage alone, or of the capture itself [all]")
+             "Stage to evaluate, or capture for the capture itself [all]")
       .type_name("NAME");
   add_option(
       parser, "--targets", arguments->targets,
-      "What figures are judged by; auto: demo where pictures have less than half a megapixel")
+      "Set of targets; auto: demo where images have less than half a megapixel, else accuracy")
       .check(one_of({"auto", "accuracy", "demo"}))
       .type_name("auto|accuracy|demo");
-  add_flag(parser, "--json", arguments->json, "One JSON object of figures");
+  add_flag(parser, "--json", arguments->json, "Figures as one JSON object");
   add_flag(parser, "--check", arguments->check,
-           "A table of every target, met, missed or not measured and why; exit with 1 if one is "
+           "Table of all targets: met, missed or not measured, and why; exit code 1 if a target is "
            "missed, none was measured or --stage has no result");
   add_flag(parser, "--complete", arguments->complete,
-           "With --check: exit with 1 also if one that is judged was not measured");
+           "With --check, exit code 1 also if a target was not measured");
   return [arguments] { return run(*arguments); };
 }
 

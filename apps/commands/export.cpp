@@ -71,18 +71,18 @@ OptionTable describe(ExportOptions& options) {
   }
   return OptionTable()
       .add("stage", options.stage, std::move(stages),
-           "Whose results: one stage's, or all there are")
+           "Stage whose results are exported; all: every stage with results")
       .add("format", options.format,
            {{"ply", ExportFormat::Ply},
             {"obj", ExportFormat::Obj},
             {"glb", ExportFormat::Glb},
             {"usda", ExportFormat::Usda},
             {"h5", ExportFormat::Hdf5}},
-           "Of meshes: ply and obj, a file a frame; glb, usda and h5, one file for a sequence over "
-           "one topology (usda and h5 leave single meshes as ply)")
+           "Format of meshes: ply and obj write a file for each frame; glb, usda and h5 write one "
+           "file for a sequence of one topology (usda and h5 leave single meshes as ply)")
       .add("cameras", options.cameras, camera_layouts(),
-           "Also the capture's cameras, with the pictures of one instant, in another layout; the "
-           "capture has to be where it was");
+           "Layout in which the capture's cameras and the images of one instant are exported too; "
+           "the capture must still be at its place");
 }
 
 /// Of single meshes, which USD files are not written of.
@@ -252,7 +252,7 @@ fs::path capture_of(const std::vector<StageStatus>& all, const std::string& layo
     }
   }
   throw DataError(
-      "", "cameras", "no capture where the workspace's results were made of one",
+      "", "cameras", "no capture at the path that the workspace's results were made from",
       "the capture in its place, or atelier convert-capture CAPTURE OUT --to " + layout);
 }
 
@@ -325,7 +325,7 @@ std::vector<const StageStatus*> chosen_results(const std::vector<StageStatus>& a
     if (status.state == StageStatus::State::Damaged) {
       throw DataError(workspace, status.stage, "a result that is damaged",
                       "a sound one: atelier status --digests says what is damaged, atelier " +
-                          status.stage + " INPUT WORKSPACE, given as then, makes it anew");
+                          status.stage + " INPUT WORKSPACE, with the same arguments recomputes it");
     }
     if (status.manifest) {
       chosen.push_back(&status);
@@ -386,7 +386,7 @@ OptionSet export_options() {
 Action add_export(CLI::App& parser) {
   auto arguments = std::make_shared<ExportArguments>();
   add_option(parser, "WORKSPACE", arguments->workspace, "Folder of results").required();
-  add_option(parser, "OUT", arguments->out, "Folder to write to, one folder in it a stage")
+  add_option(parser, "OUT", arguments->out, "Folder to write to, with one folder for each stage")
       .required();
   const OptionReader options = add_option_flags(parser, export_options());
   return [arguments, options] { return run(*arguments, options_of<ExportOptions>(options())); };

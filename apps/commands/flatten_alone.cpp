@@ -54,8 +54,9 @@ int flatten_alone(const FlattenFlags& flags, const StandAloneRequest& request) {
   watcher.warn = [&](const Finding& finding) { watcher.say(to_string(finding)); };
   watcher.relaxed = [&](int round, int rounds, double error) {
     char text[100];
-    std::snprintf(text, sizeof text, "round %d of at most %d: hangs %.2f mm from as captured",
-                  round, rounds, 1000 * error);
+    std::snprintf(text, sizeof text,
+                  "round %d of at most %d: hangs %.2f mm from the captured shape", round, rounds,
+                  1000 * error);
     watcher.say(text);
   };
   watcher.stopped = [] { return false; };
@@ -87,13 +88,13 @@ StandAloneWork add_flatten_alone(CLI::App& parser) {
   auto flags = std::make_shared<FlattenFlags>();
   add_option(
       parser, "--mesh", [flags](const std::string& text) { flags->mesh = text; },
-      "Without a workspace: the garment's surface")
+      "Without a workspace: surface of the garment")
       .type_name("MESH");
   add_option(
       parser, "--out", [flags](const std::string& text) { flags->out = text; },
-      "New folder: pattern.svg, pattern.dxf, garment.obj, stretch.png")
+      "New folder for pattern.svg, pattern.dxf, garment.obj and stretch.png")
       .type_name("FOLDER");
-  add_flag(parser, "--no-pictures", flags->no_pictures, "Leave out stretch.png");
+  add_flag(parser, "--no-pictures", flags->no_pictures, "No stretch.png");
   return {[flags] { return first_flatten_flag(*flags); },
           [flags](const StandAloneRequest& request) { return flatten_alone(*flags, request); }};
 }

@@ -77,8 +77,9 @@ int run(const GcArguments& arguments) {
 Action add_gc(CLI::App& parser) {
   auto arguments = std::make_shared<GcArguments>();
   add_option(parser, "WORKSPACE", arguments->workspace, "Folder of results").required();
-  add_flag(parser, "--dry-run", arguments->dry_run, "Only say what would be removed");
-  add_flag(parser, "--json", arguments->json, "For machines");
+  add_flag(parser, "--dry-run", arguments->dry_run,
+           "Report what would be removed, without removing it");
+  add_flag(parser, "--json", arguments->json, "Output as JSON, for programs");
   return [arguments] { return run(*arguments); };
 }
 

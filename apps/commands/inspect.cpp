@@ -6,8 +6,8 @@
 #include "core/exit_code.h"
 #include "core/io/json_text.h"
 #include "core/usage_error.h"
-#include "pipeline/stages/stages.h"
 #include "pipeline/inspection/inspection.h"
+#include "pipeline/stages/stages.h"
 
 namespace atelier {
 namespace {
@@ -32,7 +32,7 @@ Action add_inspect(CLI::App& parser) {
       "Mesh, image, video, drawing, npy, npz, safetensors, HDF5, JSON, TOML, body, motion, or "
       "a folder of a result, sequence, capture or meshes")
       .required();
-  add_flag(parser, "--json", *json, "For machines");
+  add_flag(parser, "--json", *json, "Output as JSON, for programs");
   return [file, json] { return run(*file, *json); };
 }
 

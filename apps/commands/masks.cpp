@@ -53,10 +53,11 @@ OptionTable describe(MasksOptions& options) {
              {"plates", MaskWay::Plates},
              {"chroma", MaskWay::Chroma},
              {"time", MaskWay::Time}},
-            "Against clean plates, a coloured screen, or what each pixel is most of the time; auto "
-            "takes plates where they are given, else time");
+            "Method of segmentation: plates (clean plates), chroma (coloured screen) or time (the "
+            "most frequent colour of each pixel); auto: plates where they are given, else time");
   table.add("background_frames", options.background_frames, 5, 1000, "",
-            "Of each camera, spread over time, that the way `time` learns the background from");
+            "Number of frames of each camera, spread over time, from which the method time learns "
+            "the background");
   table.add("capture", describe(options.capture));
   table.add("mask", describe(options.mask));
   table.add("chroma", describe(options.chroma));
@@ -261,7 +262,7 @@ int run(MasksArguments arguments, const MasksOptions& options) {
   } else {
     if (judged > 0) {
       char text[80];
-      std::snprintf(text, sizeof text, "mean IoU against the truth %.4f\n", iou / judged);
+      std::snprintf(text, sizeof text, "mean IoU against the ground truth %.4f\n", iou / judged);
       std::cout << text;
     }
     std::cout << (fs::path(arguments.out) / "labels").string() << "\n";
@@ -277,17 +278,17 @@ OptionSet masks_options() {
 
 Action add_masks(CLI::App& parser) {
   auto arguments = std::make_shared<MasksArguments>();
-  add_option(parser, "CAPTURE", arguments->capture, "Of any layout").required();
+  add_option(parser, "CAPTURE", arguments->capture, "Capture of any layout").required();
   add_option(parser, "--out", arguments->out,
              "Folder for labels/<camera>/<frame>.png; a native CAPTURE itself by default")
       .type_name("FOLDER");
   add_option(parser, "--plates", arguments->plates,
-             "Pictures of the empty stage: <camera>.png, or a folder for each camera")
+             "Images of the empty stage: <camera>.png, or a folder for each camera")
       .type_name("FOLDER");
   add_option(parser, "--truth", arguments->truth,
-             "Synthetic capture whose true labels the masks are held against")
+             "Synthetic capture whose ground-truth labels the masks are compared with")
       .type_name("CAPTURE");
-  add_flag(parser, "--json", arguments->json, "For machines");
+  add_flag(parser, "--json", arguments->json, "Output as JSON, for programs");
   const OptionReader options = add_option_flags(parser, masks_options());
   return [arguments, options] { return run(*arguments, options_of<MasksOptions>(options())); };
 }

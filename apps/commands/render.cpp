@@ -33,8 +33,10 @@ struct RenderCommandOptions {
 
 OptionTable describe(RenderCommandOptions& options) {
   OptionTable table;
-  table.add("azimuth", options.azimuth, -360, 360, "degrees", "0 from the front, 90 from its left");
-  table.add("elevation", options.elevation, -90, 90, "degrees", "0 level, 90 from above");
+  table.add("azimuth", options.azimuth, -360, 360, "degrees",
+            "Azimuth of the camera: 0 in front of the subject, 90 at its left");
+  table.add("elevation", options.elevation, -90, 90, "degrees",
+            "Elevation of the camera: 0 level, 90 above");
   table.add(describe(options.picture));
   table.add("input", describe(options.input));
   return table;
@@ -76,7 +78,7 @@ Action add_render(CLI::App& parser) {
   auto arguments = std::make_shared<RenderArguments>();
   add_option(parser, "MESH", arguments->mesh, "Mesh to show: .obj, .ply, .glb, .gltf, .fbx")
       .required();
-  add_option(parser, "--out", arguments->out, "Picture to write").type_name("PICTURE").required();
+  add_option(parser, "--out", arguments->out, "Image to write").type_name("PICTURE").required();
   const OptionReader options = add_option_flags(parser, render_options());
   return
       [arguments, options] { return run(*arguments, options_of<RenderCommandOptions>(options())); };

@@ -8,9 +8,9 @@
 #include "core/printable.h"
 #include "core/store/output_place.h"
 #include "core/usage_error.h"
-#include "pipeline/stages/stages.h"
 #include "pipeline/pictures/report_folder.h"
 #include "pipeline/report/report_file.h"
+#include "pipeline/stages/stages.h"
 
 namespace atelier {
 namespace {
@@ -61,11 +61,11 @@ OptionSet report_options() {
 Action add_report(CLI::App& parser) {
   auto arguments = std::make_shared<ReportArguments>();
   add_option(parser, "WORKSPACE", arguments->workspace, "Folder of results").required();
-  add_option(parser, "--out", arguments->out, "The page to write [WORKSPACE/report/index.html]")
+  add_option(parser, "--out", arguments->out, "Page to write [WORKSPACE/report/index.html]")
       .type_name("FILE");
   add_option(parser, "--truth", arguments->truth,
-             "Synthetic capture that the results were made from: the page also shows how far "
-             "they are from its truth, as evaluate prints it")
+             "Synthetic capture that the results were made from, for a section with their errors, "
+             "as evaluate prints them")
       .type_name("CAPTURE");
   const OptionReader options = add_option_flags(parser, report_options());
   return [arguments, options] { return run(*arguments, options_of<ReportOptions>(options())); };

@@ -22,9 +22,9 @@
 #include "core/usage_error.h"
 #include "pipeline/chain/outdated_results.h"
 #include "pipeline/chain/run_options.h"
-#include "pipeline/stages/stages.h"
 #include "pipeline/pictures/report_folder.h"
 #include "pipeline/report/report_file.h"
+#include "pipeline/stages/stages.h"
 #include "simulation/fabric.h"
 
 namespace atelier {
@@ -226,31 +226,32 @@ Action add_run(CLI::App& parser) {
   };
   add_option(parser, "CAPTURE", to_path(arguments->places.capture), "Capture to read").required();
   add_option(parser, "WORKSPACE", to_path(arguments->places.workspace),
-             "Folder of results; made if it is missing")
+             "Folder of results; created if it is missing")
       .required();
-  add_option(parser, "--from", arguments->from, "First stage [validate]")
+  add_option(parser, "--from", arguments->from, "First stage to run [validate]")
       .check(stage_problem)
       .type_name("STAGE");
-  add_option(parser, "--to", arguments->to, "Last stage, before the report [all]")
+  add_option(parser, "--to", arguments->to, "Last stage to run before the report [all]")
       .check(stage_problem)
       .type_name("STAGE");
   add_option(parser, "--jobs", arguments->jobs,
-             "Frames worked on at once; 0: as many as processors")
+             "Number of frames processed at once; 0: one for each processor")
       .check(jobs_problem)
       .type_name("N");
-  add_option(parser, "--device", arguments->device, "Where stages work that can on both")
+  add_option(parser, "--device", arguments->device, "Device of the stages that support both")
       .check(one_of({"cpu", "cuda"}))
       .type_name("cpu|cuda");
   add_option(parser, "--material", arguments->material,
-             "A fabric for every garment, instead of one that is fitted")
+             "Fabric of all garments instead of a fitted one")
       .type_name("NAME");
-  add_flag(parser, "--dry-run", arguments->dry_run, "Only say what would be done, and why");
-  add_flag(parser, "--json", arguments->json, "Events as lines of JSON, for machines");
+  add_flag(parser, "--dry-run", arguments->dry_run,
+           "Report what would be done and why, without doing it");
+  add_flag(parser, "--json", arguments->json, "Events as lines of JSON, for programs");
   const OptionReader options = add_option_flags(parser, run_options(), "");
   parser.footer(
-      "Options of every stage (atelier options lists them, TOML files take them, too):\n"
-      "  of a stage    --STAGE.section.field VALUE, as --track.exclude none\n"
-      "  of captures   --capture.field VALUE, for every stage that takes it\n\n" +
+      "Options of every stage (listed by atelier options, also accepted in TOML files):\n  of a "
+      "stage    --STAGE.section.field VALUE, such as --track.exclude none\n  of captures   "
+      "--capture.field VALUE, for every stage that has it\n\n" +
       parser.get_footer());
   return [arguments, options] { return run(*arguments, options()); };
 }

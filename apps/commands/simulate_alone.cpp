@@ -323,7 +323,7 @@ SimulateRequest simulate_request(const SimulateFlags& flags, const OptionSet& se
     SimulateOptions& options = request.options;
     if (options.material.name != "custom" && options.material.name != material) {
       throw UsageError("--material says '" + material + "', --material.name '" +
-                       options.material.name + "'; name one fabric");
+                       options.material.name + "'; choose one fabric");
     }
     OptionTable table = describe(options);
     const std::string problem = set_option(table, "material.name", material);
@@ -405,7 +405,7 @@ int simulate_frames(const SimulateRequest& request, const SimulationScene& scene
     attempt([&] { album.write_sheet(); });
   }
   if (request.pictures && done == scene.frame_count && !interrupted() && !failure) {
-    (json ? standard_error() : std::cout) << "drawing a turntable and a film" << std::endl;
+    (json ? standard_error() : std::cout) << "rendering a turntable and a video" << std::endl;
     attempt([&] { album.write_videos([] { return interrupted(); }); });
   }
   if (failure) {
@@ -452,22 +452,25 @@ StandAloneWork add_simulate_alone(CLI::App& parser) {
         parser, name, [flags, field](const std::string& said) { (*flags).*field = said; }, help)
         .type_name(type);
   };
-  text("--garment", &SimulateFlags::garment, "MESH",
-       "Without a workspace: the garment, a mesh or garment.h5; several in layers joined by +, the "
-       "inner first");
+  text(
+      "--garment", &SimulateFlags::garment, "MESH",
+      "Without a workspace: garment to simulate, a mesh or garment.h5; several layers joined by +, "
+      "innermost first");
   text("--body", &SimulateFlags::body, "FILE",
-       "Mesh, folder of meshes one a frame, sequence, body model, female or male");
+       "Body: a mesh, a folder of meshes (one for each frame), a sequence, a body model, female or "
+       "male");
   text("--motion", &SimulateFlags::motion, "FILE",
-       "Moves a body model: .bvh, .amc, .npz, .trc, .c3d, .glb");
+       "Motion of a body model: .bvh, .amc, .npz, .trc, .c3d, .glb");
   text("--out", &SimulateFlags::out, "FOLDER|FILE",
-       "Folder for frames, pictures and videos, each frame once it is done; or one file, .h5 or "
-       ".usda, of all frames, with pictures and videos beside it");
-  text("--format", &SimulateFlags::format, "h5|ply|obj|usda", "Of the frames in a folder [h5]");
-  text("--material", &SimulateFlags::material, "NAME", "The same as --material.name");
+       "Folder for frames, images and videos, each frame written once it is done; or one file (.h5 "
+       "or .usda) for all frames, with images and videos beside it");
+  text("--format", &SimulateFlags::format, "h5|ply|obj|usda",
+       "Format of the frames in a folder [h5]");
+  text("--material", &SimulateFlags::material, "NAME", "Fabric, the same as --material.name");
   add_flag(parser, "--grid", flags->grid,
-           "Instead: grid.png over bending and stretching stiffness");
+           "Grid over bending and stretching stiffness, written as grid.png instead of frames");
   add_flag(parser, "--no-pictures", flags->no_pictures,
-           "Leave out sheet.png, turntable.mp4 and motion.mp4");
+           "No sheet.png, turntable.mp4 and motion.mp4");
   return {[flags] { return first_simulate_flag(*flags); },
           [flags](const StandAloneRequest& request) {
             return simulate_alone(*flags, request.options, request.device, request.json);

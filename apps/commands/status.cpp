@@ -132,10 +132,11 @@ int run(const StatusArguments& arguments) {
 Action add_status(CLI::App& parser) {
   auto arguments = std::make_shared<StatusArguments>();
   add_option(parser, "WORKSPACE", arguments->workspace, "Folder of results").required();
-  add_flag(parser, "--digests", arguments->digests, "Compare every byte, not only sizes");
+  add_flag(parser, "--digests", arguments->digests,
+           "Comparison of every byte instead of sizes only");
   add_flag(parser, "--check", arguments->check,
-           "Exit with 1 if a result is damaged, outdated or newer");
-  add_flag(parser, "--json", arguments->json, "For machines");
+           "Exit code 1 if a result is damaged, outdated or newer");
+  add_flag(parser, "--json", arguments->json, "Output as JSON, for programs");
   return [arguments] { return run(*arguments); };
 }
 

@@ -37,7 +37,7 @@ SynthesisOptions chosen(const std::string& preset, const OptionSet& set) {
 void write_other_layout(const std::filesystem::path& capture, const std::string& layout) {
   const std::filesystem::path out = capture / layout;
   if (std::filesystem::exists(out)) {
-    std::cout << printable(out.string()) << " is there already\n";
+    std::cout << printable(out.string()) << " already exists\n";
     return;
   }
   // Under another name until it is whole: a layout that was interrupted is made anew.
@@ -64,7 +64,7 @@ int run(const std::string& folder, const SynthesisOptions& options, const std::s
     if (options.body_sequence.empty()) {
       outfit_garments(options.outfit.garment);  // throws for a name that is none
     }
-    std::cout << printable(out) << ": nothing is wrong with the options\n";
+    std::cout << printable(out) << ": the options are valid\n";
     return kExitDone;
   }
   catch_interrupts();
@@ -97,15 +97,16 @@ Action add_synthesize(CLI::App& parser) {
   auto layout = std::make_shared<std::string>();
   auto preset = std::make_shared<std::string>("tiny");
   auto dry_run = std::make_shared<bool>(false);
-  add_option(parser, "OUT", *out, "Folder of the capture; made if it is missing").required();
+  add_option(parser, "OUT", *out, "Folder of the capture; created if it is missing").required();
   add_option(parser, "--preset", *preset, "Size of the capture [tiny]")
       .check(one_of(synthesis_presets()))
       .type_name("tiny|demo|accuracy|studio");
   add_option(parser, "--layout", *layout,
-             "Another layout as well, in OUT/LAYOUT; convert-capture lists them")
+             "Additional layout to write to OUT/LAYOUT; convert-capture lists them")
       .check(one_of(layout_names()))
       .type_name("LAYOUT");
-  add_flag(parser, "--dry-run", *dry_run, "Only say whether the options go together");
+  add_flag(parser, "--dry-run", *dry_run,
+           "Check whether the options are compatible, without writing anything");
   const OptionReader options = add_option_flags(parser, synthesize_options());
   return [out, preset, layout, dry_run, options] {
     return run(*out, chosen(*preset, options()), *layout, *dry_run);

@@ -27,14 +27,14 @@ void print(const std::string& name, const Dataset& dataset, const Validation& va
   }
   const std::vector<std::string> settings = settings_of(validation.findings);
   if (!settings.empty()) {
-    std::cout << "settings that put it right, as far as settings can:\n";
+    std::cout << "options that correct the capture as far as options can:\n";
   }
   for (const std::string& setting : settings) {
     std::cout << "  " << printable(setting) << "\n";
   }
-  std::cout << (has_errors(validation.findings) ? "it cannot be used as it is\n"
-                : validation.findings.empty()   ? "nothing to complain of\n"
-                                                : "it can be used\n");
+  std::cout << (has_errors(validation.findings) ? "the capture cannot be used as it is\n"
+                : validation.findings.empty()   ? "no defects were found\n"
+                                                : "the capture can be used\n");
 }
 
 int validate_alone(const StandAloneRequest& request, const std::optional<std::string>& html) {
@@ -42,7 +42,7 @@ int validate_alone(const StandAloneRequest& request, const std::optional<std::st
   const std::string& capture = request.input;
   if (html && is_inside(*html, capture)) {
     throw UsageError(
-        "--html lies in the capture, which is not changed; name a place outside of it");
+        "--html lies in the capture, which is not changed; choose a path outside of it");
   }
   FrameReader reader(without_held_out_pictures(open_dataset(capture, chosen.capture)));
   const Validation validation = validate(reader, chosen.checks);
@@ -69,7 +69,7 @@ StandAloneWork add_validate_alone(CLI::App& parser) {
   auto html = std::make_shared<std::optional<std::string>>();
   add_option(
       parser, "--html", [html](const std::string& text) { *html = text; },
-      "Without a workspace: also one page with contact sheets, camera layout and error plots")
+      "Without a workspace: HTML page to write, with contact sheets, camera layout and error plots")
       .type_name("FILE");
   return {[html] { return *html ? "--html" : ""; },
           [html](const StandAloneRequest& request) { return validate_alone(request, *html); }};

@@ -15,9 +15,9 @@
 #include "core/exit_code.h"
 #include "core/usage_error.h"
 #include "pipeline/chain/run_chain.h"
-#include "pipeline/stages/stages.h"
 #include "pipeline/evaluation/evaluation.h"
 #include "pipeline/pictures/animation_pictures.h"
+#include "pipeline/stages/stages.h"
 #include "simulation/fabric.h"
 
 namespace atelier {

@@ -59,7 +59,7 @@ Failure failure_of(const std::exception& error) {
           "",
           "",
           error.what(),
-          "no defect of the program"};
+          "not a defect of the program"};
 }
 
 }  // namespace atelier

@@ -7,10 +7,13 @@
 #include <set>
 
 #include "apps/console/option_rules.h"
+#include "apps/console/standard_streams.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/limits.h"
 #include "core/nearest_name.h"
+#include "core/printable.h"
+#include "core/renamed_options.h"
 #include "core/store/options_file.h"
 #include "core/usage_error.h"
 #include "core/utf8.h"
@@ -35,9 +38,9 @@ void set_options(OptionTable& table, const OptionTexts& texts) {
       throw UsageError("--config cannot be '': it takes a TOML file");
     }
     if (!is_printable_utf8(file)) {  // manifests name it as where options came from
-      throw UsageError("--config cannot be '" + file +
-                       "': the name is no printable UTF-8, as which results keep it; rename "
-                       "the file");
+      throw UsageError(
+          "--config cannot be '" + file +
+          "': the name is not printable UTF-8, which results store it as; rename the file");
     }
     try {
       const std::string text = read_file_text(file, Limits{}.text_file_bytes);
@@ -51,6 +54,10 @@ void set_options(OptionTable& table, const OptionTexts& texts) {
   for (const auto& [name, text] : texts.flags) {
     note(set_option(table, name, text));
   }
+  for (const std::string& notice : table.notices) {
+    standard_error() << "warning: " << printable(notice) << "\n";
+  }
+  table.notices.clear();
   if (problems.empty()) {  // each is in its range: do they go together?
     problems = broken_rules(table);
   }
@@ -82,9 +89,25 @@ const CLI::Option* option_named(const CLI::App& parser, const std::string& argum
   return found == options.end() ? nullptr : *found;
 }
 
-/// The name that this parser has for a flag: with dashes, as flags are shown, or with
-/// underscores, as files have it; and with or without "capture.", so that what one command finds
-/// wrong with a capture can be told to every other.
+/// The flag of this parser that an option was renamed to; "" if it was not.
+std::string renamed_flag(const CLI::App& parser, const std::string& flag) {
+  const auto option_of = [](std::string text) {
+    std::replace(text.begin(), text.end(), '-', '_');
+    return text;
+  };
+  std::vector<std::string> known;
+  for (const CLI::Option* option : parser.get_options()) {
+    for (const std::string& name : option->get_lnames()) {
+      known.push_back(option_of(name));
+    }
+  }
+  const std::string now = renamed_option(option_of(flag.substr(2)), known);
+  return now.empty() ? "" : flag_of(now);
+}
+
+/// The name that this parser has for a flag: with dashes, as flags are shown, or with underscores,
+/// as files have it; with or without "capture.", so that what one command finds wrong with a
+/// capture can be told to every other; and the present name of what was renamed.
 std::string as_declared(const CLI::App& parser, const std::string& argument) {
   if (!argument.starts_with("--")) {
     return argument;
@@ -98,7 +121,8 @@ std::string as_declared(const CLI::App& parser, const std::string& argument) {
       return candidate;
     }
   }
-  return argument;
+  const std::string now = renamed_flag(parser, flag);
+  return now.empty() ? argument : now;
 }
 
 bool is_switch(const CLI::Option* option) {
@@ -135,6 +159,9 @@ std::vector<std::string> with_switches(const CLI::App& parser,
     if (option == nullptr) {  // INPUT, or a flag that is refused later
       out.push_back(arguments[i]);
       continue;
+    }
+    if (as_typed.starts_with("--") && name == renamed_flag(parser, flag_of(as_typed.substr(2)))) {
+      standard_error() << "warning: " << printable(as_typed) << " is now " << name << "\n";
     }
     std::optional<std::string> value;
     if (as_typed.size() < arguments[i].size()) {
@@ -203,7 +230,7 @@ TextCheck one_of(std::vector<std::string> choices) {
 OptionReader add_option_flags(CLI::App& parser, const OptionSet& defaults,
                               const std::string& group) {
   const auto texts = std::make_shared<OptionTexts>();
-  parser.add_option("--config", texts->config_files, "TOML file of options; flags win over it")
+  parser.add_option("--config", texts->config_files, "TOML file with options; flags override it")
       ->type_name("FILE")
       ->allow_extra_args(false);
   for (const OptionField& field : defaults.table.fields) {

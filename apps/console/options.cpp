@@ -49,7 +49,7 @@ int run(bool markdown) {
 
 Action add_options(CLI::App& parser) {
   auto markdown = std::make_shared<bool>(false);
-  add_flag(parser, "--markdown", *markdown, "As docs/reference/options.md");
+  add_flag(parser, "--markdown", *markdown, "Output as Markdown, for the reference of options");
   return [markdown] { return run(*markdown); };
 }
 

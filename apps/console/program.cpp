@@ -11,8 +11,10 @@
 #include "apps/console/stage_command.h"
 #include "apps/console/stage_console.h"
 #include "apps/console/stand_alone.h"
+#include "apps/console/standard_streams.h"
 #include "core/exit_code.h"
 #include "core/nearest_name.h"
+#include "core/renamed_options.h"
 #include "core/store/build_info.h"
 #include "core/usage_error.h"
 #include "pipeline/stages/stages.h"
@@ -140,6 +142,26 @@ int act(const CLI::App& command, const Action& action) {
   }
 }
 
+/// The arguments with the present name of a command that was renamed, of which a warning speaks,
+/// and with "render --neural" as the command that it is, "render-neural".
+std::vector<std::string> with_present_command(std::vector<std::string> arguments,
+                                              const std::map<std::string, Action>& actions) {
+  std::string& command = arguments[0];
+  if (const std::string now = renamed_stage(command);
+      !actions.contains(command) && actions.contains(now)) {
+    standard_error() << "warning: 'atelier " << command << "' is now 'atelier " << now << "'\n";
+    command = now;
+  }
+  const std::string neural = "render-neural";
+  const auto end = std::find(arguments.begin(), arguments.end(), "--");
+  const auto flag = std::find(arguments.begin(), end, "--neural");
+  if (command == "render" && flag != end && actions.contains(neural)) {
+    arguments.erase(flag);
+    arguments[0] = neural;
+  }
+  return arguments;
+}
+
 }  // namespace
 
 int run_program(std::vector<std::string> arguments) {
@@ -177,6 +199,7 @@ int run_program(std::vector<std::string> arguments) {
   for (const Command& command : all_commands()) {
     actions[std::string(command.name)] = command.add(*add(command.name, command.summary));
   }
+  arguments = with_present_command(std::move(arguments), actions);
   const auto action = actions.find(arguments[0]);
   if (action == actions.end()) {
     std::vector<std::string> names = {"--help", "--version"};

@@ -52,7 +52,7 @@ void require_printable(const std::string& argument, const std::filesystem::path&
   const std::filesystem::path real = std::filesystem::weakly_canonical(path, ignored);
   if (!is_printable_utf8(path.string()) || !is_printable_utf8(real.string())) {
     throw UsageError(argument + " cannot be '" + (real.empty() ? path : real).string() +
-                     "': the name is no printable UTF-8, as which results keep it; rename the "
+                     "': the name is not printable UTF-8, which results store it as; rename the "
                      "file or the folder");
   }
 }
@@ -168,9 +168,9 @@ void require_folder_or_nothing(const std::filesystem::path& workspace) {
   const std::filesystem::file_type kind = file_kind(workspace);
   if (kind == std::filesystem::file_type::not_found &&
       link_kind(workspace) == std::filesystem::file_type::symlink) {
-    throw EnvironmentError("WORKSPACE " + workspace.string(),
-                           "a symbolic link to nothing; make the folder that it names, or remove "
-                           "the link");
+    throw EnvironmentError(
+        "WORKSPACE " + workspace.string(),
+        "a broken symbolic link; create the folder that it names, or remove the link");
   }
   if (kind != std::filesystem::file_type::directory &&
       kind != std::filesystem::file_type::not_found) {
@@ -217,30 +217,32 @@ Action add_stage(CLI::App& parser, const Stage& stage, const StandAlone* alone) 
   Argument workspace =
       add_option(
           parser, "WORKSPACE", [&request](const std::string& text) { request.workspace = text; },
-          "Folder of results; made if it is missing")
+          "Folder of results; created if it is missing")
           .check(empty_problem);
   if (alone == nullptr) {
     workspace.required();
   }
-  add_option(parser, "--jobs", request.jobs, "Frames worked on at once; 0: as many as processors")
+  add_option(parser, "--jobs", request.jobs,
+             "Number of frames processed at once; 0: one for each processor")
       .check(jobs_problem)
       .type_name("N");
-  add_option(parser, "--device", arguments->device, "Where the work is done")
+  add_option(parser, "--device", arguments->device, "Device of the computation")
       .check(one_of({"cpu", "cuda"}))
       .type_name(stage.has_cuda ? "cpu|cuda" : "cpu");
   if (stage.frame_wise) {
     add_option(
         parser, "--frames", [arguments](const std::string& text) { arguments->frames = text; },
-        "Only frames a <= frame < b, or frame a alone")
+        "Range of frames to process, a <= frame < b, or frame a alone")
         .type_name("a:b|a:|:b|a");
     add_option(
         parser, "--shard", [arguments](const std::string& text) { arguments->shard = text; },
-        "Only every n-th frame, for a cluster")
+        "Every n-th frame from the i-th only, for a cluster")
         .type_name("i/n");
   }
-  add_flag(parser, "--force", request.force, "Do it again although the result is there");
-  add_flag(parser, "--dry-run", arguments->dry_run, "Only say what would be done, and why");
-  add_flag(parser, "--json", arguments->json, "Events as lines of JSON, for machines");
+  add_flag(parser, "--force", request.force, "Compute the result again although it exists");
+  add_flag(parser, "--dry-run", arguments->dry_run,
+           "Report what would be done and why, without doing it");
+  add_flag(parser, "--json", arguments->json, "Events as lines of JSON, for programs");
   arguments->options = add_option_flags(parser, stage.options());
   if (alone != nullptr) {
     arguments->alone = alone->add(parser);

@@ -121,9 +121,9 @@ StandardStreams::~StandardStreams() {
 
 std::string StandardStreams::output_reason() const {
   const int error = output_.own().error();
-  return output_was_closed ? "it is closed; send it to a file, or to /dev/null"
+  return output_was_closed ? "it is closed; redirect it to a file or to /dev/null"
          : error != 0      ? "cannot write: " + system_reason(error)
-                           : "cannot write; send it to a file, or to /dev/null";
+                           : "it cannot be written to; redirect it to a file or to /dev/null";
 }
 
 std::ostream& standard_error() {

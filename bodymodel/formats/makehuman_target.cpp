@@ -47,15 +47,20 @@ void check_macros(const MakeHumanMacros& m) {
 
 OptionTable describe(MakeHumanMacros& macros) {
   OptionTable table;
-  table.add("gender", macros.gender, 0, 1, "", "MakeHuman's slider: 0 female, 1 male");
-  table.add("age", macros.age, 0, 1, "", "0 baby, 0.1875 child, 0.5 young adult, 1 old");
-  table.add("muscle", macros.muscle, 0, 1, "", "0.5 average");
-  table.add("weight", macros.weight, 0, 1, "", "0.5 average");
-  table.add("height", macros.height, 0, 1, "", "0.5 average");
-  table.add("proportions", macros.proportions, 0, 1, "", "0 uncommon, 1 ideal");
-  table.add("african", macros.african, 0, 1, "", "Share; the three shares add up to 1");
-  table.add("asian", macros.asian, 0, 1, "", "Share; the three shares add up to 1");
-  table.add("caucasian", macros.caucasian, 0, 1, "", "Share; the three shares add up to 1");
+  table.add("gender", macros.gender, 0, 1, "", "MakeHuman's gender slider: 0 female, 1 male");
+  table.add("age", macros.age, 0, 1, "",
+            "MakeHuman's age slider: 0 baby, 0.1875 child, 0.5 young adult, 1 old");
+  table.add("muscle", macros.muscle, 0, 1, "", "MakeHuman's muscle slider; 0.5: average");
+  table.add("weight", macros.weight, 0, 1, "", "MakeHuman's weight slider; 0.5: average");
+  table.add("height", macros.height, 0, 1, "", "MakeHuman's height slider; 0.5: average");
+  table.add("proportions", macros.proportions, 0, 1, "",
+            "MakeHuman's proportions slider: 0 uncommon, 1 ideal");
+  table.add("african", macros.african, 0, 1, "",
+            "Share of MakeHuman's African features; the three shares add up to 1");
+  table.add("asian", macros.asian, 0, 1, "",
+            "Share of MakeHuman's Asian features; the three shares add up to 1");
+  table.add("caucasian", macros.caucasian, 0, 1, "",
+            "Share of MakeHuman's Caucasian features; the three shares add up to 1");
   return table;
 }
 

@@ -495,13 +495,14 @@ void level_head(const Recorded& all, const std::string& name, Subject& subject,
 OptionTable describe(MarkerFitOptions& options) {
   OptionTable table;
   table.add("noise", options.noise, 1e-4, 0.1, "m",
-            "what a marker is trusted to; 0.02 suits keypoints of a detector");
+            "Standard deviation of a marker's position; 0.02 for detected keypoints");
   table.add("offset_freedom", options.offset_freedom, 0, 0.2, "m",
-            "by which a skin marker may be off its named place");
-  table.add("limits", options.limits, "keep joints within the default human's limits");
+            "Standard deviation of a skin marker's offset from its nominal place on the body");
+  table.add("limits", options.limits, "Joint limits of the default human");
   table.add("calibration_frames", options.calibration_frames, 1, 1000, "",
-            "frames from which bone lengths and marker places are measured");
-  table.add("rounds", options.rounds, 1, 100, "", "of measuring and posing in turn");
+            "Number of frames from which bone lengths and marker offsets are estimated");
+  table.add("rounds", options.rounds, 1, 100, "",
+            "Number of alternations between estimating bone lengths and poses");
   return table;
 }
 

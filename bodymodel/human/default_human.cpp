@@ -33,37 +33,39 @@ struct Parameter {
 // with girths that belong to the mass. Exponents and spreads are our choice: girths grow with the
 // bulk of the section, the waist faster, the neck slower.
 const Parameter kParameters[] = {
-    {"stature", "m", "lowest to highest point", &DefaultHumanOptions::stature,
+    {"stature", "m", "stature, from the lowest to the highest point", &DefaultHumanOptions::stature,
      &BodyMeasurements::stature, &HumanBuild::neck_length, 1.63, 1.755, 0.038, 0, 0, 0, 1.40, 2.15},
-    {"mass", "kg", "volume times 1010 kg/m^3", &DefaultHumanOptions::mass, &BodyMeasurements::mass,
-     &HumanBuild::fullness, 61.5, 78, 0.13, 2, 0, 0, 35, 180},
-    {"leg_length", "m", "ground to crotch", &DefaultHumanOptions::leg_length,
-     &BodyMeasurements::leg_length, &HumanBuild::leg, 0.767, 0.825, 0.022, 1.1, 0.35, 0, 0.6, 1.1},
-    {"torso_length", "m", "crotch to the neck joint", &DefaultHumanOptions::torso_length,
-     &BodyMeasurements::torso_length, &HumanBuild::torso, 0.598, 0.645, 0.008, 0.9, 0.4, 0, 0.4,
-     0.85},
-    {"arm_length", "m", "acromion to wrist", &DefaultHumanOptions::arm_length,
-     &BodyMeasurements::arm_length, &HumanBuild::arm, 0.53, 0.575, 0.028, 1, 0.1, 0, 0.4, 0.8},
-    {"shoulder_breadth", "m", "between the acromia", &DefaultHumanOptions::shoulder_breadth,
-     &BodyMeasurements::shoulder_breadth, &HumanBuild::shoulder, 0.365, 0.42, 0.032, 0.6, 0.05,
-     0.15, 0.28, 0.52},
-    {"neck_girth", "m", "neck, half way up", &DefaultHumanOptions::neck_girth,
+    {"mass", "kg", "mass, the volume times 1010 kg/m^3", &DefaultHumanOptions::mass,
+     &BodyMeasurements::mass, &HumanBuild::fullness, 61.5, 78, 0.13, 2, 0, 0, 35, 180},
+    {"leg_length", "m", "leg length, from the ground to the crotch",
+     &DefaultHumanOptions::leg_length, &BodyMeasurements::leg_length, &HumanBuild::leg, 0.767,
+     0.825, 0.022, 1.1, 0.35, 0, 0.6, 1.1},
+    {"torso_length", "m", "torso length, from the crotch to the neck joint",
+     &DefaultHumanOptions::torso_length, &BodyMeasurements::torso_length, &HumanBuild::torso, 0.598,
+     0.645, 0.008, 0.9, 0.4, 0, 0.4, 0.85},
+    {"arm_length", "m", "arm length, from the acromion to the wrist",
+     &DefaultHumanOptions::arm_length, &BodyMeasurements::arm_length, &HumanBuild::arm, 0.53, 0.575,
+     0.028, 1, 0.1, 0, 0.4, 0.8},
+    {"shoulder_breadth", "m", "shoulder breadth, between the acromia",
+     &DefaultHumanOptions::shoulder_breadth, &BodyMeasurements::shoulder_breadth,
+     &HumanBuild::shoulder, 0.365, 0.42, 0.032, 0.6, 0.05, 0.15, 0.28, 0.52},
+    {"neck_girth", "m", "neck girth, half way up", &DefaultHumanOptions::neck_girth,
      &BodyMeasurements::neck_girth, &HumanBuild::neck, 0.32, 0.39, 0.035, 0, 0.04, 0.7, 0.25, 0.55},
-    {"chest_girth", "m", "chest at the bust", &DefaultHumanOptions::chest_girth,
+    {"chest_girth", "m", "chest girth at the bust", &DefaultHumanOptions::chest_girth,
      &BodyMeasurements::chest_girth, &HumanBuild::chest, 0.91, 1.01, 0.026, -0.1, 0.4, 1.15, 0.65,
      1.6},
-    {"waist_girth", "m", "natural waist", &DefaultHumanOptions::waist_girth,
+    {"waist_girth", "m", "waist girth at the natural waist", &DefaultHumanOptions::waist_girth,
      &BodyMeasurements::waist_girth, &HumanBuild::waist, 0.755, 0.875, 0.036, -0.1, 0.4, 1.55, 0.5,
      1.6},
-    {"hip_girth", "m", "at the hip joints", &DefaultHumanOptions::hip_girth,
+    {"hip_girth", "m", "hip girth at the hip joints", &DefaultHumanOptions::hip_girth,
      &BodyMeasurements::hip_girth, &HumanBuild::hip, 1.015, 1.02, 0.022, -0.1, 0.45, 1.12, 0.7,
      1.7},
-    {"thigh_girth", "m", "upper thigh", &DefaultHumanOptions::thigh_girth,
+    {"thigh_girth", "m", "girth of the upper thigh", &DefaultHumanOptions::thigh_girth,
      &BodyMeasurements::thigh_girth, &HumanBuild::thigh, 0.595, 0.6, 0.03, -0.1, 0.35, 1.15, 0.35,
      1.0},
-    {"upper_arm_girth", "m", "upper arm, relaxed", &DefaultHumanOptions::upper_arm_girth,
-     &BodyMeasurements::upper_arm_girth, &HumanBuild::upper_arm, 0.275, 0.318, 0.035, -0.1, 0.1,
-     1.2, 0.18, 0.6}};
+    {"upper_arm_girth", "m", "girth of the relaxed upper arm",
+     &DefaultHumanOptions::upper_arm_girth, &BodyMeasurements::upper_arm_girth,
+     &HumanBuild::upper_arm, 0.275, 0.318, 0.035, -0.1, 0.1, 1.2, 0.18, 0.6}};
 constexpr std::size_t kCount = std::size(kParameters);
 
 // A body's half with everything that does not change with its shape.
@@ -277,14 +279,14 @@ void check_plausible(const DefaultHumanOptions& options, const BodyMeasurements&
 OptionTable describe(DefaultHumanOptions& options) {
   OptionTable table;
   table.add("male", options.male, 0, 1, "",
-            "build between female (0) and male (1); size is set by the measures");
+            "Build between female (0) and male (1); size is given by the measurements");
   for (const Parameter& p : kParameters) {
     table.add(p.name, options.*p.option, 0, p.high, p.unit,
-              std::string(p.help) + "; 0 takes the average of sex, stature and mass");
+              std::string(p.help) + "; 0: average for sex, stature and mass");
   }
   table.add("correctives", options.correctives,
-            "pose correctives that keep the volume of bent limbs");
-  table.add("shape_basis", options.shape_basis, "the linear shape parameters round this body");
+            "Pose correctives, which preserve the volume of bent limbs");
+  table.add("shape_basis", options.shape_basis, "Linear shape parameters around this body");
   return table;
 }
 

@@ -179,16 +179,16 @@ double height_above_ground(const Motion& motion, const BodyModel& model, const S
 
 OptionTable describe(RetargetOptions& options) {
   OptionTable table;
-  table.add("fps", options.fps, 0, 1000, "1/s", "frame rate of the result; 0 keeps the clip's");
+  table.add("fps", options.fps, 0, 1000, "1/s", "Frame rate of the result; 0: that of the clip");
   table.add("drop_t_pose", options.drop_t_pose,
-            "leave out a first frame that is a calibration pose");
-  table.add("ground", options.ground, "put the soles on y = 0");
+            "Removal of a first frame that is a calibration pose");
+  table.add("ground", options.ground, "Translation that puts the soles on y = 0");
   table.add("keep_contacts", options.keep_contacts,
-            "pin feet that stand still and bend the legs to reach them");
+            "Pinning of feet that stand still, the legs bent to reach them");
   table.add("contact_speed", options.contact_speed, 0, 5, "m/s",
-            "below it a foot near the ground stands; raise it for noisy motions");
+            "Speed below which a foot near the ground is in contact; raise it for noisy motions");
   table.add("contact_height", options.contact_height, 0, 1, "m",
-            "above its lowest at which a foot may stand");
+            "Maximum height above its lowest position at which a foot may be in contact");
   return table;
 }
 

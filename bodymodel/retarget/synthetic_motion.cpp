@@ -369,11 +369,14 @@ bool is_procedural(const std::string& motion) {
 OptionTable describe(MotionChoice& choice) {
   OptionTable table;
   table
-      .add("motion", choice.motion, std::vector<std::string>{},
-           "auto, stride, squat, raise, twist, spin, range, or a file (BVH, AMASS npz, ...).")
-      .add("duration", choice.duration, 0.2, 60, "s", "Of one stride pair, squat, ... or spin.")
+      .add(
+          "motion", choice.motion, std::vector<std::string>{},
+          "Motion: auto, stride, squat, raise, twist, spin, range, or a file (BVH, AMASS npz, ...)")
+      .add("duration", choice.duration, 0.2, 60, "s",
+           "Duration of one repetition of a built-in motion, such as a pair of strides or a squat")
       .add("start", choice.start, -1, 1e6, "s",
-           "Where in the motion frames begin; below 0: so that they lie in its middle.");
+           "Time in the motion of the first frame; below 0: so that the frames are centred in the "
+           "motion");
   return table;
 }
 

@@ -53,10 +53,12 @@ double median(std::vector<double> values) {
 OptionTable describe(DynamicOptions& options) {
   OptionTable table;
   table.add("swing", options.swing, 1e-3, 1, "m",
-            "spread over time of the gap to the body above which clothing is left out");
-  table.add("gap", options.gap, 1e-3, 1, "m", "median gap above which it is left out anyway");
+            "Minimum spread over time of the gap to the body at which clothing is left out; larger "
+            "keeps looser clothing");
+  table.add("gap", options.gap, 1e-3, 1, "m",
+            "Median gap above which clothing is left out in any case");
   table.add("least_frames", options.least_frames, 2, 1000, "",
-            "frames that must see a patch before its swing counts");
+            "Minimum number of frames that must see a patch for its swing to count");
   return table;
 }
 

@@ -303,20 +303,24 @@ void add_priors(const FittedPerson& person, const FrameTargets& targets,
 OptionTable describe(FrameWeights& weights) {
   OptionTable table;
   table.add("keypoint", weights.keypoint, 1e-4, 0.5, "m",
-            "noise of a keypoint in space; 0.02 suits few cameras");
+            "Standard deviation of a keypoint in space; 0.02 for few cameras");
   table.add("keypoint_outlier", weights.keypoint_outlier, 1e-3, 10, "m",
-            "beyond it a keypoint counts less and less");
-  table.add("skin", weights.skin, 1e-4, 0.5, "m", "noise of a scan's skin about the body");
+            "Distance beyond which a keypoint is down-weighted as an outlier");
+  table.add("skin", weights.skin, 1e-4, 0.5, "m",
+            "Standard deviation of a scan's skin about the body");
   table.add("skin_outlier", weights.skin_outlier, 1e-3, 10, "m",
-            "beyond it a point of skin counts less");
+            "Distance beyond which a point of skin is down-weighted as an outlier");
   table.add("cloth", weights.cloth, 1e-4, 0.5, "m",
-            "how clothing lies about the body; larger for looser wear");
+            "Standard deviation of clothing about the body; larger for looser clothing");
   table.add("cloth_outlier", weights.cloth_outlier, 1e-3, 10, "m",
-            "inside of clothing beyond which it pulls less");
+            "Depth inside of clothing beyond which it is down-weighted as an outlier");
   table.add("surface_points", weights.surface_points, 1, 1e6, "",
-            "as how many independent points a whole scan counts: neighbours err alike");
-  table.add("rest_pull", weights.rest_pull, 0.01, 100, "rad", "spread of rotations about rest");
-  table.add("limit", weights.limit, 1e-3, 10, "rad", "by which a joint's limit gives");
+            "Number of independent points that a whole scan counts as, since errors of neighbours "
+            "are correlated");
+  table.add("rest_pull", weights.rest_pull, 0.01, 100, "rad",
+            "Standard deviation of joint rotations about the rest pose; smaller regularises more");
+  table.add("limit", weights.limit, 1e-3, 10, "rad",
+            "Standard deviation of the excess over a joint limit; smaller makes limits harder");
   return table;
 }
 

@@ -501,19 +501,20 @@ OptionTable describe(PersonalizeOptions& options) {
   OptionTable table;
   table.add("weights", describe(options.weights));
   table.add("samples", options.samples, 0, 1e7, "",
-            "points of each scan in an iteration; 0 takes all");
+            "Number of points of each scan in an iteration; 0: all");
   table.add("bone_lengths", options.bone_lengths, 0, 1, "",
-            "share of its length by which a bone differs from what the shape says; 0: none does");
+            "Standard deviation of a bone's length relative to that of the shape; 0: bones keep "
+            "the length of the shape");
   table.add("shape_rounds", options.shape_rounds, 1, 100, "",
-            "of matching while the shape is sought");
+            "Number of ICP rounds while the shape is estimated");
   table.add("surface_rounds", options.surface_rounds, 0, 100, "",
-            "of matching while the surface is displaced; 0: none");
+            "Number of ICP rounds while the surface is displaced; 0: no displacement");
   table.add("surface_noise", options.surface_noise, 1e-5, 0.1, "m",
-            "noise of a scan; larger smooths more");
+            "Standard deviation of a scan's noise; larger smooths more");
   table.add("smoothness", options.smoothness, 1e-3, 1, "m",
-            "over which displacements are smoothed");
+            "Length over which displacements are smooth; larger smooths more");
   table.add("displacement", options.displacement, 1e-4, 0.2, "m",
-            "spread of displacements off the shape space");
+            "Standard deviation of displacements off the shape space");
   return table;
 }
 

@@ -389,9 +389,9 @@ void check_window(const TrackWindow& window) {
 OptionTable describe(MotionWeights& weights) {
   OptionTable table;
   table.add("acceleration", weights.acceleration, 0.01, 1e6, "m/s2",
-            "spread of a joint's acceleration; smaller makes motion smoother");
+            "Standard deviation of a joint's acceleration; smaller makes motion smoother");
   table.add("turning", weights.turning, 0.1, 1e7, "rad/s2",
-            "spread of the acceleration of a joint's rotation");
+            "Standard deviation of a joint's angular acceleration; smaller makes motion smoother");
   return table;
 }
 

@@ -524,27 +524,29 @@ class Sequencer {
 
 OptionTable describe(TrackOptions& options) {
   OptionTable table;
-  table.add(
-      "exclude", options.exclude,
-      {{"auto", Exclude::Auto},
-       {"labels", Exclude::Labels},
-       {"region", Exclude::Region},
-       {"none", Exclude::None}},
-      "clothing that the surface term leaves out: what swings, by label, over a region, none");
+  table.add("exclude", options.exclude,
+            {{"auto", Exclude::Auto},
+             {"labels", Exclude::Labels},
+             {"region", Exclude::Region},
+             {"none", Exclude::None}},
+            "Clothing left out of the surface term: auto (what swings), labels (by label), region "
+            "(over a region of the body), none");
   table.add("weights", describe(options.weights));
   table.add("motion", describe(options.motion));
   table.add("dynamic", describe(options.dynamic));
   table.add("samples", options.samples, 0, 1e7, "",
-            "points of each scan in an iteration; 0 takes all");
+            "Number of points of each scan in an iteration; 0: all");
   table.add("model_to_scan", options.model_to_scan, 0, 1, "",
-            "share of what skin says that is asked from the body's side; 0: from the scan's alone");
-  table.add("rounds", options.rounds, 0, 100, "", "of matching with scans; 0: keypoints alone");
-  table.add("window", options.window, 3, 1000, "", "frames solved jointly");
+            "Fraction of the skin term that is measured from the body to the scan; 0: only from "
+            "the scan to the body");
+  table.add("rounds", options.rounds, 0, 100, "", "Number of ICP rounds; 0: keypoints alone");
+  table.add("window", options.window, 3, 1000, "",
+            "Number of frames solved jointly; more takes more memory");
   table.add("overlap", options.overlap, 0, 500, "",
-            "frames that neighbouring windows share, at most half a window");
-  table.add("iterations", options.iterations, 1, 1000, "", "of the solver in a round");
+            "Number of frames shared by neighbouring windows, at most half a window");
+  table.add("iterations", options.iterations, 1, 1000, "", "Solver iterations in an ICP round");
   table.add("fingers", options.fingers,
-            "seek fingers too; only with keypoints of hands or close-ups");
+            "Estimation of finger poses; requires keypoints of hands or close-ups");
   return table;
 }
 

@@ -235,35 +235,40 @@ Fitted fitted(const Triangles& faces, const Points& shape, Points body, const Sc
 OptionTable describe(UnderlyingBodyOptions& options) {
   OptionTable table;
   table.add("iterations", options.iterations, 1, 100, "",
-            "Rounds of looking for nearest points and solving");
+            "Number of rounds of finding ICP correspondences and solving");
+  table.add("sign", options.sign,
+            {{"winding", CoverSign::Winding},
+             {"normal", CoverSign::Normal},
+             {"unsigned", CoverSign::Unsigned}},
+            "Test of inside and outside of clothes; all but winding are for comparison");
   table.add(
-      "sign", options.sign,
-      {{"winding", CoverSign::Winding},
-       {"normal", CoverSign::Normal},
-       {"unsigned", CoverSign::Unsigned}},
-      "How the inside of clothes is told from the outside; all but winding are for comparison");
-  table.add("coupling", options.coupling,
-            "Keep the personal body's shape where nothing is seen; off only for comparison");
-  table.add("temporal", options.temporal, "Keep the shape that the frames before and after have");
+      "coupling", options.coupling,
+      "Preservation of the personal body's shape where nothing is seen; off only for comparison");
+  table.add("temporal", options.temporal,
+            "Preservation of the shape of the frames before and after");
   table.add("coupling_length", options.coupling_length, 0.001, 1, "m",
-            "Over which skin follows its neighbours against data; longer is smoother");
+            "Length over which skin follows its neighbours against the data; larger is smoother");
   table.add("anchor_weight", options.anchor_weight, 1e-6, 100, "",
-            "Of the personal body's own place against the 1 of seen skin");
-  table.add("skin_weight", options.skin_weight, 0, 1000, "", "Of skin that is seen");
-  table.add("skin_reach", options.skin_reach, 0.001, 1, "m",
-            "Points farther off are not the same skin; raise it where tracking is bad");
+            "Weight of the personal body's own position, relative to seen skin at 1");
+  table.add("skin_weight", options.skin_weight, 0, 1000, "", "Weight of seen skin");
+  table.add(
+      "skin_reach", options.skin_reach, 0.001, 1, "m",
+      "Maximum distance of ICP correspondences of skin; raise it where tracking is inaccurate");
   table.add("skin_scale", options.skin_scale, 0.0001, 1, "m",
-            "Distance at which points of skin are taken for outliers");
+            "Distance at which points of skin are treated as outliers");
   table.add("cover_reach", options.cover_reach, 0.001, 1, "m",
-            "Deepest poke through clothes that is mended");
-  table.add("outside_weight", options.outside_weight, 0, 1000, "", "Of skin outside of clothes");
+            "Maximum depth of penetrations through clothes that are corrected");
+  table.add("outside_weight", options.outside_weight, 0, 1000, "",
+            "Weight that keeps skin inside of clothes");
   table.add("gap", options.gap, 0, 0.05, "m",
-            "That clothes keep from skin where they lie on it; 0: the most frequent one is found");
-  table.add("tight_weight", options.tight_weight, 0, 1000, "", "Of skin under tight clothes");
+            "Gap between clothes and skin where clothes lie on it; 0: estimated as the most "
+            "frequent one");
+  table.add("tight_weight", options.tight_weight, 0, 1000, "",
+            "Weight of skin under tight clothes");
   table.add("tight_scale", options.tight_scale, 0.0001, 1, "m",
-            "Gaps much larger than this no longer attract skin");
+            "Gap beyond which clothes no longer attract the skin below");
   table.add("temporal_weight", options.temporal_weight, 0, 1, "",
-            "Share of the offsets of the frames around in the shape that is kept");
+            "Fraction of the neighbouring frames' offsets in the shape that is preserved");
   return table;
 }
 

@@ -28,17 +28,18 @@ OptionTable describe(UnderlyingSequenceOptions& options) {
   OptionTable table;
   table.add(describe(options.body));
   table.add("vote_reach", options.cover.reach, 0.001, 1, "m",
-            "Scans farther from the body say nothing of what is covered");
+            "Distance from the body beyond which scans do not vote on what is covered");
   table.add("loose", options.cover.loose, 0, 5, "m",
-            "How far off a skirt may be to cover the leg that looks at it");
+            "Maximum distance of loose clothing, such as a skirt, from the skin that it covers");
   table.add("tight_gap", options.cover.tight_gap, 0.0001, 1, "m",
-            "Gap that still counts as tight; raise it where clothes are thick");
+            "Maximum gap of tight clothes; raise it where clothes are thick");
   table.add("cover_frames", options.cover_frames, 1, 10000, "",
-            "Frames, spread evenly, that tell what is covered");
+            "Number of frames, evenly spread, that determine what is covered");
   table.add("gap_frames", options.gap_frames, 0, 1000, "",
-            "Of these, fitted beforehand to find how near clothes lie; 0 takes tracking's word");
+            "Number of these frames fitted beforehand to estimate the gap of clothes; 0: the gap "
+            "as tracking has it");
   table.add("around", options.around, 0, 100, "frames",
-            "Before and after, whose offsets shape a frame");
+            "Number of frames before and after that shape a frame");
   return table;
 }
 

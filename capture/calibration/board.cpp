@@ -15,22 +15,24 @@ const std::vector<std::string>& marker_dictionaries() {
 
 OptionTable describe(BoardOptions& options) {
   OptionTable table;
-  table.add("kind", options.kind,
-            {{"chessboard", BoardKind::Chessboard},
-             {"charuco", BoardKind::Charuco},
-             {"marker", BoardKind::Marker}},
-            "What is carried about: a chessboard, one with ArUco markers, a single marker");
+  table.add(
+      "kind", options.kind,
+      {{"chessboard", BoardKind::Chessboard},
+       {"charuco", BoardKind::Charuco},
+       {"marker", BoardKind::Marker}},
+      "Calibration pattern: a chessboard, one with ArUco markers (ChArUco), or a single marker");
   table.add("columns", options.columns, 3, 64, "",
-            "Squares across, as printed: one more than there are inner corners");
-  table.add("rows", options.rows, 3, 64, "", "Squares down, as printed");
+            "Number of squares across, as printed: one more than there are inner corners");
+  table.add("rows", options.rows, 3, 64, "", "Number of squares down, as printed");
   table.add("square", options.square, 1e-4, 100, "m",
-            "Side of a square, or of the black square of a single marker; it sets the scale");
+            "Side of a square, or of the black square of a single marker; it determines the scale");
   table.add("marker", options.marker, 0.01, 0.999, "",
-            "Side of a ChArUco marker as a share of its square");
-  table.add("dictionary", options.dictionary, marker_dictionaries(), "ArUco dictionary");
+            "Side of a ChArUco marker as a fraction of the side of its square");
+  table.add("dictionary", options.dictionary, marker_dictionaries(),
+            "ArUco dictionary of the markers");
   table.add("marker_id", options.marker_id, -1, 10000, "",
-            "Number of a single marker; -1 takes the one that is seen");
-  table.add("inverted", options.inverted, "White is printed black and black white");
+            "Number of the single marker; -1: the one that is seen");
+  table.add("inverted", options.inverted, "Board printed with black and white exchanged");
   return table;
 }
 

@@ -333,19 +333,20 @@ OptionTable describe(CalibrateOptions& options) {
              {"brown5", LensChoice::Brown5},
              {"rational", LensChoice::Rational},
              {"fisheye", LensChoice::Fisheye}},
-            "How a lens may bend; auto takes for each camera what its views speak for");
-  table.add("loss", options.loss, 1e-3, 100, "px", "Beyond it a corner counts less and less");
+            "Lens distortion model; auto: chosen for each camera by what its views support");
+  table.add("loss", options.loss, 1e-3, 100, "px",
+            "Reprojection error beyond which a corner is down-weighted as an outlier");
   table.add("reject", options.reject, 1.5, 1000, "",
-            "Views whose error is so many times the median view's are left out");
+            "Ratio to the median error of views beyond which a view is rejected");
   table.add("least_rejected", options.least_rejected, 0, 1000, "px",
-            "A view better than this stays whatever the others are");
+            "Minimum error of a view that is rejected, whatever the others are");
   table.add("least_views", options.least_views, 3, 1000, "",
-            "Of the board, without which a lens is not calibrated");
+            "Minimum number of views of the board for a lens to be calibrated");
   table.add("most_views", options.most_views, 4, 100000, "",
-            "From which a lens is found at first; more are slower, and count in the end all the "
-            "same");
+            "Maximum number of views for the initial estimate of a lens; more take longer, and all "
+            "count in the final one");
   table.add("largest_deviation", options.largest_deviation, 1e-4, 1, "",
-            "Relative standard deviation of a focal length beyond which it is not determined");
+            "Maximum relative standard deviation of a focal length that counts as determined");
   return table;
 }
 

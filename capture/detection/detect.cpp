@@ -107,24 +107,30 @@ OptionTable describe(DetectOptions& options) {
              {"heatmap", NetworkKind::Heatmap},
              {"openpose", NetworkKind::OpenPose},
              {"parsing", NetworkKind::Parsing}},
-            "What its outputs are: rows for x and y (RTMPose), a map a point, OpenPose's maps with "
-            "affinity fields, logits of classes");
-  table.add("width", options.width, 8, 4096, "px", "That the network takes");
-  table.add("height", options.height, 8, 4096, "px", "That the network takes");
+            "Outputs of the network: simcc (rows for x and y, as of RTMPose), heatmap (a map for "
+            "each keypoint), openpose (maps with affinity fields), parsing (logits of classes)");
+  table.add("width", options.width, 8, 4096, "px", "Width of the network's input");
+  table.add("height", options.height, 8, 4096, "px", "Height of the network's input");
   table.add("points", options.points, 0, 1000, "",
-            "Of kind heatmap: maps that are points, where others follow; 0: all");
+            "Number of maps that are keypoints where others follow, for kind heatmap; 0: all");
   table.add("mean", options.mean, -1000, 1000, "",
-            "Taken off values of 0 to 255, in the network's order of channels");
-  table.add("deviation", options.deviation, 1e-6, 1e6, "", "Divided by, after the mean");
+            "Mean subtracted from values of 0 to 255, in the network's order of channels");
+  table.add("deviation", options.deviation, 1e-6, 1e6, "",
+            "Standard deviation that values are divided by after the mean is subtracted");
   table.add("bgr", options.bgr, "Channels in the order blue, green, red");
   table.add("box", options.box, {{"whole", DetectArea::Whole}, {"mask", DetectArea::Mask}},
-            "What it sees: all of the picture, or a box round the mask, where there is one");
-  table.add("padding", options.padding, 1, 4, "", "The box round a mask is so much larger");
+            "Part of the image given to the network: whole, or mask, a box around the mask where "
+            "there is one");
+  table.add("padding", options.padding, 1, 4, "",
+            "Factor by which the box around a mask is enlarged");
   table.add("threshold", options.threshold, 0, 1, "",
-            "Confidence below which a point was not found");
-  table.add("batch", options.batch, 1, 1000, "", "Pictures of one confined run");
-  table.add("seconds", options.seconds, 1, 100000, "s", "Processor time of one confined run");
-  table.add("memory", options.memory, 64, 1000000, "MB", "For one confined run");
+            "Minimum confidence of a keypoint that counts as detected");
+  table.add("batch", options.batch, 1, 1000, "",
+            "Number of images in one run of the confined child program");
+  table.add("seconds", options.seconds, 1, 100000, "s",
+            "Maximum processor time of one run of the confined child program");
+  table.add("memory", options.memory, 64, 1000000, "MB",
+            "Maximum memory of one run of the confined child program");
   return table;
 }
 

@@ -159,23 +159,26 @@ void exchange_calibrations(Dataset& dataset, const std::string& text) {
 OptionTable describe(CorrectionOptions& options) {
   OptionTable table;
   const std::vector<std::string> anything;
-  table.add("leave_out", options.leave_out, anything, "cameras that are left out: cam3,cam5")
+  table.add("leave_out", options.leave_out, anything, "Cameras that are left out: cam3,cam5")
       .add("sync", options.sync, anything,
-           "frames by which a camera's numbers are moved: cam3=-4,cam5=2")
+           "Frames by which a camera's frame numbers are shifted: cam3=-4,cam5=2")
       .add("calibration_of", options.calibration_of, anything,
-           "camera whose calibration this one has: cam3=cam5,cam5=cam3")
+           "Camera whose calibration another one takes: cam3=cam5,cam5=cam3")
       .add("extrinsics", options.extrinsics, anything,
-           "what extrinsics are: cam3=inverse, all=transposed, position, opengl, inverse_opengl")
-      .add("baseline", options.baseline, anything, "factor on translations: cam3=0.001")
+           "Convention of the extrinsics: inverse, transposed, position, opengl or inverse_opengl, "
+           "as in cam3=inverse or all=transposed")
+      .add("baseline", options.baseline, anything, "Factor on translations: cam3=0.001")
       .add("intrinsics", options.intrinsics, anything,
-           "factor on focal lengths and principal point, or swapped_centre: all=0.5")
+           "Factor on focal lengths and principal point, or swapped_centre: all=0.5")
       .add("distortion", options.distortion, anything,
-           "what distortion is: all=k3_third, times_64, by_64, negated, none")
-      .add("pixel_shift", options.pixel_shift, anything, "px on the principal point: all=0.5")
+           "Convention of the distortion: k3_third, times_64, by_64, negated or none, as in "
+           "all=k3_third")
+      .add("pixel_shift", options.pixel_shift, anything,
+           "Shift of the principal point in pixels: all=0.5")
       .add("keypoints", options.keypoints, anything,
-           "what 2D keypoints are: cam3=mirrored, upside_down, swapped_sides, shares, percent, or "
-           "a factor on pixels")
-      .add("masks", options.masks, anything, "what masks are: all=inverted");
+           "Convention of the 2D keypoints: mirrored, upside_down, swapped_sides, shares, percent, "
+           "or a factor on pixels, as in cam3=mirrored")
+      .add("masks", options.masks, anything, "Convention of the masks: all=inverted");
   return table;
 }
 

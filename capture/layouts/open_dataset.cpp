@@ -440,18 +440,18 @@ OptionTable describe(DatasetOptions& options) {
   OptionTable table;
   table
       .add("layout", options.layout, auto_or(layout_names()),
-           "layout of the capture; auto: told by its files")
+           "Layout of the capture; auto: recognised by its files")
       .add("metres_per_unit", options.metres_per_unit, 0, 1e6, "m",
-           "length of the calibration's unit; 0: as the layout has it")
+           "Length of the calibration's unit; 0: as the layout has it")
       .add("up", options.up, kUps,
-           "axis of the calibration that points up; auto: as the layout has it")
-      .add("fps", options.fps, 0, 10000, "1/s", "frame rate; 0: what the files say")
+           "Axis of the calibration that points up; auto: as the layout has it")
+      .add("fps", options.fps, 0, 10000, "1/s", "Frame rate; 0: as the files say")
       .add("keypoint_schema", options.keypoint_schema, auto_or(keypoint_schema_names()),
-           "order of the 2D keypoints; auto: told by their number and by how limbs join")
+           "Order of the 2D keypoints; auto: recognised by their number and by how limbs join")
       .add("label_taxonomy", options.label_taxonomy, auto_or(label_taxonomy_names()),
-           "numbers of the label images; auto: as the layout has them")
+           "Numbering of the classes of label images; auto: as the layout has it")
       .add("subject", options.subject, std::vector<std::string>{},
-           "which person, of layouts with several; auto: the first")
+           "Name of the person, in layouts with several; auto: the first")
       .add(describe(options.corrections));
   return table;
 }

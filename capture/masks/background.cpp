@@ -127,33 +127,37 @@ cv::Mat disc(double radius) {
 OptionTable describe(MaskOptions& options) {
   OptionTable table;
   table.add("threshold", options.threshold, 1, 100, "",
-            "Deviations from the background that make foreground; more where noise gets in");
+            "Distance from the background, in standard deviations, above which a pixel is "
+            "foreground; raise it where noise gets in");
   table.add("least_difference", options.least_difference, 0, 1, "",
-            "Difference of gamma-coded values that is foreground at least");
+            "Minimum difference of gamma-coded values from the background at which a pixel is "
+            "foreground");
   table.add("shadow_darkest", options.shadow_darkest, 0.01, 1, "",
-            "A pixel of the background's colour with at least this share of its light is a "
-            "shadow; 1 counts shadows as foreground");
+            "Minimum fraction of the background's light at which a pixel of its colour is a "
+            "shadow; 1: shadows are foreground");
   table.add("shadow_hue", options.shadow_hue, 0, 1, "",
-            "How far a shadow's chromaticity may be off; less where clothes are grey");
+            "Maximum deviation of a shadow's chromaticity from the background's; lower where "
+            "clothes are grey");
   table.add("opening", options.opening, 0, 50, "px",
-            "Of a picture 1000 rows high; specks and threads thinner than twice this go, and "
-            "single pixels unless it is 0");
+            "Radius of the morphological opening in an image 1000 rows high, which removes specks "
+            "and threads thinner than twice this; 0: single pixels stay");
   table.add("closing", options.closing, 0, 50, "px",
-            "Of a picture 1000 rows high; gaps narrower than twice this are filled");
+            "Radius of the morphological closing in an image 1000 rows high, which fills gaps "
+            "narrower than twice this");
   table.add("least_part", options.least_part, 0, 1, "",
-            "Parts smaller than this share of the largest go, and those smaller than holes that "
-            "are filled");
+            "Minimum size of a connected component that is kept, as a fraction of the largest; "
+            "smaller than filled holes it goes too");
   table.add("largest_hole", options.largest_hole, 0, 1, "",
-            "Holes smaller than this share of the picture are filled");
+            "Maximum size of a hole that is filled, as a fraction of the image");
   return table;
 }
 
 OptionTable describe(ChromaOptions& options) {
   OptionTable table;
   table.add("key", options.key, 0, 1, "",
-            "Linear RGB of the screen; [0, 0, 0]: told from the picture's borders");
+            "Linear RGB of the screen; [0, 0, 0]: estimated from the image borders");
   table.add("tolerance", options.tolerance, 1e-3, 1, "",
-            "How far the screen's chromaticity may be off; more for uneven light");
+            "Maximum deviation from the screen's chromaticity; raise it for uneven light");
   table.add("darkest", options.darkest, 0, 1, "", "Luminance below which a pixel has no hue");
   return table;
 }

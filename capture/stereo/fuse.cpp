@@ -78,12 +78,15 @@ struct Fuser {
 OptionTable describe(FuseOptions& options) {
   OptionTable table;
   table.add("least_views", options.least_views, 1, 1000, "",
-            "Views that must agree on a point, itself included.");
+            "Minimum number of views that agree on a point, its own included");
   table.add("pixel_error", options.pixel_error, 0.1, 100, "px",
-            "How far a pixel may land from itself there and back.");
-  table.add("depth_error", options.depth_error, 1e-5, 1, "", "Relative difference of depths.");
-  table.add("normal_error", options.normal_error, 0.01, 3.2, "rad", "Between the views' normals.");
-  table.add("least_confidence", options.least_confidence, 0, 1, "", "Of a pixel that takes part.");
+            "Maximum forward-backward reprojection error of a consistent pixel");
+  table.add("depth_error", options.depth_error, 1e-5, 1, "",
+            "Maximum relative difference of the depths of a consistent pixel");
+  table.add("normal_error", options.normal_error, 0.01, 3.2, "rad",
+            "Maximum angle between the normals of a consistent pixel");
+  table.add("least_confidence", options.least_confidence, 0, 1, "",
+            "Minimum confidence of a pixel that is fused");
   return table;
 }
 

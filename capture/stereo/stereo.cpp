@@ -81,23 +81,23 @@ Eigen::Matrix3d intrinsics(const Camera& camera) {
 OptionTable describe(StereoOptions& options) {
   OptionTable table;
   table.add("sources", options.sources, 1, kLargestSources, "",
-            "Views that each view is compared with.");
-  table.add("levels", options.levels, 1, 8, "", "Resolutions, each half of the next.");
-  table.add("iterations", options.iterations, 1, 16, "", "Sweeps on the coarsest level.");
+            "Number of source views that each view is compared with");
+  table.add("levels", options.levels, 1, 8, "", "Number of resolutions, each half of the next");
+  table.add("iterations", options.iterations, 1, 16, "",
+            "Number of PatchMatch sweeps on the coarsest level");
   table.add("refinements", options.refinements, 1, 16, "",
-            "Sweeps with the other views' depths on every level.");
+            "Number of sweeps on every level that use the other views' depths");
   table.add("colour_sigma", options.colour_sigma, 0.01, 10, "",
-            "Difference of values at which a pixel of the window counts less.");
-  table.add(
-      "level_weight", options.level_weight, 0, 2, "",
-      "Cost of brightness that differs between views by a window's contrast; 0 where exposures "
-      "differ.");
+            "Difference of values at which a pixel of the window is down-weighted");
+  table.add("level_weight", options.level_weight, 0, 2, "",
+            "Weight of brightness differences between views relative to the window's contrast; 0 "
+            "where exposures differ");
   table.add("geometric_weight", options.geometric_weight, 0, 1, "1/px",
-            "Cost of a pixel of disagreement with another view's depth.");
+            "Cost of a pixel of disagreement with another view's depth");
   table.add("prior_weight", options.prior_weight, 0, 2, "",
-            "Cost of a plane that is far from what sure pixels nearby predict.");
-  table.add("vectors", options.vectors, {"auto", "scalar", "avx2"}, "CPU vector code.");
-  table.add("seed", options.seed, 0, 1e15, "", "Of the random planes.");
+            "Cost of a plane far from the one predicted by confident pixels nearby");
+  table.add("vectors", options.vectors, {"auto", "scalar", "avx2"}, "CPU vector instructions");
+  table.add("seed", options.seed, 0, 1e15, "", "Seed of the random planes");
   return table;
 }
 

@@ -103,13 +103,13 @@ VisualHull carved(const Carver& carver, const Eigen::Vector3d& low, const Eigen:
 
 OptionTable describe(VisualHullOptions& options) {
   OptionTable table;
-  table.add("cell", options.cell, 0.001, 1, "m", "Side of a cell.");
+  table.add("cell", options.cell, 0.001, 1, "m", "Edge length of a voxel");
   table.add("reach", options.reach, 0.01, 100, "m",
-            "Half the side of the cube round where the cameras look.");
+            "Half the edge length of the cube around the point that the cameras look at");
   table.add("least_share", options.least_share, 0, 1, "",
-            "Of the views that must have a place in their image; at least two do.");
+            "Minimum fraction of the views that must see a point, at least two");
   table.add("tolerated", options.tolerated, 0, 1000, "",
-            "Views whose masks may be wrong about a place.");
+            "Number of views whose masks may be wrong at a point");
   return table;
 }
 

@@ -270,11 +270,13 @@ ChannelGains solve_channel(const std::vector<Place>& places, const std::vector<i
 
 OptionTable describe(ColorGainOptions& options) {
   OptionTable table;
-  table.add("darkest", options.darkest, 0, 1, "", "Linear value below which a sample is noise");
+  table.add("darkest", options.darkest, 0, 1, "",
+            "Minimum linear value of a sample; below it noise dominates");
   table.add("brightest", options.brightest, 0, 1, "",
-            "Linear value above which a sample may be clipped");
-  table.add("least_points", options.least_points, 1, 1e6, "",
-            "That a camera must share with others; with fewer its gain stays 1");
+            "Maximum linear value of a sample; above it samples may be clipped");
+  table.add(
+      "least_points", options.least_points, 1, 1e6, "",
+      "Minimum number of points that a camera shares with others; with fewer its gain stays 1");
   return table;
 }
 

@@ -80,13 +80,15 @@ Vote vote_of(const LabelView& view, const TriangleTree& tree, const Eigen::Vecto
 
 OptionTable describe(SurfaceLabelOptions& options) {
   OptionTable table;
-  table.add("border", options.border, 0, 100, "px", "A pixel so near another label counts less.");
+  table.add("border", options.border, 0, 100, "px",
+            "Distance to another label in the image below which a pixel's vote is down-weighted");
   table.add("steepest", options.steepest, 0, 1.57, "rad",
-            "Between normal and view, beyond which a view is not asked.");
-  table.add("smoothness", options.smoothness, 0, 1000, "",
-            "Cost of a border between neighbours against a vote.");
+            "Maximum angle between surface normal and view direction at which a view votes");
+  table.add(
+      "smoothness", options.smoothness, 0, 1000, "",
+      "Cost of a label border between neighbours relative to a vote; higher for smoother borders");
   table.add("rounds", options.rounds, 1, 100, "",
-            "In which views that disagree with the others lose weight.");
+            "Number of rounds in which views that disagree with the others are down-weighted");
   return table;
 }
 

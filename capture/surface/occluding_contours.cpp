@@ -258,15 +258,18 @@ Triangles movable_faces(const Triangles& faces, const std::vector<std::uint8_t>&
 OptionTable describe(ContourOptions& options) {
   OptionTable table;
   table.add("fit", options.fit,
-            "Move skin to its outlines in the pictures. Off: it stays where stereo has it, inside "
-            "of limbs that shine.");
+            "Fitting of skin to its occluding contours in the images. Off: it stays where stereo "
+            "has it, inside of limbs that are shiny");
   table.add("reach", options.reach, 3, 50, "px",
-            "Farthest that an outline is looked for; more than masks are off");
-  table.add("noise", options.noise, 0.05, 50, "px", "Of an outline; larger smooths more");
+            "Maximum distance at which a contour is searched; more than the error of the masks");
+  table.add("noise", options.noise, 0.05, 50, "px",
+            "Standard deviation of a contour; larger smooths more");
   table.add("spread", options.spread, 1e-4, 0.1, "m",
-            "By which stereo is off; smaller moves less and smoother");
+            "Standard deviation of the systematic error of stereo; smaller moves the surface less "
+            "and more smoothly");
   table.add("length", options.length, 0.01, 10, "m",
-            "Over which stereo is off alike; shorter keeps to it where no outline is near");
+            "Correlation length of the systematic error of stereo; shorter keeps to stereo where "
+            "no contour is near");
   return table;
 }
 

@@ -76,16 +76,15 @@ OptionTable describe(ReconstructOptions& options) {
   table.add("surface", describe(options.surface));
   table.add("labels", describe(options.labels));
   table.add("equalize", options.equalize,
-            "Measure the views' exposures and colours first, on small pictures. Off: the capture's "
-            "gains are right.");
+            "Estimation of the views' exposures and colours beforehand, on downscaled images. Off: "
+            "the capture's gains are correct");
   table.add("align", options.align,
-            "Find the cameras' poses again by the surface itself. Off: calibration is exact.");
+            "Refinement of the camera poses by the surface itself. Off: the calibration is exact");
   table.add("refine", describe(options.refine));
   table.add("contours", describe(options.contours));
-  table.add(
-      "hull_support", options.hull_support,
-      "Close what stereo sees nothing of by the hull, with confidence 0. Nearer to a body than "
-      "a hole, but up to centimetres outside it.");
+  table.add("hull_support", options.hull_support,
+            "Filling of what stereo does not see by the visual hull, with confidence 0, which is "
+            "closer to a body than a hole but up to centimetres outside it");
   return table;
 }
 

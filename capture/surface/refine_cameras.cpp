@@ -306,10 +306,11 @@ double median_error(const std::vector<Camera>& cameras, const std::vector<Track>
 
 OptionTable describe(RefineCameraOptions& options) {
   OptionTable table;
-  table.add("search", options.search, 1, 16, "px", "Each way that a patch is looked for.");
-  table.add("points", options.points, 100, 1000000, "", "Places that are looked for.");
+  table.add("search", options.search, 1, 16, "px", "Search radius of a patch");
+  table.add("points", options.points, 100, 1000000, "",
+            "Number of surface points that are searched in the images");
   table.add("correlation", options.correlation, 0, 1, "",
-            "Of a patch with the one that it is found by, at least.");
+            "Minimum correlation of a matching patch");
   return table;
 }
 

@@ -77,12 +77,13 @@ bool has_place(const DepthMap& map, const Eigen::Vector3d& place, double error) 
 OptionTable describe(SmallScanOptions& options) {
   OptionTable table;
   table.add("longest_side", options.longest_side, 64, 4096, "px",
-            "That pictures are shrunk to before stereo; larger is slower");
+            "Longer side of the downscaled images that stereo works on; larger takes longer");
   table.add("steepest", options.steepest, 0.1, 1.5, "rad",
-            "Between normal and view beyond which a view is not asked");
+            "Maximum angle between surface normal and view direction at which a view is sampled");
   table.add("depth_error", options.depth_error, 1e-4, 0.2, "",
-            "Relative difference to a view's own depth that is still the place");
-  table.add("most_points", options.most_points, 100, 1000000, "", "Places of one instant");
+            "Maximum relative difference between a point's depth and the view's own depth map");
+  table.add("most_points", options.most_points, 100, 1000000, "",
+            "Maximum number of points of one instant");
   return table;
 }
 

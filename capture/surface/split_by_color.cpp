@@ -126,12 +126,13 @@ Clusters clusters_of(const std::vector<Vector3>& rgb, const std::vector<double>&
 
 OptionTable describe(ColorSplitOptions& options) {
   OptionTable table;
-  table.add("clusters", options.clusters, 2, 16, "", "Colours that the surface is sorted into");
+  table.add("clusters", options.clusters, 2, 16, "",
+            "Number of colours that the surface is clustered into");
   table.add("skin_distance", options.skin_distance, 0, 1, "",
-            "Of chromaticity, that a colour may be from the face's and count as skin");
-  table.add("head", options.head, 0.02, 0.5, "", "Share of the stature that is head");
+            "Maximum distance of chromaticity from the face's that counts as skin");
+  table.add("head", options.head, 0.02, 0.5, "", "Fraction of the stature that is the head");
   table.add("smoothness", options.smoothness, 0, 1000, "",
-            "Cost of a border between neighbours; 0: none");
+            "Cost of a label border between neighbours; 0: none");
   return table;
 }
 

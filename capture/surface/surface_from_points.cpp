@@ -115,19 +115,22 @@ void take_attributes(Mesh& mesh, const Mesh& points, const std::vector<ClosestPo
 OptionTable describe(SurfaceOptions& options) {
   OptionTable table;
   table.add("neighbours", options.neighbours, 2, 1000, "",
-            "Of each point, whose mean distance tells outliers.");
+            "Number of neighbours of a point whose mean distance identifies outliers");
   table.add("outlier_sigma", options.outlier_sigma, 0.1, 100, "",
-            "Standard deviations of that distance beyond which a point goes.");
+            "Number of standard deviations of the mean neighbour distance beyond which a point is "
+            "an outlier");
   table.add("octree_depth", options.octree_depth, 4, 12, "",
-            "Of the Poisson system: 2^depth cells along the longest side.");
-  table.add("point_weight", options.point_weight, 0, 100, "",
-            "How closely the surface keeps to the points.");
+            "Octree depth of Poisson reconstruction: 2^depth cells along the longest side");
+  table.add(
+      "point_weight", options.point_weight, 0, 100, "",
+      "Weight of the points in screened Poisson reconstruction; higher fits them more closely");
   table.add("trim", options.trim, 0.001, 1, "m",
-            "From the nearest point, beyond which the surface is cut away; more where points are "
-            "sparse.");
-  table.add("least_piece", options.least_piece, 0, 100, "m2", "Pieces of less area are dropped.");
+            "Distance to the nearest point beyond which the surface is cut away; more where points "
+            "are sparse");
+  table.add("least_piece", options.least_piece, 0, 100, "m2",
+            "Minimum area of a connected component that is kept");
   table.add("edge_length", options.edge_length, 0, 1, "m",
-            "Of the even triangles of the result; 0: as Poisson leaves them.");
+            "Edge length of the isotropic remeshing of the result; 0: no remeshing");
   return table;
 }
 

@@ -365,9 +365,10 @@ OptionTable describe(MeshConvention& convention) {
   for (const char* name : {"m", "dm", "cm", "mm", "in", "ft"}) {
     units.emplace_back(name, metres_of_unit(name));
   }
-  table.add("unit", convention.metres_per_unit, units, "Unit of mesh files that do not say theirs");
+  table.add("unit", convention.metres_per_unit, units,
+            "Length unit of mesh files that do not state theirs");
   table.add("up", convention.up, {{"x", 'x'}, {"y", 'y'}, {"z", 'z'}},
-            "Up axis of mesh files that do not say theirs");
+            "Up axis of mesh files that do not state theirs");
   return table;
 }
 

@@ -85,7 +85,7 @@ std::vector<Garbage> collect_garbage(std::span<const Stage> stages,
   require_workspace(stages, workspace);
   std::vector<Garbage> all;
   for (const Stage& stage : stages) {
-    const std::filesystem::path folder = workspace / stage.name;
+    const std::filesystem::path folder = results_of_stage(workspace, stage.name);
     if (link_kind(folder) == file_type::not_found) {
       continue;
     }

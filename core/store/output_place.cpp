@@ -23,7 +23,7 @@ std::filesystem::path capture_around(const std::filesystem::path& place) {
 
 std::string in_capture(const std::string& argument, const std::filesystem::path& capture) {
   return argument + " lies in the capture " + capture.string() +
-         ", which it would change; name a place outside of it";
+         ", which it would change; choose a path outside of it";
 }
 
 }  // namespace
@@ -32,7 +32,7 @@ void require_new_place(const std::filesystem::path& place, const std::string& ar
   // "new/.." is not there as long as "new" is not, but leads to a folder that is.
   if (link_kind(place) != std::filesystem::file_type::not_found ||
       link_kind(workspace_place(place)) != std::filesystem::file_type::not_found) {
-    throw UsageError(place.string() + " is there already, and no flag replaces it; name another " +
+    throw UsageError(place.string() + " already exists, and no flag replaces it; choose another " +
                      argument + ", or remove it first");
   }
 }
@@ -52,7 +52,7 @@ void require_outside_inputs(const std::filesystem::path& place, std::span<const 
          status.manifest ? status.manifest->inputs : std::vector<ManifestInput>{}) {
       if (!input.path.empty() && is_inside(place, input.path)) {
         throw UsageError(argument + " lies in " + input.path + ", of which '" + status.stage +
-                         "' was made and which it would change; name a place outside of it");
+                         "' was made and which it would change; choose a path outside of it");
       }
     }
   }
@@ -70,7 +70,7 @@ void require_outside_results(const std::filesystem::path& place,
   for (const Stage& stage : stages) {
     if (is_inside(place, workspace / stage.name)) {
       throw UsageError(argument + " lies among the results of '" + std::string(stage.name) +
-                       "'; name a place outside of them");
+                       "'; choose a path outside of them");
     }
   }
   if (const std::filesystem::path capture = capture_around(place);

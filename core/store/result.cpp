@@ -16,6 +16,7 @@
 #include "core/file_kind.h"
 #include "core/io/file_bytes.h"
 #include "core/parallel.h"
+#include "core/renamed_options.h"
 #include "core/store/consent_file.h"
 #include "core/store/input_digest.h"
 #include "core/store/manifest_limits.h"
@@ -169,7 +170,7 @@ Manifest read_manifest(const std::filesystem::path& folder, std::string_view sta
   const Limits limits = manifest_limits();
   Manifest manifest =
       parse_manifest(read_file_text(path, limits.text_file_bytes), path.string(), limits);
-  if (manifest.stage != stage) {
+  if (manifest.stage != stage && renamed_stage(manifest.stage) != stage) {
     throw DataError(path.string(), "stage", "'" + manifest.stage + "'",
                     "'" + std::string(stage) + "'");
   }
@@ -273,11 +274,23 @@ void require_workspace(std::span<const Stage> stages, const std::filesystem::pat
     throw DataError(workspace.string(), "", "no folder", "a workspace");
   }
   const bool any = std::any_of(stages.begin(), stages.end(), [&](const Stage& stage) {
-    return link_kind(workspace / stage.name) != std::filesystem::file_type::not_found;
+    return link_kind(results_of_stage(workspace, stage.name)) !=
+           std::filesystem::file_type::not_found;
   });
   if (!any) {
     throw DataError(workspace.string(), "", "a folder in which no stage has run", "a workspace");
   }
+}
+
+std::filesystem::path results_of_stage(const std::filesystem::path& workspace,
+                                       std::string_view stage) {
+  const std::filesystem::path folder = workspace / stage;
+  const std::string former = former_stage(stage);
+  const auto is_there = [](const std::filesystem::path& path) {
+    return link_kind(path) != std::filesystem::file_type::not_found;
+  };
+  return !former.empty() && !is_there(folder) && is_there(workspace / former) ? workspace / former
+                                                                              : folder;
 }
 
 std::optional<std::string> current_name(const std::filesystem::path& stage_folder) {

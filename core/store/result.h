@@ -29,8 +29,8 @@ enum class Check {
   Digests,  ///< also every byte
 };
 
-/// The manifest of a result's folder. Throws DataError unless it is there, sound, of that stage and
-/// of the key that the folder is named after.
+/// The manifest of a result's folder. Throws DataError unless it is there, sound, of that stage,
+/// which may have its former name, and of the key that the folder is named after.
 Manifest read_manifest(const std::filesystem::path& folder, std::string_view stage);
 
 /// True of a result whose manifest has a later schema, which this program may neither replace nor
@@ -58,6 +58,11 @@ std::filesystem::path result_around(const std::filesystem::path& path);
 /// Throws DataError unless the workspace is a folder with a folder of one of the stages;
 /// EnvironmentError if it cannot be looked at.
 void require_workspace(std::span<const Stage> stages, const std::filesystem::path& workspace);
+
+/// The folder of a stage's results: WORKSPACE/STAGE, or, where only that is there, the one of the
+/// stage's former name (core/renamed_options.h), whose results are read as this stage's.
+std::filesystem::path results_of_stage(const std::filesystem::path& workspace,
+                                       std::string_view stage);
 
 /// The name that `<stage>/current` points to; nothing if it is missing or no link to a result
 /// beside it. Links are never followed. Throws EnvironmentError if it cannot be looked at,

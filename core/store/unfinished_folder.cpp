@@ -30,7 +30,7 @@ UnfinishedFolder::UnfinishedFolder(const fs::path& out)
   lock_ = FileLock::try_lock_folder(folder_, FileLock::Mode::Exclusive);
   if (!lock_) {
     throw EnvironmentError(folder_.string(),
-                           "another run is writing it; wait for that, or name another folder");
+                           "another run is writing it; wait for that, or choose another folder");
   }
   fs::remove_all(content());
 }

@@ -10,6 +10,7 @@
 #include "core/store/frame_log.h"
 #include "core/store/input_digest.h"
 #include "core/store/made_of.h"
+#include "core/store/result.h"
 #include "core/store/stage_plan.h"
 
 namespace atelier {
@@ -146,7 +147,7 @@ void judge_age(StageStatus& status, const Stage& stage, const std::vector<StageS
         }
         if (!maker->manifest || folder_name(maker->manifest->key) != made_of.key16) {
           status.inputs_changed = true;
-          outdated_by("its input " + input.kind + " is made of a result of '" + made_of.stage +
+          outdated_by("its input " + input.kind + " is made from a result of '" + made_of.stage +
                       "' that is no longer the current one");
         } else {
           follow(*maker);
@@ -211,7 +212,7 @@ std::vector<StageStatus> workspace_status(std::span<const Stage> stages,
     StageStatus status;
     status.stage = stage.name;
     status.row = &stage;
-    const std::filesystem::path folder = workspace / stage.name;
+    const std::filesystem::path folder = results_of_stage(workspace, stage.name);
     if (link_kind(folder) != file_type::not_found) {
       require_folder(folder);
       status.running = FileLock::is_held(folder / ".lock");
@@ -252,8 +253,8 @@ std::vector<StageStatus> workspace_status(std::span<const Stage> stages,
 
 std::string unlinked_text(std::int64_t results) {
   return counted(results, "result") +
-         " without a current link; the stage's command, given as then, links " +
-         (results == 1 ? "it" : "one of them") + " again without doing it anew";
+         " without a current link; the stage's command with the same arguments links " +
+         (results == 1 ? "it" : "one of them") + " again without recomputing it";
 }
 
 }  // namespace atelier

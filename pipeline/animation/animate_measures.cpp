@@ -113,18 +113,18 @@ std::vector<Measure> measure_material(const fs::path& workspace, const fs::path&
     add("stretch_error", stretch, "relative");
     add("bending_error", bending, "relative");
     add("stretch_usual_error", error(usual.stretch, real.stretch_warp),
-        "of the median of published fabrics: without a look at the capture");
+        "of the median of published fabrics, without the capture");
     add("bending_usual_error", error(usual.bending, real.bending), "");
     if (!(fit.likely_low.stretch > 0 && fit.likely_low.bending > 0)) {
       continue;  // a result from before there was such a range
     }
     add("stretch_likely",
         inside(fit.likely_low.stretch, real.stretch_warp, fit.likely_high.stretch),
-        "1: the truth is in the range that is said to hold nine in ten");
+        "1: the ground truth lies in the 90% credible interval");
     add("bending_likely", inside(fit.likely_low.bending, real.bending, fit.likely_high.bending),
         "");
     add("stretch_range", fit.likely_high.stretch / fit.likely_low.stretch,
-        "that range's upper end over its lower");
+        "upper over lower bound of that interval");
     add("bending_range", fit.likely_high.bending / fit.likely_low.bending, "");
   }
   if (!each.empty()) {

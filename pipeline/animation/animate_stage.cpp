@@ -13,14 +13,14 @@
 #include "core/render/video.h"
 #include "core/sequence_archive.h"
 #include "core/store/digest_meter.h"
+#include "core/store/frame_memory.h"
+#include "core/store/output_sequences.h"
 #include "pipeline/animation/animated_cloth.h"
 #include "pipeline/cloth/scene_check.h"
 #include "pipeline/pictures/paint_scene.h"
 #include "pipeline/pictures/picture_size.h"
 #include "pipeline/pictures/straight_alpha.h"
 #include "simulation/simulation_doubts.h"
-#include "core/store/frame_memory.h"
-#include "core/store/output_sequences.h"
 
 namespace atelier {
 namespace {

@@ -69,25 +69,25 @@ void relax(StageRun& run, const RegisteredGarmentSequence& garment, const Points
   const std::optional<double> motion =
       hanging_acceleration(garment.registered, garment.template_frame, body, faces);
   if (motion && *motion > kInMotion) {
-    std::snprintf(
-        text, sizeof text,
-        "%s: what hangs free of it changes its motion by %.1f m/s2 in its template's frame, "
-        "so that no rest shape hangs so; its rest shape is as registered, as without "
-        "--cloth.relax",
-        garment.name.c_str(), *motion);
+    std::snprintf(text, sizeof text,
+                  "%s: its freely hanging parts accelerate by %.1f m/s2 in its template's frame, "
+                  "so that no rest shape hangs as registered; the registered shape is the rest "
+                  "shape, as without --cloth.relax",
+                  garment.name.c_str(), *motion);
     run.warn(text);
     return;
   }
   RelaxedGarment relaxed = unloaded(worn, body, faces, options.cloth, run.device());
-  std::snprintf(text, sizeof text, "%s: without its weight it hangs %.2f mm from as registered",
+  std::snprintf(text, sizeof text,
+                "%s: simulated from its unloaded shape it hangs %.2f mm from the registered shape",
                 garment.name.c_str(), 1e3 * relaxed.mean_error);
   if (relaxed.mean_error < kHangsThere) {
     run.say(text);
     worn.garment.mesh = std::move(relaxed.garment.mesh);
   } else {
     run.warn(std::string(text) +
-             ", as it did not hang still in its template's frame; its rest shape is as "
-             "registered, as without --cloth.relax");
+             ", since it was in motion in its template's frame; the registered shape is the rest "
+             "shape, as without --cloth.relax");
   }
 }
 

@@ -256,25 +256,29 @@ OptionTable describe(AnimateOptions& options) {
   std::vector<std::string> materials = fabric_names();
   materials.insert(materials.begin(), "fitted");
   table.add("motion", options.motion, std::vector<std::string>{},
-            "File (.bvh, .npz, .glb, .amc, .trc, .c3d), or stride, squat, raise, twist, spin, "
-            "range; empty: the capture's own");
-  table.add("sequence", options.sequence, std::vector<std::string>{},
-            "Of the capture, whose motion is its own; empty: the first clothed one");
-  table.add("start", options.start, 0, 1e6, "s", "Where in the motion it begins");
-  table.add("seconds", options.seconds, 0, 1e6, "s", "How much of the motion; 0: to its end");
+            "Motion to animate: a file (.bvh, .npz, .glb, .amc, .trc, .c3d) or stride, squat, "
+            "raise, twist, spin, range; empty: the capture's own motion");
+  table.add(
+      "sequence", options.sequence, std::vector<std::string>{},
+      "Name of the sequence of the capture whose motion is used; empty: the first clothed one");
+  table.add("start", options.start, 0, 1e6, "s",
+            "Time in the motion at which the animation begins");
+  table.add("seconds", options.seconds, 0, 1e6, "s",
+            "Duration of the animation; 0: to the end of the motion");
   table.add("fps", options.fps, 0, 240, "1/s",
-            "Frames a second; 0: the capture's own, of other motions theirs up to 30");
+            "Frame rate of the animation; 0: the capture's, or that of another motion up to 30");
   table.add("body", options.body, std::vector<std::string>{},
-            "Another body of the person's topology: file, female or male; empty: the person");
+            "Another body of the person's topology: a file, female or male; empty: the person");
   table.add("garment", options.garment, std::vector<std::string>{},
-            "auto: as registered; none; or what synthesize takes: dress, tee+trousers, a pattern "
-            "file (.json), sewn on the body");
+            "Garments worn: auto (as registered), none, or new ones sewn on the body as synthesize "
+            "takes them, such as dress, tee+trousers or a pattern file (.json)");
   table.add("cloth_sequence", options.cloth_sequence, std::vector<std::string>{},
-            "Instead of simulating: meshes of another simulator, one a frame (folder, .npz, .h5)");
+            "Meshes of another simulator, one for each frame (folder, .npz, .h5), used instead of "
+            "simulating");
   table.add("material", describe_said(options.material, std::move(materials)));
   table.add("cloth", describe(options.cloth));
-  table.add("settle", options.settle, 0, 60, "s", "That cloth hangs before the body moves");
-  table.add("pictures", options.pictures, "Render pictures and a video");
+  table.add("settle", options.settle, 0, 60, "s", "Time that cloth hangs before the body moves");
+  table.add("pictures", options.pictures, "Rendering of images and a video");
   table.add(describe(options.view));
   return table;
 }

@@ -9,7 +9,7 @@ const StageRow& animate_row() {
       .stage = {.name = "animate",
                 .version = 6,
                 .summary =
-                    "the person and the simulated garments in a motion, as meshes and pictures",
+                    "the person and the simulated garments in a motion, as meshes and images",
                 .inputs = {"capture", "person", "tracked"},
                 .optional_inputs = {"bodies", "template", "registered", "fitted_material",
                                     "networks"},

@@ -254,38 +254,39 @@ std::vector<Measure> measures_of(const std::string& stage, const JudgedNetworks&
           std::string("of this garment alone, ") + (garment.printed ? "printed" : "not printed"));
     }
   }
-  add("static_psnr_db", still, "dB", 0, Side::None, "of the best texture that does not change");
+  add("static_psnr_db", still, "dB", 0, Side::None, "of the best static texture");
   add("gain_db", reached - still, "dB", small ? 2.0 : 4.0, Side::AtLeast,
       std::string("over that texture") +
-          (small ? "; of the setting standard 4 dB are wanted, of small 2" : ""));
+          (small ? "; the target is 4 dB for the setting standard, 2 for small" : ""));
   if (drawn.shadow_count > 0) {
     add("shadow_psnr_db", psnr_of(drawn.shadow_squares / drawn.shadow_count), "dB", reached - 1,
-        Side::AtLeast, "of the quarter of these pixels that sees least of its sky");
+        Side::AtLeast, "of the quarter of these pixels with the least ambient visibility");
     add("shadow_ssim", 3 * drawn.shadow_similarity / drawn.shadow_count, "", 0, Side::None,
         "structural similarity of that quarter");
   }
   add("ssim", drawn.similarity / compared.covered, "", 0, Side::None,
       "structural similarity of these pixels");
   add("static_ssim", fixed.similarity / compared.covered, "", 0, Side::None,
-      "of the texture that does not change");
+      "of the static texture");
   add("covered", compared.covered / compared.judged, "", 0.95, Side::AtLeast,
-      "of the true garments' eroded pixels, drawn by a network: the others are in no figure");
+      "of the ground-truth garments' eroded pixels, rendered by a network; the others are not "
+      "evaluated");
   add("pixels", compared.covered, "", 0, Side::None, "that were compared");
   if (const PictureDifference& body = judged.body.drawn; body.count > 0) {
     const PictureDifference& still_body = judged.body.fixed;
     add("body_psnr_db", decibels_of(body), "dB", 0, Side::None,
-        "eroded pixels in which the true body is in front, same cameras and frames");
+        "eroded pixels in which the ground-truth body is in front, same cameras and frames");
     add("body_static_psnr_db", decibels_of(still_body), "dB", 0, Side::None,
-        "of the best texture of the body that does not change");
+        "of the best static texture of the body");
     add("body_covered", judged.body.covered / judged.body.judged, "", 0, Side::None,
-        "of the true body's eroded pixels, drawn by its network");
+        "of the ground-truth body's eroded pixels, rendered by its network");
   }
   if (const PictureDifference& simulated = judged.simulated.drawn; simulated.count > 0) {
     add("simulated_psnr_db", decibels_of(simulated), "dB", 28, small ? Side::None : Side::AtLeast,
         "held-out cameras, a simulated motion that the capture does not show: " + motion);
     const PictureDifference& still_simulated = judged.simulated.fixed;
     add("simulated_static_psnr_db", decibels_of(still_simulated), "dB", 0, Side::None,
-        "of the texture that does not change, there");
+        "of the static texture, there");
   }
   return all;
 }

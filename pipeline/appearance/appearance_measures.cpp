@@ -144,8 +144,7 @@ int compare_surface(ComparedPictures& sum, const fs::path& file, const JudgedSce
   run_child_program(
       "atelier-appearance",
       {"predict", file.string(), (between.path / "data.h5").string(), colors.string()},
-      "it is built where libtorch is (libtorch-dev)", [](const std::string&) {},
-      [] { return false; });
+      "a build with libtorch (libtorch-dev)", [](const std::string&) {}, [] { return false; });
   std::int64_t pixels = 0;
   for (const AppearanceView& view : drawn.own.views) {
     pixels += static_cast<std::int64_t>(view.pixel.size());
@@ -205,12 +204,13 @@ struct Judging {
 
 std::optional<JudgedNetworks> judge(const fs::path& workspace, const std::string& stage,
                                     const Judging& by) {
-  const auto current = current_name(workspace / stage);
+  const fs::path results = results_of_stage(workspace, stage);
+  const auto current = current_name(results);
   if (!current) {
     return std::nullopt;
   }
   const bool own_is_truth = stage == "ceiling";
-  const fs::path result = workspace / stage / *current;
+  const fs::path result = results / *current;
   const Manifest manifest = read_manifest(result, stage);
   const fs::path registered =
       own_is_truth ? fs::path() : input_of(workspace, manifest, "registered");
@@ -252,7 +252,7 @@ std::optional<JudgedNetworks> judge(const fs::path& workspace, const std::string
 /// The figures of the result of one of the two stages.
 std::vector<Measure> measure_networks(const fs::path& workspace, const fs::path& capture,
                                       const std::string& stage) {
-  if (!current_name(workspace / stage)) {
+  if (!current_name(results_of_stage(workspace, stage))) {
     return {};
   }
   Judging by{capture, read_capture_info(capture), nullptr, {}, {}};
@@ -295,7 +295,8 @@ std::optional<Measure> below_ceiling(const fs::path& workspace, std::span<const 
     return std::nullopt;
   }
   const auto manifest = [&](const std::string& stage) {
-    return read_manifest(workspace / stage / current_name(workspace / stage).value(), stage);
+    const fs::path results = results_of_stage(workspace, stage);
+    return read_manifest(results / current_name(results).value(), stage);
   };
   const std::string unlike = unlike_option(manifest("appearance"), manifest("ceiling"));
   Measure below{"appearance.below_ceiling_db",
@@ -303,10 +304,10 @@ std::optional<Measure> below_ceiling(const fs::path& workspace, std::span<const 
                 "dB",
                 2,
                 Measure::Side::AtMost,
-                "less than the same network on true geometry"};
+                "below the same network on ground-truth geometry"};
   if (!unlike.empty()) {
     below.side = Measure::Side::None;
-    below.note = "less than another network on true geometry: " + unlike;
+    below.note = "below another network on ground-truth geometry: " + unlike;
   }
   return below;
 }

@@ -112,7 +112,7 @@ Trained train_network(StageRun& run, const std::string& name, const TrainOptions
   long long first = 0;
   const auto train = [&] {
     return run_child_program(
-        "atelier-appearance", words, "it is built where libtorch is (libtorch-dev)",
+        "atelier-appearance", words, "a build with libtorch (libtorch-dev)",
         [&](const std::string& line) {
           long long step = 0;
           int of = 0;
@@ -156,7 +156,7 @@ void tell_missing(StageRun& run, const Dataset& dataset, const Seen& seen) {
     if (missing > 0) {
       run.warn("camera " + seen.cameras[c].id + " has no picture of " + std::to_string(missing) +
                " of " + std::to_string(seen.clothed.size()) +
-               " frames; nothing is learnt from them");
+               " frames; they are not used for training");
     }
   }
 }
@@ -168,12 +168,13 @@ void tell_strange_labels(StageRun& run, const AppearanceData& data,
   for (std::size_t c = 0; c < agreement.size(); ++c) {
     const auto [judged, agreed] = agreement[c];
     if (static_cast<double>(agreed) < kShare * static_cast<double>(judged)) {
-      char text[200];
-      std::snprintf(text, sizeof(text),
-                    "%s: label images of camera %s have it in %.0f%% of the pixels in which the "
-                    "geometry does; are they of this camera, and is it registered well?",
-                    data.name.c_str(), data.camera_ids[c].c_str(),
-                    100 * static_cast<double>(agreed) / static_cast<double>(judged));
+      char text[260];
+      std::snprintf(
+          text, sizeof(text),
+          "%s: label images of camera %s show it in %.0f%% of the pixels in which the geometry "
+          "does; check that they are of this camera and that it is registered well",
+          data.name.c_str(), data.camera_ids[c].c_str(),
+          100 * static_cast<double>(agreed) / static_cast<double>(judged));
       run.warn(text);
     }
   }
@@ -185,20 +186,19 @@ void judge_pictures(StageRun& run, const AppearanceData& data) {
   const StaticFit fit = static_fit(data, judged_texels(data));
   if (most_contradict(fit)) {
     char found[120];
-    std::snprintf(found, sizeof(found), "no texture shows them: the best one reaches %.1f dB",
+    std::snprintf(found, sizeof(found), "no texture explains them: the best one reaches %.1f dB",
                   fit.psnr);
     throw DataError("", "pictures of " + data.name, found,
                     "pictures, calibration and geometry of one capture");
   }
   for (const std::size_t c : contradicting_cameras(fit)) {
-    char text[240];
-    std::snprintf(
-        text, sizeof(text),
-        "%s: pictures of camera %s contradict the geometry (one texture for all shows "
-        "them at %.1f dB and explains %.0f%% of what differs in them; all at %.1f dB); are "
-        "they of this camera, and is it registered well?",
-        data.name.c_str(), data.camera_ids[c].c_str(), fit.camera_psnr[c],
-        100 * std::max(fit.camera_explained[c], 0.0), fit.psnr);
+    char text[320];
+    std::snprintf(text, sizeof(text),
+                  "%s: images of camera %s contradict the geometry (one texture for all cameras "
+                  "reaches %.1f dB and explains %.0f%% of their variation; %.1f dB over all "
+                  "cameras); check that they are of this camera and that it is registered well",
+                  data.name.c_str(), data.camera_ids[c].c_str(), fit.camera_psnr[c],
+                  100 * std::max(fit.camera_explained[c], 0.0), fit.psnr);
     run.warn(text);
   }
 }
@@ -208,7 +208,7 @@ void judge_pictures(StageRun& run, const AppearanceData& data) {
 void require_learnt(StageRun& run, const std::string& name, std::optional<double> psnr,
                     double fixed) {
   if (!psnr) {
-    run.warn(name + ": rows of the training's log are lost: how it ended is unknown");
+    run.warn(name + ": rows of the training log are missing, so its final loss is unknown");
     return;
   }
   const std::string text = name + ": " + little_learnt_text(*psnr, fixed);
@@ -328,7 +328,7 @@ void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
     const fs::path data_file = scratch / "data.h5";
     std::optional<AppearanceData> prepared = prepared_before(data_file);
     if (prepared) {
-      run.say(name + ": goes on with the data that were prepared before");
+      run.say(name + ": continuing with the data prepared before");
     } else {
       std::vector<LabelAgreement> agreement;
       const AppearanceData fresh =
@@ -394,7 +394,8 @@ OptionTable describe(AppearanceStageOptions& options) {
   OptionTable table;
   table.add(describe(options.train));
   table.add(describe(options.prepare));
-  table.add("body", options.body, "Also the body under the clothes, with the same kind of network");
+  table.add("body", options.body,
+            "Training of the body under the clothes too, with the same kind of network");
   table.add("capture", describe(options.capture));
   return table;
 }

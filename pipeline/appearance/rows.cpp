@@ -8,7 +8,7 @@ const StageRow& appearance_row() {
   static const StageRow row{
       .stage = {.name = "appearance",
                 .version = 10,
-                .summary = "how each garment looks: networks that draw its texture",
+                .summary = "appearance of each garment: networks that generate its texture",
                 .inputs = {"capture", "registered", "bodies"},
                 .outputs = {"networks"},
                 .metrics = kAppearanceMetrics,
@@ -29,17 +29,19 @@ const StageRow& appearance_row() {
 
 const StageRow& ceiling_row() {
   static const StageRow row{
-      .stage = {.name = "ceiling",
-                .version = 9,
-                .summary = "appearance on a synthetic capture's true garments, to compare with",
-                .inputs = {"capture"},
-                .outputs = {"true_networks"},
-                .metrics = kAppearanceMetrics,
-                .options = option_set<AppearanceStageOptions>,
-                .run = run_ceiling,
-                .check_input = require_no_folder_above,
-                .has_cuda = true,
-                .device_keyed = true},
+      .stage =
+          {.name = "ceiling",
+           .version = 9,
+           .summary =
+               "appearance on the ground-truth geometry of a synthetic capture, for comparison",
+           .inputs = {"capture"},
+           .outputs = {"true_networks"},
+           .metrics = kAppearanceMetrics,
+           .options = option_set<AppearanceStageOptions>,
+           .run = run_ceiling,
+           .check_input = require_no_folder_above,
+           .has_cuda = true,
+           .device_keyed = true},
       .require_startable =
           [](const StageRequest& request) {
             const auto& options = options_of<AppearanceStageOptions>(request.options);

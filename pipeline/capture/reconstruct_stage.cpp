@@ -167,11 +167,11 @@ std::optional<Finding> missing_of(const std::string& camera, const CameraFrames&
   }
   if (pictures == 0) {
     return finding("no picture of any of the " + all + " frames",
-                   "it takes no part; look where its pictures are and how they are named");
+                   "it is not used; check the location and the names of its images");
   }
   if (without.size() == frames.size()) {
     return finding("no mask and no labels of any of its pictures",
-                   "it takes no part; atelier masks makes masks");
+                   "it is not used; atelier masks creates masks");
   }
   return finding("no picture or no mask of " + std::to_string(without.size()) + " of " + all +
                      " frames, the first is " + std::to_string(without.front()),
@@ -200,7 +200,7 @@ std::vector<Finding> missing_views(const Dataset& dataset, const std::vector<int
                         "frame " + std::to_string(dropped.front()),
                         std::to_string(dropped.size()) +
                             " frames have pictures with masks or labels in fewer than two views",
-                        "they get no surface; atelier masks makes masks"});
+                        "they get no surface; atelier masks creates masks"});
   }
   return findings;
 }
@@ -333,11 +333,11 @@ OptionTable describe(ReconstructStageOptions& options) {
   table.add("keypoints", describe(options.keypoints));
   table.add(describe(options.scan));
   table.add("label_by_color", options.label_by_color,
-            "Where no label image says what is what, skin and clothing are told by colour");
+            "Segmentation into skin and clothing by colour where there are no label images");
   table.add("split", describe(options.split));
-  table.add(
-      "memory", options.memory, 0.01, 4096, "GiB",
-      "Pictures are halved until the work on one frame fits; --jobs frames take so much each.");
+  table.add("memory", options.memory, 0.01, 4096, "GiB",
+            "Memory for one frame, of which --jobs frames are processed at once; images are halved "
+            "in size until it suffices");
   return table;
 }
 
@@ -349,7 +349,7 @@ void run_reconstruct(StageRun& run) {
   if (frames.empty() && !has_detections(dataset)) {
     throw DataError(run.input("capture").string(), "",
                     "neither masks nor labels in two views of a frame, and no detections",
-                    "some of them; atelier masks and atelier detect make them");
+                    "some of them; atelier masks and atelier detect create them");
   }
   if (frames.empty()) {
     run.warn("no frame has masks or labels in two views: no surfaces");

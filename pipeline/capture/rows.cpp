@@ -9,7 +9,7 @@ const StageRow& validate_row() {
   static const StageRow row{
       .stage = {.name = "validate",
                 .version = 2,
-                .summary = "what is wrong with a capture, and what to do about it",
+                .summary = "defects of a capture, and how to correct them",
                 .inputs = {"capture"},
                 .outputs = {"findings"},
                 .metrics = kValidateMetrics,

@@ -67,14 +67,14 @@ fs::path own_input(const StageStatus& own, const fs::path& workspace, const fs::
 std::string replaced_input(const Stage& stage, const StageRequest& request,
                            const ResultName& made_of) {
   const std::string name(stage.name);
-  const std::string what = "INPUT " + request.input.string() + " is made of a result of '" +
+  const std::string what = "INPUT " + request.input.string() + " is made from a result of '" +
                            made_of.stage + "' that is no longer the current one; ";
   if (in_chain(name) != InChain::OfResults) {
     return what + "give " + (request.workspace / made_of.stage / "current").string();
   }
   const fs::path capture = capture_of(workspace_status(all_stages(), request.workspace));
   return what + "run 'atelier run " + capture.string() + " " + request.workspace.string() +
-         " --from " + name + " --to " + name + "' to make it anew";
+         " --from " + name + " --to " + name + "' to recompute it";
 }
 
 }  // namespace
@@ -126,7 +126,7 @@ std::vector<std::string> outdated_results(const fs::path& workspace,
         std::find(names.begin(), names.end(), status.stage) != names.end()) {
       sentences.push_back(
           "the result of '" + status.stage + "' is outdated: " + status.reasons.front() + "; run " +
-          mending_command(all, status, workspace, capture_of(all)) + " to make it anew");
+          mending_command(all, status, workspace, capture_of(all)) + " to recompute it");
     }
   }
   return sentences;

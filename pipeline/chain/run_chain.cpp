@@ -16,14 +16,14 @@ namespace fs = std::filesystem;
 using Names = std::vector<std::string_view>;
 
 constexpr const char* kNoMasks =
-    "no frame has pictures with masks or labels of two cameras; atelier masks makes masks";
+    "no frame has pictures with masks or labels of two cameras; atelier masks creates masks";
 
 std::string nothing(const CaptureFacts& /*facts*/) {
   return "";
 }
 
 std::string no_cameras(const CaptureFacts& facts) {
-  return !facts.calibrated   ? "the cameras are not calibrated; atelier calibrate does it"
+  return !facts.calibrated   ? "the cameras are not calibrated; atelier calibrate calibrates them"
          : facts.cameras < 2 ? "there are fewer than two cameras that stages may open"
                              : "";
 }
@@ -33,14 +33,14 @@ std::string no_evidence(const CaptureFacts& facts) {
   return !cameras.empty() ? cameras
          : facts.masked_frames == 0 && !facts.detections
              ? "neither masks of two cameras nor 2D keypoints; atelier masks and atelier detect "
-               "make them"
+               "create them"
              : "";
 }
 
 std::string no_keypoints(const CaptureFacts& facts) {
   const std::string evidence = no_evidence(facts);
   return !evidence.empty()   ? evidence
-         : !facts.detections ? "no 2D keypoints; atelier detect makes them"
+         : !facts.detections ? "no 2D keypoints; atelier detect creates them"
                              : "";
 }
 
@@ -56,7 +56,7 @@ std::string no_clothes(const CaptureFacts& facts) {
 
 std::string no_look(const CaptureFacts& facts) {
   return !has_child_program("atelier-appearance")
-             ? "the program atelier-appearance is not there; it is built where libtorch is"
+             ? "the program atelier-appearance is not there; it requires a build with libtorch"
              : no_clothes(facts);
 }
 

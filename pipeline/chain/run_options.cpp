@@ -5,8 +5,8 @@
 #include "capture/layouts/open_dataset.h"
 #include "core/error.h"
 #include "pipeline/chain/run_chain.h"
-#include "pipeline/stages/stages.h"
 #include "pipeline/pictures/report_page.h"
+#include "pipeline/stages/stages.h"
 
 namespace atelier {
 namespace {

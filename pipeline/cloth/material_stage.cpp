@@ -147,7 +147,7 @@ void run_material(StageRun& run) {
               "), bending " + number_text(fit.expected.bending) + " N m (" +
               ranges_text(fit.likely_low.bending, fit.likely_high.bending,
                           range_within(fit.trials, kTenth, &Stiffness::bending), fit.bending) +
-              "); " + number_text(1e3 * fit.distance) + " mm from as registered");
+              "); " + number_text(1e3 * fit.distance) + " mm from the registered shape");
     }
     found.push_back(std::move(one));
   }

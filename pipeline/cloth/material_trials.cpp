@@ -95,17 +95,20 @@ OptionTable describe(MaterialStageOptions& options) {
   table.add("material", describe_said(options.material, std::move(names)));
   table.add("search", describe(options.search));
   table.add("usual", options.usual,
-            "Published fabrics decide what the capture leaves open, not the range alone");
+            "Prior from published fabrics for what the capture does not determine; off: a uniform "
+            "prior over the range");
   table.add("leash", options.leash, 1, 60, "1/s",
-            "How quickly cloth is led back to where it was seen");
+            "Rate at which cloth is pulled towards where it was seen (tracking constraint); higher "
+            "follows the capture more closely and tells less of the material");
   table.add("sequence", options.sequence, std::vector<std::string>{},
-            "Of the capture; empty: the first clothed one");
-  table.add("frames", options.frames, 2, 10000, "", "Simulated in each trial, from the first on");
+            "Name of the sequence of the capture; empty: the first clothed one");
+  table.add("frames", options.frames, 2, 10000, "",
+            "Number of frames simulated in each trial, from the first on");
   table.add("edge_length", options.edge_length, 0.005, 0.2, "m",
-            "Of the garments as they are tried: stiffness does not depend on it");
-  table.add("substeps", options.substeps, 1, 1000, "", "Of a simulated frame in a trial");
+            "Edge length of the garments in a trial; the stiffness found does not depend on it");
+  table.add("substeps", options.substeps, 1, 1000, "", "Substeps of a simulated frame in a trial");
   table.add("self_contact", options.self_contact,
-            "Cloth against cloth in a trial: several times slower");
+            "Self-contact of cloth in a trial, which takes several times as long");
   return table;
 }
 

@@ -9,7 +9,7 @@ const StageRow& material_row() {
   static const StageRow row{
       .stage = {.name = "material",
                 .version = 4,
-                .summary = "how stiff each garment's cloth is, from how it moved",
+                .summary = "stiffness of each garment's cloth, estimated from its motion",
                 .inputs = {"capture", "person", "tracked", "bodies", "template", "registered"},
                 .outputs = {"fitted_material"},
                 .metrics = kMaterialMetrics,
@@ -24,7 +24,7 @@ const StageRow& simulate_row() {
   static const StageRow row{
       .stage = {.name = "simulate",
                 .version = 8,
-                .summary = "a garment on a body, standing or moving",
+                .summary = "simulation of garments on a body at rest or in motion",
                 .inputs = {"scene"},
                 .outputs = {"states", "garment"},
                 .metrics = kSimulateMetrics,

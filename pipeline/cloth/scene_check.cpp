@@ -81,8 +81,9 @@ std::vector<std::string> scene_doubts(const SimulationScene& scene, double conta
   if (!scene.body || scene.body_faces.rows() == 0) {
     const double size = cloth.diagonal().norm();
     if (size < 0.02 || size > 20) {
-      doubts.push_back("warning: the garment is " + metres(size) +
-                       " across; another unit? --scale says how many metres one of its file is");
+      doubts.push_back(
+          "warning: the garment is " + metres(size) +
+          " across; is the unit another? --scale is the length of its file's unit in metres");
     }
     return doubts;
   }
@@ -96,22 +97,23 @@ std::vector<std::string> scene_doubts(const SimulationScene& scene, double conta
   }
   const double ratio = cloth.diagonal().norm() / about.diagonal().norm();
   if (ratio > 3 || ratio < 0.02) {
-    doubts.push_back("warning: the garment is " + metres(cloth.diagonal().norm()) +
-                     " across and the body " + metres(about.diagonal().norm()) +
-                     "; another unit? --scale says how many metres one of the garment's file is");
+    doubts.push_back(
+        "warning: the garment is " + metres(cloth.diagonal().norm()) + " across and the body " +
+        metres(about.diagonal().norm()) +
+        "; is the unit another? --scale is the length of the garment file's unit in metres");
   }
   if (cloth.min().x() > about.max().x() || cloth.max().x() < about.min().x() ||
       cloth.min().z() > about.max().z() || cloth.max().z() < about.min().z() ||
       cloth.max().y() < about.min().y() ||
       cloth.min().y() > about.max().y() + std::max(1.0, about.sizes().y())) {
     doubts.emplace_back(
-        "warning: the garment lies beside the body, below it or far above; --move-x, --move-y and "
-        "--move-z put it on");
+        "warning: the garment lies beside, below or far above the body; --move-x, --move-y and "
+        "--move-z translate it");
   }
   if (enclosed_volume(body, scene.body_faces) < 0) {
     doubts.emplace_back(
-        "warning: the body's faces look inwards, so its inside is taken for its outside; turn "
-        "their corners round");
+        "warning: the body's faces are oriented inwards, so its inside is taken for its outside; "
+        "reverse their orientation");
   }
   if (const double pull = farthest_pull(scene, body); pull > 0.05) {
     doubts.push_back("warning: the body holds vertices of the garment " + metres(pull) +
@@ -120,7 +122,7 @@ std::vector<std::string> scene_doubts(const SimulationScene& scene, double conta
   }
   if (const Index deep = deeper_than(contact_reach, garment, body, scene.body_faces); deep > 0) {
     doubts.push_back("warning: " + std::to_string(deep) + " of " + std::to_string(garment.rows()) +
-                     " vertices begin inside the body deeper than " + solver_flag("contact_reach") +
+                     " vertices start deeper inside the body than " + solver_flag("contact_reach") +
                      " (" + number_text(1e3 * contact_reach) +
                      " mm), so contact may not bring them out: a larger one (0.1), --scale, or "
                      "--move-x, --move-y and --move-z");
@@ -177,14 +179,14 @@ void require_scene_options(const ScenePaths& paths, const SimulateOptions& optio
        "--relax lets the garment hang as captured, and without a body it hangs on nothing: give "
        "--body"},
       {options.relax && paths.garments.size() > 1,
-       "--relax takes one garment: what several weigh on each other is not known"},
+       "--relax takes one garment: the loads between several are not known"},
       {options.relax && options.flat_rest,
        "--flat-rest does nothing with --relax, which finds a rest shape of its own: leave one out"},
       {options.relax && options.cloth.membrane == "strain",
        "--membrane strain needs a flat rest shape, and --relax finds one in space: leave one out"},
       {options.length == 0 && options.settle == 0 && paths.motion.empty() &&
            (paths.body.empty() || is_one_mesh(paths.body)),
-       "there is nothing to simulate: give --settle or --length"},
+       "there are no frames to simulate: give --settle or --length"},
       {of_body && paths.body.empty(),
        solver_flag("friction") +
            ", .thickness, .contact-reach and .body-edges are of contact with a body; "
@@ -193,12 +195,12 @@ void require_scene_options(const ScenePaths& paths, const SimulateOptions& optio
        "--body-fps is of meshes that move by themselves; this body does not: leave it out"},
       {options.body_fps > 0 && paths.body.empty(), "--body-fps does nothing without --body"},
       {options.fall_in != SimulateOptions{}.fall_in && paths.motion.empty(),
-       "--fall-in goes into a motion; give --motion, or leave it out"},
+       "--fall-in leads into a motion; give --motion, or leave it out"},
   });
   if (const std::string idle = idle_on_device(options.solver, device); !idle.empty()) {
     throw UsageError(
         solver_flag(idle) + " does nothing on " +
-        (device == Device::Cpu ? "the CPU; say --device cuda" : "a GPU; say --device cpu") +
+        (device == Device::Cpu ? "the CPU; use --device cuda" : "a GPU; use --device cpu") +
         ", or leave it out");
   }
 }
@@ -210,8 +212,8 @@ void require_garment_options(const Garment& garment, const SimulateOptions& opti
   require_none({
       {said && !flat && garment.material.stretch_warp != garment.material.stretch_weft,
        "--material.stretch-warp and --material.stretch-weft cannot differ without a flat rest "
-       "shape to tell them by: say both alike, or give garment.h5 of drape or --flat-rest, and no "
-       "--relax"},
+       "shape, which tells them apart: make them equal, or give garment.h5 of drape or "
+       "--flat-rest, and no --relax"},
       {!options.sewn && garment.seams.empty(),
        "--sewn false does nothing: the garment has no seams; leave it out"},
   });
@@ -232,7 +234,7 @@ void require_held(const Garment& garment, const Triangles& body_faces,
   }
   if (static_cast<Index>(held.size()) >= garment.mesh.vertices.rows()) {
     throw UsageError(
-        "the body holds every vertex of the garment, so nothing moves: say less of --pin-top");
+        "every vertex of the garment is attached to the body, so nothing moves: lower --pin-top");
   }
 }
 

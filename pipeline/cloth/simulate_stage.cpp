@@ -10,12 +10,12 @@
 
 #include "core/io/image_file.h"
 #include "core/sequence_archive.h"
+#include "core/store/frame_memory.h"
+#include "core/store/output_sequences.h"
 #include "pipeline/cloth/simulation_output.h"
 #include "simulation/membrane_in_use.h"
 #include "simulation/simulation_doubts.h"
 #include "simulation/simulation_table.h"
-#include "core/store/frame_memory.h"
-#include "core/store/output_sequences.h"
 
 namespace atelier {
 namespace {

@@ -20,35 +20,36 @@ namespace atelier {
 
 OptionTable describe(SimulateOptions& options) {
   OptionTable table;
-  table.add("fps", options.fps, 1, 10000, "1/s", "Simulated frames a second");
-  table.add("settle", options.settle, 0, 1000000, "", "Frames on the first body before it moves");
+  table.add("fps", options.fps, 1, 10000, "1/s", "Simulated frames per second");
+  table.add("settle", options.settle, 0, 1000000, "",
+            "Number of frames on the first body before it moves");
   table.add("length", options.length, 0, 10000000, "",
-            "Frames in all; 0 for as long as the body moves");
+            "Total number of frames; 0: as long as the body moves");
   table.add("body_fps", options.body_fps, 0, 10000, "1/s",
-            "Frames a second of body meshes; 0 for what they say, else as simulated");
-  table.add("fall_in", options.fall_in, 0, 60, "s",
-            "From the rest pose, in which the garment is put on, to a motion's first pose");
-  table.add("pin_top", options.pin_top, 0, 1, "m",
-            "How far below its top the garment rides on the body");
-  table.add("scale", options.scale, 1e-6, 1e6, "",
-            "Metres per unit of the garment's file; of several garments the same");
+            "Frame rate of body meshes; 0: as they say, else the simulated rate");
   table.add(
-      "move_x", options.move_x, -1000, 1000, "m",
-      "How far the garment is moved along x once it is scaled (to the default human's left); of "
-      "several garments all");
+      "fall_in", options.fall_in, 0, 60, "s",
+      "Time from the rest pose, in which the garment is put on, to the first pose of a motion");
+  table.add("pin_top", options.pin_top, 0, 1, "m",
+            "Height below the garment's top within which cloth is attached to the body");
+  table.add("scale", options.scale, 1e-6, 1e6, "",
+            "Length of the unit of garment files in metres, the same for several garments");
+  table.add("move_x", options.move_x, -1000, 1000, "m",
+            "Translation of the garments along x after scaling, towards the default human's left");
   table.add("move_y", options.move_y, -1000, 1000, "m",
-            "How far it is moved up, as along x: bodies stand on y = 0");
+            "Translation of the garments along y after scaling, upwards; bodies stand on y = 0");
   table.add("move_z", options.move_z, -1000, 1000, "m",
-            "How far it is moved along z, as along x (to the default human's front)");
+            "Translation of the garments along z after scaling, towards the default human's front");
   table.add("flat_rest", options.flat_rest,
-            "Texture coordinates are the flat rest shape in metres, as in garment.obj of flatten");
+            "Texture coordinates as the flat rest shape in metres, as in garment.obj of flatten");
   table.add("relax", options.relax,
-            "The garment is captured, so its weight has stretched it: find the unloaded one that "
-            "hangs so on the first body");
+            "Estimation of the unloaded shape of a captured garment, which its weight has "
+            "stretched, such that it hangs on the first body as captured");
   table.add("relaxing", describe(options.relaxing));
-  table.add("sewn", options.sewn, "Close the garment's seams before it moves");
+  table.add("sewn", options.sewn, "Closing of the garment's seams before the body moves");
   table.add(describe(options.cloth));
-  table.add("wind", options.wind, -200, 200, "m/s", "Three numbers, or none for still air");
+  table.add("wind", options.wind, -200, 200, "m/s",
+            "Velocity of the wind, three numbers; empty: still air");
   table.add("material", describe_said(options.material, fabric_names()));
   OptionTable solver = describe(options.solver, {"time_step", "report"});
   for (OptionField& field : solver.fields) {
@@ -60,10 +61,10 @@ OptionTable describe(SimulateOptions& options) {
 std::string relaxed_text(const RelaxedGarment& relaxed, double seconds) {
   char text[200];
   std::snprintf(text, sizeof text,
-                "without its weight: after %s s it hangs %.2f mm (mean; most %.2f mm) from the "
+                "unloaded shape: after %s s it hangs %.2f mm (mean; maximum %.2f mm) from the "
                 "captured shape, %d rounds%s",
                 number_text(seconds).c_str(), 1e3 * relaxed.mean_error, 1e3 * relaxed.largest_error,
-                relaxed.rounds, relaxed.converged ? "" : "; not as near as asked");
+                relaxed.rounds, relaxed.converged ? "" : "; above the tolerance");
   return text;
 }
 
@@ -236,7 +237,7 @@ SimulationScene read_scene_body(const ScenePaths& paths, const SimulateOptions& 
                           ? options.length
                           : options.settle + static_cast<Index>(std::lround(seconds * options.fps));
   if (scene.frame_count == 0) {
-    throw UsageError("there is nothing to simulate: give --settle or --length");
+    throw UsageError("there are no frames to simulate: give --settle or --length");
   }
   doubt_length(scene, options, seconds > 0);
   return scene;

@@ -17,12 +17,12 @@
 #include "pipeline/appearance/appearance_measures.h"
 #include "pipeline/capture/reconstruct_measures.h"
 #include "pipeline/chain/outdated_results.h"
-#include "pipeline/stages/stages.h"
 #include "pipeline/garment/register_measures.h"
 #include "pipeline/garment/template_measures.h"
 #include "pipeline/pattern/flatten_measures.h"
 #include "pipeline/person/body_measures.h"
 #include "pipeline/person/person_measures.h"
+#include "pipeline/stages/stages.h"
 
 namespace atelier {
 namespace {
@@ -61,7 +61,7 @@ constexpr Evaluation kEvaluations[] = {
 /// How the workspace stands; nothing of a folder that is none, as a capture is.
 std::vector<StageStatus> status_of(const fs::path& workspace) {
   const auto has_result = [&](const Stage& stage) {
-    return fs::is_directory(workspace / stage.name);
+    return fs::is_directory(results_of_stage(workspace, stage.name));
   };
   const std::span<const Stage> stages = all_stages();
   return std::any_of(stages.begin(), stages.end(), has_result) ? workspace_status(stages, workspace)
@@ -185,7 +185,7 @@ WorkspaceFigures workspace_figures(const fs::path& workspace, const fs::path& tr
       known = true;
       try {
         if (evaluation.stage == stage && evaluation.measure != of_capture &&
-            !current_name(workspace / stage)) {
+            !current_name(results_of_stage(workspace, stage))) {
           all.unmeasured.push_back(
               {stage, "there is no result of " + stage + "; run 'atelier " + stage + "' first",
                false});

@@ -13,14 +13,14 @@ namespace {
 
 using enum Measure::Side;
 
-constexpr const char* kNoTruth = "no frame has both a result and a truth";
+constexpr const char* kNoTruth = "no frame has both a result and ground truth";
 constexpr const char* kNotDynamic =
-    "a tenth of the body's vertices or less lie under true clothing that swings "
+    "a tenth of the body's vertices or less lie under ground-truth clothing that swings "
     "(track.dynamic_share), so that there is little to leave out";
 constexpr const char* kNoLabel =
-    "a tenth of the body's vertices or less lie under true clothing that swings "
-    "(track.dynamic_share), or no true garment has a label of --input.excluded";
-constexpr const char* kNoSeams = "no true garment has seams";
+    "a tenth of the body's vertices or less lie under ground-truth clothing that swings "
+    "(track.dynamic_share), or no ground-truth garment has a label of --input.excluded";
+constexpr const char* kNoSeams = "no ground-truth garment has seams";
 constexpr const char* kHeldOut = "the capture holds out no cameras or no frames";
 
 /// The stage that `run` does not come by: what nobody asked for is not missing.
@@ -71,11 +71,12 @@ constexpr std::array kTargets = {
            2,
            {},
            "appearance",
-           "the same network was not trained on true geometry beside it"},
+           "the same network was not trained on ground-truth geometry for comparison"},
     Target{"appearance.gain_db", "dB", AtLeast, 4, 1, "appearance", kHeldOut},
     Target{"appearance.shadow_psnr_db", "dB", AtLeast, 33, 21, "appearance", kHeldOut},
-    Target{"appearance.simulated_psnr_db", "dB", AtLeast, 28, 21, "appearance",
-           "the capture does not say how it was made, so that it cannot be played again"},
+    Target{
+        "appearance.simulated_psnr_db", "dB", AtLeast, 28, 21, "appearance",
+        "the capture does not record how it was synthesized, so that it cannot be simulated again"},
 };
 
 const Target* target_of(std::string_view key) {
@@ -124,7 +125,7 @@ std::vector<Judged> judged(std::span<const Measure> measures, Targets targets,
                            const std::filesystem::path& workspace) {
   std::vector<Judged> rows;
   for (const Target& target : kTargets) {
-    if (target.stage == kAsked && !current_name(workspace / target.stage)) {
+    if (target.stage == kAsked && !current_name(results_of_stage(workspace, target.stage))) {
       continue;
     }
     Judged row;
@@ -141,7 +142,7 @@ std::vector<Judged> judged(std::span<const Measure> measures, Targets targets,
           target_text(judged ? target.side : None,
                       targets == Targets::Accuracy ? target.accuracy : target.demo.value_or(0));
       row.verdict = "not measured";
-      row.why = current_name(workspace / target.stage)
+      row.why = current_name(results_of_stage(workspace, target.stage))
                     ? std::string(target.absent)
                     : "there is no result of " + std::string(target.stage);
     }

@@ -106,7 +106,7 @@ void add_measures(std::vector<Measure>& measures, const std::string& prefix, con
   const double mean = std::accumulate(errors.points.begin(), errors.points.end(), 0.0);
   const std::string over = "over " + std::to_string(static_cast<int>(errors.frames)) +
                            " frames, what two cameras see" +
-                           (truth_scans ? ", from truth scans" : "");
+                           (truth_scans ? ", from ground-truth scans" : "");
   measures.push_back({prefix + "chamfer_mm", 1e3 * errors.chamfer / std::max(errors.frames, 1.0),
                       "mm", truth_scans ? 1.0 : 2.0, side, over});
   measures.push_back({prefix + "point_mean_mm", 1e3 * mean / std::max(count, 1.0), "mm", 3, side,

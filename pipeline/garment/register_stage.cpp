@@ -149,7 +149,7 @@ class RegisteredOutfit {
   void tell_missing_scans() {
     for (const int id : ids_) {
       if (!fs::exists(scan_file(id))) {
-        run_.warn("frame " + std::to_string(id) + ": no scan: body and pictures alone");
+        run_.warn("frame " + std::to_string(id) + ": no scan: body and images alone");
       }
     }
   }
@@ -223,7 +223,7 @@ class RegisteredOutfit {
       }
       const Index found = template_row_of(worn.garment, source, file.string());
       if (found < 0) {
-        run_.say(worn.name + ": no attachments to the body: taken for being in the pose of frame " +
+        run_.say(worn.name + ": no attachments to the body: assumed to be in the pose of frame " +
                  std::to_string(ids_.front()));
       }
       worn.template_row = std::max<Index>(found, 0);
@@ -425,7 +425,7 @@ void write_garments(StageRun& run, const std::vector<Worn>& garments, const Join
     }
     if (frames.size() < kTautFrames) {
       run.say(worn.name + ": " + counted(static_cast<Index>(frames.size()), "frame") +
-              ", too few to tell what folds take: it is laid flat as the template is");
+              ", too few to estimate the rest surface: the template's is used for flattening");
     }
     Mesh taut = worn.garment.mesh;
     taut.vertices = taut_surface(taut, frames);
@@ -522,7 +522,7 @@ OptionTable describe(RegisterStageOptions& options) {
   table.add("capture", describe(options.capture));
   table.add(describe(options.fit));
   table.add("truth_scans", options.truth_scans,
-            "Take a synthetic capture's true surfaces instead of the scans, for comparison");
+            "Ground-truth surfaces of a synthetic capture instead of scans, for comparison");
   return table;
 }
 

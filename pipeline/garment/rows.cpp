@@ -31,7 +31,7 @@ const StageRow& register_row() {
   static const StageRow row{
       .stage = {.name = "register",
                 .version = 10,
-                .summary = "where every garment is in every frame, from its template",
+                .summary = "each garment's template registered to every frame",
                 .inputs = {"capture", "template", "scans", "bodies"},
                 .outputs = {"registered"},
                 .metrics = kRegisterMetrics,

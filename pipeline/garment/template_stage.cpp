@@ -306,12 +306,13 @@ OptionTable describe(TemplateStageOptions& options) {
   OptionTable table;
   table.add(describe(options.fit));
   table.add("labels", options.labels, std::vector<std::string>{},
-            "Garments: auto (every label of clothing that is seen), or names, as upper,lower");
+            "Garments: auto (every label of clothing that is seen) or labels separated by commas, "
+            "such as upper,lower");
   table.add("import", options.import, std::vector<std::string>{},
-            "An artist's mesh instead, on the body of --template.frame: FILE, or label=FILE");
+            "Artist's mesh used instead, on the body of --template.frame: FILE or label=FILE");
   table.add("imported", describe(options.imported));
   table.add("truth_scans", options.truth_scans,
-            "Take a synthetic capture's true surfaces instead of the scans, for comparison");
+            "Ground-truth surfaces of a synthetic capture instead of scans, for comparison");
   return table;
 }
 

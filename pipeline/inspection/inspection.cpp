@@ -133,7 +133,8 @@ void add_array(const std::string& name, const Tensor& tensor, Inspection& inspec
         {Severity::Warning, "not-finite",
          name + (tensor.shape.empty() ? "" : place_text(first, tensor.shape)),
          "the first of its numbers that are not finite",
-         "what wrote it divided by nothing or left them out; most readers refuse such numbers"});
+         "the program that wrote it divided by zero or left values out; most readers refuse such "
+         "numbers"});
   }
 }
 
@@ -143,7 +144,7 @@ void add_stated_consent(const std::vector<Consent>& consent, const std::filesyst
   for (const std::string& sentence :
        ended_consent(consent, static_cast<double>(std::time(nullptr)))) {
     inspection.findings.push_back({Severity::Warning, "consent-ended", place.string(), sentence,
-                                   "ask for it anew, or remove the capture"});
+                                   "renew the consent, or remove the capture"});
   }
 }
 

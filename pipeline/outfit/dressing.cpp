@@ -213,19 +213,22 @@ void check_worn(const std::string& name, const Garment& garment, const TailorMea
 OptionTable describe(OutfitOptions& options) {
   OptionTable table;
   table
-      .add("garment", options.garment, std::vector<std::string>{},
-           "Joined by +: dress, tee, skirt, trousers, pattern files (.json); or mhclo:FILE.")
+      .add(
+          "garment", options.garment, std::vector<std::string>{},
+          "Garments joined by +: dress, tee, skirt, trousers, pattern files (.json); or mhclo:FILE")
       .add("pattern_scale", options.pattern_scale, 0.2, 5, "",
-           "Of pattern files: a larger or smaller size.")
-      .add("edge_length", options.edge_length, 0.006, 0.1, "m", "Of the cloth's triangles.")
-      .add("density", options.density, 0.02, 2, "kg/m2", "Weight of the cloth.")
-      .add("stretch", options.stretch, 50, 1e5, "N/m", "Stiffness against stretching.")
-      .add("bending", options.bending, 0, 1e-2, "N m", "Stiffness against bending.")
-      .add("friction", options.friction, 0, 2, "", "Coulomb coefficient.")
+           "Scale factor of pattern files, for a larger or smaller size")
+      .add("edge_length", options.edge_length, 0.006, 0.1, "m",
+           "Edge length of the cloth's triangles; shorter for finer folds, which takes longer")
+      .add("density", options.density, 0.02, 2, "kg/m2", "Area density of the cloth")
+      .add("stretch", options.stretch, 50, 1e5, "N/m", "Stretching stiffness of the cloth")
+      .add("bending", options.bending, 0, 1e-2, "N m", "Bending stiffness of the cloth")
+      .add("friction", options.friction, 0, 2, "", "Coulomb friction coefficient of the cloth")
       .add("thickness", options.thickness, 0, 0.05, "m",
-           "Kept between cloth and body; 0: what the edge length needs.")
-      .add("rate", options.rate, 60, 1000, "1/s", "Simulated frames a second.")
-      .add("substeps", options.substeps, 1, 1000, "", "Of each simulated frame.");
+           "Gap kept between cloth and body; 0: as the edge length requires")
+      .add("rate", options.rate, 60, 1000, "1/s", "Simulated frames per second")
+      .add("substeps", options.substeps, 1, 1000, "",
+           "Substeps of a simulated frame; more for stiff cloth");
   return table;
 }
 

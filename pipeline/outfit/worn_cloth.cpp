@@ -25,13 +25,13 @@ ClothOptions cloth_options(const WornClothOptions& options) {
 
 OptionTable describe(WornClothOptions& options) {
   OptionTable table;
-  table.add("rate", options.rate, 60, 1000, "1/s", "Simulated frames a second");
+  table.add("rate", options.rate, 60, 1000, "1/s", "Simulated frames per second");
   table.add("contact", options.contact, 0, 0.05, "m",
-            "Kept between cloth and body; 0: what the edge length needs");
+            "Gap kept between cloth and body; 0: as the edge length requires");
   table.add("rest_angles", options.rest_angles, {"flat", "template"},
-            "Cloth wants to be flat, or as it was registered, with its folds");
+            "Rest angle of hinges: flat, or template, that of the registered cloth with its folds");
   table.add("relax", options.relax,
-            "Take out what its own weight has stretched of the registered garment");
+            "Removal of the stretch of the registered garment that is due to its weight");
   table.add("relaxing", describe(options.relaxing));
   return table.add(describe(options.solver, {"time_step", "thickness"}));
 }

@@ -45,7 +45,7 @@ void blunt_mesh(Mesh& mesh, bool seams_given, const FlattenWatcher& watcher) {
   const double after = least_corners(mesh.vertices, mesh.faces).minCoeff();
   if (after > before) {
     char text[120];
-    std::snprintf(text, sizeof text, "slivers taken out: smallest corner %.1f deg, was %.1f", after,
+    std::snprintf(text, sizeof text, "slivers removed: smallest corner %.1f deg, was %.1f", after,
                   before);
     watcher.say(text);
   }
@@ -56,8 +56,8 @@ void lay_out(FlattenedGarment& flat, const std::vector<char>& cut,
              const FlattenStageOptions& options, const FlattenWatcher& watcher) {
   flat.pattern = flatten_apart(flat.mesh, cut, options.flatten, [&](std::size_t panels) {
     watcher.say(std::to_string(panels) + (panels == 1
-                                              ? " panel that lies over itself is parted"
-                                              : " panels that lie over themselves are parted"));
+                                              ? " panel that overlaps itself is divided"
+                                              : " panels that overlap themselves are divided"));
   });
   flat.measures = measure_flat(flat.mesh, flat.pattern);
 }
@@ -72,7 +72,7 @@ void lay_out_found(FlattenedGarment& flat, const FlattenStageOptions& options,
   how.give = options.give;
   FoundPattern found = find_pattern(flat.mesh, how, watcher.say);
   char text[120];
-  std::snprintf(text, sizeof text, "the surface gave way by %.2f mm in the mean, %.1f mm at most",
+  std::snprintf(text, sizeof text, "the surface deviates by %.2f mm in the mean, %.1f mm at most",
                 1000 * found.moved_mean, 1000 * found.moved_most);
   watcher.say(text);
   flat.gave_way_mean = found.moved_mean;
@@ -152,10 +152,9 @@ std::string summary_of(const FlattenedGarment& flat) {
   char text[400];
   std::snprintf(
       text, sizeof text,
-      "%d panels, %zu seams of %.2f m; stretch p50 %.2f%%, p95 %.2f%%, p99 %.2f%%, most "
-      "%.1f%%; area %.2f%% of the surface's; seams differ by %.2f%% at most; %d "
-      "triangles turned over, %d panels over themselves; smallest corner %.1f deg; fabric "
-      "%.2f x %.2f m",
+      "%d panels, %zu seams of %.2f m; stretch p50 %.2f%%, p95 %.2f%%, p99 %.2f%%, most %.1f%%; "
+      "area %.2f%% of the surface's; seams differ by %.2f%% at most; %d inverted triangles, %d "
+      "panels that overlap themselves; smallest corner %.1f deg; fabric %.2f x %.2f m",
       flat.pattern.cut.panel_count, flat.pattern.seams.size(), m.seam_length, 100 * m.strain_p50,
       100 * m.strain_p95, 100 * m.strain_p99, 100 * m.strain_max, 100 * m.area_ratio,
       100 * mismatch_of(flat), m.inverted, m.overlaps, flat_corner(flat), flat.layout.width,

@@ -184,14 +184,14 @@ std::vector<Measure> measure_flatten(const std::filesystem::path& workspace,
       {"flatten.seam_mismatch", worst.seam_mismatch, "", 0.003, Side::AtMost,
        "largest difference of the two sides of a seam, also as drawn" + of},
       {"flatten.inverted", static_cast<double>(worst.inverted), "", 0, Side::AtMost,
-       "triangles turned over and panels over themselves"}};
+       "inverted triangles and panels that overlap themselves"}};
   if (true_seams > 0) {
     measures.push_back({"flatten.panels", panels, "", true_panels + 2 * of_known, Side::AtMost,
-                        "the truth's and two more a garment"});
+                        "the ground truth's and two more for each garment"});
     measures.push_back({"flatten.seam_ratio", seams / true_seams, "", 1.3, Side::AtMost,
-                        "length of all seams over the truth's"});
+                        "length of all seams over the ground truth's"});
     measures.push_back({"flatten.area_ratio", area_ratio, "", 0, Side::None,
-                        "area of the pattern over the true one's" + of});
+                        "area of the pattern over the ground truth's" + of});
     measures.push_back({"flatten.area_error", std::abs(area_ratio - 1), "", 0.03, Side::AtMost,
                         "how far that is from 1"});
   }

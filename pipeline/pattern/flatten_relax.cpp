@@ -80,11 +80,10 @@ std::optional<Finding> motion_doubt(const Sequence& sequence, int frame_id, cons
     return std::nullopt;
   }
   char text[160];
-  std::snprintf(
-      text, sizeof text,
-      "what hangs free of it changes its motion by %.1f m/s2 in frame %d: that held it up, "
-      "and no rest shape hangs so under gravity",
-      *motion, frame_id);
+  std::snprintf(text, sizeof text,
+                "its freely hanging parts accelerate by %.1f m/s2 in frame %d, so that no rest "
+                "shape hangs as captured under gravity",
+                *motion, frame_id);
   return Finding{
       Severity::Warning, "in-motion", registered.string(), text,
       "a template of a frame at rest (template --frame); this one is flattened as it was "
@@ -135,8 +134,7 @@ void require_relaxable(const FlattenStageOptions& options,
   std::optional<int> first;
   for (const FlattenGarment& garment : garments) {
     if (is_taut(garment)) {
-      throw DataError(garment.file.string(), "",
-                      "a surface without folds, in which no garment was captured",
+      throw DataError(garment.file.string(), "", "a rest surface, which is in no captured pose",
                       "the template as it was captured: WORKSPACE/template/current");
     }
     if (!relax.registered.empty()) {
@@ -146,10 +144,9 @@ void require_relaxable(const FlattenStageOptions& options,
     if (bodies && !frame && relax.registered.empty()) {
       throw DataError(
           relax.body, "",
-          "bodies in motion, and nobody says in whose frame " + garment.file.filename().string() +
-              " is",
-          "WORKSPACE/template/current, which says it, --relax.registered, or a mesh of the "
-          "body in that frame");
+          "bodies in motion, without the frame of " + garment.file.filename().string() + " is",
+          "WORKSPACE/template/current, which states the frame, --relax.registered, or a mesh of "
+          "the body in that frame");
     }
     if (bodies && frame) {
       row_of(*bodies, *frame, relax.body);

@@ -90,19 +90,19 @@ void write_flat(StageRun& run, const FlattenedGarment& flat, const std::string& 
 OptionTable describe(FlattenRelaxOptions& options) {
   OptionTable table;
   table.add("body", options.body, std::vector<std::string>{},
-            "Mesh of the body that a captured garment hangs on, or the bodies of its capture "
-            "(WORKSPACE/body/current), of which the one of its frame is taken: what its weight has "
-            "stretched is taken out before it is flattened; a mesh's unit as the garment's");
+            "Mesh of the body that a captured garment hangs on, in the unit of the garment, or the "
+            "bodies of its capture (WORKSPACE/body/current), of which the one of the garment's "
+            "frame is used: the stretch due to its weight is removed before flattening");
   std::vector<std::string> fabrics = fabric_names();
   fabrics.insert(fabrics.begin(), "");
-  table.add("fabric", options.fabric, fabrics, "What the garment is made of, for its weight");
+  table.add("fabric", options.fabric, fabrics, "Fabric of the garment, for its weight");
   table.add("registered", options.registered, std::vector<std::string>{},
-            "Folder of the garment's registered sequence (registered/LABEL of register), or of "
-            "those of all garments (registered): one that was captured in motion is not relaxed");
+            "Folder of the garment's registered sequence (registered/LABEL of register) or of "
+            "those of all garments (registered): a garment captured in motion is not relaxed");
   table.add("gap", options.gap, 0, 0.02, "m",
-            "Kept from the body; 0: what the garment keeps where it rests on it");
+            "Gap kept from the body; 0: the one that the garment keeps where it rests on the body");
   table.add("substeps", options.substeps, 1, 1000, "",
-            "Of each simulated frame; more for stiff cloth of fine triangles");
+            "Substeps of a simulated frame; more for stiff cloth with small triangles");
   table.add("relaxing", describe(options.relaxing));
   return table;
 }
@@ -110,14 +110,14 @@ OptionTable describe(FlattenRelaxOptions& options) {
 OptionTable describe(FlattenStageOptions& options) {
   OptionTable table;
   table.add("seams", options.seams, std::vector<std::string>{},
-            "auto (found), uvs (where texture coordinates part), labels (where labels of vertices "
-            "part), none (opened alone), or a file (.json)");
+            "Seams: auto (found), uvs (where texture coordinates part), labels (where vertex "
+            "labels part), none (opened only), or a file (.json)");
   table.add("smooth", options.smooth, 0, 0.1, "m",
-            "Noise and creases finer than six times this are smoothed away before; 0: none");
+            "Smoothing length: noise and creases finer than six times this are smoothed away "
+            "first; 0: no smoothing");
   table.add("give", options.give, 0, 0.02, "m",
-            "Where seams are found: how far most of the surface may move to lie flat without "
-            "stretch, what "
-            "it is in doubt by; 0: not at all");
+            "Developability tolerance where seams are found: distance by which most of the surface "
+            "may move to lie flat without stretch, about the error of the surface; 0: none");
   table.add("find", describe(options.find));
   table.add("flatten", describe(options.flatten));
   table.add("pattern", describe(options.pattern));

@@ -47,10 +47,10 @@ std::vector<Measure> measures_of(const Sums& sums, const std::string& stage, boo
     return truth_scans ? from_truth : from_scans;
   };
   const std::string frames = "mean over " + std::to_string(static_cast<int>(sums.frames)) +
-                             (truth_scans ? " frames, from truth scans" : " frames");
+                             (truth_scans ? " frames, from ground-truth scans" : " frames");
   std::vector<Measure> measures = {
       {stage + ".mean_mm", 1e3 * over(sums.mean, sums.frames), "mm", target(5, 3), Side::AtMost,
-       "distance from the true body, " + frames},
+       "distance from the ground-truth body, " + frames},
       {stage + ".covered_mean_mm", 1e3 * over(sums.covered_mean, sums.frames), "mm", target(8, 6),
        Side::AtMost, "of what is under clothes"},
   };
@@ -63,11 +63,12 @@ std::vector<Measure> measures_of(const Sums& sums, const std::string& stage, boo
   }
   measures.push_back({stage + ".outside_rate", over(sums.outside, sums.covered), "",
                       target(0.03, 0.01), Side::AtMost,
-                      "share of what is covered more than 1 mm outside the true clothes"});
+                      "share of the covered skin more than 1 mm outside the ground-truth clothes"});
   measures.push_back({stage + ".outside_depth_mm", 1e3 * over(sums.depth, sums.outside), "mm",
                       target(1, 0.5), Side::AtMost, "mean depth of those"});
   measures.push_back({stage + ".proximity_mm", 1e3 * over(sums.proximity, sums.close), "mm", 1.5,
-                      Side::AtMost, "mean error of the gap where it truly is below 1 cm"});
+                      Side::AtMost,
+                      "mean error of the gap where the ground truth has less than 1 cm"});
   measures.push_back({stage + ".proximity_bias_mm", 1e3 * over(sums.bias, sums.close), "mm", 0,
                       Side::None, "its mean; above 0: the body is too thin"});
   return measures;

@@ -319,13 +319,14 @@ void certify(StageRun& run, const BodySource& source,
   }
   if (!untracked.empty()) {
     run.warn("tracking [frames " + listed_frames(untracked) +
-             "]: tracking does not trust the pose: the body is fitted, and not trusted either");
+             "]: tracking marked the pose as unreliable: the body is fitted, and marked as "
+             "unreliable too");
   }
   if (!far.empty()) {
     run.warn("scan-far [frames " + listed_frames(far) + "]: up to " +
              std::to_string(std::lround(100 * farthest)) +
-             "% of the scan is no part of the person; it does not count; look for a second person "
-             "or wrong calibration");
+             "% of the scan is not part of the person and is ignored; check for a second person or "
+             "a wrong calibration");
   }
   const auto mean = [&](const char* name, double sum, double count) {
     if (count > 0) {  // nothing measured is no 0
@@ -461,7 +462,7 @@ OptionTable describe(BodyStageOptions& options) {
   OptionTable table;
   table.add(describe(options.fit));
   table.add("truth_scans", options.truth_scans,
-            "Take a synthetic capture's true surfaces instead of the scans, for comparison");
+            "Ground-truth surfaces of a synthetic capture instead of scans, for comparison");
   return table;
 }
 
@@ -534,7 +535,7 @@ void run_refine(StageRun& run) {
   const bool turned = looks_inwards(frame(garment.meshes, row), faces, body_of(shown));
   if (turned) {
     run.warn("garment-turned: the faces of " + run.input("registered_garment").string() +
-             " look inwards; they are turned round");
+             " are oriented inwards; their orientation is reversed");
   }
   const auto scan_of = [&](int id, const Points& body) {
     Mesh worn = frame(garment.meshes, garment.rows.at(id));

@@ -148,11 +148,12 @@ OptionTable describe(PersonInputOptions& options) {
             {{"reconstructed", ScanSource::Reconstructed},
              {"truth", ScanSource::Truth},
              {"none", ScanSource::None}},
-            "surfaces of reconstruct, the true ones of a synthetic capture, or keypoints alone");
+            "Surfaces that are fitted: reconstructed (by atelier reconstruct), ground truth of a "
+            "synthetic capture, or none (keypoints alone)");
   table.add("person", options.person, 0, 1000, "",
-            "number of the person where keypoints have several");
+            "Number of the person where keypoints have several");
   table.add("keypoint_noise", options.keypoint_noise, 0, 1, "m",
-            "of a keypoint, on top of what the fit expects");
+            "Standard deviation of keypoints beyond what the fit expects");
   return table;
 }
 

@@ -230,8 +230,8 @@ std::string personalize_problem(const fs::path& workspace, const fs::path& captu
       read_personal_body(file).model.skeleton.names == read_capture_truth(capture).skeleton.names) {
     return "";
   }
-  return "the person's body model rests in another pose than the truth's, so that their surfaces "
-         "at rest say nothing; track and body are measured in the frames";
+  return "the person's body model has another rest pose than the ground truth's, so that their "
+         "surfaces at rest are not comparable; track and body are measured in the frames";
 }
 
 std::vector<Measure> measure_personalize(const fs::path& workspace, const fs::path& capture) {
@@ -272,11 +272,11 @@ std::vector<Measure> measure_personalize(const fs::path& workspace, const fs::pa
   const bool from_truth =
       options_of_result<PersonalizeStageOptions>(current_manifest(workspace, "personalize"))
           .input.scans == ScanSource::Truth;
-  measures.push_back({"personal.mean_mm", 1e3 * sum / areas.sum(), "mm", from_truth ? 2.0 : 3.0,
-                      Measure::Side::AtMost,
-                      std::string("true surface to the person's, at rest, brought together by a "
-                                  "shift") +
-                          (from_truth ? "; from truth scans" : "")});
+  measures.push_back(
+      {"personal.mean_mm", 1e3 * sum / areas.sum(), "mm", from_truth ? 2.0 : 3.0,
+       Measure::Side::AtMost,
+       std::string("ground-truth surface to the person's at rest, aligned by a translation") +
+           (from_truth ? "; from ground-truth scans" : "")});
   measures.push_back({"personal.joints_mm", 1e3 * bones, "mm", 0, Measure::Side::None,
                       "mean distance of joints at rest"});
   return measures;
@@ -318,7 +318,7 @@ std::vector<Measure> measure_track(const fs::path& workspace, const fs::path& ca
     const double dynamic =
         true_dynamic_share(capture, truth, sequence, retrack.options.fit.dynamic);
     measures.push_back({"track.dynamic_share", dynamic, "", 0, Measure::Side::None,
-                        "of the body's vertices, under true clothing that swings"});
+                        "of the body's vertices, under ground-truth clothing that swings"});
     // A fold that swings at a hem is no dynamic clothing.
     if (dynamic > kDynamicShare) {
       const double none = exclude == Exclude::None ? errors.legs : retrack(Exclude::None).legs;

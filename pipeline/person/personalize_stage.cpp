@@ -50,12 +50,12 @@ OptionTable describe(PersonalizeStageOptions& options) {
   OptionTable table;
   table.add("input", describe(options.input));
   table.add("body", options.body, std::vector<std::string>{},
-            "body model to start from: a file, or default, female, male");
+            "Initial body model: a file, or default, female, male");
   table.add(describe(options.fit));
   table.add("sequence", options.sequence, std::vector<std::string>{},
-            "name of the sequence to measure on; none: the first minimally clothed one");
+            "Name of the sequence to measure on; empty: the first minimally clothed one");
   table.add("most_frames", options.most_frames, 1, 1000, "",
-            "frames of a sequence that are fitted, spread evenly");
+            "Maximum number of frames that are fitted, evenly spread over the sequence");
   return table;
 }
 

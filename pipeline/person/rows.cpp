@@ -10,7 +10,7 @@ const StageRow& personalize_row() {
   static const StageRow row{
       .stage = {.name = "personalize",
                 .version = 7,
-                .summary = "the person's own body: shape, bone lengths and surface",
+                .summary = "the person's body: shape, bone lengths and surface",
                 .inputs = {"capture", "scans", "keypoints3d"},
                 .outputs = {"person"},
                 .metrics = kPersonalizeMetrics,
@@ -67,7 +67,7 @@ const StageRow& refine_row() {
   static const StageRow row{
       .stage = {.name = "refine",
                 .version = 2,
-                .summary = "the body once more, under a registered garment instead of scans",
+                .summary = "the body again, under a registered garment instead of scans",
                 .inputs = {"registered_garment", "scans", "person", "tracked", "bodies"},
                 .outputs = {"refined_bodies"},
                 .metrics = kBodyMetrics,

@@ -131,13 +131,13 @@ OptionTable describe(TrackStageOptions& options) {
   OptionTable table;
   table.add("input", describe(options.input));
   table.add("input.excluded", options.input.excluded, std::vector<std::string>{},
-            "labels whose clothing exclude = labels leaves out, with commas between");
+            "Labels, separated by commas, whose clothing exclude = labels leaves out");
   table.add(describe(options.fit));
   table.add("region", options.region, std::vector<std::string>{},
-            "vertex group of the body, or JSON list of vertices, for exclude = region");
+            "Vertex group of the body or JSON list of vertices for exclude = region");
   table.add("compare", options.compare,
-            "Track once more with nothing left out, where something is, and report its errors; "
-            "takes as long again");
+            "Second tracking run with no clothing left out, which reports its errors for "
+            "comparison; doubles the time");
   return table;
 }
 
@@ -208,7 +208,7 @@ void run_track(StageRun& run) {
   }
   if (!sums.found) {
     throw DataError(run.input("keypoints3d").string(), "keypoints3d",
-                    "no frame that shows a person, and no scan that says where one is",
+                    "no frame that shows a person, and no scan of one",
                     "at least one frame with hips, shoulders and limbs");
   }
   run.metric("frames", sums.frames);

@@ -51,13 +51,14 @@ const Camera& captured_camera(const std::vector<Camera>& captured, const std::st
 OptionTable describe(AnimationViewOptions& options) {
   OptionTable table;
   table.add("camera", options.camera, std::vector<std::string>{},
-            "front, side, back, three-quarter, orbit (once round), or a camera of the capture by "
-            "name, in that camera's own size");
+            "Camera of the images: front, side, back, three-quarter, orbit (once round), or a "
+            "camera of the capture by name, at that camera's own size");
   table.add("background", options.background, {"studio", "white", "black", "transparent"},
-            "Behind the subject; transparent: pictures with alpha");
+            "Background behind the subject; transparent: images with alpha");
   table.add("drawn_by", options.drawn_by, {"auto", "networks", "plain"},
-            "networks: what was learnt of the capture's pictures (atelier appearance); plain: one "
-            "colour each; auto: networks where there are some of what is worn, else plain");
+            "Renderer of the images: networks (learnt from the capture by atelier appearance), "
+            "plain (one colour for each garment), auto (networks where they know some of what is "
+            "worn, else plain)");
   table.add(describe(options.picture));
   return table;
 }

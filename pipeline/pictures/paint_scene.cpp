@@ -55,7 +55,7 @@ bool paint_scene(const PaintedScene& scene, const PaintOptions& options, Device 
   }
   Index next = 0;
   return run_child_program(
-      "atelier-appearance", words, "it is built where libtorch is (libtorch-dev)",
+      "atelier-appearance", words, "a build with libtorch (libtorch-dev)",
       [&](const std::string& line) {
         int frame_id = 0;
         if (std::sscanf(line.c_str(), "frame %d", &frame_id) != 1) {

@@ -30,8 +30,8 @@ void add_panel(const FrameSeries& one, const std::vector<int>& frame_ids,
   marks.emplace_back(Text{{kMargin, top + kCaption - 8}, words, 11, kInkColor});
   const double base = top + kPanel - 20;
   const double height = kPanel - kCaption - 24;
-  const double step =
-      (kPersonWidth - 2.0 * kMargin) / static_cast<double>(std::max<std::size_t>(1, frame_ids.size()));
+  const double step = (kPersonWidth - 2.0 * kMargin) /
+                      static_cast<double>(std::max<std::size_t>(1, frame_ids.size()));
   for (std::size_t f = 0; f < frame_ids.size(); ++f) {
     const double x = kMargin + step * (static_cast<double>(f) + 0.5);
     const double y = base - (most > 0 ? height * one.values[f] / most : 0);
@@ -46,7 +46,8 @@ void add_panel(const FrameSeries& one, const std::vector<int>& frame_ids,
           Text{{x, base + 14}, std::to_string(frame_ids[f]), 8, kInkColor, Text::Anchor::Center});
     }
   }
-  marks.emplace_back(Polyline{{{kMargin, base}, {kPersonWidth - kMargin, base}}, false, kInkColor, 1});
+  marks.emplace_back(
+      Polyline{{{kMargin, base}, {kPersonWidth - kMargin, base}}, false, kInkColor, 1});
 }
 
 }  // namespace

@@ -165,7 +165,8 @@ void attend_to(const StageStatus& status, std::vector<Attention>& items) {
   }
   if (no_consent) {
     item("warning",
-         "no consent is recorded: state who, scope and until in a [[consent]] of capture.toml");
+         "no consent is recorded: state who, scope and until in a [[consent]] entry of "
+         "capture.toml");
   }
 }
 
@@ -314,7 +315,7 @@ std::string figures_section(const ReportFigures& figures) {
             (sharper ? "<td class=\"quiet\">" + html_text(figure.accuracy) + "</td>" : "") +
             "<td class=\"quiet\">" + html_text(figure.note) + "</td></tr>\n";
   }
-  std::string html = "<h2 id=\"truth\">Against the truth</h2>\n";
+  std::string html = "<h2 id=\"truth\">Errors against the ground truth</h2>\n";
   if (!figures.targets.empty()) {
     std::string counts;
     for (const char* verdict : {"met", "missed", "not judged", "not measured"}) {
@@ -361,9 +362,10 @@ std::string run_section(const RunAccount& run) {
 
 OptionTable describe(ReportOptions& options) {
   return OptionTable()
-      .add("pictures", options.pictures, 0, 1000, "", "Most pictures and videos shown of one stage")
+      .add("pictures", options.pictures, 0, 1000, "",
+           "Maximum number of images and videos shown for one stage")
       .add("picture_bytes", options.picture_bytes, 0, 1e8, "bytes",
-           "Largest picture or video shown; every byte makes the page larger");
+           "Maximum size of an image or video shown; larger ones make the page larger");
 }
 
 std::string base64_text(std::span<const std::byte> bytes) {
@@ -452,7 +454,7 @@ std::string report_page(std::span<const StageStatus> stages, const std::filesyst
          "<meta name=\"viewport\" content=\"width=device-width\">\n<title>" +
          html_text(title) + "</title><style>" + kReportStyle + "</style></head>\n<body>\n<h1>" +
          html_text(title) + "</h1>\n" +
-         (attention.empty() ? "<p>Nothing asks for attention.</p>\n"
+         (attention.empty() ? "<p>No warnings.</p>\n"
                             : "<div class=\"attention\"><ul>\n" + list_of(std::move(attention)) +
                                   "</ul></div>\n") +
          (run ? "" : in_table(overview)) + sections + "<p class=\"quiet\">" +

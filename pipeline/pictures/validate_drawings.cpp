@@ -259,7 +259,7 @@ std::string bars(const std::string& title, const std::vector<Bar>& all) {
   for (const Bar& bar : all) {
     content += label(kLeft - 8, y + 11, bar.name, "end");
     if (!bar.value) {
-      content += label(kLeft + 2, y + 11, "nothing in space that it could be held against");
+      content += label(kLeft + 2, y + 11, "no 3D keypoint to compare it with");
       y += kRow;
       continue;
     }

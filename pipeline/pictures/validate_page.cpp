@@ -68,13 +68,14 @@ std::string verdict_of(const std::vector<Finding>& findings) {
   };
   const std::string counts = counted(errors, "error") + ", " + counted(warnings, "warning");
   if (errors > 0) {
-    return "<div class=\"verdict error\"><b>It cannot be used as it is.</b><br>" + counts +
+    return "<div class=\"verdict error\"><b>The capture cannot be used as it is.</b><br>" + counts +
            "</div>\n";
   }
   if (warnings > 0) {
-    return "<div class=\"verdict warning\"><b>It can be used.</b><br>" + counts + "</div>\n";
+    return "<div class=\"verdict warning\"><b>The capture can be used.</b><br>" + counts +
+           "</div>\n";
   }
-  return "<div class=\"verdict note\"><b>Nothing to complain of.</b></div>\n";
+  return "<div class=\"verdict note\"><b>No defects were found.</b></div>\n";
 }
 
 /// Frames of the sheets: those that an error names, then the first, the middle and the last.
@@ -126,8 +127,8 @@ std::string validate_page(FrameReader& reader, const Validation& validation,
   const std::vector<std::string> settings = settings_of(findings);
   if (!settings.empty()) {
     html +=
-        "<p>Settings that put it right, as far as settings can; every command that reads the "
-        "capture takes them:</p>\n<pre>";
+        "<p>Options that correct the capture as far as options can; every command that reads the "
+        "capture accepts them:</p>\n<pre>";
     for (const std::string& setting : settings) {
       html += html_text(setting) + "\n";
     }
@@ -135,8 +136,8 @@ std::string validate_page(FrameReader& reader, const Validation& validation,
   }
   if (!findings.empty()) {
     html +=
-        "<h2>Findings</h2>\n<table><tr><th>how bad</th><th>what, where</th><th>found; what to "
-        "do</th></tr>\n";
+        "<h2>Findings</h2>\n<table><tr><th>severity</th><th>finding, place</th><th>found; "
+        "remedy</th></tr>\n";
     for (const Finding& finding : findings) {
       html += finding_row(finding);
     }

@@ -187,7 +187,7 @@ std::string scan_pictures(const ReportPlaces& places) {
   const std::optional<Dataset> dataset = dataset_of(places);
   if (dataset) {
     html = "<figure>" + camera_layout_svg(*dataset, {}, {}) +
-           "<figcaption>Where the cameras stand and look</figcaption></figure>\n";
+           "<figcaption>Positions and directions of the cameras</figcaption></figure>\n";
   }
   std::vector<fs::path> scans;
   const fs::path folder = result_of(places, "reconstruct") / "scans";
@@ -509,8 +509,8 @@ std::string held_out_pictures(const ReportPlaces& places) {
     return "";
   }
   return figure(*taken_and_drawn(worn, models, views, Device::Cpu),
-                "Held-out cameras in held-out frames, of which nothing was learnt: as they were "
-                "taken, and as the networks draw them");
+                "Held-out cameras in held-out frames, which were not used for training: images as "
+                "taken and as rendered by the networks");
 }
 
 }  // namespace

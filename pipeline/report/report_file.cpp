@@ -12,23 +12,22 @@
 #include "core/error.h"
 #include "core/store/output_place.h"
 #include "core/writable_place.h"
-#include "pipeline/stages/stages.h"
 #include "pipeline/evaluation/evaluation.h"
 #include "pipeline/evaluation/targets.h"
 #include "pipeline/pictures/report_folder.h"
 #include "pipeline/pictures/run_account.h"
 #include "pipeline/report/report_pictures.h"
+#include "pipeline/stages/stages.h"
 
 namespace atelier {
 namespace {
 
 constexpr const char* kDemo =
-    "Judged by the ranges of captures as the preset demo makes them (docs/results/demo_ranges.md). "
-    "They "
-    "say that nothing is broken, not that results are good; beside them stand the targets of the "
-    "preset accuracy.";
-constexpr const char* kAccuracy =
-    "Judged by the targets of captures as the preset accuracy makes them.";
+    "Judged by the ranges of captures of the preset demo (docs/results/demo_ranges.md), which show "
+    "that "
+    "nothing is broken, not that results are good; the targets of the preset accuracy stand beside "
+    "them.";
+constexpr const char* kAccuracy = "Judged by the targets of captures of the preset accuracy.";
 
 std::string with_unit(double value, const std::string& unit) {
   char text[60];

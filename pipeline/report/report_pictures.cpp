@@ -146,16 +146,16 @@ std::string simulation_plots(const fs::path& result) {
     double scale;
   };
   constexpr Line kLines[] = {{"strain_p95", "edge strain, p95, %", 100},
-                             {"strain_max", "edge strain, most, %", 100},
+                             {"strain_max", "edge strain, maximum, %", 100},
                              {"kinetic_energy_j", "kinetic energy, J", 1},
                              {"spring_residual_m", "residual of springs, mm rms", 1e3},
                              {"strain_residual", "residual of strain, % rms", 100},
                              {"inside", "vertices inside the body", 1},
                              {"inside_depth_m", "the deepest of them, mm", 1e3},
                              {"body_crossings", "edges crossed, cloth and body", 1},
-                             {"body_gap", "least gap to the body, of the thickness", 1},
+                             {"body_gap", "minimum gap to the body, of the thickness", 1},
                              {"crossings", "edges crossed, cloth and cloth", 1},
-                             {"self_gap", "least gap of cloth and cloth, of the thickness", 1}};
+                             {"self_gap", "minimum gap between layers, of the thickness", 1}};
   constexpr std::size_t kPoints = 240;
   std::istringstream lines(read_file_text(file, Limits{}.text_file_bytes));
   std::string line;
@@ -213,17 +213,17 @@ std::string material_tables(const StageStatus& status, const fs::path& result) {
     html += "<table><tr><th>" + html_text(name) + "</th><th>nearest trial, " +
             number_text(1e3 * nearest.distance) + " mm</th><th>within 10 % of it</th><th>within " +
             number_text(100 * band) +
-            " % (search.band)</th><th>nine in ten</th><th>taken</th></tr>\n" +
+            " % (likelihood width)</th><th>90% credible interval</th><th>estimate</th></tr>\n" +
             row("stretching", "N/m", &Stiffness::stretch, found.material.stretch_warp) +
             row("bending", "N m", &Stiffness::bending, found.material.bending) + "</table>\n";
   }
   return html.empty()
              ? ""
              : html +
-                   "<p class=\"quiet\">Taken is the mean of the logarithms of all that may "
-                   "be, weighed by its distance and by how usual it is: the nearest trial "
-                   "of a coarse grid is often a corner of it, as distances hardly differ "
-                   "(docs/methods/material.md).</p>\n";
+                   "<p class=\"quiet\">The estimate is the posterior mean of the "
+                   "logarithms under the likelihood of the distances and the prior of "
+                   "published fabrics: the nearest trial of a coarse grid is often a "
+                   "corner of it, since distances hardly differ (docs/methods/material.md).</p>\n";
 }
 
 /// Each pattern.svg of the result, as a picture.

@@ -7,7 +7,8 @@ const StageRow& statistics_row() {
   static const StageRow row{
       .stage = {.name = "statistics",
                 .version = 3,
-                .summary = "numbers of a mesh sequence: counts, area, volume, bounds, edges, holes",
+                .summary =
+                    "statistics of a mesh sequence: counts, area, volume, bounds, edges, holes",
                 .inputs = {"meshes"},
                 .outputs = {"statistics"},
                 .metrics = kStatisticsMetrics,

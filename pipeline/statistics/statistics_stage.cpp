@@ -104,10 +104,9 @@ nlohmann::json ranges_of(const nlohmann::json& frames) {
 
 OptionTable describe(StatisticsStageOptions& options) {
   OptionTable table;
-  table.add(
-      "statistics.edge_quantiles", options.statistics.edge_quantiles, 0, 1, "",
-      "Which quantiles of the edge lengths to give; 0 is the shortest edge, 0.5 the median, 1 "
-      "the longest");
+  table.add("statistics.edge_quantiles", options.statistics.edge_quantiles, 0, 1, "",
+            "Quantiles of the edge lengths to report: 0 is the shortest edge, 0.5 the median, 1 "
+            "the longest");
   table.add("input", describe(options.input));
   return table;
 }

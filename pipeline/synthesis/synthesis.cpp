@@ -127,7 +127,7 @@ void perform(const Work& work, const Performance& performance, const CaptureTrut
       resumed = !missing(0, state.next_frame);
     }
     if (resumed) {
-      events.say("simulation: goes on after frame " + std::to_string(state.next_frame - 1));
+      events.say("simulation: continuing after frame " + std::to_string(state.next_frame - 1));
     }
     perform_clothed(performance, options, resumed ? &state : nullptr,
                     [&](int i, const PerformedFrame& frame, const PerformanceState& after) {
@@ -241,12 +241,12 @@ bool synthesize_capture(const fs::path& folder, const SynthesisOptions& options,
   const fs::path lock_file = folder / ".lock";
   const auto lock = FileLock::try_lock(lock_file, FileLock::Mode::Exclusive);
   if (!lock) {
-    throw EnvironmentError(folder.string(), "another run is making this capture");
+    throw EnvironmentError(folder.string(), "another run is writing this capture");
   }
   try {
     check_free(work, key_of(options));
     if (fs::exists(folder / "capture.toml")) {
-      events.say("this capture is whole already");
+      events.say("this capture is complete");
       fs::remove(lock_file);
       return true;
     }

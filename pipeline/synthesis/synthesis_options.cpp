@@ -18,48 +18,51 @@ void append(OptionTable& table, const OptionTable& nested) {
 
 OptionTable describe(SynthesisOptions& options) {
   OptionTable table;
-  table.add("seed", options.seed, 0, 1e15, "", "Of subject, cameras, cloth and noise.")
-      .add("frames", options.frames, 0, 100000, "", "Frames of the clothed sequence.")
+  table.add("seed", options.seed, 0, 1e15, "", "Seed of subject, cameras, cloth and noise")
+      .add("frames", options.frames, 0, 100000, "", "Number of frames of the clothed sequence")
       .add("minimal_frames", options.minimal_frames, 0, 100000, "",
-           "Frames of the minimally clothed sequence.")
-      .add("fps", options.fps, 1, 240, "1/s", "Frames a second of the clothed sequence.");
+           "Number of frames of the minimally clothed sequence")
+      .add("fps", options.fps, 1, 240, "1/s", "Frame rate of the clothed sequence");
   append(table, describe(options.subject));
   append(table, describe(options.motion));
   append(table, describe(options.outfit));
   table
       .add("cloth_sequence", options.cloth_sequence, std::vector<std::string>{},
-           "Draped cloth from a file or folder instead; with body_sequence.")
+           "File or folder of draped cloth used instead of simulating; requires body_sequence")
       .add("body_sequence", options.body_sequence, std::vector<std::string>{},
-           "Bodies from a file or folder instead.")
+           "File or folder of bodies used instead of the synthetic subject")
       .add("fabric", describe(options.fabric))
       .add("dome", describe(options.dome))
       .add("sensor", describe(options.sensor))
       .add("detector", describe(options.detector))
       .add("label", describe(options.labels))
       .add("keypoints", options.keypoints, std::vector<std::string>{"body_25", "coco_wholebody"},
-           "Order of the detected keypoints.")
+           "Order of the detected keypoints")
       .add("calibration_error", options.calibration_error, 0, 50, "px",
-           "Rms error of the written calibration, at 1000 rows.")
+           "RMS error of the written calibration in an image 1000 rows high")
       .add("miscalibrated", options.miscalibrated, 0, 1000, "",
-           "Cameras whose calibration is off by two degrees.")
+           "Number of cameras whose calibration is off by two degrees")
       .add("held_out_cameras", options.held_out_cameras, 0, 1000, "",
-           "Cameras that no stage opens.")
+           "Number of cameras that no stage reads, for evaluation")
       .add("held_out_share", options.held_out_share, 0, 0.9, "",
-           "Last share of the clothed frames, that no training sees.")
+           "Fraction of the clothed frames, the last ones, that no training reads")
       .add("perfect", options.perfect,
-           "No noise, exact detections, labels and calibration, cameras of equal exposure.")
-      .add("truth_images", options.truth_images, "Write noise-free images.")
-      .add("plates", options.plates, "Write pictures of the empty stage, plates/<camera>.png.")
-      .add("truth_maps", options.truth_maps, "Write depth and surface position of every pixel.")
+           "Ideal capture: no noise, exact detections, labels and calibration, equal exposure of "
+           "all cameras")
+      .add("truth_images", options.truth_images, "Writing of noise-free images as ground truth")
+      .add("plates", options.plates, "Writing of images of the empty stage, plates/<camera>.png")
+      .add("truth_maps", options.truth_maps,
+           "Writing of the ground-truth depth and surface position of every pixel")
       .add("image_format", options.image_format, std::vector<std::string>{"png", "jpg"},
-           "Of the images; JPEG at quality 95.")
-      .add("samples", options.samples, 1, 1024, "", "Rays a pixel.")
+           "Format of the images; JPEG at quality 95")
+      .add("samples", options.samples, 1, 1024, "", "Number of rays of a pixel")
       .add("light_samples", options.light_samples, 3, 65536, "",
-           "Rays that gather the light of the surroundings at every vertex.")
-      .add("shutter", options.shutter, 0, 0.2, "s", "Motion blur; 0: none.")
-      .add("shutter_samples", options.shutter_samples, 2, 64, "", "Instants within the shutter.")
+           "Number of rays that gather ambient light at each vertex")
+      .add("shutter", options.shutter, 0, 0.2, "s", "Exposure time, which blurs motion; 0: none")
+      .add("shutter_samples", options.shutter_samples, 2, 64, "",
+           "Number of instants within the exposure time")
       .add("skin_resolution", options.skin_resolution, 64, 8192, "",
-           "Texels a side of the body's albedo.");
+           "Side of the body's albedo texture in texels");
   return table;
 }
 
@@ -119,7 +122,7 @@ std::vector<std::string> impossible_options(const SynthesisOptions& options) {
   std::vector<std::string> wrong = check_options(describe(copy));
   const auto say = [&](const std::string& sentence) { wrong.push_back(sentence); };
   if (options.frames + options.minimal_frames == 0) {
-    say("--frames and --minimal-frames are both 0: there is nothing to take");
+    say("--frames and --minimal-frames are both 0: the capture would be empty");
   }
   const int per_post = (options.dome.pairs ? 2 : 1) * options.dome.rows;
   if (options.dome.cameras % per_post != 0) {

@@ -202,13 +202,16 @@ OptionTable describe(SubjectOptions& options) {
   OptionTable table;
   table
       .add("body", options.body, std::vector<std::string>{},
-           "Who: random, female, male, or a body model's file.")
+           "Body of the subject: random, female, male, or a body model file")
       .add("subject", options.subject, std::vector<std::string>{"real", "exact"},
-           "real leaves the shape space; exact is for debugging a stage, never for figures.")
+           "Body shape: real leaves the shape space of the model; exact stays within it, for "
+           "debugging a stage only")
       .add("displacement", options.displacement, 0, 0.03, "m",
-           "Rms distance off the shape space; 0 draws 5 to 10 mm.")
-      .add("weight_jitter", options.weight_jitter, 0, 0.5, "", "How far skin weights differ.")
-      .add("soft_tissue", options.soft_tissue, 0, 0.02, "m", "How far flesh lags.");
+           "RMS displacement off the shape space; 0: random from 5 to 10 mm")
+      .add("weight_jitter", options.weight_jitter, 0, 0.5, "",
+           "Strength of the random deviation of skinning weights from the model's")
+      .add("soft_tissue", options.soft_tissue, 0, 0.02, "m",
+           "Amplitude by which soft tissue lags behind");
   return table;
 }
 

@@ -425,12 +425,13 @@ class Search {
 OptionTable describe(FindSeamsOptions& options) {
   OptionTable table;
   table.add("stretch", options.stretch, 0.001, 1, "",
-            "Seams are added until 99 hundredths of the area are stretched by less");
-  table.add("cuts", options.cuts, 0, 1000, "", "Seams and darts added at most");
-  table.add("front_and_back", options.front_and_back, "Begin with a front and a back");
+            "Stretch below which 99% of the area must lie; seams are added until it does");
+  table.add("cuts", options.cuts, 0, 1000, "", "Maximum number of seams and darts added");
+  table.add("front_and_back", options.front_and_back, "Initial cut into a front and a back");
   table.add("sides", options.sides, 0, 100, "",
-            "How much dearer seams are in front and at the back than at the sides");
-  table.add("join", options.join, "Seams that turn out not to be needed are sewn again");
+            "Relative cost of seams in front and at the back compared with the sides; raise it to "
+            "keep seams at the sides");
+  table.add("join", options.join, "Removal of seams that turn out to be unnecessary");
   return table;
 }
 

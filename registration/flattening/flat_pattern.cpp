@@ -221,7 +221,7 @@ double quantile(std::vector<std::pair<double, double>> values_areas, double shar
 OptionTable describe(FlattenOptions& options) {
   OptionTable table;
   table.add("panel", describe(options.panel));
-  table.add("equal_seams", options.equal_seams, "Both sides of a seam get the same length");
+  table.add("equal_seams", options.equal_seams, "Equal length of both sides of a seam");
   return table;
 }
 

@@ -21,10 +21,11 @@ std::optional<Finding> garment_size_doubt(const MeshFile& file, const std::strin
     return std::nullopt;
   }
   char text[80];
-  std::snprintf(text, sizeof text, "the mesh is %.4g m large, which no garment is", extent);
+  std::snprintf(text, sizeof text, "the mesh is %.4g m large, too large or too small for a garment",
+                extent);
   return Finding{Severity::Warning, "size-unlikely", name, text,
                  file.said.metres_per_unit > 0
-                     ? "the file says its unit itself: where that is wrong, correct it there"
+                     ? "the file states its unit: where that is wrong, correct it there"
                      : "--input.unit says the file's unit: cm, mm"};
 }
 

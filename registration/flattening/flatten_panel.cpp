@@ -293,15 +293,15 @@ Points2 first_map(const Points& vertices, const Triangles& faces,
 
 OptionTable describe(FlattenPanelOptions& options) {
   OptionTable table;
-  table.add("iterations", options.iterations, 1, 10000, "", "Newton steps of a panel at most");
+  table.add("iterations", options.iterations, 1, 10000, "",
+            "Maximum number of Newton steps for a panel");
   table.add("tolerance", options.tolerance, 0, 0.1, "",
-            "A panel is flat where a step lowers its energy by a smaller share");
+            "Relative decrease of the energy below which a panel has converged");
   table.add("even", options.even, 0, 1, "",
-            "Stretch beyond which cloth stiffens, so that it is spread out; 0: it never does. "
-            "Found seams "
-            "take half of what they are found for");
+            "Stretch beyond which the energy stiffens, which spreads stretch over the panel; 0: "
+            "never. Found seams use half their own stretch");
   table.add("length_weight", options.length_weight, 0, 1e9, "",
-            "How firmly edges of seams keep the length they are to have");
+            "Weight of the prescribed lengths of seam edges");
   return table;
 }
 

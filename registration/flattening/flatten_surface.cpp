@@ -74,12 +74,12 @@ void require_two_sides(const Topology& topology, const std::string& file) {
   const ManifoldDefects defects = manifold_defects(topology);
   if (!defects.inconsistent_edges.empty() && defects.non_manifold_edges.empty()) {
     const int edge = defects.inconsistent_edges.front();
-    throw DataError(file,
-                    "edge of vertices " + std::to_string(topology.edges(edge, 0)) + " and " +
-                        std::to_string(topology.edges(edge, 1)),
-                    "a surface with one side alone, as a Moebius strip: its triangles cannot agree "
-                    "on what is outside",
-                    "cloth, which has an outside and an inside: cut it open there");
+    throw DataError(
+        file,
+        "edge of vertices " + std::to_string(topology.edges(edge, 0)) + " and " +
+            std::to_string(topology.edges(edge, 1)),
+        "a one-sided surface such as a Moebius strip: its triangles have no consistent orientation",
+        "an orientable surface: cut it open there");
   }
 }
 
@@ -100,7 +100,7 @@ FlattenSurface read_flatten_surface(const fs::path& file, const std::string& sea
   const Triangles oriented =
       consistently_oriented(surface.mesh.faces, surface.mesh.vertices.rows());
   if (oriented != surface.mesh.faces) {
-    watcher.say("triangles of opposite orientation were turned round");
+    watcher.say("triangles of opposite orientation were reversed");
     for (Index f = 0; f < surface.mesh.uv_faces.rows(); ++f) {
       if (oriented.row(f) != surface.mesh.faces.row(f)) {
         std::swap(surface.mesh.uv_faces(f, 1), surface.mesh.uv_faces(f, 2));

@@ -391,13 +391,15 @@ void add_notches(const FlatPattern& pattern, const Points2& flat, double spacing
 
 OptionTable describe(PatternPieceOptions& options) {
   OptionTable table;
-  table.add("seam_allowance", options.seam_allowance, 0, 0.1, "m", "Of cloth round every piece");
+  table.add("seam_allowance", options.seam_allowance, 0, 0.1, "m",
+            "Width of the seam allowance around every piece");
   table.add("notch_spacing", options.notch_spacing, 0, 10, "m",
-            "Between the notches of a seam at least; 0: none");
+            "Minimum distance between the notches of a seam; 0: no notches");
   table.add("smoothing", options.smoothing, 0, 0.2, "m",
-            "Along outlines, over which they are smoothed; 0: not");
-  table.add("fabric_width", options.fabric_width, 0.1, 10, "m", "Across which pieces are packed");
-  table.add("gap", options.gap, 0, 0.5, "m", "Between packed pieces");
+            "Length along outlines over which they are smoothed; 0: no smoothing");
+  table.add("fabric_width", options.fabric_width, 0.1, 10, "m",
+            "Width of the fabric on which pieces are packed");
+  table.add("gap", options.gap, 0, 0.5, "m", "Gap between packed pieces");
   return table;
 }
 

@@ -328,19 +328,20 @@ Panel mirror(Panel panel) {
 
 OptionTable describe(TeeOptions& options) {
   OptionTable table;
-  table.add("ease", options.ease, 0, 1, "m", "Added to the chest girth")
-      .add("length", options.length, 0, 1, "m", "Below the waist")
-      .add("sleeve", options.sleeve, 0.1, 1, "", "Share of the arm that the sleeve covers")
-      .add("sleeve_ease", options.sleeve_ease, 0, 0.5, "m", "Added to the upper arm's girth")
-      .add("neck_depth", options.neck_depth, 0.02, 0.2, "m", "Of the neckline in front");
+  table.add("ease", options.ease, 0, 1, "m", "Ease added to the chest girth")
+      .add("length", options.length, 0, 1, "m", "Length below the waist")
+      .add("sleeve", options.sleeve, 0.1, 1, "", "Fraction of the arm covered by the sleeve")
+      .add("sleeve_ease", options.sleeve_ease, 0, 0.5, "m", "Ease added to the upper arm girth")
+      .add("neck_depth", options.neck_depth, 0.02, 0.2, "m", "Depth of the neckline in front");
   return table;
 }
 
 OptionTable describe(SkirtOptions& options) {
   OptionTable table;
-  table.add("length", options.length, 0.1, 1.2, "m", "From the waist down")
-      .add("flare", options.flare, 0.05, 3.1, "rad", "How far front and back each open")
-      .add("ease", options.ease, 0, 0.5, "m", "Added to the waist girth");
+  table.add("length", options.length, 0.1, 1.2, "m", "Length from the waist down")
+      .add("flare", options.flare, 0.05, 3.1, "rad",
+           "Angle by which front and back are each flared")
+      .add("ease", options.ease, 0, 0.5, "m", "Ease added to the waist girth");
   return table;
 }
 
@@ -352,9 +353,9 @@ OptionTable describe(DressOptions& options) {
 
 OptionTable describe(TrousersOptions& options) {
   OptionTable table;
-  table.add("ease", options.ease, 0, 0.5, "m", "Added to the hip girth")
-      .add("opening", options.opening, 0.15, 1, "m", "Round each hem")
-      .add("rise", options.rise, 0.15, 0.4, "m", "From crotch to waist");
+  table.add("ease", options.ease, 0, 0.5, "m", "Ease added to the hip girth")
+      .add("opening", options.opening, 0.15, 1, "m", "Circumference of each hem")
+      .add("rise", options.rise, 0.15, 0.4, "m", "Height from crotch to waist");
   return table;
 }
 

@@ -145,7 +145,7 @@ void name_openings(const SewingPattern& pattern, const EdgeVertices& edge_vertic
 OptionTable describe(PatternGarmentOptions& options) {
   OptionTable table;
   table.add("edge_length", options.edge_length, 0.002, 0.2, "m",
-            "Length of the triangles' edges; smaller for folds, larger for speed");
+            "Edge length of the triangles; smaller for finer folds, larger for speed");
   return table;
 }
 

@@ -368,17 +368,19 @@ std::optional<Finding> lost_openings(const std::string& name, const Points& vert
 OptionTable describe(GarmentTemplateOptions& options) {
   OptionTable table;
   table.add("edge_length", options.edge_length, 0.003, 0.1, "m",
-            "Edges of the triangles; a twelfth of the way round an opening keeps it");
-  table.add("frame", options.frame, -1, 1'000'000'000, "",
-            "Frame in whose pose the template is; -1: the one that shows most");
-  table.add("frames", options.frames, 1, 10000, "", "Frames looked at, evenly over all");
+            "Edge length of the triangles, at most a twelfth of the length of an opening");
+  table.add(
+      "frame", options.frame, -1, 1'000'000'000, "",
+      "Frame in whose pose the template is made; -1: the one that shows most of the garments");
+  table.add("frames", options.frames, 1, 10000, "",
+            "Number of frames examined, evenly spread over the sequence");
   table.add("reach", options.reach, 0.01, 0.5, "m",
-            "Unseen patches up to twice as wide are closed");
+            "Half the width of the largest unseen patch that is closed");
   table.add("stiffness", options.stiffness, 1e-6, 1e3, "",
-            "Of the surface against its points; more for noisier scans");
-  table.add("clearance", options.clearance, 0, 0.1, "m", "Kept from the body");
+            "Stiffness of the surface relative to its points; more for noisier scans");
+  table.add("clearance", options.clearance, 0, 0.1, "m", "Gap kept from the body");
   table.add("dynamic", options.dynamic, 0.001, 1, "m",
-            "Off from riding on the body: what misses by more hangs free");
+            "Distance from the body-driven prediction beyond which cloth counts as hanging freely");
   table.add("atlas", describe(options.atlas));
   return table;
 }

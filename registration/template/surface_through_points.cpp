@@ -319,12 +319,12 @@ Mesh polygonised(const Grid& grid, const Eigen::VectorXd& field) {
 
 OptionTable describe(ThroughPointsOptions& options) {
   OptionTable table;
-  table.add("cell", options.cell, 1e-4, 1, "m", "Of the grid; finer keeps smaller folds");
-  table.add("reach", options.reach, 0, 1, "m",
-            "How far the surface goes on: holes twice as wide close");
+  table.add("cell", options.cell, 1e-4, 1, "m", "Cell size of the grid; smaller keeps finer folds");
+  table.add("reach", options.reach, 0, 1, "m", "Half the width of the largest hole that is closed");
   table.add("stiffness", options.stiffness, 1e-6, 1e3, "",
-            "Of what has no points, against points; larger is smoother");
-  table.add("iterations", options.iterations, 1, 10000, "", "Of the solver");
+            "Stiffness of the surface where there are no points, relative to the points; larger is "
+            "smoother");
+  table.add("iterations", options.iterations, 1, 10000, "", "Number of solver iterations");
   return table;
 }
 

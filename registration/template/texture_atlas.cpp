@@ -82,9 +82,11 @@ double pack(std::vector<Chart>& charts, double share) {
 OptionTable describe(TextureAtlasOptions& options) {
   OptionTable table;
   table.add("stretch", options.stretch, 0.01, 1, "",
-            "Stretch that 99 hundredths of the area keep below; less makes more charts");
-  table.add("cuts", options.cuts, 0, 1000, "", "Cuts at most, beyond those that make charts discs");
-  table.add("gap", options.gap, 0, 0.1, "", "Between charts, of the atlas's side");
+            "Stretch below which 99% of the area must lie; lower makes more charts");
+  table.add("cuts", options.cuts, 0, 1000, "",
+            "Maximum number of cuts beyond those that make charts disks");
+  table.add("gap", options.gap, 0, 0.1, "",
+            "Gap between charts as a fraction of the side of the atlas");
   return table;
 }
 

@@ -112,44 +112,54 @@ double rms_to_scan(const GarmentScan& scan, const Points& x, double reach) {
 OptionTable describe(RegisterOptions& options) {
   OptionTable table;
   table.add("rounds", options.rounds, 1, 100, "",
-            "Rounds of nearest points and one step each, for the shape");
-  table.add("reach", options.reach, 0.005, 1, "m",
-            "Of nearest points in the first round; raise it where motion is fast");
-  table.add("final_reach", options.final_reach, 0.002, 1, "m", "The same in the last round");
+            "Number of rounds of ICP correspondences, with one solver step each, for the shape");
+  table.add(
+      "reach", options.reach, 0.005, 1, "m",
+      "Maximum distance of ICP correspondences in the first round; raise it where motion is fast");
+  table.add("final_reach", options.final_reach, 0.002, 1, "m",
+            "Maximum distance of ICP correspondences in the last round");
   table.add("rigid", options.rigid, 0.001, 10, "m",
-            "Length over which the predicted shape is kept at first");
-  table.add("final_rigid", options.final_rigid, 0.0001, 10, "m",
-            "The same at last; longer is smoother");
-  table.add("bend", options.bend, 0.0001, 1, "m", "Size below which folds are smoothed at first");
+            "Length over which the predicted shape is preserved in the first round");
+  table.add(
+      "final_rigid", options.final_rigid, 0.0001, 10, "m",
+      "Length over which the predicted shape is preserved in the last round; longer is smoother");
+  table.add("bend", options.bend, 0.0001, 1, "m",
+            "Size below which folds are smoothed in the first round");
   table.add("final_bend", options.final_bend, 0.0001, 1, "m",
-            "The same at last; raise it for noisy scans");
+            "Size below which folds are smoothed in the last round; raise it for noisy scans");
   table.add("stretch", options.stretch, 0, 10, "m",
-            "Stretch of 1% weighs as much as a distance of 1% of this");
+            "Length that sets the stretching stiffness: a stretch of 1% costs as much as a "
+            "distance of 1% of this");
   table.add("compress", options.compress, 0, 10, "m",
-            "The same of cloth that is shorter than at rest, as in folds finer than its triangles");
+            "Length that sets the stiffness against compression, as for stretch; lower, since "
+            "folds finer than the triangles shorten cloth");
   table.add("border_weight", options.border_weight, 0, 100, "",
-            "Of the edges of openings against surfaces");
-  table.add("collision", options.collision, "Keep cloth out of the body");
-  table.add("gap", options.gap, 0, 0.05, "m", "That cloth keeps from the body");
+            "Weight of the edges of openings relative to the surface");
+  table.add("collision", options.collision, "Penetration removal between cloth and body");
+  table.add("gap", options.gap, 0, 0.05, "m", "Gap that cloth keeps from the body");
   table.add("photometric", options.photometric,
-            "Let pictures say what slides along the surface; off where they are not to be trusted");
+            "Photometric term, by which images determine sliding along the surface; off where "
+            "images are not reliable");
   table.add("photometric_levels", options.photometric_levels, 1, 6, "",
-            "Sizes of pictures, each half of the one before; more where motion is fast");
+            "Number of levels of the image pyramid, each half the size of the one before; more "
+            "where motion is fast");
   table.add("photometric_steps", options.photometric_steps, 1, 20, "",
-            "Steps at each size, at most; more where motion is fast");
+            "Maximum number of steps at each level; more where motion is fast");
   table.add("settled", options.settled, 0, 0.01, "m",
-            "Steps at a size end where one moves the cloth less, in the mean; 0: all are taken");
-  table.add("photometric_weight", options.photometric_weight, 0, 1, "m2",
-            "Of colours that differ by one standard deviation, against square metres of distance");
+            "Mean motion of the cloth in a step below which a level has converged; 0: all steps "
+            "are taken");
+  table.add(
+      "photometric_weight", options.photometric_weight, 0, 1, "m2",
+      "Weight of a colour difference of one standard deviation, relative to a squared distance");
   table.add("sample_spacing", options.sample_spacing, 0.0005, 0.1, "m",
-            "Between points of the cloth whose colours are compared");
+            "Spacing of the points of the cloth whose colours are compared");
   table.add(
       "code", options.code,
-      "Read prints of which no two places are alike, as the coded one, however far they slid");
+      "Matching of coded prints, no two points of which look alike, however far the cloth slid");
   table.add("code_reach", options.code_reach, 0.01, 10, "m",
-            "How far such a print may have slid; farther takes longer");
+            "Maximum distance that a coded print may have slid; larger takes longer");
   table.add("code_weight", options.code_weight, 0, 100, "",
-            "Of what was read against the scan's 1");
+            "Weight of a code match relative to the scan at 1");
   return table;
 }
 

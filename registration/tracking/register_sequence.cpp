@@ -67,16 +67,20 @@ OptionTable describe(RegisterSequenceOptions& options) {
   OptionTable table;
   table.add(describe(options.fit));
   table.add("near", options.predict.near, 0.001, 10, "m",
-            "Cloth farther from the body follows it less");
-  table.add("home", options.predict.home, 0, 1, "",
-            "Share with which cloth on the body tends to its place in the template");
+            "Distance from the body beyond which cloth follows the body-driven prediction less");
+  table.add(
+      "home", options.predict.home, 0, 1, "",
+      "Fraction by which cloth on the body returns to its place in the template in each frame");
   table.add("hold", options.predict.hold, 0, 100, "",
-            "What keeps cloth on the body from sliding, against the scan's 1; up to 20 times as "
-            "much where pictures of the frame before did not agree, or none shows it");
-  table.add("momentum", options.predict.momentum, 0, 1, "",
-            "Share of its last motion against the body that cloth is expected to go on with");
+            "Weight of the body prior, which keeps cloth on the body from sliding, relative to the "
+            "scan at 1; up to 20 times as much where the images of the frame before disagreed or "
+            "do not show the cloth");
+  table.add(
+      "momentum", options.predict.momentum, 0, 1, "",
+      "Fraction of its last motion relative to the body that cloth is predicted to continue with");
   table.add("window", options.window, 1, 100000, "frames",
-            "Registered one from the other; shorter ones split better over machines");
+            "Number of frames registered one from the other; shorter windows are distributed "
+            "better over machines");
   return table;
 }
 

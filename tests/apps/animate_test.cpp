@@ -255,7 +255,7 @@ TEST_F(Animate, CamerasOfACaptureThatIsGoneAreRefused) {
   const ChildResult refused =
       run({"export", workspace().string(), (root_ / "out").string(), "--cameras", "colmap"});
   EXPECT_EQ(refused.exit_code, 3);
-  EXPECT_THAT(refused.err, HasSubstr("no capture where"));
+  EXPECT_THAT(refused.err, HasSubstr("no capture at the path"));
   EXPECT_EQ(refused.out, "");
   EXPECT_FALSE(fs::exists(root_ / "out"));
 }

@@ -157,7 +157,7 @@ TEST_F(AnimateVariants, AnUnloadedRestShapeHangsNearerToWhereTheGarmentWasRegist
     EXPECT_EQ(done.exit_code, 0) << done.err;
     return done.out + done.err;
   };
-  const std::string rest = "without its weight it hangs";
+  const std::string rest = "simulated from its unloaded shape it hangs";
   EXPECT_THAT(hang("false", "10", "6"), Not(HasSubstr(rest)));
   const double sags = -0.3 - above_body(0, false);
   EXPECT_GT(sags, 0.005);

@@ -48,8 +48,8 @@ class AppearanceDrawing : public Appearance {
   fs::path out(const std::string& name) const { return folder_ / name; }
   ChildResult draw(const fs::path& from, const std::string& name,
                    const std::vector<std::string>& more) const {
-    std::vector<std::string> words = {program_path(), "draw", from.string(), "--out",
-                                      out(name).string()};
+    std::vector<std::string> words = {program_path(), "render", "--neural",
+                                      from.string(),  "--out",  out(name).string()};
     words.insert(words.end(), more.begin(), more.end());
     return run_child(words);
   }
@@ -266,21 +266,23 @@ TEST_F(AppearanceDrawing, AReportShowsWhatWasHeldOutBesideWhatNetworksDraw) {
 
 TEST_F(AppearanceDrawing, PlacesAmongResultsAndInTheCaptureAreRefused) {
   for (const char* place : {"appearance/current/pictures", "register/film.mp4", "body/new/deep"}) {
-    const ChildResult refused = run_child(
-        {program_path(), "draw", workspace().string(), "--out", (workspace() / place).string()});
+    const ChildResult refused =
+        run_child({program_path(), "render", "--neural", workspace().string(), "--out",
+                   (workspace() / place).string()});
     EXPECT_EQ(refused.exit_code, 2) << place;
     EXPECT_THAT(refused.err, HasSubstr("--out lies among the results of '")) << place;
     EXPECT_FALSE(fs::exists(workspace() / place));
   }
   for (const char* place : {"pictures", "register.mp4", "report/pictures"}) {
-    const ChildResult refused = run_child(
-        {program_path(), "draw", workspace().string(), "--out", (workspace() / place).string()});
+    const ChildResult refused =
+        run_child({program_path(), "render", "--neural", workspace().string(), "--out",
+                   (workspace() / place).string()});
     EXPECT_EQ(refused.exit_code, 2) << place;
     EXPECT_THAT(refused.err, HasSubstr("--out lies in the WORKSPACE")) << place;
     EXPECT_FALSE(fs::exists(workspace() / place));
   }
-  const ChildResult refused = run_child(
-      {program_path(), "draw", workspace().string(), "--out", (capture() / "pictures").string()});
+  const ChildResult refused = run_child({program_path(), "render", "--neural", workspace().string(),
+                                         "--out", (capture() / "pictures").string()});
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.err, HasSubstr("--out lies in the capture"));
   EXPECT_FALSE(fs::exists(capture() / "pictures"));
@@ -371,8 +373,8 @@ TEST_F(AppearanceDrawing, ANetworkInPlaceOfACheckpointIsRefusedWithWhatAStageTak
 TEST_F(Appearance, NetworksOfTheCeilingDrawTheTruth) {
   ASSERT_EQ(ceiling("ws").exit_code, 0);
   const auto draw = [&](const std::string& name, std::vector<std::string> more) {
-    more.insert(more.begin(), {program_path(), "draw", (folder_ / "ws").string(), "--networks",
-                               "ceiling", "--out", (folder_ / name).string()});
+    more.insert(more.begin(), {program_path(), "render", "--neural", (folder_ / "ws").string(),
+                               "--networks", "ceiling", "--out", (folder_ / name).string()});
     return run_child(more);
   };
   const std::vector<std::string> camera = {"--capture", capture_.string(), "--camera", "09"};
@@ -393,7 +395,7 @@ TEST_F(Appearance, NetworksOfTheCeilingDrawTheTruth) {
   EXPECT_LT(off / count, 30);
   const ChildResult nowhere = draw("none", {});
   EXPECT_EQ(nowhere.exit_code, 2);
-  EXPECT_THAT(nowhere.err, HasSubstr("name --capture and --camera"));
+  EXPECT_THAT(nowhere.err, HasSubstr("give --capture and --camera"));
   std::vector<std::string> other = camera;
   other.insert(other.end(), {"--body", folder_.path().string()});
   EXPECT_THAT(draw("none", other).err, HasSubstr("--body and --garment do nothing"));
@@ -453,8 +455,9 @@ TEST_F(Appearance, PicturesThatNobodyTakesAreWaitedFor) {
 
 TEST_F(Appearance, DrawingRefusesAVideoOfAnotherKind) {
   for (const char* name : {"p.avi", "p.gif", "p.png"}) {
-    const ChildResult refused = run_child(
-        {program_path(), "draw", (folder_ / "any").string(), "--out", (folder_ / name).string()});
+    const ChildResult refused =
+        run_child({program_path(), "render", "--neural", (folder_ / "any").string(), "--out",
+                   (folder_ / name).string()});
     EXPECT_EQ(refused.exit_code, 2) << name;
     EXPECT_THAT(refused.err, HasSubstr("a folder or a video .mp4"));
     EXPECT_FALSE(fs::exists(folder_ / name));
@@ -463,13 +466,15 @@ TEST_F(Appearance, DrawingRefusesAVideoOfAnotherKind) {
 
 TEST_F(Appearance, AWorkspaceWithoutNetworksCannotDraw) {
   fs::create_directories(folder_ / "empty");
-  const ChildResult refused = run_child(
-      {program_path(), "draw", (folder_ / "empty").string(), "--out", (folder_ / "out").string()});
+  const ChildResult refused =
+      run_child({program_path(), "render", "--neural", (folder_ / "empty").string(), "--out",
+                 (folder_ / "out").string()});
   EXPECT_EQ(refused.exit_code, 3);
   EXPECT_THAT(refused.err, HasSubstr("run 'atelier appearance' first"));
   EXPECT_FALSE(fs::exists(folder_ / "out"));
-  const ChildResult nowhere = run_child({program_path(), "draw", (folder_ / "nowhere").string(),
-                                         "--out", (folder_ / "out").string()});
+  const ChildResult nowhere =
+      run_child({program_path(), "render", "--neural", (folder_ / "nowhere").string(), "--out",
+                 (folder_ / "out").string()});
   EXPECT_EQ(nowhere.exit_code, 3);
   EXPECT_THAT(nowhere.err, HasSubstr("nowhere: no folder; expected a workspace"));
 }

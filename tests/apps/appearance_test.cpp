@@ -82,9 +82,10 @@ TEST_F(Appearance, WhatRegistrationCostsIsTheCeilingLessWhatIsReached) {
                       "--stage", "appearance"})
         .out;
   };
-  EXPECT_THAT(text(), HasSubstr("less than the same network on true geometry"));
+  EXPECT_THAT(text(), HasSubstr("below the same network on ground-truth geometry"));
   ASSERT_EQ(ceiling("found", {"--channels", "3"}).exit_code, 0);
-  EXPECT_THAT(text(), HasSubstr("less than another network on true geometry: channels 2 and 3"));
+  EXPECT_THAT(text(),
+              HasSubstr("below another network on ground-truth geometry: channels 2 and 3"));
   EXPECT_FALSE(figures("appearance").at("appearance.psnr_db").is_null());
 }
 
@@ -116,7 +117,7 @@ TEST_F(Appearance, ACameraWhoseLabelsAreElsewhereIsNamed) {
   }
   done = ceiling("strange");
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.err, HasSubstr("label images of camera 02 have it in"));
+  EXPECT_THAT(done.err, HasSubstr("label images of camera 02 show it in"));
   EXPECT_THAT(done.err, Not(HasSubstr("label images of camera 01")));
 }
 
@@ -128,10 +129,10 @@ TEST_F(Appearance, CamerasWhosePicturesContradictAreNamedWithoutLabelsToo) {
   give_pictures({{0, 3}, {3, 0}});
   done = ceiling("exchanged");
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.err, HasSubstr("pictures of camera 00 contradict the geometry"));
-  EXPECT_THAT(done.err, HasSubstr("pictures of camera 03 contradict the geometry"));
+  EXPECT_THAT(done.err, HasSubstr("images of camera 00 contradict the geometry"));
+  EXPECT_THAT(done.err, HasSubstr("images of camera 03 contradict the geometry"));
   for (const char* right : {"01", "02", "04", "05", "06", "07", "08"}) {
-    EXPECT_THAT(done.err, Not(HasSubstr(std::string("pictures of camera ") + right)));
+    EXPECT_THAT(done.err, Not(HasSubstr(std::string("images of camera ") + right)));
   }
 }
 
@@ -160,7 +161,7 @@ TEST_F(Appearance, OutdatedResultsAreNamedBeforeATrainingAndADrawingThatReadThem
   const std::string warning =
       "warning: the result of 'register' is outdated: input capture changed";
   const std::string command =
-      "run 'atelier register " + capture_.string() + " " + workspace.string() + "' to make it anew";
+      "run 'atelier register " + capture_.string() + " " + workspace.string() + "' to recompute it";
   EXPECT_THAT(appearance(workspace, {"--dry-run"}).out,
               AllOf(HasSubstr(warning), HasSubstr(command)));
   const ChildResult done = appearance(workspace);
@@ -168,8 +169,8 @@ TEST_F(Appearance, OutdatedResultsAreNamedBeforeATrainingAndADrawingThatReadThem
   EXPECT_THAT(done.out, HasSubstr(warning));
   EXPECT_LT(done.err.find(warning), done.err.find("camera 03 has no picture")) << done.err;
   const ChildResult drawn =
-      run_child({program_path(), "draw", workspace.string(), "--out", (folder_ / "drawn").string(),
-                 "--width", "32", "--height", "32"});
+      run_child({program_path(), "render", "--neural", workspace.string(), "--out",
+                 (folder_ / "drawn").string(), "--width", "32", "--height", "32"});
   EXPECT_EQ(drawn.exit_code, 0) << drawn.err;
   EXPECT_THAT(drawn.out, HasSubstr("warning: the result of 'appearance' is outdated: "));
   // What changed at another place is another capture: by how much is said.
@@ -193,7 +194,7 @@ TEST_F(Appearance, AStageWithoutAResultHasNoFigures) {
   checked.emplace_back("--check");
   const ChildResult check = run_child(checked);
   EXPECT_EQ(check.exit_code, 1);
-  EXPECT_THAT(check.err, HasSubstr("not one figure of 'ceiling' was measured"));
+  EXPECT_THAT(check.err, HasSubstr("no figure of 'ceiling' was measured"));
 }
 
 TEST_F(Appearance, CamerasThatAreNotThereAreRefusedByADryRunToo) {

@@ -103,7 +103,7 @@ TEST_F(Appearance, AStageThatWasKilledGoesOnWithWhatItHadPrepared) {
   flip_last_bit(checkpoint);
   const ChildResult again = ceiling("killed", longer);
   EXPECT_EQ(again.exit_code, 0) << again.err;
-  EXPECT_THAT(again.err, HasSubstr("goes on with the data that were prepared before"));
+  EXPECT_THAT(again.err, HasSubstr("continuing with the data prepared before"));
   EXPECT_EQ(bytes_of(result("killed", "data.h5")), prepared);
   for (const char* file : {"data.h5", "model.safetensors", "training.csv"}) {
     EXPECT_EQ(bytes_of(result("killed", file)), bytes_of(result("whole", file))) << file;
@@ -182,7 +182,7 @@ TEST_F(Appearance, ATrainingReplacesNothingButItsOwnFiles) {
   // Before the data are read, which are none here.
   refused = train({data, (folder_ / "missing" / "m.safetensors").string()});
   EXPECT_EQ(refused.exit_code, 5) << refused.err;
-  EXPECT_THAT(refused.err, HasSubstr("make the folder first"));
+  EXPECT_THAT(refused.err, HasSubstr("create it first"));
   EXPECT_EQ(bytes_of(data), "not read yet");
 }
 

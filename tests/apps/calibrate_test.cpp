@@ -40,7 +40,7 @@ TEST(CalibrateCommand, StereoChessboardsBecomeCameras) {
   const ChildResult again = calibrate(arguments);
   EXPECT_EQ(again.exit_code, 2);
   EXPECT_THAT(again.err,
-              HasSubstr("is there already, and no flag replaces it; name another --out"));
+              HasSubstr("already exists, and no flag replaces it; choose another --out"));
 
   // The lenses that were found, given back, are kept to the bit; a picture of another size is left
   // out and said.

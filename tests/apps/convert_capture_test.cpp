@@ -148,7 +148,7 @@ TEST(ConvertCapture, RefusesWhatIsNoCaptureOrNoPlace) {
   const std::string capture = (folder / "capture").string();
   const ChildResult taken = convert({capture, empty});
   EXPECT_EQ(taken.exit_code, 2);
-  EXPECT_THAT(taken.err, HasSubstr("is there already, and no flag replaces it; name another OUT"));
+  EXPECT_THAT(taken.err, HasSubstr("already exists, and no flag replaces it; choose another OUT"));
   EXPECT_TRUE(fs::is_empty(empty));
   const ChildResult layout = convert({capture, (folder / "x").string(), "--to", "colmapp"});
   EXPECT_EQ(layout.exit_code, 2);

@@ -119,7 +119,7 @@ class SimulateOutOfDeviceMemory : public ::testing::Test {
     EXPECT_EQ(result.exit_code, 5) << result.out;
     EXPECT_THAT(result.err, HasSubstr("out of memory: "));
     EXPECT_THAT(result.err, HasSubstr(" free of "));
-    EXPECT_THAT(result.err, HasSubstr("say --device cpu"));
+    EXPECT_THAT(result.err, HasSubstr("use --device cpu"));
     EXPECT_THAT(result.err, HasSubstr("a coarser garment"));
   }
 
@@ -135,7 +135,7 @@ TEST_F(SimulateOutOfDeviceMemory, AtTheStartIsOneSentenceOfAdvice) {
     result = fixtures::run_child(alone(out));
   }
   EXPECT_EQ(result.exit_code, 5) << result.out;
-  EXPECT_THAT(result.err, HasSubstr("say --device cpu")) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("use --device cpu")) << result.err;
   EXPECT_EQ(std::count(result.err.begin(), result.err.end(), '\n'), 1) << result.err;
   EXPECT_TRUE(find(out, ".ply").empty());
 }

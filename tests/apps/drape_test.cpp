@@ -48,7 +48,7 @@ TEST_F(DrapeRefuses, PlacesThatAreMissingOrTaken) {
   const ChildResult taken = run({"--out", root_.path().string()});
   EXPECT_EQ(taken.exit_code, 2);
   EXPECT_THAT(taken.err,
-              HasSubstr("is there already, and no flag replaces it; name another --out"));
+              HasSubstr("already exists, and no flag replaces it; choose another --out"));
 }
 
 TEST_F(DrapeRefuses, GarmentsThatAreNone) {

@@ -30,7 +30,7 @@ TEST(FailureOf, DeviceMemoryThatRanOutSaysWhatToDo) {
     EXPECT_EQ(failure.exit_code, kExitEnvironment);
     EXPECT_EQ(failure.text,
               "CUDA device memory: " + error.reason +
-                  "; say --device cpu, end other programs on the device, or take less "
+                  "; use --device cpu, end other programs on the device, or take less "
                   "at a time: a coarser garment, smaller pictures");
     EXPECT_EQ(failure.found, "out of memory: 36.0 MB asked for, 1.0 MB free of 80.0 MB");
     EXPECT_THAT(failure.expected, HasSubstr("--device cpu"));
@@ -39,10 +39,10 @@ TEST(FailureOf, DeviceMemoryThatRanOutSaysWhatToDo) {
 }
 
 TEST(FailureOf, ADeviceThatFailsNamesTheFlagThatDoesWithout) {
-  EXPECT_THAT(with_device_advice({"CUDA", "no device answers"}), HasSubstr("; say --device cpu"));
+  EXPECT_THAT(with_device_advice({"CUDA", "no device answers"}), HasSubstr("; use --device cpu"));
   EXPECT_THAT(with_device_advice({"CUDA: launch of refit_kernel at cuda_body.cu:3",
                                   "cudaErrorIllegalAddress: an illegal memory access"}),
-              HasSubstr("; say --device cpu"));
+              HasSubstr("; use --device cpu"));
   EXPECT_THAT(with_device_advice({"CUDA", "no clusters; cuda_barrier auto does without"}),
               Not(HasSubstr("--device cpu")));
   EXPECT_THAT(with_device_advice({"/data/CUDA", "No space left"}), Not(HasSubstr("--device")));

@@ -151,7 +151,7 @@ TEST_F(Flatten, SliversAreTakenOutSoThatTheGarmentIsSimulated) {
   for (const char* seams : {"auto", "none"}) {
     const ChildResult flat = alone({"--seams", seams, "--smooth", "0"});
     ASSERT_EQ(flat.exit_code, 0) << flat.err;
-    EXPECT_THAT(flat.out, HasSubstr("slivers taken out"));
+    EXPECT_THAT(flat.out, HasSubstr("slivers removed"));
     const ChildResult result =
         fixtures::run_child({fixtures::program_path(), "simulate", "--garment",
                              (out() / "garment.obj").string(), "--flat_rest", "--out",
@@ -198,11 +198,12 @@ TEST_F(Flatten, SizesThatNoGarmentHasAreSpokenOf) {
   };
   const ChildResult large = of_triangle("", 6);
   EXPECT_THAT(large.out, HasSubstr("warning size-unlikely"));
-  EXPECT_THAT(large.out, HasSubstr("is 6 m large, which no garment is; --input.unit"));
+  EXPECT_THAT(large.out,
+              HasSubstr("is 6 m large, too large or too small for a garment; --input.unit"));
   EXPECT_THAT(of_triangle("", 0.04).out, HasSubstr("is 0.04 m large"));
   EXPECT_THAT(of_triangle("", 4).out, ::testing::Not(HasSubstr("size-unlikely")));
   const ChildResult said = of_triangle("# units: m\n", 7);
-  EXPECT_THAT(said.out, HasSubstr("the file says its unit itself"));
+  EXPECT_THAT(said.out, HasSubstr("the file states its unit"));
 }
 
 TEST_F(Flatten, AFabricThatIsNarrowerThanAPieceIsSpokenOf) {
@@ -337,7 +338,7 @@ TEST_F(Flatten, TrianglesOfMixedOrientationAreTurnedRound) {
   const ChildResult turned = alone({"--json"});
   EXPECT_EQ(turned.exit_code, 0) << turned.err;
   EXPECT_EQ(turned.out, plain);
-  EXPECT_THAT(turned.err, HasSubstr("triangles of opposite orientation were turned round"));
+  EXPECT_THAT(turned.err, HasSubstr("triangles of opposite orientation were reversed"));
 }
 
 TEST_F(Flatten, AMeshInMillimetresThatIsTakenForMetresEnds) {
@@ -532,7 +533,7 @@ TEST_F(FlattenOutfit, WhatCannotBeOfAllGarmentsIsRefusedBeforeTheWork) {
   write_note(1, 7);
   refused("bodies", "", "no body of frame 7");
   std::filesystem::remove(surfaces() / "template.json");
-  refused("bodies", "", "nobody says in whose frame lower.obj is");
+  refused("bodies", "", "the frame of lower.obj is not known");
   EXPECT_EQ(relaxed("bodies", "registered", {"--dry-run"}).exit_code, 0);
   EXPECT_EQ(relaxed("body.obj", "", {"--dry-run"}).exit_code, 0);
   std::filesystem::remove_all(registered() / "upper");
@@ -583,7 +584,7 @@ TEST_F(FlattenOutfit, WhatHasNoFoldsIsNotRelaxedHoweverItIsNamed) {
     how.insert(how.end(), {"--relax.body", body});
     const ChildResult result = run(how);
     EXPECT_EQ(result.exit_code, 3) << how[0] << how[1];
-    EXPECT_THAT(result.err, HasSubstr("a surface without folds, in which no garment was captured"));
+    EXPECT_THAT(result.err, HasSubstr("a rest surface, which is in no captured pose"));
   };
   std::filesystem::copy_file(surfaces() / "upper.obj", root_.path() / "taut.obj");
   refused({(root_.path() / "taut.obj").string(), workspace});
@@ -650,7 +651,7 @@ TEST_F(Flatten, SaysThatASurfaceHasOneSideAlone) {
   strip.close();
   const ChildResult result = alone();
   EXPECT_EQ(result.exit_code, 3);
-  EXPECT_THAT(result.err, HasSubstr("a surface with one side alone, as a Moebius strip"));
+  EXPECT_THAT(result.err, HasSubstr("a one-sided surface such as a Moebius strip"));
   EXPECT_THAT(result.err, HasSubstr("tube.obj: edge of vertices "));
 }
 

@@ -76,7 +76,8 @@ TEST_F(Inspect, ShowsTensorsAndNoControlCharacters) {
   const auto json =
       nlohmann::json::parse(run({"inspect", (root_ / "data.npz").string(), "--json"}).out);
   EXPECT_EQ(json["findings"][0]["code"], "not-finite");
-  EXPECT_THAT(json["findings"][0]["advice"].get<std::string>(), HasSubstr("what wrote it"));
+  EXPECT_THAT(json["findings"][0]["advice"].get<std::string>(),
+              HasSubstr("the program that wrote it"));
 }
 
 TEST_F(Inspect, MembersOverwriteNoFacts) {

@@ -75,7 +75,7 @@ TEST_F(Person, AReferenceThatExcludesNothingIsNone) {
   const nlohmann::json values = nlohmann::json::parse(figures.out);
   EXPECT_TRUE(values.contains("track.legs_ratio"));
   EXPECT_FALSE(values.contains("track.auto_ratio"));
-  EXPECT_THAT(figures.out, HasSubstr("no true garment has a label of --input.excluded"));
+  EXPECT_THAT(figures.out, HasSubstr("no ground-truth garment has a label of --input.excluded"));
 }
 
 TEST_F(Person, FiguresAreJudgedAlikeWithATableAndWithout) {
@@ -90,8 +90,9 @@ TEST_F(Person, OfAnotherBodyModelIsNotMeasuredAtRest) {
   person.model.skeleton.names[0] = "root";
   write_personal_body(file, person);
   const std::string figures = evaluate({"--stage", "personalize"}).out;
-  EXPECT_THAT(figures, HasSubstr("personalize: not measured: the person's body model rests in "
-                                 "another pose"));
+  EXPECT_THAT(
+      figures,
+      HasSubstr("personalize: not measured: the person's body model has another rest pose"));
   EXPECT_THAT(figures, Not(HasSubstr("personal.mean_mm")));
 }
 
@@ -259,7 +260,7 @@ TEST_F(Person, OnceTheGarmentIsRegisteredAnewRefineIsOutdatedToEveryCommand) {
   const auto outdated = [&] {
     for (const std::string& command : commands) {
       EXPECT_THAT(said(command), AllOf(HasSubstr("outdated"),
-                                       HasSubstr("is made of a result of 'register' that is no "
+                                       HasSubstr("is made from a result of 'register' that is no "
                                                  "longer the current one")))
           << command;
     }

@@ -93,8 +93,8 @@ TEST_F(Person, IsFollowedMeasuredAndReported) {
   ASSERT_EQ(
       run_child({program_path(), "report", workspace, "--truth", capture().string()}).exit_code, 0);
   const std::string page = read_text(workspace_ / "report" / "index.html");
-  for (const char* words :
-       {"Against the truth", "track.legs_mm", "certificates.png", "pictures/clothed_frames.png"}) {
+  for (const char* words : {"Errors against the ground truth", "track.legs_mm", "certificates.png",
+                            "pictures/clothed_frames.png"}) {
     EXPECT_THAT(page, HasSubstr(words));
   }
 }
@@ -328,7 +328,7 @@ TEST_F(Person, NoKeypointsAtAllAreRefused) {
   }
   const ChildResult result = run_stage("track");
   EXPECT_EQ(result.exit_code, 3) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("no frame that shows a person, and no scan that says"));
+  EXPECT_THAT(result.err, HasSubstr("no frame that shows a person, and no scan of one"));
 }
 
 // A thousand frames a second make of every motion one that no motion prior lets through.
@@ -572,7 +572,7 @@ TEST_F(Person, TheBodyUnderASecondPersonsScanIsTheSame) {
   const ChildResult result = run_stage("body");
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("scan-far [frames 1]: up to "));
-  EXPECT_THAT(result.err, HasSubstr("no part of the person; it does not count"));
+  EXPECT_THAT(result.err, HasSubstr("not part of the person and is ignored"));
   EXPECT_LT((body(1) - alone).rowwise().norm().maxCoeff(), 1e-3);
   EXPECT_EQ(certificates().at(clothed_frame(1)).at("trusted"),
             certificates().at(clothed_frame(0)).at("trusted"));
@@ -588,7 +588,7 @@ TEST_F(Person, ABodyOfAFrameThatNothingShowsIsSaidNotToBeTrusted) {
   const ChildResult result = run_stage("body");
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("no-scan [frames 1]: there is no scan"));
-  EXPECT_THAT(result.err, HasSubstr("tracking [frames 1]: tracking does not trust the pose"));
+  EXPECT_THAT(result.err, HasSubstr("tracking [frames 1]: tracking marked the pose as unreliable"));
   const nlohmann::json certificate = certificates().at(clothed_frame(1));
   EXPECT_EQ(certificate.at("trusted"), false);
   EXPECT_THAT(certificate.at("findings").dump(), HasSubstr("\"tracking\""));

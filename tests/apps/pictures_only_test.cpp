@@ -63,7 +63,7 @@ TEST(MasksCommand, WalkersAreFoundByPlatesAndOverTime) {
   EXPECT_EQ(mask.at(40, 40), 0);
   const ChildResult again = atelier({"masks", capture});
   EXPECT_EQ(again.exit_code, 2);
-  EXPECT_THAT(again.err, HasSubstr("labels is there already, and no flag replaces it; name another "
+  EXPECT_THAT(again.err, HasSubstr("labels already exists, and no flag replaces it; choose another "
                                    "--out, or remove it first"));
   fs::create_directory(folder / "plates");
   for (const Camera& one : SmallCapture{}.cameras) {
@@ -117,7 +117,7 @@ TEST(PicturesOnly, MasksWithoutKeypointsGiveSurfacesAndSayWhatIsMissing) {
   EXPECT_THAT(plan.out, HasSubstr("reconstruct  would run"));
   for (const char* stage : {"personalize", "track"}) {
     EXPECT_THAT(plan.out, HasSubstr(std::string("run: ") + stage +
-                                    " is skipped: no 2D keypoints; atelier detect makes them"));
+                                    " is skipped: no 2D keypoints; atelier detect creates them"));
   }
   EXPECT_THAT(plan.out, HasSubstr("body is skipped: it reads the result of personalize"));
 }
@@ -144,7 +144,7 @@ TEST(DetectCommand, ANetworkOfOnesOwnFillsTheCapture) {
   const ChildResult again =
       atelier({"detect", capture, "--model", (folder / "points.onnx").string()});
   EXPECT_EQ(again.exit_code, 2);
-  EXPECT_THAT(again.err, HasSubstr("keypoints2d is there already, and no flag replaces it"));
+  EXPECT_THAT(again.err, HasSubstr("keypoints2d already exists, and no flag replaces it"));
   // Classes: background, and one more where it is red.
   std::vector<std::vector<float>> classes(28, {-1, -1, -1});
   classes[0] = {0.3F, 0.3F, 0.3F};

@@ -102,6 +102,18 @@ TEST_F(Program, UsageNamesTheCommandOnce) {
               HasSubstr("Usage: atelier statistics [OPTIONS] INPUT WORKSPACE"));
 }
 
+TEST_F(Program, FormerNameOfCommand_RunsWithWarning) {
+  const ChildResult now = run({"render-neural", "--help"});
+  if (now.exit_code != 0) {
+    GTEST_SKIP() << "this build has no networks";
+  }
+  const ChildResult former = run({"draw", "--help"});
+  EXPECT_EQ(former.exit_code, 0);
+  EXPECT_EQ(former.out, now.out);
+  EXPECT_EQ(former.err, "warning: 'atelier draw' is now 'atelier render-neural'\n");
+  EXPECT_EQ(run({"render", "--neural", "--help"}).out, now.out);
+}
+
 TEST_F(Program, EveryOptionOfACommandIsInItsHelpAndTheDocument) {
   const std::string document = run({"options", "--markdown"}).out;
   EXPECT_THAT(document, HasSubstr("## atelier convert"));

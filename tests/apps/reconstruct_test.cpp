@@ -193,7 +193,7 @@ TEST_F(Reconstruct, TwoMachinesShareTheDepthMapsOfAFrame) {
     const ChildResult refused = depth({});
     EXPECT_EQ(refused.exit_code, 3) << broken;
     EXPECT_THAT(refused.err,
-                AllOf(HasSubstr("depth.json"), HasSubstr("what the maps are made of")));
+                AllOf(HasSubstr("depth.json"), HasSubstr("what the maps were made from")));
   }
 }
 
@@ -286,7 +286,7 @@ TEST_F(Reconstruct, AMissingPictureLeavesTheOtherViews) {
   const ChildResult result = reconstruct();
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, AllOf(HasSubstr("view-missing [05]: no picture of any of the 1 frames"),
-                                HasSubstr("it takes no part")));
+                                HasSubstr("it is not used")));
   EXPECT_GT(scan().faces.rows(), 500);
 }
 

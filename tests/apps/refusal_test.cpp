@@ -239,7 +239,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCommand{"WorkspaceIsALinkToNothing",
                    {"statistics", "IN", "nowhere"},
                    5,
-                   "WORKSPACE nowhere: a symbolic link to nothing; make the folder"},
+                   "WORKSPACE nowhere: a broken symbolic link; create the folder"},
         BadCommand{"ForceTwice",
                    {"statistics", "IN", "WS", "--force", "--force"},
                    2,
@@ -300,11 +300,11 @@ INSTANTIATE_TEST_SUITE_P(
         BadCommand{"ConvertIntoNoFolder",
                    {"convert", "IN/box_000.obj", "nodir/x.obj"},
                    5,
-                   "make the folder first"},
+                   "create it first"},
         BadCommand{"RenderIntoNoFolder",
                    {"render", "nothing.obj", "--out", "nodir/x.png"},
                    5,
-                   "make the folder first"},
+                   "create it first"},
         BadCommand{"DrapeIntoAFile",
                    {"drape", "--out", "file/x"},
                    5,
@@ -312,7 +312,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCommand{"DrapeUpFromAFolderThatIsNotThere",
                    {"drape", "--out", "new/.."},
                    2,
-                   "new/.. is there already, and no flag replaces it"},
+                   "new/.. already exists, and no flag replaces it"},
         BadCommand{"SynthesizeUpFromAFolderThatIsNotThere",
                    {"synthesize", "new/.."},
                    2,
@@ -324,7 +324,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCommand{"ShowIntoNoFolder",
                    {"body-model", "show", "default", "--out", "nodir/x.png"},
                    5,
-                   "make the folder first"},
+                   "create it first"},
         BadCommand{
             "RenderTooManyPixels",
             {"render", "nothing.obj", "--out", "x.png", "--width", "16384", "--height", "16384"},
@@ -472,7 +472,7 @@ TEST_F(BadFiles, NamesThatAreNoPrintableUtf8AreRefusedBeforeAnyWork) {
     std::ofstream(bad + ".toml") << "[input]\nunit = 'm'\n";
     std::filesystem::create_directory_symlink(bad, root_ / "link");
     refused(bad, out, {}, "INPUT cannot be");
-    refused((root_ / "link").string(), out, {"--json"}, "no printable UTF-8");
+    refused((root_ / "link").string(), out, {"--json"}, "not printable UTF-8");
     refused(in, bad + "_work", {"--json"}, "WORKSPACE cannot be");
     refused(in, out, {"--config", bad + ".toml"}, "--config cannot be");
     std::filesystem::remove(root_ / "link");

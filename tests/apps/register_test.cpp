@@ -330,7 +330,7 @@ TEST_F(Register, AFrameWithoutAScanIsPredictedAndSaidToBeLost) {
   missing.scan = 1;
   const ChildResult done = registered();
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.out + done.err, HasSubstr("frame 1: no scan: body and pictures alone"));
+  EXPECT_THAT(done.out + done.err, HasSubstr("frame 1: no scan: body and images alone"));
   EXPECT_THAT(done.out + done.err, HasSubstr("warning not-followed [lower]: lost in"));
   EXPECT_EQ(manifest()["metrics"]["frames"], 3);
 }
@@ -340,7 +340,7 @@ TEST_F(Register, AFrameWithoutAScanIsPredictedAndSaidToBeLost) {
 TEST_F(Register, OfFewFramesWhatIsLaidFlatIsTheTemplateAndThatIsSaid) {
   const ChildResult done = registered();
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.out + done.err, HasSubstr("3 frames, too few to tell what folds take"));
+  EXPECT_THAT(done.out + done.err, HasSubstr("3 frames, too few to estimate the rest surface"));
   const fs::path garment = root_ / "work" / "register" / "current" / "registered" / "lower";
   EXPECT_LT((read_mesh(garment / "taut.obj").vertices -
              read_mesh_archive(garment / "template.h5").vertices)
@@ -564,7 +564,7 @@ TEST_F(Register, ACheckThatMeasuresNothingIsNotMet) {
   EXPECT_EQ(check({"--stage", "body"}).exit_code, 0) << "no check was asked for";
   const ChildResult none = check({"--stage", "body", "--check", "--json"});
   EXPECT_EQ(none.exit_code, 1);
-  EXPECT_THAT(none.err, HasSubstr("not one figure was measured"));
+  EXPECT_THAT(none.err, HasSubstr("no figure was measured"));
   EXPECT_EQ(check({"--stage", "body", "--complete"}).exit_code, 2);
   EXPECT_EQ(check({"--stage", "register", "--check", "--complete", "--targets", "demo"}).exit_code,
             0);

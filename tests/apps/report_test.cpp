@@ -71,7 +71,7 @@ TEST_F(Report, ShowsConsentEscaped) {
   EXPECT_THAT(result.out, HasSubstr("P. <b>Doe</b>, research, until 2999-12-31"));
   EXPECT_THAT(page(), AllOf(HasSubstr("P. &lt;b&gt;Doe&lt;/b&gt;, research, until 2999-12-31"),
                             Not(HasSubstr("<b>Doe")), Not(HasSubstr("no consent is recorded")),
-                            HasSubstr("Nothing asks for attention")));
+                            HasSubstr("No warnings.")));
 }
 
 TEST_F(Report, SaysThatConsentHasEnded) {
@@ -180,8 +180,7 @@ TEST(ReportPage, WarningsComeFirstAndManyAreFolded) {
   ASSERT_NE(section, std::string::npos);
   const std::string head = page.substr(0, section);
   EXPECT_THAT(head, AllOf(HasSubstr("doubt 0"), HasSubstr("doubt 4"), Not(HasSubstr("doubt 5")),
-                          HasSubstr("2 more warnings, below"),
-                          Not(HasSubstr("Nothing asks for attention"))));
+                          HasSubstr("2 more warnings, below"), Not(HasSubstr("No warnings."))));
   EXPECT_THAT(page.substr(section), AllOf(HasSubstr("<summary>7 warnings</summary>"),
                                           HasSubstr("doubt 0"), HasSubstr("doubt 6")));
 }
@@ -335,7 +334,7 @@ TEST_F(Report, AnExportThatFailsLeavesItsPlaceFree) {
   EXPECT_EQ(export_to(out).exit_code, 0);
   const ChildResult again = export_to(out);
   EXPECT_EQ(again.exit_code, 2);
-  EXPECT_THAT(again.err, HasSubstr("is there already, and no flag replaces it; name another OUT"));
+  EXPECT_THAT(again.err, HasSubstr("already exists, and no flag replaces it; choose another OUT"));
   EXPECT_TRUE(fs::exists(out / "statistics" / "consent.txt")) << "it was another's";
 }
 

@@ -178,7 +178,7 @@ TEST_F(Run, LeavesAReportThatSaysWhatWasSkippedAndWhy) {
   EXPECT_EQ(ends["validate"], "not asked for");
   const std::string page = read_file_text(workspace_ / "report/index.html", 1 << 26);
   EXPECT_THAT(page, AllOf(HasSubstr("The run"), HasSubstr("Not in this version"),
-                          HasSubstr("Where the cameras stand")));
+                          HasSubstr("Positions and directions of the cameras")));
 }
 
 TEST_F(Run, ItsReportLoadsInABrowser) {
@@ -188,7 +188,7 @@ TEST_F(Run, ItsReportLoadsInABrowser) {
   ASSERT_EQ(run({"--from", "reconstruct", "--to", "reconstruct"}).exit_code, 0);
   const BrowsedPage found = browse(workspace_ / "report" / "index.html", root_.path());
   EXPECT_EQ(found.broken, 0);
-  EXPECT_THAT(found.text, HasSubstr("Where the cameras stand"));
+  EXPECT_THAT(found.text, HasSubstr("Positions and directions of the cameras"));
   EXPECT_THAT(found.messages, Not(HasSubstr("CONSOLE")));
 }
 
@@ -505,8 +505,9 @@ TEST_F(Run, StatusFollowsWhatWasMadeOfResultsBackToThem) {
   EXPECT_THAT(status(), AllOf(HasSubstr("outdated"), HasSubstr("'template' before it is outdated")))
       << "a version of the stage that is no more";
   fs::remove(workspace_ / "template" / "current");
-  EXPECT_THAT(status(), HasSubstr("its input surface is made of a result of 'template' that is no "
-                                  "longer the current one"));
+  EXPECT_THAT(status(),
+              HasSubstr("its input surface is made from a result of 'template' that is no "
+                        "longer the current one"));
   std::ofstream(workspace_ / "surfaces" / "made_of.txt") << "2\n../template 0123\n";
   EXPECT_THAT(status(), AllOf(HasSubstr("input surface changed"), Not(HasSubstr("is made of"))));
 }
@@ -545,7 +546,7 @@ TEST_F(Run, FlattensWhatIsRegisteredWithoutItsFolds) {
                  "--relax.body", (workspace_ / "surfaces" / "upper.obj").string(), "--dry-run"});
   if (relaxed.err.find("unknown") == std::string::npos) {  // built with simulation
     EXPECT_EQ(relaxed.exit_code, 3);
-    EXPECT_THAT(relaxed.err, AllOf(HasSubstr("upper.obj: a surface without folds"),
+    EXPECT_THAT(relaxed.err, AllOf(HasSubstr("upper.obj: a rest surface"),
                                    HasSubstr("WORKSPACE/template/current")));
   }
 }
@@ -583,9 +584,9 @@ TEST_F(Run, SurfacesOfAnEarlierTemplateAreSpokenOf) {
   fs::create_directory_symlink(other, workspace_ / "template" / "current");
   for (const std::string& said : {flatten({"--dry-run"}), flatten({})}) {
     EXPECT_THAT(said,
-                HasSubstr("surfaces is made of a result of 'template' that is no longer the "
+                HasSubstr("surfaces is made from a result of 'template' that is no longer the "
                           "current one; run 'atelier run CAPTURE " +
-                          workspace_.string() + " --from flatten --to flatten' to make it anew"));
+                          workspace_.string() + " --from flatten --to flatten' to recompute it"));
   }
 }
 
@@ -609,7 +610,7 @@ TEST_F(Run, SurfacesOfAnEarlierTemplateAreSpokenOfHoweverTheirPathIsWritten) {
         place + "/template/../surfaces", fs::relative(surfaces).string(),
         fs::relative(surfaces).string() + "/", place + "/surfaces/upper.obj",
         fs::relative(surfaces / "upper.obj").string()}) {
-    EXPECT_THAT(planned(input), HasSubstr("is made of a result of 'template' that is no longer"))
+    EXPECT_THAT(planned(input), HasSubstr("is made from a result of 'template' that is no longer"))
         << input;
   }
   EXPECT_THAT(planned(place + "/surfaces/mine.obj"), Not(HasSubstr("no longer the current")))
@@ -676,8 +677,8 @@ TEST_F(Run, RefusesWhatTheLastStageWouldRefuseBeforeTheFirst) {
   expect_refusal(run({"--animate.garment", (root_ / "none.json").string()}), 3, "none.json");
   expect_refusal(run({"--animate.camera", "ceiling"}), 3, "'ceiling'");
   if (!cuda_available()) {
-    expect_refusal(run({"--device", "cuda"}), 5, "; say --device cpu");
-    expect_refusal(run({"--device", "cuda", "--dry-run"}), 5, "; say --device cpu");
+    expect_refusal(run({"--device", "cuda"}), 5, "; use --device cpu");
+    expect_refusal(run({"--device", "cuda", "--dry-run"}), 5, "; use --device cpu");
   }
   EXPECT_FALSE(fs::exists(workspace_));
 }
@@ -868,7 +869,7 @@ TEST_F(Run, ARealCaptureIsNoTruth) {
   ASSERT_EQ(run({"--from", "reconstruct", "--to", "reconstruct"}).exit_code, 0);
   expect_refusal(
       run_child({program_path(), "evaluate", workspace_.string(), "--truth", capture_.string()}), 3,
-      "truth: none: only what is synthesized has one");
+      "truth: none: only synthetic captures have it");
 }
 
 TEST_F(Run, IsKilledAndGoesOnToTheSameDigests) {

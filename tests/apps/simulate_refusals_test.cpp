@@ -49,7 +49,7 @@ TEST_F(Simulate, RefusesPlacesThatContradictTheirFormat) {
   std::filesystem::create_directories(root_.path() / "F.h5");
   refused({"--out", (root_.path() / "F.h5").string()}, "that is a folder");
   refused({"--out", scene().string()},
-          "is there already, and no flag replaces it; name another --out, or remove it first");
+          "already exists, and no flag replaces it; choose another --out, or remove it first");
   refused({"--out", out().string(), "--body", scene().string(), "--motion", "walk.bvh"},
           "a folder of meshes");
 }
@@ -100,20 +100,21 @@ TEST_F(Simulate, ScenesThatAreHardlyMeantAreSpokenOf) {
     return result.out;
   };
   EXPECT_THAT(said({"--settle", "1"}), ::testing::Not(HasSubstr("warning: ")));
-  EXPECT_THAT(said({"--settle", "1", "--scale", "50"}), HasSubstr("--scale says how many"));
+  EXPECT_THAT(said({"--settle", "1", "--scale", "50"}), HasSubstr("--scale is the length"));
   EXPECT_THAT(said({"--settle", "1", "--move_x", "3"}), HasSubstr("--move-x"));
   EXPECT_THAT(said({"--settle", "1", "--move_y", "0.5"}), ::testing::Not(HasSubstr("warning: ")));
   EXPECT_THAT(said({"--settle", "1", "--move_y", "2"}), HasSubstr("far above"));
   for (const char* scale : {"1000", "0.001"}) {
-    EXPECT_THAT(alone({"--settle", "1", "--scale", scale}).out, HasSubstr("another unit? --scale"));
+    EXPECT_THAT(alone({"--settle", "1", "--scale", scale}).out,
+                HasSubstr("is the unit another? --scale"));
   }
   EXPECT_THAT(said({"--settle", "1", "--scale", "0.1", "--move_y", "0.1"}),
-              HasSubstr("49 of 49 vertices begin inside the body deeper than"));
+              HasSubstr("49 of 49 vertices start deeper inside the body than"));
   // The same pyramid with its corners the other way round.
   std::ofstream(scene() / "body.obj")
       << "v 0 0.3 0\nv -0.3 0 -0.3\nv 0.3 0 -0.3\nv 0.3 0 0.3\nv -0.3 0 0.3\n"
          "f 1 2 3\nf 1 3 4\nf 1 4 5\nf 1 5 2\nf 2 4 3\nf 2 5 4\n";
-  EXPECT_THAT(said({"--settle", "1"}), HasSubstr("faces look inwards"));
+  EXPECT_THAT(said({"--settle", "1"}), HasSubstr("faces are oriented inwards"));
 }
 
 TEST_F(Simulate, ADryRunRefusesWhatTheRunRefuses) {
@@ -160,11 +161,11 @@ TEST_F(Simulate, RefusesWhatIsSaidAndWouldDoNothing) {
   };
   refused({"--material.shear", "5000"}, "material.shear does nothing with membrane springs");
   refused({"--material.stretch_warp", "500"}, "cannot differ without a flat rest shape");
-  refused({"--material", "denim", "--material.stretch_weft", "500"}, "say both alike");
+  refused({"--material", "denim", "--material.stretch_weft", "500"}, "make them equal");
   refused({"--wind", "[0, 0, 5]", "--xpbd.drag", "1", "--xpbd.air_density", "0"},
           "wind does nothing with xpbd.air_density 0");
-  refused({"--pin_top", "0.5"}, "holds every vertex");
-  refused({"--pin_top", "0.5", "--relax"}, "holds every vertex");
+  refused({"--pin_top", "0.5"}, "every vertex of the garment is attached");
+  refused({"--pin_top", "0.5", "--relax"}, "every vertex of the garment is attached");
   refused({"--relax", "--material.stretch_warp", "500"}, "or --flat-rest, and no --relax");
   refused({"--relax", "--flat_rest"}, "--flat-rest does nothing with --relax");
   refused({"--relax", "--membrane", "strain"}, "--relax finds one in space");
@@ -172,7 +173,7 @@ TEST_F(Simulate, RefusesWhatIsSaidAndWouldDoNothing) {
   refused({"--seam_stiffness", "100"}, "seam_stiffness does nothing with sewn true");
   refused({"--rest_angles", "flat", "--relax"}, "rest_angles does nothing with relax true");
   refused({"--body_fps", "30"}, "--body-fps is of meshes that move");
-  refused({"--fall_in", "2"}, "--fall-in goes into a motion");
+  refused({"--fall_in", "2"}, "--fall-in leads into a motion");
   refused({"--relaxing.rounds", "3"}, "relaxing.rounds does nothing with relax false");
   refused({"--xpbd.jacobi_radius", "0.5"}, "xpbd.sweep gauss-seidel");
   refused({"--xpbd.cuda_barrier", "grid"}, "--xpbd.cuda-barrier does nothing on the CPU");
@@ -228,14 +229,14 @@ TEST_F(Simulate, OptionsThatContradictEachOtherAreRefusedBeforeAnythingIsRead) {
     EXPECT_THAT(result.err, HasSubstr(words));
   };
   const std::string body = (root_.path() / "no.h5").string();
-  refused({"--settle", "0"}, "there is nothing to simulate");
+  refused({"--settle", "0"}, "there are no frames to simulate");
   refused({"--body", body, "--relax", "--membrane", "strain"}, "leave one out");
   refused({"--body", body, "--relax", "--flat_rest"}, "leave one out");
   refused({"--relax"}, "give --body");
   refused({"--pin_top", "0.1"}, "give --body");
   refused({"--motion", "walk.bvh"}, "--motion takes a --body");
   refused({"--wind", "[0, 5]", "--xpbd.drag", "1"}, "three numbers");
-  refused({"--material.stretch_warp", "0"}, "has nothing that holds it together");
+  refused({"--material.stretch_warp", "0"}, "nothing would hold the cloth together");
   refused({"--xpbd.vectors", "avx2", "--xpbd.precision", "double"}, "precision \"float\" alone");
   for (const char* name : {"--body", "--motion", "--format", "--material"}) {
     refused({name, ""}, "cannot be '': leave it out");
@@ -293,11 +294,11 @@ TEST_F(Simulate, AnUnloadedGarmentThatHangsElsewhereIsADoubt) {
                                      "0.01",    "--relaxing.tolerance", "1e-9"};
   ChildResult result = on_body(few);
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.out, HasSubstr("warning: without its weight: after 2 s it hangs"));
-  EXPECT_THAT(result.out, HasSubstr("not as near as asked: more --relaxing.rounds"));
+  EXPECT_THAT(result.out, HasSubstr("warning: unloaded shape: after 2 s it hangs"));
+  EXPECT_THAT(result.out, HasSubstr("above the tolerance: more --relaxing.rounds"));
   result = on_body({"--relax", "--pin_top", "0.01"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.out, HasSubstr("without its weight: after 2 s it hangs"));
+  EXPECT_THAT(result.out, HasSubstr("unloaded shape: after 2 s it hangs"));
   EXPECT_THAT(result.out, ::testing::Not(HasSubstr("warning: without")));
   // In a workspace the manifest keeps it.
   ASSERT_EQ(stage("work", few).exit_code, 0);
@@ -333,12 +334,12 @@ TEST_F(Simulate, OfSeveralGarmentsTheOneThatIsMeantIsNamed) {
   EXPECT_THAT(result.out, HasSubstr("warning: large: the garment is 424 m across"));
   EXPECT_THAT(result.out, ::testing::Not(HasSubstr("small: the garment")));
   result = worn("large.obj", "other.obj", {"--move_x", "900"});
-  const std::string beside = "warning: the garment lies beside the body";
+  const std::string beside = "warning: the garment lies beside, below";
   EXPECT_NE(result.out.find(beside), std::string::npos) << result.out;
   EXPECT_EQ(result.out.find(beside), result.out.rfind(beside)) << "of both alike: once";
   result = worn("small.obj", "other.obj", {"--pin_top", "0.5"});
   EXPECT_EQ(result.exit_code, 2);
-  EXPECT_THAT(result.err, HasSubstr("small: the body holds every vertex"));
+  EXPECT_THAT(result.err, HasSubstr("small: every vertex of the garment is attached"));
   result = worn("small.obj", "other.obj", {"--sewn", "false"});
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.err, HasSubstr("small: --sewn false does nothing"));
@@ -444,11 +445,11 @@ TEST_F(Simulate, RefusesMaterialsAndOptionsThatCannotBe) {
   };
   refused({"--material.density", "0"}, "density");
   refused({"--material.stretch_warp", "0", "--material.stretch_weft", "0"},
-          "has nothing that holds it together");
+          "nothing would hold the cloth together");
   refused({"--material.stretch_warp", "-5"}, "stretch_warp");
   refused({"--material.stretch_warp", "-0.5"}, "material.stretch_warp cannot be -0.5");
   refused({"--material", "cheese"}, "cheese");
-  refused({"--material", "silk", "--material.name", "denim"}, "name one fabric");
+  refused({"--material", "silk", "--material.name", "denim"}, "choose one fabric");
   refused({"--xpbd.vectors", "avx2", "--xpbd.precision", "double"}, "precision \"float\" alone");
   refused({"--format", "fbx"}, "fbx");
   refused({"--wind", "[1, 2]"}, "three numbers");
@@ -466,7 +467,7 @@ TEST_F(Simulate, RefusesMaterialsAndOptionsThatCannotBe) {
   EXPECT_EQ(run({"simulate"}).exit_code, 2);
   EXPECT_EQ(alone({"--motion", "walk.bvh"}).exit_code, 2);
   if (!cuda_available()) {
-    refused({"--device", "cuda"}, "; say --device cpu", 5);
+    refused({"--device", "cuda"}, "; use --device cpu", 5);
   }
   std::filesystem::remove(scene() / "garment.obj");
   EXPECT_EQ(stage("none").exit_code, 3);

@@ -530,7 +530,7 @@ TEST(SynthesizeRefuses, ImpossibleOptions) {
     EXPECT_THAT(result.err, HasSubstr(words));
     EXPECT_FALSE(fs::exists(folder.path() / "out"));
   };
-  refused({"--frames", "0", "--minimal_frames", "0"}, 2, "nothing to take");
+  refused({"--frames", "0", "--minimal_frames", "0"}, 2, "the capture would be empty");
   refused({"--dome.cameras", "1"}, 2, "dome.cameras");
   refused({"--dome.pairs", "true", "--dome.cameras", "3"}, 2, "posts");
   refused({"--held_out_cameras", "1"}, 2, "held-out-cameras");

@@ -34,7 +34,7 @@ TEST(ValidateCommand, ExitsWithThreeOnErrorsAloneAndAsAStage) {
   const ChildResult alone = validate({capture, "--html", page});
   EXPECT_EQ(alone.exit_code, 3) << alone.err;
   EXPECT_THAT(alone.out, HasSubstr("error image-damaged [" + small.cameras[1].id + " frame 3]"));
-  EXPECT_THAT(alone.out, HasSubstr("it cannot be used as it is"));
+  EXPECT_THAT(alone.out, HasSubstr("the capture cannot be used as it is"));
   EXPECT_TRUE(fs::exists(page));
   const std::string workspace = (folder / "work").string();
   for (const char* time : {"first", "already done"}) {
