@@ -11,9 +11,9 @@
 
 #include <benchmark/benchmark.h>
 
-#include "simulation/body_contact_math.h"
-#include "simulation/crossings.h"
-#include "simulation/xpbd.h"
+#include "simulation/contact/body_contact_math.h"
+#include "simulation/contact/crossings.h"
+#include "simulation/xpbd/xpbd.h"
 
 namespace atelier {
 namespace {

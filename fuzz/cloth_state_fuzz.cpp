@@ -1,6 +1,6 @@
 #include "fuzz/forged_archive.h"
 #include "fuzz/reader.h"
-#include "simulation/cloth_state.h"
+#include "simulation/cloth/cloth_state.h"
 #include "simulation/cloth_state_archive.h"
 
 /// A cloth of four vertices between two frames; what is read is finite, can be written and reads

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/archive.h"
-#include "simulation/cloth_state.h"
+#include "simulation/cloth/cloth_state.h"
 
 namespace atelier {
 

@@ -8,7 +8,7 @@
 #include "core/check_bounded.h"
 #include "core/error.h"
 #include "core/limits.h"
-#include "simulation/cloth_state.h"
+#include "simulation/cloth/cloth_state.h"
 
 namespace atelier {
 namespace {

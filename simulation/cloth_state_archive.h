@@ -7,7 +7,7 @@
 
 namespace atelier {
 
-struct ClothState;  // simulation/cloth_state.h
+struct ClothState;  // simulation/cloth/cloth_state.h
 
 /// A state as arrays of an archive: "positions" and "velocities", float64 [V,3] in m and m/s, and
 /// the frames done as the number `count`; back. Numbers keep their bits.

@@ -6,8 +6,8 @@
 #include <memory>
 
 #include "core/error.h"
-#include "simulation/contact_distance.h"
-#include "simulation/resting_gap.h"
+#include "simulation/contact/contact_distance.h"
+#include "simulation/contact/resting_gap.h"
 
 namespace atelier {
 namespace {

@@ -6,7 +6,7 @@
 #include "core/device.h"
 #include "core/garment.h"
 #include "core/options.h"
-#include "simulation/cloth.h"
+#include "simulation/cloth/cloth.h"
 #include "simulation/solver.h"
 
 namespace atelier {
@@ -55,10 +55,10 @@ struct RelaxedGarment {
 /// template's. The best round is kept.
 ///
 /// A thickness of the solver below 0 is what the garment keeps
-/// where it rests on the body (simulation/resting_gap.h), or what its edges need
-/// (simulation/contact_distance.h) where it rests nowhere. `told` hears after each round how many
-/// there were and the mean error [m] of the best; where it returns false, that was the last. Throws
-/// as make_cloth, create_solver and Solver::step; LogicError for options out of range.
+/// where it rests on the body (simulation/contact/resting_gap.h), or what its edges need
+/// (simulation/contact/contact_distance.h) where it rests nowhere. `told` hears after each round
+/// how many there were and the mean error [m] of the best; where it returns false, that was the
+/// last. Throws as make_cloth, create_solver and Solver::step; LogicError for options out of range.
 RelaxedGarment relax_gravity(const HangingGarment& hanging, const ClothOptions& cloth = {},
                              const SolverOptions& solver = relaxing_solver(),
                              const RelaxGravityOptions& options = {}, Device device = Device::Cpu,

@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "simulation/frame_report.h"
-#include "simulation/solver_options.h"
+#include "simulation/cloth/frame_report.h"
+#include "simulation/cloth/solver_options.h"
 
 namespace atelier {
 

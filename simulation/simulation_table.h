@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "core/archive.h"
-#include "simulation/cloth_state.h"
-#include "simulation/frame_report.h"
+#include "simulation/cloth/cloth_state.h"
+#include "simulation/cloth/frame_report.h"
 
 namespace atelier {
 

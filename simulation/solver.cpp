@@ -5,7 +5,7 @@
 
 #include "core/error.h"
 #include "core/nearest_name.h"
-#include "simulation/xpbd.h"
+#include "simulation/xpbd/xpbd.h"
 
 namespace atelier {
 namespace {
@@ -98,6 +98,23 @@ ClothState step(const SimulationModel& model, const ClothState& state, const Con
   solver->set_state(state);
   solver->step(control);
   return solver->state();
+}
+
+std::string solver_conflict(const SolverOptions& options, Device device) {
+  return options.name == "xpbd" ? xpbd_conflict(xpbd_options(options), device) : "";
+}
+
+std::string idle_on_device(const SolverOptions& options, Device device) {
+  if (options.name != "xpbd") {
+    return "";
+  }
+  const XpbdMethodOptions usual;
+  if (device != Device::Cpu) {
+    return options.xpbd.vectors != usual.vectors ? "vectors" : "";
+  }
+  return options.xpbd.cuda_barrier != usual.cuda_barrier ? "cuda_barrier"
+         : options.xpbd.cuda_blocks > usual.cuda_blocks  ? "cuda_blocks"
+                                                         : "";
 }
 
 }  // namespace atelier

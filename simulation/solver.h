@@ -7,11 +7,11 @@
 
 #include "core/device.h"
 #include "core/types.h"
-#include "simulation/cloth.h"
-#include "simulation/cloth_state.h"
-#include "simulation/cloth_variation.h"
-#include "simulation/frame_report.h"
-#include "simulation/solver_options.h"
+#include "simulation/cloth/cloth.h"
+#include "simulation/cloth/cloth_state.h"
+#include "simulation/cloth/cloth_variation.h"
+#include "simulation/cloth/frame_report.h"
+#include "simulation/cloth/solver_options.h"
 
 namespace atelier {
 
@@ -83,6 +83,13 @@ std::unique_ptr<SolverBatch> create_solver_batch(const SimulationModel& model,
                                                  const std::vector<ClothVariation>& variations,
                                                  const SolverOptions& options,
                                                  Device device = Device::Cpu);
+
+/// "", or why these options, each in its range, do not work together on that device.
+std::string solver_conflict(const SolverOptions& options, Device device);
+
+/// The first of the solver's own fields that was changed and does nothing on that device
+/// ("cuda_barrier" on the CPU), or "".
+std::string idle_on_device(const SolverOptions& options, Device device);
 
 /// One frame, once: for more than a few frames create a Solver, which prepares the model once.
 ClothState step(const SimulationModel& model, const ClothState& state, const Control& control,

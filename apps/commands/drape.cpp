@@ -28,7 +28,7 @@
 #include "core/writable_place.h"
 #include "pipeline/outfit/dressing.h"
 #include "pipeline/outfit/fitting.h"
-#include "simulation/crossings.h"
+#include "simulation/contact/crossings.h"
 #include "simulation/solver.h"
 
 namespace atelier {

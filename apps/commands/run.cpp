@@ -25,7 +25,7 @@
 #include "pipeline/pictures/report_folder.h"
 #include "pipeline/report/report_file.h"
 #include "pipeline/stages/stages.h"
-#include "simulation/fabric.h"
+#include "simulation/material/fabric.h"
 
 namespace atelier {
 namespace {

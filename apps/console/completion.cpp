@@ -18,7 +18,7 @@
 #include "pipeline/evaluation/evaluation.h"
 #include "pipeline/pictures/animation_pictures.h"
 #include "pipeline/stages/stages.h"
-#include "simulation/fabric.h"
+#include "simulation/material/fabric.h"
 
 namespace atelier {
 namespace {

@@ -11,8 +11,8 @@
 #include "core/store/result.h"
 #include "registration/tracking/registered_outfit.h"
 #include "registration/tracking/registration_error.h"
-#include "simulation/fabric.h"
 #include "simulation/files/material_file.h"
+#include "simulation/material/fabric.h"
 
 namespace atelier {
 namespace {

@@ -9,7 +9,7 @@
 #include "core/depths_inside.h"
 #include "core/error.h"
 #include "core/store/digest_meter.h"
-#include "simulation/crossings.h"
+#include "simulation/contact/crossings.h"
 
 namespace atelier {
 namespace {

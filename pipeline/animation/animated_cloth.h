@@ -9,7 +9,7 @@
 #include "core/store/stage.h"
 #include "pipeline/animation/animation_input.h"
 #include "simulation/animated_frame.h"
-#include "simulation/frame_report.h"
+#include "simulation/cloth/frame_report.h"
 
 namespace atelier {
 

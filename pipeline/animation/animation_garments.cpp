@@ -11,7 +11,7 @@
 #include "pipeline/outfit/dressing.h"
 #include "registration/attach_to_body.h"
 #include "simulation/files/material_file.h"
-#include "simulation/hanging_acceleration.h"
+#include "simulation/material/hanging_acceleration.h"
 
 namespace atelier {
 namespace {

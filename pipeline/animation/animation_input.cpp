@@ -23,7 +23,7 @@
 #include "pipeline/animation/animation_garments.h"
 #include "pipeline/outfit/dressing.h"
 #include "pipeline/person/tracked_take.h"
-#include "simulation/fabric.h"
+#include "simulation/material/fabric.h"
 
 namespace atelier {
 namespace {

@@ -10,7 +10,7 @@
 #include "core/store/stage.h"
 #include "pipeline/outfit/worn_cloth.h"
 #include "pipeline/pictures/animation_pictures.h"
-#include "simulation/said_material.h"
+#include "simulation/material/said_material.h"
 
 namespace atelier {
 

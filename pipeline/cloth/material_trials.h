@@ -6,8 +6,8 @@
 
 #include "core/store/stage.h"
 #include "pipeline/cloth/tried_garment.h"
-#include "simulation/said_material.h"
-#include "simulation/stiffness_search.h"
+#include "simulation/material/said_material.h"
+#include "simulation/material/stiffness_search.h"
 
 namespace atelier {
 

@@ -12,7 +12,7 @@
 #include "core/topology.h"
 #include "core/usage_error.h"
 #include "core/welded_faces.h"
-#include "simulation/attached_position.h"
+#include "simulation/cloth/attached_position.h"
 #include "simulation/files/material_file.h"
 
 namespace atelier {

@@ -13,7 +13,7 @@
 #include "core/store/frame_memory.h"
 #include "core/store/output_sequences.h"
 #include "pipeline/cloth/simulation_output.h"
-#include "simulation/membrane_in_use.h"
+#include "simulation/material/membrane_in_use.h"
 #include "simulation/simulation_doubts.h"
 #include "simulation/simulation_table.h"
 

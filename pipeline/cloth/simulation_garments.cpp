@@ -15,8 +15,8 @@
 #include "core/tree.h"
 #include "core/usage_error.h"
 #include "pipeline/cloth/scene_check.h"
-#include "simulation/said_material.h"
-#include "simulation/weld_seams.h"
+#include "simulation/cloth/weld_seams.h"
+#include "simulation/material/said_material.h"
 
 namespace atelier {
 namespace {

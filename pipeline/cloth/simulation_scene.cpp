@@ -12,9 +12,9 @@
 #include "pipeline/cloth/scene_check.h"
 #include "pipeline/cloth/simulation_body.h"
 #include "pipeline/cloth/simulation_garments.h"
-#include "simulation/contact_distance.h"
-#include "simulation/fabric.h"
+#include "simulation/contact/contact_distance.h"
 #include "simulation/files/simulation_words.h"
+#include "simulation/material/fabric.h"
 
 namespace atelier {
 

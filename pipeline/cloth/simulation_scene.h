@@ -10,8 +10,8 @@
 #include "core/finding.h"
 #include "core/garment.h"
 #include "core/sequence.h"
+#include "simulation/material/said_material.h"
 #include "simulation/relax_gravity.h"
-#include "simulation/said_material.h"
 #include "simulation/solver.h"
 
 namespace atelier {

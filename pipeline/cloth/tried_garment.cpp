@@ -8,7 +8,7 @@
 #include "core/remesh/even_mesh.h"
 #include "core/topology.h"
 #include "core/tree.h"
-#include "simulation/median_rest.h"
+#include "simulation/cloth/median_rest.h"
 
 namespace atelier {
 namespace {

@@ -23,8 +23,8 @@
 #include "registration/orient_faces.h"
 #include "registration/sewing/garment_pattern_json.h"
 #include "registration/sewing/pattern_garment.h"
-#include "simulation/contact_distance.h"
-#include "simulation/weld_seams.h"
+#include "simulation/cloth/weld_seams.h"
+#include "simulation/contact/contact_distance.h"
 
 namespace atelier {
 namespace {

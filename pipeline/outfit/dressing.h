@@ -8,7 +8,7 @@
 #include "core/device.h"
 #include "core/io/ground_truth_archive.h"
 #include "core/options.h"
-#include "simulation/cloth.h"
+#include "simulation/cloth/cloth.h"
 #include "simulation/solver.h"
 
 namespace atelier {

@@ -8,7 +8,7 @@
 #include "pipeline/outfit/dressing.h"
 #include "registration/attach_to_body.h"
 #include "registration/blunt_corners.h"
-#include "simulation/contact_distance.h"
+#include "simulation/contact/contact_distance.h"
 
 namespace atelier {
 namespace {

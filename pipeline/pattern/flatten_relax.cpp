@@ -13,8 +13,8 @@
 #include "pipeline/cloth/simulation_scene.h"
 #include "registration/flattening/flatten_doubts.h"
 #include "registration/flattening/flatten_surface.h"
-#include "simulation/fabric.h"
-#include "simulation/hanging_acceleration.h"
+#include "simulation/material/fabric.h"
+#include "simulation/material/hanging_acceleration.h"
 
 namespace atelier {
 namespace {

@@ -15,7 +15,7 @@
 #include "pipeline/pictures/flatten_pictures.h"
 #include "registration/flattening/flatten_surface.h"
 #include "registration/flattening/seam_input.h"
-#include "simulation/fabric.h"
+#include "simulation/material/fabric.h"
 
 namespace atelier {
 namespace {

@@ -5,7 +5,7 @@
 
 #include "core/archive.h"
 #include "pipeline/synthesis/synthetic_subject.h"
-#include "simulation/cloth_state.h"
+#include "simulation/cloth/cloth_state.h"
 
 namespace atelier {
 

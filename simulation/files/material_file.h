@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/garment.h"
-#include "simulation/stiffness_search.h"
+#include "simulation/material/stiffness_search.h"
 
 namespace atelier {
 

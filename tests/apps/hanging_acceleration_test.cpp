@@ -1,4 +1,4 @@
-#include "simulation/hanging_acceleration.h"
+#include "simulation/material/hanging_acceleration.h"
 
 #include <gtest/gtest.h>
 

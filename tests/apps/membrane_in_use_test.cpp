@@ -1,6 +1,6 @@
 #if defined(ATELIER_HAS_SIMULATION)
 
-#include "simulation/membrane_in_use.h"
+#include "simulation/material/membrane_in_use.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/normals.h"
-#include "simulation/crossings.h"
+#include "simulation/contact/crossings.h"
 #include "tests/dressing/human_fixture.h"
 
 namespace atelier {

@@ -8,7 +8,7 @@
 #include "core/error.h"
 #include "pipeline/outfit/fitting.h"
 #include "pipeline/synthesis/synthetic_subject.h"
-#include "simulation/crossings.h"
+#include "simulation/contact/crossings.h"
 #include "tests/dressing/human_fixture.h"
 #include "tests/support/test_data.h"
 

@@ -3,8 +3,8 @@
 #include "bodymodel/human/default_human.h"
 #include "bodymodel/kinematics.h"
 #include "bodymodel/skinning.h"
-#include "simulation/crossings.h"
-#include "simulation/xpbd.h"
+#include "simulation/contact/crossings.h"
+#include "simulation/xpbd/xpbd.h"
 #include "tests/simulation/cloth_fixtures.h"
 #include "tests/simulation/contact_guard.h"
 

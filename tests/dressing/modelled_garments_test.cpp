@@ -6,8 +6,8 @@
 
 #include "core/io/mesh_file.h"
 #include "core/topology.h"
-#include "simulation/crossings.h"
-#include "simulation/fabric.h"
+#include "simulation/contact/crossings.h"
+#include "simulation/material/fabric.h"
 #include "tests/dressing/human_fixture.h"
 #include "tests/support/test_data.h"
 

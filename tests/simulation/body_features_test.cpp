@@ -7,7 +7,7 @@
 #include "core/device.h"
 #include "core/error.h"
 #include "core/parallel.h"
-#include "simulation/crossings.h"
+#include "simulation/contact/crossings.h"
 #include "tests/simulation/cloth_fixtures.h"
 #include "tests/simulation/contact_guard.h"
 #include "tests/simulation/test_bodies.h"

@@ -11,7 +11,7 @@
 
 #include "core/device.h"
 #include "core/garment.h"
-#include "simulation/xpbd.h"
+#include "simulation/xpbd/xpbd.h"
 
 namespace atelier::fixtures {
 

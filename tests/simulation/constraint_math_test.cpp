@@ -1,4 +1,4 @@
-#include "simulation/constraint_math.h"
+#include "simulation/xpbd/constraint_math.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "simulation/contact_tree.h"
+#include "simulation/contact/contact_tree.h"
 
 #include <algorithm>
 

@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "simulation/constraint_math.h"
+#include "simulation/xpbd/constraint_math.h"
 #include "tests/simulation/cloth_fixtures.h"
 #include "tests/support/devices.h"
 

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
-#include "simulation/fabric.h"
+#include "simulation/material/fabric.h"
 #include "tests/simulation/cloth_fixtures.h"
 #include "tests/support/devices.h"
 

@@ -7,7 +7,7 @@
 
 #include "core/error.h"
 #include "core/random.h"
-#include "simulation/bending_rigidity.h"
+#include "simulation/material/bending_rigidity.h"
 #include "tests/simulation/cloth_fixtures.h"
 #include "tests/support/devices.h"
 

@@ -1,7 +1,7 @@
 #include <gtest/gtest.h>
 
-#include "simulation/body_contact_math.h"
-#include "simulation/contact_tree.h"
+#include "simulation/contact/body_contact_math.h"
+#include "simulation/contact/contact_tree.h"
 #include "tests/simulation/test_bodies.h"
 
 namespace atelier {

@@ -1,4 +1,4 @@
-#include "simulation/least_gap.h"
+#include "simulation/contact/least_gap.h"
 
 #include <algorithm>
 #include <vector>
@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "core/random.h"
-#include "simulation/crossings.h"
+#include "simulation/contact/crossings.h"
 #include "tests/simulation/cloth_fixtures.h"
 
 namespace atelier {

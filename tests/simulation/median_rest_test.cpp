@@ -1,4 +1,4 @@
-#include "simulation/median_rest.h"
+#include "simulation/cloth/median_rest.h"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
-#include "simulation/cloth.h"
+#include "simulation/cloth/cloth.h"
 #include "tests/simulation/cloth_fixtures.h"
 
 namespace atelier {

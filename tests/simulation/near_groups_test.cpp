@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "core/random.h"
-#include "simulation/box_groups.h"
+#include "simulation/xpbd/box_groups.h"
 
 namespace atelier {
 namespace {

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
-#include "simulation/contact_distance.h"
+#include "simulation/contact/contact_distance.h"
 #include "tests/support/shapes.h"
 
 namespace atelier {

@@ -1,4 +1,4 @@
-#include "simulation/resting_gap.h"
+#include "simulation/contact/resting_gap.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "simulation/schedule.h"
+#include "simulation/cloth/schedule.h"
 
 #include <set>
 

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 
 #include "core/random.h"
-#include "simulation/crossings.h"
-#include "simulation/self_crossing_math.h"
+#include "simulation/contact/crossings.h"
+#include "simulation/contact/self_crossing_math.h"
 #include "tests/simulation/cloth_fixtures.h"
 #include "tests/simulation/test_bodies.h"
 

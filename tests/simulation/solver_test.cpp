@@ -10,7 +10,7 @@
 
 #include "core/error.h"
 #include "simulation/cloth_state_archive.h"
-#include "simulation/xpbd.h"
+#include "simulation/xpbd/xpbd.h"
 #include "tests/simulation/cloth_fixtures.h"
 #include "tests/simulation/test_bodies.h"
 

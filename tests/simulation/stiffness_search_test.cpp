@@ -1,4 +1,4 @@
-#include "simulation/stiffness_search.h"
+#include "simulation/material/stiffness_search.h"
 
 #include <cmath>
 #include <limits>
@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
-#include "simulation/xpbd.h"
+#include "simulation/xpbd/xpbd.h"
 #include "tests/simulation/cloth_fixtures.h"
 
 namespace atelier {

@@ -1,10 +1,10 @@
-#include "simulation/weld_seams.h"
+#include "simulation/cloth/weld_seams.h"
 
 #include <gtest/gtest.h>
 
 #include "core/error.h"
 #include "core/topology.h"
-#include "simulation/cloth.h"
+#include "simulation/cloth/cloth.h"
 
 namespace atelier {
 namespace {

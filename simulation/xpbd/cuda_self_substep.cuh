@@ -1,0 +1,279 @@
+#pragma once
+
+#include "simulation/xpbd/cuda_self_pairs.cuh"
+
+namespace atelier {
+
+/// What the warps of a block have on chip by turns.
+template <class T, CudaBarrier kBarrier>
+union WarpRoom {
+  BodyTeamRoom<kBarrier != CudaBarrier::Block> body;
+  SearchRoom<T> search;
+};
+template <class T, CudaBarrier kBarrier>
+__device__ inline WarpRoom<T, kBarrier>& own_warp_room() {
+  __shared__ WarpRoom<T, kBarrier> rooms[kFrameThreads / kGroup];
+  return rooms[threadIdx.x / kGroup];
+}
+
+/// The body moves particle `at` (of all scenes), which contacts moved. Not inlined: few come here.
+template <class T>
+__device__ __noinline__ void meet_body(const CudaFrame<T>& frame, int scene, int at, int s,
+                                       Meeting meeting, SelfParticle<T>& p) {
+  if (frame.body.face_count == 0) {
+    return;
+  }
+  const BodySubstep<T> step = body_substep(frame, scene, s);
+  BodyParticle<T> b{p.x, p.start, load_shared_cache(frame.held + at), xyz(p.carry)};
+  const bool touches = meeting == Meeting::Touches
+                           ? touch_particle(frame, step, at, b)
+                           : stay_with_body(b, load_shared_cache(frame.self.origin + at), step,
+                                            frame.outlook[at], meeting);
+  p = {b.x, b.start, with_w(b.moved, p.carry.w)};
+  store_shared_cache(frame.held + at, b.held);
+  __stcg(frame.touched + at, touches ? 1 : 0);
+}
+
+/// Gives particle `i` what its pairs want of it, then the body. `as`: how it is marked for the rest
+/// of the substep.
+template <class T>
+__device__ inline void move_particle(const SelfWork<T>& work, int i, int s, Meeting meeting, int as,
+                                     const SelfClock& clock) {
+  if (__ldcg(&work.sums[i].used) != kPushed) {
+    return;
+  }
+  const Vec4<T> origin = work.load_origin(i);
+  SelfParticle<T> p = work.load_particle(i);
+  take_push(load_sum(work.sums + i), origin, p);
+  clear_sum(work.sums + i, as);
+  meet_body(work.frame, work.scene, work.scene * work.frame.count + i, s, meeting, p);
+  work.store(i, p);
+  work.watch(i, xyz(p.x), clock);
+}
+
+/// Tethers, then the body, before cloth meets cloth.
+template <class T, CudaBarrier kBarrier>
+__device__ __noinline__ void touch_before_pairs(const CudaFrame<T>& frame, int blocks, int s,
+                                                int iteration, SelfClock& clock, unsigned* arrived,
+                                                unsigned& goal) {
+  const SelfWork<T> work(frame, blocks);
+  const auto wait = [&] { scene_barrier<kBarrier>(arrived, goal, static_cast<unsigned>(blocks)); };
+  ++clock.serial;
+  if (iteration == 0 && clock.age >= 0 && ++clock.age > clock.ahead) {
+    clock.age = -1;
+  }
+  const int pass = s * frame.iterations + iteration;
+  const bool first = s == 0 && iteration == 0;
+  if (iteration == 0) {
+    const bool due = clock.passed || __ldcg(&work.counts->crossings) > 0;
+    clock.crossings = first ? Wanted::All : due ? Wanted::Part : Wanted::None;
+    clock.passed = false;
+  }
+  hold_and_list(frame, blocks, s, pass);
+  for (int i = work.thread; i < frame.count; i += work.threads) {
+    int* const emerges = frame.self.emerges + work.scene * frame.count + i;
+    if (first) {
+      __stcg(work.support + i, 0);
+      frame.self.slack[static_cast<std::int64_t>(work.scene) * frame.count + i] =
+          frame.self.rule.slack;
+      *emerges = frame.body.face_count > 0 &&
+                         comes_out(work.cloth, frame.outlook + work.scene * frame.count, i)
+                     ? 1
+                     : 0;
+    }
+    if (*emerges != 0) {
+      const Vec4<T> carry = work.load_carry(i);
+      store_shared_cache(work.carry + i, with_w(xyz(carry), T(1)));
+    }
+    if (pushed_by_features(frame, work.scene * frame.count + i) != 0) {
+      __stcg(work.support + i, kSupportLevels);
+    }
+    // Of the substep before, or of an iteration before in this one.
+    const bool was_stirred = __ldcg(&work.sums[i].used) != 0;
+    // The first search of a frame has not said yet what is crossed.
+    const bool was_tangled = !first && iteration == 0 && work.cloth.tangled[i] != 0;
+    if (first) {
+      __stcg(work.stirred + i, 0);
+    } else if (was_stirred || was_tangled) {
+      work.stir(i, was_stirred && iteration > 0 ? s : s - 1);
+    }
+    __stcg(&work.sums[i].used, 0);
+    work.watch(i, xyz(work.load(i)), clock);
+  }
+  wait();
+  if (frame.body.face_count == 0) {
+    return;
+  }
+  // These make their own SelfWork, else all of it would lie in memory.
+  const int offset = work.scene * frame.count;
+  touch_listed<kBarrier != CudaBarrier::Block>(
+      frame, blocks, s, pass, own_warp_room<T, kBarrier>().body,
+      [&frame, blocks, offset](int i) {
+        const SelfWork<T> own(frame, blocks);
+        return BodyParticle<T>{own.load(i), load_shared_cache(own.start + i),
+                               load_shared_cache(frame.held + offset + i), xyz(own.load_carry(i))};
+      },
+      [&frame, &clock, blocks, offset](int i, const BodyParticle<T>& p, bool touches) {
+        if (touches) {
+          const SelfWork<T> own(frame, blocks);
+          own.store(i, {p.x, p.start, with_w(p.moved, own.load_carry(i).w)});
+          store_shared_cache(frame.held + offset + i, p.held);
+          __stcg(own.touched + i, 1);
+          __stcg(own.support + i, kSupportLevels);
+          own.watch(i, xyz(p.x), clock);
+        }
+      });
+  wait();
+}
+
+/// `past`: share of the flights that lies behind.
+template <class T>
+__device__ inline SelfSearch<T> search_of(const SelfWork<T>& work, T past, const SearchPlan& plan) {
+  SelfView<T> cloth = work.cloth;
+  cloth.past = past;
+  const SceneWarp warp{work.thread / kGroup, work.threads / kGroup, work.thread % kGroup};
+  return SelfSearch<T>(work.frame.self, cloth, work.scene, work.scene * work.frame.count, plan,
+                       warp);
+}
+
+/// The parts of a search, each a function that makes its own views: registers then hold what it
+/// needs, and not what the others do.
+template <class T>
+__device__ __noinline__ void collect_edges(const CudaFrame<T>& frame, int blocks, T past,
+                                           SearchPlan plan, SearchRoom<T>& room) {
+  const SelfWork<T> work(frame, blocks);
+  work.collect_edges(search_of(work, past, plan), room);
+}
+template <class T>
+__device__ __noinline__ void collect_faces(const CudaFrame<T>& frame, int blocks, T past,
+                                           SearchPlan plan, SearchRoom<T>& room) {
+  const SelfWork<T> work(frame, blocks);
+  work.collect_faces(search_of(work, past, plan), room);
+}
+template <class T>
+__device__ __noinline__ void collect_crossings(const CudaFrame<T>& frame, int blocks,
+                                               SearchPlan plan, SearchRoom<T>& room) {
+  const SelfWork<T> work(frame, blocks);
+  work.collect_crossings(search_of(work, T(0), plan), room);
+}
+
+/// A search. Not inlined, as it is asked for in two places.
+template <class T, CudaBarrier kBarrier>
+__device__ __noinline__ void search_pairs(const CudaFrame<T>& frame, int blocks,
+                                          const SelfClock& clock, const SearchPlan& plan,
+                                          unsigned* arrived, unsigned& goal) {
+  const auto wait = [&] { scene_barrier<kBarrier>(arrived, goal, static_cast<unsigned>(blocks)); };
+  const SelfWork<T> work(frame, blocks);
+  const T past = static_cast<T>(clock.age - 1) / static_cast<T>(clock.ahead);
+  const SelfSearch<T> search = search_of(work, past, plan);
+  work.clear_lists(plan);
+  if (plan.pairs == Wanted::All) {
+    work.begin_search(clock);
+    wait();
+  }
+  search.box_groups();
+  wait();
+  if (search.has_wholes()) {
+    search.box_wholes();
+    wait();
+  }
+  SearchRoom<T>& room = own_warp_room<T, kBarrier>().search;
+  if (plan.pairs != Wanted::None) {
+    collect_edges(frame, blocks, past, plan, room);
+    collect_faces(frame, blocks, past, plan, room);
+  }
+  if (plan.crossings != Wanted::None) {
+    collect_crossings(frame, blocks, plan, room);
+  }
+  wait();
+  work.end_search(plan);
+}
+
+/// A search where the list of pairs does not hold, and for what is crossed where that is due.
+template <class T, CudaBarrier kBarrier>
+__device__ inline void renew_pairs(const SelfWork<T>& work, int blocks, int s, SelfClock& clock,
+                                   unsigned* arrived, unsigned& goal) {
+  SearchPlan plan{Wanted::None, clock.crossings, clock.search + 1, s};
+  clock.crossings = Wanted::None;
+  if (clock.age < 0) {
+    plan.pairs = Wanted::All;
+  } else if (__ldcg(&work.counts->stale) == clock.serial) {
+    work.renew_flights(clock);
+    scene_barrier<kBarrier>(arrived, goal, static_cast<unsigned>(blocks));
+    const int left = __ldcg(&work.counts->left);
+    if (left > 0) {  // else the body brought it back
+      plan.pairs = left > work.frame.count / kSelfFew ? Wanted::All : Wanted::Part;
+    }
+  }
+  if (plan.pairs == Wanted::None && plan.crossings == Wanted::None) {
+    return;
+  }
+  if (plan.pairs == Wanted::All) {
+    clock.age = 1;
+    clock.ahead = min(work.frame.self.rule.horizon, work.frame.substeps - s);
+  }
+  clock.search += plan.pairs == Wanted::None ? 0 : 1;
+  search_pairs<T, kBarrier>(work.frame, blocks, clock, plan, arrived, goal);
+}
+
+/// Pushes pairs apart until none is pressed; then the body again.
+template <class T, CudaBarrier kBarrier>
+__device__ __noinline__ void push_apart_all(const CudaFrame<T>& frame, int blocks, int s,
+                                            bool counted, SelfClock& clock, unsigned* arrived,
+                                            unsigned& goal) {
+  const SelfWork<T> work(frame, blocks);
+  const auto wait = [&] { scene_barrier<kBarrier>(arrived, goal, static_cast<unsigned>(blocks)); };
+  for (int pass = 0;; ++pass) {
+    renew_pairs<T, kBarrier>(work, blocks, s, clock, arrived, goal);
+    work.push_pairs(pass, clock, counted);
+    wait();
+    const bool pressed = __ldcg(&work.counts->pressed) == clock.serial;
+    ++clock.serial;
+    if (!pressed || pass + 1 == kSelfPushes) {
+      break;
+    }
+    work.apply(clock);
+    wait();
+  }
+  for (int i = work.thread; i < frame.count; i += work.threads) {
+    const int level = work.supported(i, __ldcg(&work.sums[i].support));
+    move_particle(work, i, s, Meeting::Touches, kWasPushed, clock);
+    __stcg(work.support + i, level);
+  }
+  wait();
+}
+
+/// Keeps back what would pass, with the body, until nothing would; then the body once more.
+template <class T, CudaBarrier kBarrier>
+__device__ __noinline__ void keep_all_back(const CudaFrame<T>& frame, int blocks, int s,
+                                           SelfClock& clock, unsigned* arrived, unsigned& goal) {
+  const SelfWork<T> work(frame, blocks);
+  const auto wait = [&] { scene_barrier<kBarrier>(arrived, goal, static_cast<unsigned>(blocks)); };
+  for (int pass = 0; pass < kSelfKeeps; ++pass) {
+    renew_pairs<T, kBarrier>(work, blocks, s, clock, arrived, goal);
+    work.keep_pairs(pass, s, clock);
+    wait();
+    clock.passed = clock.passed || __ldcg(&work.counts->passed) == clock.serial;
+    if (__ldcg(&work.counts->kept) != clock.serial) {
+      if (pass == 0) {
+        return;
+      }
+      break;
+    }
+    ++clock.serial;
+    for (int i = work.thread; i < frame.count; i += work.threads) {
+      move_particle(work, i, s, meeting_in_pass(pass), kWasKept, clock);
+    }
+    wait();
+  }
+  for (int i = work.thread; i < frame.count; i += work.threads) {
+    if (__ldcg(&work.sums[i].used) == kWasKept) {
+      SelfParticle<T> p = work.load_particle(i);
+      meet_body(frame, work.scene, work.scene * frame.count + i, s, Meeting::Leaves, p);
+      work.store(i, p);
+    }
+  }
+  wait();
+}
+
+}  // namespace atelier

@@ -1,0 +1,119 @@
+#pragma once
+
+#include <vector>
+
+#include "simulation/contact/self_push_math.h"
+#include "simulation/contact/self_search_math.h"
+#include "simulation/xpbd/box_groups.h"
+#include "simulation/xpbd/prepared_surface.h"
+
+namespace atelier {
+
+/// The particles of a substep, as contacts move them.
+template <class T>
+struct SelfMotion {
+  std::vector<Vec4<T>>& x;
+  std::vector<Vec4<T>>& start;         ///< from which the speed follows
+  std::vector<Vec4<T>>& carry;         ///< see SelfParticle
+  const std::vector<Vec4<T>>& origin;  ///< where the substep began
+  const std::vector<char>& touched;    ///< 1: lies on the body
+};
+
+/// Contact of the cloth with itself on the CPU (see self_contact_math.h).
+template <class T>
+class SelfContactCpu {
+ public:
+  SelfContactCpu(const Cloth& cloth, const PreparedCloth<T>& prepared, const XpbdOptions& options);
+
+  /// Forgets the pairs of the last frame, so that a frame only depends on its state.
+  void begin_frame();
+  /// Begins a substep; `left` substeps of the frame are to come, this one included.
+  void begin_substep(int left);
+  /// Pushes pairs apart until none is pressed.
+  void push(const SelfMotion<T>& motion);
+  /// Keeps back what would pass; `pass` counts from 0. True if there was something: then the body
+  /// has to be looked at again, and this.
+  bool keep_back(const SelfMotion<T>& motion, int pass);
+
+  /// True if particle `i` was pushed in the last `push`, or kept back in the last `keep_back`.
+  bool moved(int i) const { return moved_[i] >= moved_from_; }
+  bool comes_out(const std::vector<BodyOutlook<T>>& outlook, int i) const {
+    return atelier::comes_out(view_, outlook.data(), i);
+  }
+  /// From now on `moved` is of everything that was kept back in the substep.
+  void all_kept() { moved_from_ = kSelfPushes + 1; }
+  int candidate_count() const { return static_cast<int>(face_pairs_.size() + edge_pairs_.size()); }
+  int search_count() const { return searches_; }
+  int renewal_count() const { return renewals_; }
+  int active_count() const { return active_; }
+
+ private:
+  struct Crossing {
+    int edge, face;
+  };
+
+  /// Where a particle left its flight: new flights for those and who may soon. How many.
+  int renew_flights(const SelfMotion<T>& motion);
+  /// Where an edge, a face or a particle flies, with its search margin.
+  Box<T> flight_box_with_margin(const ClothEdge& e) const {
+    return inflated(flight_box(view_, e), search_margin(rule_, edge_slack(view_, e, rule_)));
+  }
+  Box<T> flight_box_with_margin(const FaceIndices& f) const {
+    return inflated(flight_box(view_, f), search_margin(rule_, face_slack(view_, f, rule_)));
+  }
+  Box<T> flight_box_with_margin(int i) const {
+    return inflated(flight_box(view_, i), search_margin(rule_, slack_of(view_, i, rule_)));
+  }
+  /// Appends a pair that may meet within the flight.
+  void try_edges(int e, int o, std::vector<SelfPair<T>>& out) const;
+  void try_face(int i, int f, std::vector<SelfPair<T>>& out) const;
+  /// A new search where the list does not hold; true if there was one.
+  bool renew(const SelfMotion<T>& motion);
+  void search(const SelfMotion<T>& motion);
+  /// At a substep's start: what is crossed, where something may have passed.
+  void look_for_crossings(const std::vector<Vec4<T>>& origin);
+  void set_crossings(std::vector<Crossing> crossings);
+  /// Looks for the pairs of who has a new flight, in place of those that they had.
+  void search_fresh();
+  /// One pass of pushes over the pairs; `every`: also over those of which nothing moved since the
+  /// last one. True if another is needed.
+  bool push_once(const SelfMotion<T>& motion, int pass, bool every);
+  /// One pass over the pairs; true if something was kept back.
+  bool keep_once(const SelfMotion<T>& motion, int pass, bool every);
+  /// Calls `work(pair, edges)` for the pairs worth looking at.
+  template <class Work>
+  void visit_pairs(int pass, bool every, const Work& work) const;
+  /// Gives every particle what its pairs want; remembers in which pass.
+  void take(const SelfMotion<T>& motion, int pass);
+
+  PreparedSurface<T> surface_;
+  SelfRule<T> rule_;
+  SelfView<T> view_{};
+  std::vector<Vec4<T>> start_, end_;  ///< of the search
+  std::vector<SelfPair<T>> face_pairs_, edge_pairs_;
+  std::vector<Crossing> crossings_;
+  std::vector<int> tangled_;
+  std::vector<T> slack_;
+  std::vector<int> stirred_;  ///< 1: contacts moved it since the last look, or it passed something
+  std::vector<char> fresh_;   ///< 1: got a new flight in the last renewal
+  GroupedBoxes<T> near_particles_, near_edges_, near_faces_;  ///< of flights, with margins
+  GroupedBoxes<T> edges_now_, faces_now_;  ///< where the last look for crossings was
+  std::vector<int> support_;
+  std::vector<char> moved_;  ///< the last pass in which a particle was pushed, from 1; 0: none
+  int moved_from_ = 1;
+  std::vector<PushSum> sums_;
+  int age_ = -1;   ///< substeps since the search, this one included; -1: none
+  int left_ = 0;   ///< substeps to come in the frame
+  int ahead_ = 1;  ///< substeps that the search looked ahead
+  bool frame_begins_ = true;
+  bool substep_begins_ = true;
+  bool passed_ = false;  ///< something did or would have since the last look for crossings
+  int searches_ = 0;
+  int renewals_ = 0;  ///< of a part
+  int active_ = 0;
+};
+
+extern template class SelfContactCpu<float>;
+extern template class SelfContactCpu<double>;
+
+}  // namespace atelier

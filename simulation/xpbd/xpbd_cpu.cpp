@@ -1,0 +1,523 @@
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "simulation/contact/body_contact_math.h"
+#include "simulation/contact/contact_tree.h"
+#include "simulation/xpbd/backend.h"
+#include "simulation/xpbd/edge_math.h"
+#include "simulation/xpbd/edges_avx2.h"
+#include "simulation/xpbd/feature_contact_cpu.h"
+#include "simulation/xpbd/jacobi_math.h"
+#include "simulation/xpbd/prepared_cloth.h"
+#include "simulation/xpbd/self_contact_cpu.h"
+#include "simulation/xpbd/sweep_math.h"
+
+namespace atelier {
+namespace {
+
+template <class T>
+Vec3<T> vec(const Points& p, Index row) {
+  return {static_cast<T>(p(row, 0)), static_cast<T>(p(row, 1)), static_cast<T>(p(row, 2))};
+}
+
+constexpr Index kGrain = 2048;  ///< particles of one task
+
+/// "auto" compares twins on the scalar code where the build is to be exact.
+bool use_avx2(const XpbdOptions& options) {
+  if (options.vectors == "avx2") {
+    if (!avx2_available()) {
+      throw EnvironmentError("AVX2", "this processor has none; use vectors \"auto\"");
+    }
+    return true;
+  }
+#ifdef ATELIER_EXACT
+  return false;
+#else
+  return options.vectors == "auto" && options.precision == "float" && avx2_available();
+#endif
+}
+
+template <class T>
+class CpuBackend final : public ClothSolver::Backend {
+ public:
+  CpuBackend(const Cloth& cloth, const ClothVariation& variation, const Triangles& body_faces,
+             const XpbdOptions& options)
+      : cloth_(cloth),
+        variation_(variation),
+        body_faces_(body_faces),
+        options_(options),
+        avx2_(use_avx2(options)),
+        prepared_(prepare_cloth<T>(cloth)) {
+    const std::size_t n = cloth.mass.size();
+    x_.resize(n);
+    start_.resize(n);
+    velocity_.resize(n);
+    acceleration_.resize(n);
+    target_.resize(n);
+    lambda_.resize(prepared_.edges.size());
+    strain_lambda_.resize(3 * prepared_.strains.size());
+    if (options.sweep == "jacobi") {
+      jacobi_.plan = prepare_jacobi(prepared_);
+      jacobi_.push.resize(4 * jacobi_.plan.edges.size() + 3 * jacobi_.plan.triangles.size());
+    }
+    if (options.self_contact && cloth.faces.rows() > 0) {
+      self_ = std::make_unique<SelfContactCpu<T>>(cloth, prepared_, options);
+    }
+    for (Index f = 0; f < body_faces.rows(); ++f) {
+      faces_.push_back({body_faces(f, 0), body_faces(f, 1), body_faces(f, 2)});
+    }
+    if (options.body_edges && !faces_.empty() && cloth.faces.rows() > 0) {
+      features_ = std::make_unique<FeatureContactCpu<T>>(cloth_, prepared_, faces_);
+    }
+  }
+
+  int scene_count() const override { return 1; }
+
+  void set_state(int, const ClothState& state) override {
+    ATELIER_CHECK(
+        state.positions.rows() == prepared_.count && state.velocities.rows() == prepared_.count,
+        "the state is of another cloth");
+    check_finite(state.positions, state.frame);
+    state_ = state;
+  }
+
+  ClothState state(int) const override { return state_; }
+
+  std::vector<FrameReport> advance(const Control& control) override {
+    check_control(control, cloth_, body_faces_.rows() > 0 ? body_faces_.maxCoeff() + 1 : 0,
+                  options_.time_step);
+    begin_frame(control);
+    const T h = static_cast<T>(options_.time_step / options_.substeps);
+    for (int s = 0; s < options_.substeps; ++s) {
+      if (self_ != nullptr) {
+        self_->begin_substep(options_.substeps - s);
+      }
+      substep(h, s);
+    }
+    end_outside_body();
+    ClothState next{Points(prepared_.count, 3), Points(prepared_.count, 3), state_.frame + 1};
+    for (int i = 0; i < prepared_.count; ++i) {
+      const int v = prepared_.external[i];
+      next.positions.row(v) << x_[i].x, x_[i].y, x_[i].z;
+      next.velocities.row(v) << velocity_[i].x, velocity_[i].y, velocity_[i].z;
+    }
+    check_finite(next.positions, next.frame);
+    state_ = std::move(next);
+    FrameReport report;
+    report.frame = state_.frame;
+    report.body_contacts = static_cast<int>(std::count(touched_.begin(), touched_.end(), 1));
+    if (self_ != nullptr) {
+      report.self_contacts = self_->active_count();
+      report.self_candidates = self_->candidate_count();
+      report.self_searches = self_->search_count();
+      report.self_renewals = self_->renewal_count();
+    }
+    if (options_.report) {
+      measure_penetration(report);
+      report = report_state(
+          cloth_, variation_, state_,
+          {multipliers_in_order(prepared_, lambda_.data(), cloth_.schedule.order.size()),
+           strain_multipliers(prepared_, strain_lambda_.data()),
+           options_.time_step / options_.substeps},
+          report);
+    }
+    return {report};
+  }
+
+  std::vector<double> spring_forces(int) const override {
+    const double h = options_.time_step / options_.substeps;
+    return spring_forces_of(
+        cloth_, multipliers_in_order(prepared_, lambda_.data(), cloth_.schedule.order.size()), h);
+  }
+
+ private:
+  void begin_frame(const Control& control) {
+    const Points targets = pin_targets_of(cloth_, control, body_faces_, state_.positions);
+    const Points air = air_accelerations(cloth_, state_, control, options_);
+    for (int i = 0; i < prepared_.count; ++i) {
+      const int v = prepared_.external[i];
+      x_[i] = with_w(vec<T>(state_.positions, v), prepared_.inverse_mass[i]);
+      velocity_[i] = vec<T>(state_.velocities, v);
+      target_[i] = vec<T>(targets, v);
+      acceleration_[i] = vec<T>(air, v) + Vec3<T>{static_cast<T>(control.gravity.x()),
+                                                  static_cast<T>(control.gravity.y()),
+                                                  static_cast<T>(control.gravity.z())};
+    }
+    begin_body(control);
+    if (self_ != nullptr) {
+      self_->begin_frame();
+    }
+  }
+
+  /// Takes over the body's motion of the frame and collects what each particle may meet.
+  void begin_body(const Control& control) {
+    touched_.assign(x_.size(), 0);
+    pushed_.assign(x_.size(), 0);
+    carry_.resize(x_.size());
+    body_ = {};
+    if (faces_.empty() || control.body_start.rows() == 0) {
+      return;
+    }
+    const auto copy = [](const Points& from, std::vector<Vec4<T>>& to) {
+      to.resize(static_cast<std::size_t>(from.rows()));
+      for (Index i = 0; i < from.rows(); ++i) {
+        to[i] = with_w(vec<T>(from, i), T(0));
+      }
+    };
+    copy(control.body_start, body_start_);
+    copy(control.body_end, body_end_);
+    body_ = {faces_.data(), body_start_.data(), body_end_.data(), nullptr,
+             static_cast<int>(faces_.size())};
+    std::vector<Box<T>> boxes(faces_.size());
+    for (std::size_t f = 0; f < boxes.size(); ++f) {
+      boxes[f] = swept_box(body_, static_cast<int>(f));
+    }
+    if (tree_.nodes.empty()) {
+      tree_ = build_contact_tree(boxes);
+      has_inside_ = has_inside(control.body_start, body_faces_);
+    } else {
+      refit_contact_tree(tree_, boxes);
+    }
+    body_.nodes = tree_.nodes.data();
+    const Material& m = cloth_.material;
+    rule_.thickness = static_cast<T>(options_.thickness >= 0 ? options_.thickness : m.thickness);
+    rule_.friction = static_cast<T>(variation_.friction >= 0 ? variation_.friction
+                                    : options_.friction >= 0 ? options_.friction
+                                                             : m.friction);
+    rule_.reach = max_of(static_cast<T>(options_.contact_reach), rule_.thickness);
+    rule_.old_overlap =
+        static_cast<T>(options_.depenetration_speed * options_.time_step / options_.substeps);
+    outlook_.resize(x_.size());
+    flight_.resize(x_.size());
+    candidates_.resize(x_.size() * kBodyCandidates);
+    held_.resize(x_.size());
+    frame_start_ = x_;
+    const T frame = static_cast<T>(options_.time_step);
+    parallel_for(prepared_.count, kGrain / 8, [&](Index begin, Index end) {
+      for (Index i = begin; i < end; ++i) {
+        const T slack = expected_deviation(acceleration_[i], frame);
+        flight_[i] = frame * velocity_[i];
+        outlook_[i] = x_[i].w > T(0)
+                          ? collect_candidates(body_, free_flight(i), slack, rule_,
+                                               &candidates_[i * kBodyCandidates], AloneInTree{})
+                          : BodyOutlook<T>{slack, T(0), T(0), {}, 0};
+      }
+    });
+    if (features_ != nullptr) {
+      features_->begin_frame(body_, tree_, rule_, x_, flight_, outlook_);
+    }
+  }
+
+  /// What comes first of an iteration's contacts: the body's features. Its faces have the last
+  /// word.
+  void push_off_features(int s) {
+    std::fill(pushed_.begin(), pushed_.end(), 0);
+    if (features_ != nullptr && body_.face_count > 0) {
+      const T substeps = static_cast<T>(options_.substeps);
+      features_->push(x_, start_, static_cast<T>(s) / substeps, static_cast<T>(s + 1) / substeps,
+                      pushed_);
+    }
+  }
+
+  /// All particles against the body's faces.
+  void meet_body(int s) {
+    touch_body(s, false, Meeting::Touches);
+    for (std::size_t i = 0; i < pushed_.size(); ++i) {
+      touched_[i] |= pushed_[i];
+    }
+  }
+
+  /// `again`: only whom cloth moved since.
+  void touch_body(int s, bool again, Meeting meeting) {
+    const BodySubstep<T> step{body_, rule_, static_cast<T>(s) / static_cast<T>(options_.substeps),
+                              static_cast<T>(s + 1) / static_cast<T>(options_.substeps)};
+    parallel_for(prepared_.count, kGrain / 4, [&](Index begin, Index end) {
+      for (Index i = begin; i < end; ++i) {
+        if (!again || self_->moved(static_cast<int>(i))) {
+          BodyParticle<T> p{x_[i], start_[i], held_[i], xyz(carry_[i])};
+          touched_[i] = meeting == Meeting::Touches
+                            ? x_[i].w > T(0) && touch_particle(i, p, step)
+                            : stay_with_body(p, origin_[i], step, outlook_[i], meeting);
+          x_[i] = p.x;
+          start_[i] = p.start;
+          held_[i] = p.held;
+          if (self_ != nullptr) {
+            const bool out = self_->comes_out(outlook_, static_cast<int>(i));
+            carry_[i] = with_w(p.moved, out ? T(1) : T(0));
+          }
+        }
+      }
+    });
+  }
+
+  FreeFlight<T> free_flight(Index i) const { return {xyz(frame_start_[i]), flight_[i]}; }
+
+  bool touch_particle(Index i, BodyParticle<T>& p, const BodySubstep<T>& step) {
+    const BodySearch search = body_search(outlook_[i], xyz(p.x), free_flight(i), step.t1);
+    if (search == BodySearch::Nothing) {
+      return false;
+    }
+    if (search != BodySearch::Candidates) {
+      return contact_by_tree(p, step, outlook_[i], search, AloneInTree{});
+    }
+    const auto choose = [&](const Passage<T>& way, bool swept) {
+      return choose_candidate(body_, &candidates_[i * kBodyCandidates], outlook_[i].count, way,
+                              rule_.reach, swept);
+    };
+    return contact_by_candidates(p, step, outlook_[i], free_flight(i), choose);
+  }
+
+  void end_outside_body() {
+    if (body_.face_count == 0 || !has_inside_) {
+      return;
+    }
+    parallel_for(prepared_.count, kGrain / 4, [&](Index begin, Index end) {
+      for (Index i = begin; i < end; ++i) {
+        if (x_[i].w > T(0)) {
+          end_outside(body_, rule_, outlook_[i], free_flight(i), options_.substeps, x_[i]);
+        }
+      }
+    });
+  }
+
+  void measure_penetration(FrameReport& report) const {
+    if (body_.face_count == 0) {
+      return;
+    }
+    std::vector<T> depth(x_.size(), T(0));
+    parallel_for(prepared_.count, kGrain / 4, [&](Index begin, Index end) {
+      for (Index i = begin; i < end; ++i) {
+        depth[i] = x_[i].w > T(0) ? depth_inside(body_, xyz(x_[i]), rule_.reach) : T(0);
+      }
+    });
+    for (T d : depth) {
+      report.penetrating += d > T(0) ? 1 : 0;
+      report.penetration_depth = std::max(report.penetration_depth, static_cast<double>(d));
+    }
+  }
+
+  void substep(T h, int s) {
+    const T share = T(1) / static_cast<T>(options_.substeps - s);
+    parallel_for(prepared_.count, kGrain, [&](Index begin, Index end) {
+      for (Index i = begin; i < end; ++i) {
+        predict(x_[i], start_[i], velocity_[i], ParticleDrive<T>{acceleration_[i], target_[i]},
+                share, h);
+      }
+    });
+    std::fill(lambda_.begin(), lambda_.end(), EdgeMultipliers<T>{});
+    std::fill(strain_lambda_.begin(), strain_lambda_.end(), T(0));
+    std::fill(held_.begin(), held_.end(), Vec4<T>{});
+    if (self_ != nullptr) {
+      origin_ = start_;
+      std::fill(carry_.begin(), carry_.end(), Vec4<T>{});
+    }
+    const SubstepScale<T> scale = substep_scale(h, static_cast<T>(cloth_.material.damping),
+                                                static_cast<T>(1 / variation_.stretch),
+                                                static_cast<T>(1 / variation_.bending));
+    for (int iteration = 0; iteration < options_.iterations; ++iteration) {
+      if (options_.sweep == "jacobi") {
+        sweep_jacobi(scale, iteration);
+      } else {
+        sweep_patches(scale);
+      }
+      push_off_features(s);
+      if (!prepared_.tether_anchor.empty()) {
+        for (int i = 0; i < prepared_.count; ++i) {
+          const int anchor = prepared_.tether_anchor[i];
+          if (anchor >= 0) {
+            project_tether(x_[i], xyz(x_[anchor]), prepared_.tether_length[i]);
+          }
+        }
+      }
+      if (self_ == nullptr) {
+        if (body_.face_count > 0) {
+          meet_body(s);
+        }
+        continue;
+      }
+      // What lies on the body has to be known before cloth pushes cloth. In the end nothing passes,
+      // neither cloth nor body; where both cannot be, the body wins.
+      if (body_.face_count > 0) {
+        meet_body(s);
+      }
+      const SelfMotion<T> motion{x_, start_, carry_, origin_, touched_};
+      self_->push(motion);
+      if (body_.face_count > 0) {
+        touch_body(s, true, Meeting::Touches);
+      }
+      bool kept = false;
+      for (int pass = 0; pass < kSelfKeeps && self_->keep_back(motion, pass); ++pass) {
+        kept = true;
+        if (body_.face_count > 0) {
+          touch_body(s, true, meeting_in_pass(pass));
+        }
+      }
+      if (kept && body_.face_count > 0) {
+        self_->all_kept();
+        touch_body(s, true, Meeting::Leaves);
+      }
+    }
+    const T keep = static_cast<T>(1 / (1 + options_.velocity_damping * static_cast<double>(h)));
+    parallel_for(prepared_.count, kGrain, [&](Index begin, Index end) {
+      for (Index i = begin; i < end; ++i) {
+        update_velocity(x_[i], start_[i], velocity_[i], h, keep);
+      }
+    });
+  }
+
+  void sweep_patches(const SubstepScale<T>& scale) {
+    for (const Schedule::Phase& phase : prepared_.phases) {
+      parallel_for(phase.patch_end - phase.patch_begin, 1, [&](Index begin, Index end) {
+        for (Index p = begin; p < end; ++p) {
+          sweep_patch(prepared_.patches[phase.patch_begin + p], scale);
+        }
+      });
+    }
+  }
+
+  /// Every constraint from the same positions; see jacobi_math.h.
+  void sweep_jacobi(const SubstepScale<T>& scale, int iteration) {
+    JacobiState& j = jacobi_;
+    j.weight = chebyshev_weight(iteration, j.weight, static_cast<T>(options_.jacobi_radius));
+    if (iteration == 0) {
+      j.x_before = x_;
+      j.lambda_before = lambda_;
+      j.strain_before = strain_lambda_;
+    }
+    const JacobiStart<T> from{x_.data(), start_.data(), scale};
+    const Index edges = static_cast<Index>(j.plan.edges.size());
+    parallel_for(edges, kGrain, [&](Index begin, Index end) {
+      for (Index e = begin; e < end; ++e) {
+        const EdgeMultipliers<T> now = lambda_[e];
+        const EdgeMultipliers<T> change =
+            jacobi_edge(j.plan.edges[e], prepared_.edge_rules[e], from, now, &j.push[4 * e]);
+        lambda_[e] = {accelerated(now.hinge, change.hinge, j.lambda_before[e].hinge, j.weight),
+                      accelerated(now.spring, change.spring, j.lambda_before[e].spring, j.weight)};
+        j.lambda_before[e] = now;
+      }
+    });
+    parallel_for(static_cast<Index>(j.plan.triangles.size()), kGrain, [&](Index begin, Index end) {
+      for (Index t = begin; t < end; ++t) {
+        T change[3];
+        jacobi_triangle(j.plan.triangles[t], prepared_.strains[t], from, &strain_lambda_[3 * t],
+                        change, &j.push[4 * edges + 3 * t]);
+        for (int c = 0; c < 3; ++c) {
+          T& before = j.strain_before[3 * t + c];
+          T& lambda = strain_lambda_[3 * t + c];
+          const T now = lambda;
+          lambda = accelerated(now, change[c], before, j.weight);
+          before = now;
+        }
+      }
+    });
+    parallel_for(prepared_.count, kGrain, [&](Index begin, Index end) {
+      for (Index i = begin; i < end; ++i) {
+        const Vec4<T> now = x_[i];
+        const int first = j.plan.begin[i];
+        x_[i] = jacobi_particle(now, j.x_before[i], j.push.data(), j.plan.push.data() + first,
+                                j.plan.begin[i + 1] - first, j.weight);
+        j.x_before[i] = now;
+      }
+    });
+  }
+
+  /// Projects every constraint of a patch, in a local copy of its particles.
+  void sweep_patch(const Schedule::Patch& patch, const SubstepScale<T>& scale) {
+    thread_local std::vector<Vec4<T>> local;
+    thread_local std::vector<Vec4<T>> local_start;
+    const int count = patch.vertex_end - patch.vertex_begin;
+    const int* particles = prepared_.patch_particles.data() + patch.vertex_begin;
+    local.resize(static_cast<std::size_t>(count) + 1);  // one to spare, see project_edges_avx2
+    for (int i = 0; i < count; ++i) {
+      local[i] = x_[particles[i]];
+    }
+    if (scale.gamma > T(0)) {
+      local_start.resize(static_cast<std::size_t>(count) + 1);
+      for (int i = 0; i < count; ++i) {
+        local_start[i] = start_[particles[i]];
+      }
+    }
+    for (int k = patch.colour_begin; k < patch.colour_end; ++k) {
+      const PreparedColour& colour = prepared_.colours[k];
+      const PreparedColour& next = prepared_.colours[k + 1];
+      if constexpr (std::is_same_v<T, float>) {
+        if (avx2_) {
+          const EdgeRun run{prepared_.edges.data(), prepared_.edge_rules.data(), lambda_.data(),
+                            colour.edge_begin, next.edge_begin};
+          project_edges_avx2(run, {local.data(), local_start.data(), count}, scale);
+        }
+      }
+      for (int e = colour.edge_begin; !avx2_ && e < next.edge_begin; ++e) {
+        project_edge(prepared_.edges[e], prepared_.edge_rules[e], local.data(), local_start.data(),
+                     lambda_[e], scale);
+      }
+      for (int t = colour.strain_begin; t < next.strain_begin; ++t) {
+        project_triangle(prepared_.strain_places[t], prepared_.strains[t], local.data(),
+                         local_start.data(), &strain_lambda_[3 * t], scale);
+      }
+    }
+    for (int i = 0; i < count; ++i) {
+      x_[particles[i]] = local[i];
+    }
+  }
+
+  Cloth cloth_;
+  ClothVariation variation_;
+  Triangles body_faces_;
+  XpbdOptions options_;
+  bool avx2_;
+  PreparedCloth<T> prepared_;
+  bool has_inside_ = false;
+  ClothState state_;
+  std::vector<Vec4<T>> x_;
+  std::vector<Vec4<T>> start_;  ///< positions at the start of the substep
+  std::vector<Vec3<T>> velocity_;
+  std::vector<Vec3<T>> acceleration_;
+  std::vector<Vec3<T>> target_;  ///< of fixed particles at the end of the frame
+  std::vector<EdgeMultipliers<T>> lambda_;
+  std::vector<T> strain_lambda_;
+
+  struct JacobiState {
+    JacobiPlan<T> plan;
+    std::vector<Vec4<T>> push;
+    T weight = T(1);
+    std::vector<Vec4<T>> x_before;  ///< of the iteration before
+    std::vector<EdgeMultipliers<T>> lambda_before;
+    std::vector<T> strain_before;
+  };
+  JacobiState jacobi_;  ///< empty unless asked for
+
+  std::vector<FaceIndices> faces_;
+  std::vector<Vec4<T>> body_start_;
+  std::vector<Vec4<T>> body_end_;
+  ContactTree<T> tree_;
+  BodyView<T> body_{};
+  BodyContactRule<T> rule_{};
+  std::vector<Vec4<T>> frame_start_;
+  std::vector<BodyOutlook<T>> outlook_;
+  std::vector<Vec3<T>> flight_;  ///< free flight of the frame
+  std::vector<int> candidates_;
+  std::vector<Vec4<T>> held_;  ///< friction of the substep, see resolve_touch
+  std::vector<char> touched_;
+  std::vector<char> pushed_;     ///< 1: a feature of the body did in this iteration
+  std::vector<Vec4<T>> origin_;  ///< where a substep began, see SelfMotion
+  std::vector<Vec4<T>> carry_;
+  std::unique_ptr<SelfContactCpu<T>> self_;         ///< null: no contact with itself
+  std::unique_ptr<FeatureContactCpu<T>> features_;  ///< null: no body, or its vertices alone
+};
+
+}  // namespace
+
+std::unique_ptr<ClothSolver::Backend> make_cpu_backend(const Cloth& cloth,
+                                                       const ClothVariation& variation,
+                                                       const Triangles& body_faces,
+                                                       const XpbdOptions& options) {
+  if (options.precision == "double") {
+    return std::make_unique<CpuBackend<double>>(cloth, variation, body_faces, options);
+  }
+  return std::make_unique<CpuBackend<float>>(cloth, variation, body_faces, options);
+}
+
+}  // namespace atelier
