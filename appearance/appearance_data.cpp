@@ -29,8 +29,8 @@ bool is_appearance_array(const std::string& dataset) {
 /// Every frame has a tangent for each texture coordinate, made of all faces. Vertices are what a
 /// file pays for in each frame: no surface has so many more of the others.
 void check_counts(const AppearanceData& data, std::int64_t vertices, const std::string& file) {
-  constexpr std::int64_t kMostFaces = 8;
-  if (data.faces.rows() > kMostFaces * vertices) {
+  constexpr std::int64_t kMaxFaces = 8;
+  if (data.faces.rows() > kMaxFaces * vertices) {
     throw DataError(file, "atlas/faces", std::to_string(data.faces.rows()) + " faces",
                     "at most 8 for each of " + std::to_string(vertices) + " vertices");
   }
@@ -212,7 +212,7 @@ void check_appearance_data(const AppearanceData& data, const std::string& file) 
     }
     for (const int place : view.pixel) {
       if (place < 0 || place >= places) {
-        refuse("view " + std::to_string(i), "a pixel outside of the picture", "y * width + x");
+        refuse("view " + std::to_string(i), "a pixel outside of the image", "y * width + x");
       }
     }
   }
@@ -292,9 +292,9 @@ AppearanceData appearance_data_of(const Archive& archive, const std::string& fil
   const auto name = archive.texts.find("name");
   data.name = name == archive.texts.end() ? "" : name->second;
   data.occlusion = occlusion_at(archive.texts, file);
-  constexpr Index kMostVertices = 1 << 28;
+  constexpr Index kMaxVertices = 1 << 28;
   data.uvs = rows_at<Points2>(archive, "atlas/uvs", 2, -1, file);
-  data.faces = index_rows_at<Triangles>(archive, "atlas/faces", 3, kMostVertices, file);
+  data.faces = index_rows_at<Triangles>(archive, "atlas/faces", 3, kMaxVertices, file);
   data.uv_faces = index_rows_at<Triangles>(archive, "atlas/uv_faces", 3, data.uvs.rows(), file);
   if (data.faces.rows() != data.uv_faces.rows() || data.faces.rows() == 0) {
     throw DataError(file, "atlas", std::to_string(data.uv_faces.rows()) + " texture faces",

@@ -17,10 +17,9 @@ namespace atelier {
 struct AppearanceView {
   int camera_idx = 0;
   int frame_idx = 0;
-  std::vector<int> pixel;   ///< [P] y * width + x
-  std::vector<float> u, v;  ///< [P] in [0,1], v up
-  std::vector<std::uint8_t>
-      colors;  ///< [3P] sRGB as the picture holds them; empty: to be predicted
+  std::vector<int> pixel;            ///< [P] y * width + x
+  std::vector<float> u, v;           ///< [P] in [0,1], v up
+  std::vector<std::uint8_t> colors;  ///< [3P] sRGB as the image holds them; empty: to be predicted
 };
 
 /// All that a network learns from, or is asked for: one surface, its frames, its views. Prepared
@@ -33,7 +32,7 @@ struct AppearanceData {
   Triangles uv_faces;                   ///< [F,3] into uvs
   std::vector<std::string> camera_ids;  ///< [C]
   Points centers;                       ///< [C,3] metres, where each stands
-  std::vector<int> widths;              ///< [C] pixels, of its pictures
+  std::vector<int> widths;              ///< [C] pixels, of its images
   std::vector<int> heights;             ///< [C]
   std::vector<SurfaceFrame> frames;
   std::optional<OcclusionOptions> occlusion;  ///< with which their light transfer was measured;
@@ -45,7 +44,7 @@ struct AppearanceData {
 TexturePixels texture_pixels(const AppearanceView& view);
 
 /// Archive of schema "atelier.appearance_data", version 2 (docs/reference/formats.md), and back:
-/// texture coordinates of pixels to 1/65535, normals and tangents made anew. Reading throws
+/// texture coordinates of pixels to 1/65535, normals and tangents recomputed. Reading throws
 /// DataError for arrays that are missing, of another shape, not finite or out of range, and for
 /// version 1, which knew the ambient visibility alone.
 Archive archive_of(const AppearanceData& data);

@@ -18,11 +18,11 @@ namespace atelier {
 namespace {
 
 constexpr const char* kVersion = "3";
-constexpr int kLeastSide = 8;   // texels a side where the UNet turns round
-constexpr int kMostGrowth = 8;  // of its widths
+constexpr int kMinSide = 8;    // texels a side where the UNet turns round
+constexpr int kMaxGrowth = 8;  // of its widths
 
 int width_of(const NetworkOptions& options, int level) {
-  return options.channels * std::min(1 << std::min(level, 16), kMostGrowth);
+  return options.channels * std::min(1 << std::min(level, 16), kMaxGrowth);
 }
 
 /// A convolution: its parameters' shapes. `side` is of what it gives.
@@ -164,8 +164,8 @@ const std::string& text_at(const std::map<std::string, std::string>& texts, cons
 /// The stage that made a network: <workspace>/<stage>/<result>/<name>/model.safetensors.
 std::string maker_of(const std::filesystem::path& file) {
   const std::string folder = file.parent_path().parent_path().parent_path().filename().string();
-  const bool on_truth = folder == "ceiling" || renamed_stage(folder) == "ceiling";
-  return on_truth ? "ceiling" : "appearance";
+  const bool on_truth = folder == "oracle" || renamed_stage(folder) == "oracle";
+  return on_truth ? "oracle" : "appearance";
 }
 
 }  // namespace
@@ -189,15 +189,15 @@ OptionTable describe(NetworkOptions& options) {
 }
 
 int shadow_resolution_of(int resolution) {
-  return std::max(kLeastSide, resolution / 4);
+  return std::max(kMinSide, resolution / 4);
 }
 
 int branch_resolution_of(const NetworkOptions& options) {
-  return std::max(2 * kLeastSide, options.resolution / options.shading);
+  return std::max(2 * kMinSide, options.resolution / options.shading);
 }
 
 int branch_levels_of(const NetworkOptions& options) {
-  return std::bit_width(static_cast<unsigned>(branch_resolution_of(options) / kLeastSide)) - 1;
+  return std::bit_width(static_cast<unsigned>(branch_resolution_of(options) / kMinSide)) - 1;
 }
 
 std::vector<ParameterShape> network_parameters(const NetworkOptions& options, int cameras) {
@@ -229,7 +229,7 @@ AppearanceModel initial_model(const AppearanceData& data, const NetworkOptions& 
                               std::uint64_t seed) {
   require_sizes(options);
   if (data.views.empty() || data.frames.empty()) {
-    throw DataError("", "appearance data", "no view", "pictures of the garment to learn from");
+    throw DataError("", "appearance data", "no view", "images of the garment to learn from");
   }
   AppearanceModel model;
   model.name = data.name;
@@ -368,8 +368,8 @@ AppearanceModel appearance_model_of(const std::map<std::string, Tensor>& tensors
   model.uvs = matrix_of(tensor_at(tensors, "atlas.uvs", {-1, 2}, ElementType::Float64, file), 2,
                         file, "atlas.uvs");
   check_atlas(model.uvs, file);
-  constexpr Index kMostVertices = 1 << 28;
-  model.faces = indices("atlas.faces", kMostVertices);
+  constexpr Index kMaxVertices = 1 << 28;
+  model.faces = indices("atlas.faces", kMaxVertices);
   model.uv_faces = indices("atlas.uv_faces", model.uvs.rows());
   if (model.faces.rows() != model.uv_faces.rows() || model.faces.rows() == 0) {
     throw DataError(file, "atlas", std::to_string(model.uv_faces.rows()) + " texture faces",

@@ -36,7 +36,7 @@ struct LearntOcclusion {
 /// 4: dress learnt with 8".
 std::string occlusion_problem(const OcclusionOptions& asked, const LearntOcclusion& learnt);
 
-/// How light transfer of a picture is measured: as its networks learnt, where they say it, else as
+/// How light transfer of an image is measured: as its networks learnt, where they say it, else as
 /// asked, else as it comes. Throws DataError where networks contradict each other or what is asked.
 OcclusionOptions drawn_occlusion(const OcclusionOptions& asked,
                                  const std::vector<LearntOcclusion>& learnt);

@@ -31,7 +31,7 @@ OptionTable describe(OcclusionOptions& options);
 /// inside of a skirt is darker than its outside.
 ///
 /// `strata`^2 rays a side, one in each cell of a grid over the square that is mapped to the
-/// cosine-weighted disc (Malley's method). The place within a cell is random by vertex and cell
+/// cosine-weighted disk (Malley's method). The place within a cell is random by vertex and cell
 /// alone (Philox): the same in every frame, so that what noise there is does not flicker, and on
 /// any number of threads. Throws LogicError for options out of range.
 TransferRows light_transfer(const SurfaceFrame& frame, const TriangleTree& tree,

@@ -46,7 +46,7 @@ ATELIER_HOST_DEVICE inline float transfer_of(std::int64_t sum, int rays) {
 }
 
 /// Rays of a row of strata that meet nothing of the tree: cells (0..strata-1, row) of the square
-/// that is mapped to the cosine-weighted disc over `normal` (unit).
+/// that is mapped to the cosine-weighted disk over `normal` (unit).
 ATELIER_HOST_DEVICE inline OpenRays open_rays(const TreeView<double>& tree, Vec3d position,
                                               Vec3d normal, std::uint64_t vertex, int row,
                                               const AmbientRays& rays) {

@@ -13,7 +13,7 @@ constexpr const char* kColors = "colors";
 }  // namespace
 
 Archive archive_of_painted(const Image& picture) {
-  ATELIER_CHECK(picture.channels == 4, "a painted picture has colour and coverage");
+  ATELIER_CHECK(picture.channels == 4, "a painted image has colour and coverage");
   Archive archive;
   archive.schema = "atelier.painted_picture";
   put_array(archive, kColors, tensor_of(picture.data, {picture.height, picture.width, 4}));

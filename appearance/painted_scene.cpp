@@ -61,10 +61,10 @@ std::string group_of(std::size_t layer) {
 }
 
 std::size_t layer_count(const Archive& archive, const std::string& file) {
-  constexpr double kMostLayers = 1000;
+  constexpr double kMaxLayers = 1000;
   const auto found = archive.numbers.find("layers");
   const double count = found == archive.numbers.end() ? 0 : found->second;
-  if (!(count >= 1 && count <= kMostLayers && count == std::floor(count))) {
+  if (!(count >= 1 && count <= kMaxLayers && count == std::floor(count))) {
     throw DataError(file, "layers", std::to_string(count), "1 to 1000");
   }
   return static_cast<std::size_t>(count);
@@ -220,9 +220,9 @@ PaintedScene painted_scene_of(const Archive& archive, const std::string& file) {
       scene.vertices[f].push_back(std::move(vertices[f]));
     }
     // Of a layer that is never worn nobody knows how many vertices it has, and nobody asks.
-    constexpr Index kMostVertices = 1 << 28;
+    constexpr Index kMaxVertices = 1 << 28;
     layer.faces = index_rows_at<Triangles>(archive, group_of(i) + "/faces", 3,
-                                           rows > 0 ? rows : kMostVertices, file);
+                                           rows > 0 ? rows : kMaxVertices, file);
     scene.layers.push_back(std::move(layer));
   }
   return scene;

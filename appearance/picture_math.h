@@ -5,7 +5,7 @@
 
 namespace atelier {
 
-/// A surface as loops and kernels see it when they put a picture together.
+/// A surface as loops and kernels see it when they put an image together.
 struct PictureLayer {
   int first_face, end_face;  ///< among those of all surfaces
   const int* faces;          ///< [F,3] of its vertices
@@ -111,7 +111,7 @@ struct RasterView {
   int width;
 };
 
-/// A pixel of the picture: the mean of `samples` x `samples` of the raster; what nothing covers
+/// A pixel of the image: the mean of `samples` x `samples` of the raster; what nothing covers
 /// shows the background.
 ATELIER_HOST_DEVICE inline PictureColor picture_color(const PictureLayer* layers, int layer_count,
                                                       const RasterView& raster, int x, int y,

@@ -71,7 +71,7 @@ double similarity_at(const Image& a, const Image& b, const ByteImage& mask, int 
 double structural_similarity(const Image& a, const Image& b, const ByteImage& mask) {
   ATELIER_CHECK(a.width == b.width && a.height == b.height && a.channels == b.channels &&
                     a.width == mask.width && a.height == mask.height && mask.channels == 1,
-                "pictures and mask differ in size");
+                "images and mask differ in size");
   struct Sum {
     double value = 0;
     double count = 0;

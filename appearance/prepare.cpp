@@ -22,7 +22,7 @@ void require_size(const ByteImage& image, const Camera& camera, int channels, co
 }
 
 /// Whether all labels next to a pixel are the surface's. Label images are a pixel off at outlines:
-/// what they call a garment there may be the wall behind it, and a texel that few pictures show
+/// what they call a garment there may be the wall behind it, and a texel that few images show
 /// learns nothing else. Two pixels mend no more than one.
 bool labelled_around(const ByteImage& labels, int pixel, int label) {
   constexpr int kOff = 1;  // px
@@ -79,24 +79,24 @@ void require_agreement(const std::string& name, int fewest, std::size_t pixels, 
     all.agreed += one.agreed;
   }
   if (all.judged > 0 && 2 * all.agreed < all.judged) {
-    throw DataError("", "pictures of " + name,
+    throw DataError("", "images of " + name,
                     "label images give it " + std::to_string(all.agreed) + " of the " +
                         std::to_string(all.judged) + " pixels where the geometry has it",
-                    "pictures, calibration and geometry of one capture");
+                    "images, calibration and geometry of one capture");
   }
   if (pixels < static_cast<std::size_t>(fewest)) {
     if (pictures == 0) {
-      throw DataError("", "pictures of " + name, "none at all",
-                      "pictures of the frames in which it is worn");
+      throw DataError("", "images of " + name, "none at all",
+                      "images of the frames in which it is worn");
     }
     const std::string count = std::to_string(pixels);
     if (seen >= static_cast<std::size_t>(fewest)) {
-      throw DataError("", "pictures of " + name,
+      throw DataError("", "images of " + name,
                       count + " of " + std::to_string(seen) +
                           " pixels that show it are left, away from outlines and other labels",
-                      "less --visible.erosion, larger pictures, or labels of this garment");
+                      "less --visible.erosion, larger images, or labels of this garment");
     }
-    throw DataError("", "pictures of " + name, count + " pixels show it",
+    throw DataError("", "images of " + name, count + " pixels show it",
                     "cameras that see it, with the calibration that belongs to them");
   }
 }

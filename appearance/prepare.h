@@ -33,7 +33,7 @@ struct DrawnSurface {
   PackedAtlas atlas;         ///< without overlaps
   int label = -1;            ///< of its pixels in label images; -1: any
   bool trusted_only = true;  ///< leave out pixels near silhouettes and depth jumps
-  int fewest_pixels = 100;   ///< of all pictures, that have to show it
+  int fewest_pixels = 100;   ///< of all images, that have to show it
 };
 
 /// What a camera took in a frame.
@@ -60,9 +60,9 @@ struct LabelAgreement {
 /// and their colours: what a network learns from. Pixels that a label image gives to something
 /// else, or next to which it has something else (at outlines it is a pixel off), are left out.
 ///
-/// Throws DataError where a picture has another size than its camera, where the surface is not in
-/// a frame, where fewer than `fewest_pixels` of all pictures show it, and where label images say
-/// of more than half of its pixels that something else is there: pictures and geometry are then not
+/// Throws DataError where an image has another size than its camera, where the surface is not in
+/// a frame, where fewer than `fewest_pixels` of all images show it, and where label images say
+/// of more than half of its pixels that something else is there: images and geometry are then not
 /// of one capture.
 /// @param agreement  [C] if it is not null
 AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurface& surface,

@@ -135,7 +135,7 @@ void require_shown_vertices(const std::vector<ShownSurface>& surfaces, const Poi
 
 std::vector<PictureLayer> picture_layers(const std::vector<ShownSurface>& surfaces,
                                          const std::vector<SurfaceLook>& looks) {
-  ATELIER_CHECK(looks.size() == surfaces.size(), "a picture takes a look for each surface");
+  ATELIER_CHECK(looks.size() == surfaces.size(), "an image takes a look for each surface");
   std::vector<PictureLayer> layers;
   int face = 0;
   for (std::size_t s = 0; s < surfaces.size(); ++s) {

@@ -10,7 +10,7 @@
 
 namespace atelier {
 
-/// A surface that pictures show.
+/// A surface that images show.
 struct ShownSurface {
   Index vertices = 0;  ///< V
   Triangles faces;     ///< [F,3] of its vertices
@@ -36,9 +36,9 @@ struct SurfaceLook {
       color{};  ///< linear RGB, times the ambient visibility of the side that shows
 };
 
-/// Surfaces before a camera, on a device: all of a picture but the networks. For surfaces that are
-/// worn together; what does not change from picture to picture stays on the device, and the tree
-/// for occlusion follows the vertices. A picture is `look`, `surface` of those that it sees,
+/// Surfaces before a camera, on a device: all of an image but the networks. For surfaces that are
+/// worn together; what does not change from image to image stays on the device, and the tree
+/// for occlusion follows the vertices. An image is `look`, `surface` of those that it sees,
 /// `picture`. Both devices agree but for rounding and for rays that graze an edge.
 class ShownSurfaces {
  public:
@@ -53,7 +53,7 @@ class ShownSurfaces {
   /// A surface as it was looked at, with its light transfer; valid until the next look.
   virtual SurfaceArrays surface(std::size_t which) = 0;
 
-  /// The picture [H,W,4] in linear light, of one look for each surface; squares of `samples` pixels
+  /// The image [H,W,4] in linear light, of one look for each surface; squares of `samples` pixels
   /// of the camera are one of the picture's. Colours are clamped to [0,1].
   virtual Image picture(const std::vector<SurfaceLook>& looks) = 0;
 

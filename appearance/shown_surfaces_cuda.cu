@@ -127,7 +127,7 @@ void resize(CudaBuffer<T>& buffer, std::size_t size) {
   }
 }
 
-/// What stays on the device of a surface, and what each picture makes anew.
+/// What stays on the device of a surface, and what each image makes anew.
 struct SurfaceOnDevice {
   Index first_vertex;
   int vertices, coordinates;
@@ -161,7 +161,7 @@ SurfaceOnDevice surface_on_device(const ShownSurface& surface, Index first_verte
                          CudaBuffer<Vec3d>(size(surface.vertices, 1)),
                          CudaBuffer<Vec3d>(size(surface.vertices, 1)),
                          CudaBuffer<OpenRays>(size(surface.vertices, 2))};
-  one.transfer.clear();  // of what no picture sees nothing is asked
+  one.transfer.clear();  // of what no image sees nothing is asked
   return one;
 }
 

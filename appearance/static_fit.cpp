@@ -100,7 +100,7 @@ std::vector<std::size_t> contradicting_cameras(const StaticFit& fit) {
   return cameras;
 }
 
-bool most_contradict(const StaticFit& fit) {
+bool max_contradict(const StaticFit& fit) {
   constexpr double kLeast = 20;  // dB
   constexpr double kShare = 0.1;
   std::size_t judged = 0;

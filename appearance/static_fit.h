@@ -7,18 +7,18 @@
 
 namespace atelier {
 
-/// How well the best texture that does not change shows the pictures of some data, in dB over their
+/// How well the best texture that does not change shows the images of some data, in dB over their
 /// pixels as 8-bit sRGB.
 struct StaticFit {
   double psnr = 0;                  ///< of all
   std::vector<double> camera_psnr;  ///< [C] of each camera; NaN: it has no pixel
   /// [C] share of the variance of a camera's pixels that it explains: 1 all, 0 or less none, as of
-  /// pictures of something else; of cloth of one colour also little. Less what every camera
+  /// images of something else; of cloth of one colour also little. Less what every camera
   /// explains of itself, by its part in the texture.
   std::vector<double> camera_explained;
 };
 
-/// Texels a side at which pictures are compared with a texture that does not change, at most:
+/// Texels a side at which images are compared with a texture that does not change, at most:
 /// coarse, so that cloth which is registered a little off is not taken for other pictures.
 inline constexpr int kJudgedTexels = 128;
 
@@ -29,14 +29,14 @@ int judged_texels(const AppearanceData& data);
 /// Finds it. Throws LogicError for views without colours. O(pixels).
 StaticFit static_fit(const AppearanceData& data, int resolution);
 
-/// Cameras whose pictures contradict the geometry, as where those of two cameras were exchanged:
+/// Cameras whose images contradict the geometry, as where those of two cameras were exchanged:
 /// what the texture explains of theirs is less than a quarter of what it does of the median
 /// camera's, or they are 4 dB below it, which is for plain cloth, of which it explains little.
 /// docs/results/appearance.md has figures.
 std::vector<std::size_t> contradicting_cameras(const StaticFit& fit);
 
-/// True if the pictures of most cameras do: then there is no median to compare with, and the
+/// True if the images of most cameras do: then there is no median to compare with, and the
 /// texture explains nothing of what differs by more than cloth in changing light.
-bool most_contradict(const StaticFit& fit);
+bool max_contradict(const StaticFit& fit);
 
 }  // namespace atelier

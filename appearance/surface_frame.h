@@ -35,7 +35,7 @@ SurfaceFrame surface_frame(const Points& vertices, const Triangles& faces, const
 Eigen::MatrixXf texel_values(const TexelMap& map, const Triangles& corners,
                              const Eigen::Ref<const Eigen::MatrixXf>& values);
 
-/// Rows of covered texels as a picture [R,R,columns], what is not covered filled from
+/// Rows of covered texels as an image [R,R,columns], what is not covered filled from
 /// TexelMap::source, 0 where that is not covered either.
 Image texture_of(const TexelMap& map, const Eigen::Ref<const Eigen::MatrixXf>& rows);
 

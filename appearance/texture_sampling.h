@@ -7,7 +7,7 @@
 
 namespace atelier {
 
-/// Pixels of a picture as places in a texture, and their colours.
+/// Pixels of an image as places in a texture, and their colours.
 struct TexturePixels {
   std::vector<float> u, v;    ///< [P] in [0,1], v up
   std::vector<float> colors;  ///< [3P] linear RGB, or empty
@@ -31,13 +31,13 @@ struct StaticTexture {
       seen;  ///< [R,R] 1: some pixel has half of its colour (less, if few are) from it
 };
 
-/// One picture for it.
+/// One image for it.
 struct TextureView {
   int camera_idx = 0;
   const TexturePixels* pixels = nullptr;  ///< with colours
 };
 
-/// The texture that shows all pictures best (least squares in linear light), with the cameras'
+/// The texture that shows all images best (least squares in linear light), with the cameras'
 /// gains: alternates `rounds` times between texture (simultaneous iterative reconstruction, Gilbert
 /// 1972: residuals splatted, divided by the weight of each texel; five steps a round) and gains (in
 /// closed form). Light is not negative. The best that can be said of a garment without looking at

@@ -34,7 +34,7 @@ ByteImage sound_pixels(const Raster& raster, int first_face, int end_face, doubl
   return sound;
 }
 
-/// Least value within `radius` pixels along rows, then columns; outside of the picture is sound.
+/// Least value within `radius` pixels along rows, then columns; outside of the image is sound.
 ByteImage eroded(const ByteImage& mask, int radius) {
   ByteImage rows(mask.width, mask.height, 1);
   ByteImage result(mask.width, mask.height, 1);

@@ -1,5 +1,5 @@
-// bench_appearance_network [cuda]: one picture of a dressed person, body of 10,000 vertices and
-// garment of 10,000, a network each, into a picture of 1024 x 1024, with everything that a new
+// bench_appearance_network [cuda]: one image of a dressed person, body of 10,000 vertices and
+// garment of 10,000, a network each, into an image of 1024 x 1024, with everything that a new
 // frame costs, as a whole and part by part (the device waited for between them, so that parts do
 // not overlap and sum to more). Networks are random: the arithmetic does not ask what they learnt.
 // A program of its own, since Google Benchmark and libtorch 2 share symbols and crash.
@@ -86,7 +86,7 @@ std::shared_ptr<const AppearanceModel> model_of(const Mesh& mesh, const Case& on
   return model;
 }
 
-/// Milliseconds of one picture, as a whole and of its parts: medians of some.
+/// Milliseconds of one image, as a whole and of its parts: medians of some.
 struct Times {
   double all;
   PaintTimes parts;
@@ -148,7 +148,7 @@ int main(int argc, char** argv) {
   using namespace atelier;
   const bool cuda = argc > 1 && std::strcmp(argv[1], "cuda") == 0;
   std::printf("| device | texels | channels | shading | rays a side | samples | ms | pictures/s |");
-  std::printf(" look | surfaces | networks | picture |\n");
+  std::printf(" look | surfaces | networks | image |\n");
   std::printf("|---|---|---|---|---|---|---|---|---|---|---|---|\n");
   const std::vector<Case> cases =
       cuda ? std::vector<Case>{{256, 8, 2, 8, 1},   {512, 16, 4, 8, 1},  {1024, 16, 4, 4, 1},

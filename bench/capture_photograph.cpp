@@ -1,4 +1,4 @@
-// One picture of a synthetic capture as `atelier synthesize` takes it: light, maps, labels, noise.
+// One image of a synthetic capture as `atelier synthesize` takes it: light, maps, labels, noise.
 
 #include <cmath>
 #include <numbers>

@@ -6,9 +6,9 @@
 #include <benchmark/benchmark.h>
 
 #include "registration/edge_paths.h"
+#include "registration/flattening/cut_to_disks.h"
 #include "registration/flattening/find_seams.h"
 #include "registration/flattening/flat_pattern.h"
-#include "registration/flattening/open_to_discs.h"
 
 namespace atelier {
 namespace {
@@ -42,7 +42,7 @@ void flatten_opened(benchmark::State& state) {
   const Topology topology = topology_of(mesh.faces, mesh.vertices.rows());
   FlatMeasures measures;
   for (auto _ : state) {
-    const std::vector<char> cut = opened_to_discs(
+    const std::vector<char> cut = cut_to_disks(
         topology, std::vector<char>(static_cast<std::size_t>(topology.edges.rows()), 0),
         edge_lengths(topology, mesh.vertices));
     measures = measure_flat(mesh, flatten_surface(mesh, cut));

@@ -1,6 +1,6 @@
 // One frame of clothing registration: a tube of cloth of 5,000 vertices and 1.9 m2 on a body, a
 // scan of 20,000 points, 16 cameras of 800x1000. All that a sequence spends on a frame but reading
-// files. As it is, where pictures settle early, and with every step that it may take (all_steps:1).
+// files. As it is, where images settle early, and with every step that it may take (all_steps:1).
 // Counters: error (mm, of points), correlation, picture_steps.
 #include <Eigen/Geometry>
 #include <cmath>

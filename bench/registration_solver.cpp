@@ -1,5 +1,5 @@
 // One round of clothing registration as a least-squares problem, by the registration's own solver
-// and by Ceres: a tube of cloth of 5,000 vertices pulled to 20,000 points and to what pictures say
+// and by Ceres: a tube of cloth of 5,000 vertices pulled to 20,000 points and to what images say
 // of each face. Both go down from the same start to the energy that is lower than the lowest by a
 // part in ten thousand. One thread each. Counters: energy (over the lowest that any reached),
 // steps, build_ms (Ceres: its problem and its ordering, anew in every round, as the points' faces
@@ -15,8 +15,8 @@
 #include "core/mesh.h"
 #include "core/normals.h"
 #include "core/random.h"
+#include "registration/tracking/body_driven_prediction.h"
 #include "registration/tracking/cloth_energy.h"
-#include "registration/tracking/ride_on_body.h"
 
 namespace atelier {
 namespace {
@@ -26,7 +26,7 @@ constexpr int kRings = 70;
 constexpr double kTubeRadius = 0.25;  // m
 constexpr double kTubeHeight = 1.2;   // m
 
-/// A term of two linear residuals in a face's corners: what a patch of two pictures says.
+/// A term of two linear residuals in a face's corners: what a patch of two images says.
 struct PictureRow {
   Eigen::Matrix<double, 2, 9> J;  // m
   Eigen::Vector2d r;              // m2
@@ -243,7 +243,7 @@ const Round& the_round() {
   return round;
 }
 
-/// The energy but for a constant, what pictures say at rest, which Ceres counts too.
+/// The energy but for a constant, what images say at rest, which Ceres counts too.
 double energy_at(const Points& x) {
   return cloth_energy(the_round().model, the_round().terms, x);
 }

@@ -19,7 +19,7 @@ namespace {
 
 // Length of an opening's edge, in statures, above which a skin encloses no volume: slits of eyes
 // and lips are less, a missing hand is more. Our choice.
-constexpr double kMostBorder = 0.09;
+constexpr double kMaxBorder = 0.09;
 
 using Eigen::Vector2d;
 using Eigen::Vector3d;
@@ -377,7 +377,7 @@ BodyMeasurements measure_body(const BodyModel& model, const Eigen::VectorXd& sha
   mesh.faces = piece.faces;
   const double border = longest_border(mesh.vertices, mesh.faces);
   const bool open =
-      border > kMostBorder * (mesh.vertices.col(1).maxCoeff() - mesh.vertices.col(1).minCoeff());
+      border > kMaxBorder * (mesh.vertices.col(1).maxCoeff() - mesh.vertices.col(1).minCoeff());
   if (open && piece.pieces == 1) {
     throw DataError("", "skin", "an opening of " + std::to_string(border) + " m round",
                     "a closed skin: an open one has no volume");

@@ -12,7 +12,7 @@ namespace atelier {
 namespace {
 
 constexpr double kAgree = 0.4;      // mean support of the joints of two detections of one person
-constexpr int kLeastJoints = 4;     // that two detections have in common
+constexpr int kMinJoints = 4;       // that two detections have in common
 constexpr std::size_t kSeeds = 24;  // best pairs that are tried as a person
 constexpr double kStride = 0.6;     // m, furthest that somebody gets between two frames
 
@@ -38,7 +38,7 @@ struct Person {
 
 std::vector<Node> nodes_of(const std::vector<Camera>& cameras,
                            const std::vector<std::vector<PersonKeypoints>>& people,
-                           double least_confidence) {
+                           double min_confidence) {
   std::vector<Node> nodes;
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     for (std::size_t p = 0; p < people[c].size(); ++p) {
@@ -49,12 +49,12 @@ std::vector<Node> nodes_of(const std::vector<Camera>& cameras,
       node.origin = camera_center(cameras[c]);
       int seen = 0;
       for (Index k = 0; k < node.rows->rows(); ++k) {
-        node.rays.push_back((*node.rows)(k, 2) >= std::max(least_confidence, 0.05)
+        node.rays.push_back((*node.rows)(k, 2) >= std::max(min_confidence, 0.05)
                                 ? ray_direction(cameras[c], node.rows->row(k).head<2>().transpose())
                                 : std::nullopt);
         seen += node.rays.back() ? 1 : 0;
       }
-      if (seen >= kLeastJoints) {
+      if (seen >= kMinJoints) {
         nodes.push_back(std::move(node));
       }
     }
@@ -99,7 +99,7 @@ std::optional<double> agreement(const Camera& camera, const Node& node, const Bo
       sum += std::max(0.0, 1 - off2 / far2);
     }
   }
-  if (count < kLeastJoints) {
+  if (count < kMinJoints) {
     return std::nullopt;
   }
   return sum / count;
@@ -190,7 +190,7 @@ std::vector<Person> people_of(const std::vector<Camera>& cameras, const std::vec
   std::vector<bool> taken(nodes.size(), false);
   std::vector<Person> people;
   // Two detections of different people meet by chance; three hardly ever do.
-  const int least = cameras.size() > 3 ? std::max(options.least_views, 3) : options.least_views;
+  const int least = cameras.size() > 3 ? std::max(options.min_views, 3) : options.min_views;
   for (;;) {
     Person best;
     std::size_t tried = 0;
@@ -220,7 +220,7 @@ std::vector<Person> people_of(const std::vector<Camera>& cameras, const std::vec
         any = true;
       }
     }
-    if (!any || best.views < options.least_views) {
+    if (!any || best.views < options.min_views) {
       return people;
     }
     people.push_back(std::move(best));
@@ -237,7 +237,7 @@ double distance(const Body& a, const Body& b) {
       ++count;
     }
   }
-  return count < kLeastJoints ? std::numeric_limits<double>::infinity() : sum / count;
+  return count < kMinJoints ? std::numeric_limits<double>::infinity() : sum / count;
 }
 
 /// Somebody over time.
@@ -277,8 +277,8 @@ std::vector<Track> tracks_of(const std::vector<std::vector<Person>>& frames) {
       const Body body = expected(tracks[t], gap);
       for (std::size_t p = 0; p < frames[f].size(); ++p) {
         const double off = distance(body, frames[f][p].body);
-        constexpr double kMostGaps = 3;
-        if (off < kStride * std::min(static_cast<double>(gap), kMostGaps)) {
+        constexpr double kMaxGaps = 3;
+        if (off < kStride * std::min(static_cast<double>(gap), kMaxGaps)) {
           matches.push_back({off, t, p});
         }
       }
@@ -334,7 +334,7 @@ std::vector<std::vector<std::vector<Keypoints2d>>> associate_people(
   std::vector<std::vector<Person>> people(frames);
   parallel_for(static_cast<Index>(frames), 1, [&](Index begin, Index end) {
     for (auto f = static_cast<std::size_t>(begin); f < static_cast<std::size_t>(end); ++f) {
-      nodes[f] = nodes_of(cameras, detections.people[f], options.least_confidence);
+      nodes[f] = nodes_of(cameras, detections.people[f], options.min_confidence);
       people[f] = people_of(cameras, nodes[f], options);
     }
   });

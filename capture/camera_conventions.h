@@ -52,7 +52,7 @@ Eigen::Matrix3d y_up_from(const std::string& up);
 Camera in_our_world(Camera camera, const FileWorld& world);
 Camera in_file_world(Camera camera, const FileWorld& world);
 
-/// The same camera for pictures of another size: everything in pixels times the factor, which is
+/// The same camera for images of another size: everything in pixels times the factor, which is
 /// exact where the first pixel's centre is at (0.5, 0.5).
 Camera scaled_camera(Camera camera, int width, int height);
 

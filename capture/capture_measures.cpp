@@ -26,7 +26,7 @@ namespace {
 Measure calibration(const std::vector<Camera>& truth, const std::vector<Camera>& written) {
   if (truth.size() != written.size()) {
     throw DataError("cameras.json", "", std::to_string(written.size()) + " cameras",
-                    std::to_string(truth.size()) + ", as the truth has");
+                    std::to_string(truth.size()) + ", as the ground truth has");
   }
   double sum = 0;
   for (std::size_t c = 0; c < truth.size(); ++c) {
@@ -43,7 +43,7 @@ struct DetectorErrors {
 
 /// Adds one picture's keypoints.
 void add_detections(DetectorErrors& all, const fs::path& file, const KeypointSchema& schema,
-                    const CaptureTruth& truth, const TruthFrame& frame, const Camera& camera) {
+                    const GroundTruth& truth, const GroundTruthFrame& frame, const Camera& camera) {
   const nlohmann::json parsed = read_json(file);
   const std::vector<JsonPlace> people = JsonPlace(parsed, file.string()).items("people");
   if (people.empty()) {
@@ -74,7 +74,7 @@ void add_detections(DetectorErrors& all, const fs::path& file, const KeypointSch
   }
 }
 
-/// Mean over labels of intersection over union, of labels that the truth shows.
+/// Mean over labels of intersection over union, of labels that the ground truth shows.
 double mean_iou(const ByteImage& found, const ByteImage& truth, const std::string& file) {
   if (found.data.size() != truth.data.size()) {
     throw DataError(file, "", "another size than the true labels", "the same size");
@@ -102,9 +102,9 @@ double mean_iou(const ByteImage& found, const ByteImage& truth, const std::strin
   return sum / std::max(1, count);
 }
 
-double seam_mismatch(const CaptureTruth& truth) {
+double seam_mismatch(const GroundTruth& truth) {
   double worst = 0;
-  for (const TruthGarment& garment : truth.garments) {
+  for (const GroundTruthGarment& garment : truth.garments) {
     for (const Seam& seam : garment.seams) {
       double a = 0;
       double b = 0;
@@ -138,9 +138,9 @@ std::vector<Measure> measure_capture(const fs::path& capture) {
   const CaptureInfo info = read_capture_info(capture);
   if (!info.synthetic) {
     throw DataError((capture / "capture.toml").string(), "synthetic", "false",
-                    "a synthetic capture: only these have a truth");
+                    "a synthetic capture: only these have a ground truth");
   }
-  const CaptureTruth truth = read_capture_truth(capture);
+  const GroundTruth truth = read_ground_truth(capture);
   const KeypointSchema& schema = keypoint_schema(info.keypoint_schema);
   std::vector<Measure> measures = {calibration(truth.cameras, read_cameras(capture))};
   DetectorErrors detections;
@@ -151,7 +151,7 @@ std::vector<Measure> measure_capture(const fs::path& capture) {
   const double room = thickness == truth.numbers.end() ? 0 : thickness->second;
   for (const CaptureSequence& sequence : info.sequences) {
     for (const int id : sequence.frame_ids) {
-      const TruthFrame frame = read_truth_frame(capture, truth, id);
+      const GroundTruthFrame frame = read_ground_truth_frame(capture, truth, id);
       for (const Points& garment : frame.garments) {
         const Eigen::VectorXd depths = depths_inside(garment, frame.body, truth.body.faces, room);
         deepest = std::max(deepest, depths.size() > 0 ? depths.maxCoeff() : 0);
@@ -173,9 +173,9 @@ std::vector<Measure> measure_capture(const fs::path& capture) {
   measures.push_back(
       {"capture.keypoint_found",
        static_cast<double>(detections.errors.size()) / std::max(1, detections.in_picture), "", 0,
-       Measure::Side::None, std::to_string(detections.in_picture) + " points in pictures"});
+       Measure::Side::None, std::to_string(detections.in_picture) + " points in images"});
   measures.push_back({"capture.label_miou", iou / std::max(1, pictures), "", 0, Measure::Side::None,
-                      std::to_string(pictures) + " pictures"});
+                      std::to_string(pictures) + " images"});
   measures.push_back({"capture.cloth_depth_mm", 1000 * deepest, "mm", 0.1, Measure::Side::AtMost,
                       "cloth vertices inside the body, a thickness off its own overlaps"});
   measures.push_back({"capture.seam_mismatch", seam_mismatch(truth), "", 0.003,

@@ -103,7 +103,7 @@ void judge_pictures(const std::string& camera, const std::vector<PictureFacts>& 
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     const PictureFacts& picture = pictures[i];
     if (picture.mean < options.black) {
-      gathered.add(Severity::Error, "image-black", camera, picture.frame_id, "the picture is black",
+      gathered.add(Severity::Error, "image-black", camera, picture.frame_id, "the image is black",
                    "was the camera covered or off? leave the frame out");
       continue;
     }
@@ -114,7 +114,7 @@ void judge_pictures(const std::string& camera, const std::vector<PictureFacts>& 
     }
     if (pictures.size() >= 5 && picture.sharpness < options.blur * usual) {
       gathered.add(Severity::Warning, "image-blurred", camera, picture.frame_id,
-                   "the picture is less sharp than the camera's others",
+                   "the image is less sharp than the camera's others",
                    "is it out of focus, moved, or scaled?");
     }
     const auto [same, is_new] = frame_of.emplace(picture.digest, picture.frame_id);
@@ -124,7 +124,7 @@ void judge_pictures(const std::string& camera, const std::vector<PictureFacts>& 
     const PictureFacts& before = pictures[i - 1];
     if (!is_new) {
       gathered.add(Severity::Warning, "frame-duplicate", camera, picture.frame_id,
-                   "the picture is that of frame " + std::to_string(same->second),
+                   "the image is that of frame " + std::to_string(same->second),
                    "did the recorder drop a frame? then later frames may be out of step");
     } else if (before.mean > options.black &&
                std::abs(picture.mean - before.mean) > options.jump * before.mean) {
@@ -158,7 +158,7 @@ Eigen::Vector3d colour_on(const ByteImage& image, const ByteImage& mask, const C
   return count < kFew ? Eigen::Vector3d::Zero() : Eigen::Vector3d(sum / count);
 }
 
-/// Pictures of two cameras that are one picture, and cameras whose colours are not the others'.
+/// Images of two cameras that are one image, and cameras whose colours are not the others'.
 void compare_cameras(const std::vector<Camera>& cameras,
                      const std::vector<std::vector<PictureFacts>>& pictures,
                      std::vector<Finding>& findings) {
@@ -172,7 +172,7 @@ void compare_cameras(const std::vector<Camera>& cameras,
       if (!is_new && told.emplace(there->second, c).second) {
         findings.push_back({Severity::Error, "picture-twins",
                             cameras[c].id + " frame " + std::to_string(picture.frame_id),
-                            "it has the very picture of " + cameras[there->second].id,
+                            "it has the very image of " + cameras[there->second].id,
                             "was a camera's folder copied under another name?",
                             "--capture.leave-out " + cameras[c].id});
       }
@@ -336,14 +336,14 @@ std::vector<Finding> check_frames(FrameReader& reader, const FrameCheckOptions& 
     const bool held = std::find(held_out.begin(), held_out.end(), camera.id) != held_out.end();
     if (frames.images.empty() && !all_frames.empty() && !held) {
       camera_findings.push_back({any_picture ? Severity::Error : Severity::Warning,
-                                 "camera-without-pictures", camera.id, "it has no picture",
-                                 "where are its pictures? without them it serves keypoints alone"});
+                                 "camera-without-pictures", camera.id, "it has no image",
+                                 "where are its images? without them it serves keypoints alone"});
     }
     int turn = 0;
     for (const int frame : all_frames) {
       if (lacks(frames, frame)) {
         gathered.add(Severity::Warning, "frame-missing", camera.id, frame,
-                     "other cameras have a picture of this frame",
+                     "other cameras have an image of this frame",
                      "did the recorder drop it? then later frames may be out of step");
         continue;
       }
@@ -358,10 +358,10 @@ std::vector<Finding> check_frames(FrameReader& reader, const FrameCheckOptions& 
             (image->width != frames.image_width || image->height != frames.image_height)) {
           gathered.add(Severity::Error, "frame-size", camera.id, frame,
                        std::to_string(image->width) + " x " + std::to_string(image->height) +
-                           " px, the camera's first readable picture has " +
+                           " px, the camera's first readable image has " +
                            std::to_string(frames.image_width) + " x " +
                            std::to_string(frames.image_height),
-                       "take pictures of one size");
+                       "take images of one size");
         }
         pictures.push_back(facts_of(*image, frame));
       }
@@ -376,7 +376,7 @@ std::vector<Finding> check_frames(FrameReader& reader, const FrameCheckOptions& 
           if (mask->width != image->width || mask->height != image->height) {
             gathered.add(Severity::Error, "mask-size", camera.id, frame,
                          std::to_string(mask->width) + " x " + std::to_string(mask->height) +
-                             " px, the picture has " + std::to_string(image->width) + " x " +
+                             " px, the image has " + std::to_string(image->width) + " x " +
                              std::to_string(image->height),
                          "make masks of the pictures' size");
           }

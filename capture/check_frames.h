@@ -11,20 +11,20 @@ namespace atelier {
 
 struct FrameCheckOptions {
   int every = 1;        ///< of each camera's frames, this many apart are decoded; all are counted
-  double black = 0.01;  ///< mean of a picture in sRGB below which it is black
-  double saturated = 0.3;  ///< share of pixels at the top above which a picture is saturated
+  double black = 0.01;  ///< mean of an image in sRGB below which it is black
+  double saturated = 0.3;  ///< share of pixels at the top above which an image is saturated
   double jump = 0.25;      ///< change of the mean from frame to frame that is an exposure jump
-  double blur = 0.25;  ///< sharpness against the camera's median below which a picture is blurred
+  double blur = 0.25;  ///< sharpness against the camera's median below which an image is blurred
 };
 OptionTable describe(FrameCheckOptions& options);
 
-/// Without pictures, masks and labels of the cameras that are held out, which `evaluate` alone
+/// Without images, masks and labels of the cameras that are held out, which `evaluate` alone
 /// opens; their calibration and detections stay.
 Dataset without_held_out_pictures(Dataset dataset);
 
-/// Pictures, masks and labels, one frame of one camera at a time: what does not decode
+/// Images, masks and labels, one frame of one camera at a time: what does not decode
 /// ("image-damaged"), has another size ("image-size"), is missing ("frame-missing",
-/// "camera-without-pictures"), is the picture before once more ("frame-duplicate"), black,
+/// "camera-without-pictures"), is the image before once more ("frame-duplicate"), black,
 /// saturated, blurred, or exposed otherwise than before; masks that are empty, full or inverted
 /// ("mask-inverted"), labels that no taxonomy has. What is said of many frames of a camera is said
 /// once, with the first and the number. A held-out camera may have no

@@ -19,7 +19,7 @@
 namespace atelier {
 namespace {
 
-constexpr double kWorstError = 12;  // px of a picture 1000 rows high: no detector is so far off
+constexpr double kWorstError = 12;  // px of an image 1000 rows high: no detector is so far off
 
 using Frames = std::vector<std::vector<Keypoints2d>>;
 
@@ -56,10 +56,10 @@ void check_rows(const Dataset& dataset, const Frames& detections, std::vector<Fi
                                    extent),
                           "read them so", "--capture.keypoints " + camera.id + "=shares"});
     } else if (outside > 0.05 * found) {
-      findings.push_back({Severity::Error, "keypoints-outside", camera.id,
-                          sentence("%.0f%% of the confident points lie outside the picture",
-                                   100 * outside / found),
-                          "are they of pictures of another size?"});
+      findings.push_back(
+          {Severity::Error, "keypoints-outside", camera.id,
+           sentence("%.0f%% of the confident points lie outside the image", 100 * outside / found),
+           "are they of images of another size?"});
     }
     if (wrong > 0) {
       const bool percent = largest > 10 && largest <= 100;
@@ -223,8 +223,8 @@ Meeting meeting_of(const SeenPerson& seen, const Triangulation& found,
     for (std::size_t k = 0; k < seen.schema->points.size(); ++k) {
       const int views = confident_views(seen.detections[f], k);
       const SpacePoint& point = found.frames[f].points[k];
-      meeting.unseen += views > 0 && views < options.least_views ? 1 : 0;
-      if (views >= options.least_views) {
+      meeting.unseen += views > 0 && views < options.min_views ? 1 : 0;
+      if (views >= options.min_views) {
         meeting.wanted += 1;
         meeting.detected += views;
         meeting.supported += point.bridged ? 0 : agreeing_views(seen, f, k, point, options.inlier);
@@ -275,7 +275,7 @@ KeypointCheck check_keypoints(FrameReader& reader, const TriangulationOptions& o
   findings = all.findings;
   check.frame_ids = seen.frame_ids = all.frame_ids;
   seen.detections = main_person(all);
-  if (most_people(all) > 1 && dataset.cameras.size() > 1) {
+  if (max_people(all) > 1 && dataset.cameras.size() > 1) {
     const auto people = associate_people(dataset.cameras, all, *seen.schema, options);
     if (!people.empty()) {
       seen.detections = people.front();
@@ -296,10 +296,10 @@ KeypointCheck check_keypoints(FrameReader& reader, const TriangulationOptions& o
   }
   check.found = found;
   // Half of the cameras can agree although all are misread: a circle is symmetric.
-  constexpr double kMostAgree = 0.8;
+  constexpr double kMaxAgree = 0.8;
   constexpr double kMet = 0.5;
   const double met = meeting.met / meeting.wanted;
-  if (usual > kWorstError || meeting.supported < kMostAgree * meeting.detected) {
+  if (usual > kWorstError || meeting.supported < kMaxAgree * meeting.detected) {
     if (const auto explained = explain_all(seen, options)) {
       std::erase_if(findings, [&](const Finding& f) { return f.code == "keypoints-outside"; });
       findings.push_back(*explained);
@@ -310,7 +310,7 @@ KeypointCheck check_keypoints(FrameReader& reader, const TriangulationOptions& o
     findings.push_back(
         {Severity::Error, "calibration-error", "",
          sentence("%.0f%% of the keypoints meet in space, with %.1f px of error", 100 * met, usual),
-         "are calibration and pictures of the same day, size and layout?"});
+         "are calibration and images of the same day, size and layout?"});
     return check;
   }
   check.calibration_fits = true;

@@ -18,7 +18,7 @@ struct KeypointCheck {
 };
 
 /// What detections say of themselves and of the calibration: files that are damaged, points outside
-/// their picture, confidences outside [0,1], cameras that see nobody ("keypoints-none"); then,
+/// their image, confidences outside [0,1], cameras that see nobody ("keypoints-none"); then,
 /// triangulated, how all cameras or one of them were misread and the setting that mends it
 /// (explain_cameras.h), a person of a size that nobody has ("person-size": the unit), left and
 /// right of it in each other's place ("keypoint-sides"), an order of points whose limbs are of no

@@ -37,7 +37,7 @@ constexpr std::array kJoints = {
     JointLabels{"right_ankle", {Label::Lower, Label::Shoes, Label::Dress, Label::Skin}},
 };
 
-/// Where a joint is in a camera's picture, if it is known.
+/// Where a joint is in a camera's image, if it is known.
 std::optional<Eigen::Vector2d> pixel_of(const Dataset& dataset, const KeypointCheck& keypoints,
                                         std::size_t frame, std::size_t camera, int joint) {
   if (joint < 0) {

@@ -12,7 +12,7 @@
 
 namespace atelier {
 
-/// Where one picture, mask, label image or detection lies.
+/// Where one image, mask, label image or detection lies.
 struct DataPlace {
   std::filesystem::path file;  ///< a file of its own, a zip, a video, an HDF5 file
   std::string member;          ///< name inside a zip or an HDF5 file; "": the file itself
@@ -23,10 +23,10 @@ struct DataPlace {
 
 /// How a camera's detections are meant where files say it wrongly (layouts/corrections.h).
 struct KeypointReading {
-  double scale_x = 1;          ///< px of the picture for each of the file's
+  double scale_x = 1;          ///< px of the image for each of the file's
   double scale_y = 1;          ///< the same down
   double confidence = 1;       ///< factor
-  bool mirrored = false;       ///< the picture was mirrored when it was looked at
+  bool mirrored = false;       ///< the image was mirrored when it was looked at
   bool upside_down = false;    ///< rows were counted from below
   bool swapped_sides = false;  ///< left is right
 
@@ -55,7 +55,7 @@ struct FileWorld {
 };
 
 /// A capture as its files describe it, in any layout: an index. Nothing but calibrations and the
-/// headers of a few pictures is read (`open_dataset`, layouts/open_dataset.h); `FrameReader`
+/// headers of a few images is read (`open_dataset`, layouts/open_dataset.h); `FrameReader`
 /// (frame_reader.h) opens the frames. Cameras are
 /// in our conventions (core/camera.h): metres, Y up, first pixel's centre at (0.5, 0.5).
 struct Dataset {

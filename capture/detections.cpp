@@ -75,7 +75,7 @@ std::vector<std::vector<Keypoints2d>> main_person(const Detections& detections) 
   return frames;
 }
 
-int most_people(const Detections& detections) {
+int max_people(const Detections& detections) {
   std::size_t most = 0;
   for (const auto& cameras : detections.people) {
     for (const auto& people : cameras) {

@@ -23,6 +23,6 @@ Detections read_detections(FrameReader& reader, const std::vector<int>& frames);
 std::vector<std::vector<Keypoints2d>> main_person(const Detections& detections);
 
 /// Most people in one picture.
-int most_people(const Detections& detections);
+int max_people(const Detections& detections);
 
 }  // namespace atelier

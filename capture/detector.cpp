@@ -64,7 +64,7 @@ Keypoints2d detected_keypoints(const Camera& camera, const KeypointSchema& schem
                 "one point and one sight per keypoint of the schema");
   const double scale = camera.height / 1000.0;
   Keypoints2d found = Keypoints2d::Zero(count, 3);
-  std::vector<Eigen::Vector2d> pixels;  // of points in the picture, for outliers
+  std::vector<Eigen::Vector2d> pixels;  // of points in the image, for outliers
   Keypoints2d exact = Keypoints2d::Zero(count, 3);
   for (Index i = 0; i < count; ++i) {
     const auto pixel = project(camera, points.row(i).transpose());

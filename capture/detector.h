@@ -12,9 +12,9 @@
 
 namespace atelier {
 
-/// How a keypoint detector errs. Pixels are those of a picture 1000 rows high; others scale.
+/// How a keypoint detector errs. Pixels are those of an image 1000 rows high; others scale.
 struct DetectorOptions {
-  bool perfect = false;    ///< the exact projections, confidence 1, of what is in the picture
+  bool perfect = false;    ///< the exact projections, confidence 1, of what is in the image
   double noise = 3;        ///< px, standard deviation of a seen point, [0, 100]
   double dropout = 0.02;   ///< share of seen points that are missed, [0, 1]
   double swaps = 0.01;     ///< share of images in which left and right legs or arms are swapped

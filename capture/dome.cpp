@@ -165,7 +165,7 @@ std::vector<Camera> calibrated_cameras(const std::vector<Camera>& cameras, doubl
     const Eigen::Vector3d shift = normal3(random);
     const double lens = normal(random);
     // Shares as calibrations have them: centre and direction trade against each other, and so do
-    // focal length and distance; what is left over in the picture is what `rms` says.
+    // focal length and distance; what is left over in the image is what `rms` says.
     const auto off = [&](double scale) {
       Camera result = camera;
       const double pixel = scale;

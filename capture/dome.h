@@ -18,7 +18,7 @@ struct DomeOptions {
   double radius = 3.4;     ///< m from the axis to the posts, 1 to 50
   double low = 0.5;        ///< m, lowest camera; posts alternate between low and high
   double high = 2.4;       ///< m, highest camera
-  double reach = 2.4;      ///< m of height that fills a picture at the axis, 0.1 to 20
+  double reach = 2.4;      ///< m of height that fills an image at the axis, 0.1 to 20
   double aim = 0.95;       ///< m above the ground that cameras look at
   int width = 800;         ///< pixels
   int height = 1000;       ///< pixels

@@ -77,7 +77,7 @@ std::vector<double> frame_errors(const SeenPerson& seen, std::size_t c, const Tr
   return all;
 }
 
-/// The frames later at which a camera's pictures fit best, and the errors.
+/// The frames later at which a camera's images fit best, and the errors.
 struct Step {
   int frames = 0;
   double now = 0;
@@ -126,7 +126,7 @@ std::optional<Finding> explain_time(const SeenPerson& seen, std::size_t c,
         Severity::Error,
         "camera-out-of-sync",
         id,
-        sentence("its picture of a frame fits %d frames %s (error %.1f px, then %.1f)",
+        sentence("its image of a frame fits %d frames %s (error %.1f px, then %.1f)",
                  std::abs(all.frames), all.frames > 0 ? "later" : "earlier", all.now, all.then),
         sentence("shift its frames by %d", all.frames),
         setting_of("sync", id, std::to_string(all.frames))};
@@ -151,7 +151,7 @@ std::optional<Finding> explain_time(const SeenPerson& seen, std::size_t c,
     return Finding{Severity::Error,
                    "camera-drops-frames",
                    id + " frame " + std::to_string(seen.frame_ids[static_cast<std::size_t>(best)]),
-                   sentence("up to about there its pictures fit %d frames later, then %d: frames "
+                   sentence("up to about there its images fit %d frames later, then %d: frames "
                             "were dropped or repeated",
                             first.frames, last.frames),
                    "number its frames by the recorder's time stamps, or leave it out",
@@ -258,7 +258,7 @@ Explanation explain_calibration(const SeenPerson& seen, std::size_t c, const Tri
     if (d != c) {
       offer(point_errors(seen.cameras[d], seen, c, found, all),
             {Severity::Error, "camera-mislabelled", id,
-             "its pictures are those of the calibration of " + seen.cameras[d].id,
+             "its images are those of the calibration of " + seen.cameras[d].id,
              "give it that calibration, or rename its folder",
              setting_of("calibration_of", id, seen.cameras[d].id)});
     }

@@ -13,7 +13,7 @@
 namespace atelier {
 namespace {
 
-constexpr double kFits = 12;         // px of a picture 1000 rows high: no detector is further off
+constexpr double kFits = 12;         // px of an image 1000 rows high: no detector is further off
 constexpr std::size_t kSample = 10;  // frames that a reading of all cameras is tried on
 
 /// How well all cameras fit together.
@@ -39,7 +39,7 @@ Fit fit_of(const SeenPerson& seen, const TriangulationOptions& options) {
       const SpacePoint& point = found.frames[f].points[k];
       fit.points.push_back(point.confidence > 0 && !point.bridged ? point.error : -1);
       const int views = confident_views(seen.detections[f], k);
-      if (views < options.least_views) {
+      if (views < options.min_views) {
         fit.unsupported.push_back(-1);
         continue;
       }

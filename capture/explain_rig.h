@@ -31,7 +31,7 @@ struct CommonShift {
 };
 std::optional<CommonShift> common_shift(const SeenPerson& seen, const Triangulation& found);
 
-/// Cameras whose confident detections of a point lie within `most` px (of a picture 1000 rows high)
+/// Cameras whose confident detections of a point lie within `most` px (of an image 1000 rows high)
 /// of its place: unlike SpacePoint::views, of a camera that counts less too. 0 of none.
 int agreeing_views(const SeenPerson& seen, std::size_t frame, std::size_t point,
                    const SpacePoint& place, double most);

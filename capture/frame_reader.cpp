@@ -70,7 +70,7 @@ PersonKeypoints as_meant(PersonKeypoints person, const Dataset& dataset, std::si
   return person;
 }
 
-/// 255 where a mask's pixel says person: palettes by index, pictures by their brightest channel,
+/// 255 where a mask's pixel says person: palettes by index, images by their brightest channel,
 /// alpha where there is one; soft mattes at one half; 0/1 masks as they are.
 ByteImage binary_mask(std::span<const std::byte> bytes, const std::string& name,
                       const Limits& limits) {
@@ -154,7 +154,7 @@ struct FrameReader::State {
       const Tensor& tensor = hdf5_tensor(place, kind, frame_id);
       if (tensor.type != ElementType::UInt8) {
         throw DataError(place.file.string(), place.member, element_type_name(tensor.type),
-                        "the bytes of an encoded picture, uint8");
+                        "the bytes of an encoded image, uint8");
       }
       return tensor.data;
     }

@@ -13,7 +13,7 @@
 
 namespace atelier {
 
-/// A picture as its file holds it.
+/// An image as its file holds it.
 struct EncodedImage {
   std::vector<std::byte> bytes;
   std::string extension;  ///< ".png", ".jpg", ...: what the bytes are, whatever the file is called
@@ -37,7 +37,7 @@ class FrameReader {
 
   /// What the picture's file says of itself; of a video, width, height and 3 channels.
   std::optional<ImageHeader> image_header(Index camera_idx, int frame_id);
-  /// The picture as sRGB bytes, 1 or 3 channels, distorted as taken, gain not removed.
+  /// The image as sRGB bytes, 1 or 3 channels, distorted as taken, gain not removed.
   std::optional<ByteImage> byte_image(Index camera_idx, int frame_id);
   /// The same in linear light.
   std::optional<Image> image(Index camera_idx, int frame_id);

@@ -5,7 +5,7 @@
 
 namespace atelier {
 
-FabricOptions garment_fabric(FabricOptions fabric, const std::vector<TruthGarment>& worn,
+FabricOptions garment_fabric(FabricOptions fabric, const std::vector<GroundTruthGarment>& worn,
                              std::size_t garment) {
   if (fabric.kind == FabricKind::Print && worn.size() > 1 && worn[garment].label == Label::Lower) {
     fabric.kind = FabricKind::Woven;  // under a printed top people wear plain trousers

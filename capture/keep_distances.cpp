@@ -12,10 +12,10 @@
 namespace atelier {
 namespace {
 
-constexpr std::size_t kLeastFrames = 6;
-constexpr double kLeastScatter = 0.002;     // m, of a distance that bodies keep
-constexpr double kSigmaOfMedian = 1.4826;   // standard deviation by the median deviation
-constexpr double kLeastDeviation = 0.0005;  // m, of a point in space
+constexpr std::size_t kMinFrames = 6;
+constexpr double kMinScatter = 0.002;      // m, of a distance that bodies keep
+constexpr double kSigmaOfMedian = 1.4826;  // standard deviation by the median deviation
+constexpr double kMinDeviation = 0.0005;   // m, of a point in space
 constexpr int kSteps = 4;
 
 struct KeptDistance {
@@ -61,7 +61,7 @@ bool is_found(const SpacePoint& point) {
 }
 
 Eigen::Matrix3d covariance_of(const SpacePoint& point) {
-  return point.covariance + kLeastDeviation * kLeastDeviation * Eigen::Matrix3d::Identity();
+  return point.covariance + kMinDeviation * kMinDeviation * Eigen::Matrix3d::Identity();
 }
 
 std::vector<KeptDistance> kept_distances(const std::vector<SpacePose>& frames,
@@ -87,7 +87,7 @@ std::vector<KeptDistance> kept_distances(const std::vector<SpacePose>& frames,
       sum += length / variance;
       weights += 1 / variance;
     }
-    if (lengths.size() < kLeastFrames) {
+    if (lengths.size() < kMinFrames) {
       continue;
     }
     const double mean = sum / weights;
@@ -98,7 +98,7 @@ std::vector<KeptDistance> kept_distances(const std::vector<SpacePose>& frames,
     }
     const double scatter = kSigmaOfMedian * median(deviations);
     const double own = scatter * scatter - median(variances);
-    kept.push_back({a, b, mean, std::sqrt(std::max(own, 0.0) + kLeastScatter * kLeastScatter)});
+    kept.push_back({a, b, mean, std::sqrt(std::max(own, 0.0) + kMinScatter * kMinScatter)});
   }
   return kept;
 }

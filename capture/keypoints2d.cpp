@@ -65,7 +65,7 @@ void check_same_length(const std::vector<PersonKeypoints>& people, const JsonPla
 }
 
 int id_of(const JsonPlace& place) {
-  return static_cast<int>(place.integer(-1, kMostPeople));
+  return static_cast<int>(place.integer(-1, kMaxPeople));
 }
 
 }  // namespace

@@ -58,13 +58,13 @@ std::vector<PersonPoints> parse_keypoints3d(std::string_view text, const std::st
         }
         values.insert(values.end(), four.begin(), four.end());
       }
-      people.push_back({static_cast<int>(entry.integer_or("id", -1, -1, kMostPeople)),
+      people.push_back({static_cast<int>(entry.integer_or("id", -1, -1, kMaxPeople)),
                         points_of(rows, values, limits.mesh_coordinate)});
     }
   } else {
     for (const JsonPlace& body : root.at("bodies").items()) {
       const JsonPlace joints = body.at("joints19");
-      people.push_back({static_cast<int>(body.integer_or("id", -1, -1, kMostPeople)),
+      people.push_back({static_cast<int>(body.integer_or("id", -1, -1, kMaxPeople)),
                         points_of(joints, joints.numbers(), limits.mesh_coordinate)});
     }
   }
@@ -91,7 +91,7 @@ std::map<int, std::vector<double>> parse_keypoint_deviations(std::string_view te
       }
     }
     if (values.size() == entry.at("keypoints3d").size()) {
-      all[static_cast<int>(entry.integer_or("id", -1, -1, kMostPeople))] = std::move(values);
+      all[static_cast<int>(entry.integer_or("id", -1, -1, kMaxPeople))] = std::move(values);
     }
   }
   return all;
@@ -118,7 +118,7 @@ std::map<int, std::vector<int>> parse_bridged_keypoints(std::string_view text,
       }
       numbers.push_back(static_cast<int>(value));
     }
-    all[static_cast<int>(entry.integer_or("id", -1, -1, kMostPeople))] = std::move(numbers);
+    all[static_cast<int>(entry.integer_or("id", -1, -1, kMaxPeople))] = std::move(numbers);
   }
   return all;
 }

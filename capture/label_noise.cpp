@@ -75,7 +75,7 @@ ByteImage detected_labels(const ByteImage& truth, const LabelNoiseOptions& optio
       }
     }
   }
-  // Patches: a disc along a border takes the label from across it.
+  // Patches: a disk along a border takes the label from across it.
   const int count = static_cast<int>(options.patches * 2 * uniform(random));
   for (int patch = 0; patch < count; ++patch) {
     const double radius = options.patch_radius * scale * (0.3 + 0.7 * uniform(random));

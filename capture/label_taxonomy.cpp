@@ -104,7 +104,7 @@ const LabelTaxonomy& label_taxonomy(std::string_view name) {
 ByteImage to_atelier_labels(const ByteImage& labels, const LabelTaxonomy& taxonomy,
                             const std::string& file) {
   if (labels.channels != 1 && (labels.channels != 3 || taxonomy.colors.empty())) {
-    throw DataError(file, "", "a picture of " + std::to_string(labels.channels) + " channels",
+    throw DataError(file, "", "an image of " + std::to_string(labels.channels) + " channels",
                     "labels of " + taxonomy.name + ", one channel");
   }
   ByteImage result(labels.width, labels.height, 1);

@@ -16,7 +16,7 @@ struct LabelTaxonomy {
   std::string name;                ///< "atelier", "lip", "cihp", "atr", "goliath_28", "4d_dress"
   std::vector<std::string> names;  ///< of its numbers, from 0
   std::vector<Label> labels;       ///< what each number is
-  /// sRGB of each number where label images are colour pictures (4D-DRESS); else empty.
+  /// sRGB of each number where label images are colour images (4D-DRESS); else empty.
   std::vector<std::array<std::uint8_t, 3>> colors;
 };
 

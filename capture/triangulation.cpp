@@ -15,7 +15,7 @@
 namespace atelier {
 namespace {
 
-constexpr double kLeastAngle = 0.052;  // rad between the rays of a pair that starts a point
+constexpr double kMinAngle = 0.052;    // rad between the rays of a pair that starts a point
 constexpr double kRobustSigmas = 4.5;  // where the weight of a detection is a quarter
 constexpr double kOffFactor = 2;       // times the others' median error: the camera is named
 
@@ -24,7 +24,7 @@ constexpr double kOffFactor = 2;       // times the others' median error: the ca
 /// detectors: the sequence itself tells.
 struct DetectorError {
   std::vector<double> confidences;  ///< rising; none: nothing was measured
-  std::vector<double> sigmas;       ///< px of a picture 1000 rows high
+  std::vector<double> sigmas;       ///< px of an image 1000 rows high
 };
 
 /// @param sigma  px of a confident detection where nothing was measured
@@ -68,7 +68,7 @@ std::vector<ViewRay> sightings_of(const std::vector<Camera>& cameras, const Keyp
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const auto row = static_cast<Index>(i);
     const double confidence = detections(row, 2);
-    if (!(confidence >= options.least_confidence) || confidence <= 0) {
+    if (!(confidence >= options.min_confidence) || confidence <= 0) {
       continue;
     }
     const Eigen::Vector2d pixel(detections(row, 0), detections(row, 1));
@@ -94,7 +94,7 @@ std::vector<ViewRay> sightings_of(const std::vector<Camera>& cameras, const Keyp
 std::optional<Eigen::Vector3d> between(const ViewRay& a, const ViewRay& b) {
   const double cosine = a.direction.dot(b.direction);
   const double sine2 = 1 - cosine * cosine;
-  if (sine2 < kLeastAngle * kLeastAngle) {
+  if (sine2 < kMinAngle * kMinAngle) {
     return std::nullopt;
   }
   const Eigen::Vector3d offset = b.origin - a.origin;
@@ -182,13 +182,13 @@ std::optional<Eigen::Vector3d> first_place(const std::vector<Camera>& cameras,
 
 OptionTable describe(TriangulationOptions& options) {
   OptionTable table;
-  table.add("least_confidence", options.least_confidence, 0, 1, "",
+  table.add("min_confidence", options.min_confidence, 0, 1, "",
             "Minimum confidence of a detection that is used");
   table.add("sigma", options.sigma, 1e-3, 100, "px",
             "Standard deviation of a confident detection in an image 1000 rows high");
   table.add("inlier", options.inlier, 1e-3, 1000, "px",
             "Maximum reprojection error of an inlier in an image 1000 rows high");
-  table.add("least_views", options.least_views, 2, 1000, "",
+  table.add("min_views", options.min_views, 2, 1000, "",
             "Minimum number of views that support a point");
   table.add("swaps", options.swaps, "Correction of left and right swapped within an image");
   table.add("distances", options.distances,
@@ -209,8 +209,8 @@ SpacePoint triangulated(const std::vector<Camera>& cameras, const Keypoints2d& d
     return {};
   }
   Eigen::Vector3d place = *start;
-  constexpr int kMostSteps = 20;
-  for (int step = 0; step < kMostSteps; ++step) {
+  constexpr int kMaxSteps = 20;
+  for (int step = 0; step < kMaxSteps; ++step) {
     const Normal normal = normal_equations(cameras, sightings, place, true);
     const Eigen::Vector3d move = normal.matrix.ldlt().solve(normal.vector);
     if (!move.allFinite() || move.norm() > 1) {
@@ -234,7 +234,7 @@ SpacePoint triangulated(const std::vector<Camera>& cameras, const Keypoints2d& d
       point.confidence += sighting.confidence;
     }
   }
-  if (point.views < options.least_views) {
+  if (point.views < options.min_views) {
     return {};
   }
   point.confidence /= point.views;
@@ -332,7 +332,7 @@ SwapCosts swap_costs(const Camera& camera, const Keypoints2d& detections, const 
       continue;
     }
     for (const int row : {left, right}) {
-      if (detections(row, 2) >= options.least_confidence) {
+      if (detections(row, 2) >= options.min_confidence) {
         costs.as_is += cost(row, row);
         costs.mirrored += cost(row, row == left ? right : left);
         ++costs.points;
@@ -368,7 +368,7 @@ std::vector<int> undo_swaps(const std::vector<Camera>& cameras,
   return swapped;
 }
 
-/// Median reprojection error of each camera, pixels of a picture 1000 rows high.
+/// Median reprojection error of each camera, pixels of an image 1000 rows high.
 std::vector<double> camera_errors(const std::vector<Camera>& cameras, const Frames& detections,
                                   const std::vector<SpacePose>& poses) {
   std::vector<double> errors;
@@ -398,8 +398,8 @@ DetectorError detector_error(const std::vector<Camera>& cameras, const Frames& d
                              const std::vector<SpacePose>& poses,
                              const std::vector<double>& scale) {
   constexpr std::size_t kBins = 12;
-  constexpr std::size_t kLeastInBin = 50;
-  constexpr double kLeastSigma = 0.3;          // px
+  constexpr std::size_t kMinInBin = 50;
+  constexpr double kMinSigma = 0.3;            // px
   constexpr double kMedianOfSigma = 1.177;     // of a distance in the plane, Rayleigh's
   std::vector<std::pair<double, double>> all;  // confidence, px
   for (std::size_t f = 0; f < poses.size(); ++f) {
@@ -419,7 +419,7 @@ DetectorError detector_error(const std::vector<Camera>& cameras, const Frames& d
     }
   }
   DetectorError error;
-  if (all.size() < kBins * kLeastInBin) {
+  if (all.size() < kBins * kMinInBin) {
     return error;
   }
   std::sort(all.begin(), all.end());
@@ -436,7 +436,7 @@ DetectorError detector_error(const std::vector<Camera>& cameras, const Frames& d
     // A detector that gives all the same confidence has one error.
     if (error.confidences.empty() || confidence > error.confidences.back() + 1e-6) {
       error.confidences.push_back(confidence);
-      error.sigmas.push_back(std::max(median(off) / kMedianOfSigma, kLeastSigma));
+      error.sigmas.push_back(std::max(median(off) / kMedianOfSigma, kMinSigma));
     }
   }
   return error;

@@ -12,16 +12,16 @@
 
 namespace atelier {
 
-/// How 3D keypoints are made of 2D ones. Pixels are those of a picture 1000 rows high; others
+/// How 3D keypoints are made of 2D ones. Pixels are those of an image 1000 rows high; others
 /// scale.
 struct TriangulationOptions {
-  double least_confidence = 0.1;  ///< of a detection that is used, [0, 1]
-  double sigma = 3;               ///< px, error of a confident detection, (0, 100]
-  double inlier = 15;             ///< px: beyond it a detection does not support a point, (0, 1000]
-  int least_views = 2;            ///< that support a point, [2, 1000]
-  bool swaps = true;              ///< undo swaps of left and right within an image
-  bool distances = true;          ///< keep those that bodies keep (keep_distances)
-  double bridge = 0.25;           ///< s: longest gap that is bridged, flagged, [0, 10]
+  double min_confidence = 0.1;  ///< of a detection that is used, [0, 1]
+  double sigma = 3;             ///< px, error of a confident detection, (0, 100]
+  double inlier = 15;           ///< px: beyond it a detection does not support a point, (0, 1000]
+  int min_views = 2;            ///< that support a point, [2, 1000]
+  bool swaps = true;            ///< undo swaps of left and right within an image
+  bool distances = true;        ///< keep those that bodies keep (keep_distances)
+  double bridge = 0.25;         ///< s: longest gap that is bridged, flagged, [0, 10]
 };
 OptionTable describe(TriangulationOptions& options);
 

@@ -26,7 +26,7 @@ struct Validation {
 };
 
 /// Everything that is checked of a capture: what reading it found, its consent, its cameras
-/// (check_cameras), pictures, masks and labels (check_frames), keypoints against the calibration
+/// (check_cameras), images, masks and labels (check_frames), keypoints against the calibration
 /// (check_keypoints), masks and labels against keypoints (check_labels).
 Validation validate(FrameReader& reader, const ValidateOptions& options = {},
                     const std::function<void(int done, int total)>& told = {});

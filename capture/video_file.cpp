@@ -16,7 +16,7 @@
 namespace atelier {
 namespace {
 
-/// DataError unless the first bytes are those of a container that holds its pictures itself.
+/// DataError unless the first bytes are those of a container that holds its images itself.
 void check_container(const std::filesystem::path& path) {
   const RegularFile file(path);
   std::array<char, 12> head{};
@@ -76,7 +76,7 @@ VideoFile::VideoFile(const std::filesystem::path& path, const Limits& limits)
   if (!(width >= 1 && height >= 1 && width <= static_cast<double>(limits.image_side) &&
         height <= static_cast<double>(limits.image_side) &&
         width * height <= static_cast<double>(limits.image_pixels))) {
-    throw DataError(path.string(), "", "pictures of no size or beyond the limits",
+    throw DataError(path.string(), "", "images of no size or beyond the limits",
                     "1 to " + std::to_string(limits.image_side) + " pixels a side");
   }
   if (!(frames >= 1 && frames <= static_cast<double>(limits.frames))) {
@@ -87,8 +87,8 @@ VideoFile::VideoFile(const std::filesystem::path& path, const Limits& limits)
   state_->height = static_cast<int>(height);
   state_->frames = static_cast<int>(frames);
   const double fps = property(cv::CAP_PROP_FPS);
-  constexpr double kMostFps = 10'000;
-  state_->fps = fps > 0 && fps <= kMostFps ? fps : 0;
+  constexpr double kMaxFps = 10'000;
+  state_->fps = fps > 0 && fps <= kMaxFps ? fps : 0;
 }
 
 VideoFile::~VideoFile() = default;
@@ -112,8 +112,8 @@ ByteImage VideoFile::frame(int index) {
   ATELIER_CHECK(index >= 0 && index < state_->frames, "a frame that the video does not have");
   const auto fail = [&](const std::string& found) {
     throw DataError(state_->path.string(), "frame " + std::to_string(index), found,
-                    "a picture; the file may be cut off (it says " +
-                        std::to_string(state_->frames) + " frames)");
+                    "an image; the file may be cut off (it says " + std::to_string(state_->frames) +
+                        " frames)");
   };
   if (index < state_->next) {
     state_->open();
@@ -134,7 +134,7 @@ ByteImage VideoFile::frame(int index) {
   ++state_->next;
   if (picture.type() != CV_8UC3 || picture.cols != state_->width ||
       picture.rows != state_->height) {
-    fail("a picture of another size or kind");
+    fail("an image of another size or kind");
   }
   ByteImage image(picture.cols, picture.rows, 3);
   cv::Mat target(picture.rows, picture.cols, CV_8UC3, image.data.data());

@@ -12,7 +12,7 @@ namespace atelier {
 ///
 /// Only files that begin as those containers do are opened: FFmpeg also reads play lists that name
 /// other files and addresses. Throws DataError for another file, no or more frames than
-/// `limits.frames`, pictures beyond `limits`, and a frame that cannot be decoded. Turned videos (a
+/// `limits.frames`, images beyond `limits`, and a frame that cannot be decoded. Turned videos (a
 /// phone's) come as a player shows them.
 class VideoFile {
  public:

@@ -39,7 +39,7 @@ struct Attachment {
   double distance = 0;                                    ///< metres along the triangle's normal
 };
 
-/// One garment: a template in 3D, its rest shape, seams, material and how it rides on the body.
+/// One garment: a template in 3D, its rest shape, seams, material and how it moves with the body.
 struct Garment {
   std::string name;
   Mesh mesh;                ///< the template; uvs are the texture atlas

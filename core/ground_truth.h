@@ -16,14 +16,14 @@
 namespace atelier {
 
 /// A garment of a synthetic capture: sewn, with the pattern it was cut from.
-struct TruthGarment {
+struct GroundTruthGarment {
   Garment garment;          ///< sewn and draped; `rest` and `rest_faces` are the flat panels
   std::vector<Seam> seams;  ///< pairs of rows of `rest`; empty where there was no pattern
   Label label = Label::Unknown;
 };
 
 /// What of a synthetic capture does not change from frame to frame.
-struct CaptureTruth {
+struct GroundTruth {
   std::vector<Camera> cameras;  ///< the true ones, with gain
   Skeleton skeleton;            ///< at the subject's shape
   std::vector<std::string> shape_names;
@@ -33,7 +33,7 @@ struct CaptureTruth {
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> skin_weights;  ///< [V,K]
   std::vector<Mesh> layers;              ///< what else is seen (hair, shoes), rest pose
   std::vector<std::string> layer_names;  ///< their names
-  std::vector<TruthGarment> garments;
+  std::vector<GroundTruthGarment> garments;
   std::vector<std::string> keypoint_names;  ///< of keypoints in every frame
   std::vector<AreaLight> lights;
   Environment environment;                   ///< gradient alone
@@ -42,14 +42,14 @@ struct CaptureTruth {
 };
 
 /// One frame of it. What was not there (cloth in a minimal sequence) is empty.
-struct TruthFrame {
+struct GroundTruthFrame {
   int frame_id = 0;
   Points joints;                 ///< [J,3] metres
   Pose pose;                     ///< of the skeleton; empty for bodies from files
   Points keypoints;              ///< [K,3] metres
   Points body;                   ///< [V,3] metres
-  std::vector<Points> layers;    ///< as CaptureTruth::layers; empty rows: not worn
-  std::vector<Points> garments;  ///< as CaptureTruth::garments; empty rows: not worn
+  std::vector<Points> layers;    ///< as GroundTruth::layers; empty rows: not worn
+  std::vector<Points> garments;  ///< as GroundTruth::garments; empty rows: not worn
   ByteImage body_seen;           ///< width V, height C: 1 where a camera sees the vertex, or empty
   std::vector<ByteImage> garments_seen;  ///< the same of each garment
 };

@@ -12,9 +12,9 @@ namespace atelier {
 /// reader alone and stands beside it, as kMaxScans (image_jpeg.cpp: each costs a pass over the
 /// image), kMaxElements and kMaxProperties (ply_header.cpp), kMaxCorners and kMaxFaceCorners
 /// (mesh_obj_read.cpp, mesh_ply_read.cpp: cutting a face into triangles costs their square),
-/// kMostNodes and kMostInfluences (fbx_import.cpp, fbx_mesh.cpp: what glTF can say of one vertex),
-/// kMostColumns (core/io/table_text.cpp) and kMostModelBytes (apps/commands/detect.cpp: what its
-/// library can hold); kMostPeople (capture/person_id.h), which keeps an id an int; and kMostFiles
+/// kMaxNodes and kMaxInfluences (fbx_import.cpp, fbx_mesh.cpp: what glTF can say of one vertex),
+/// kMaxColumns (core/io/table_text.cpp) and kMaxModelBytes (apps/commands/detect.cpp: what its
+/// library can hold); kMaxPeople (capture/person_id.h), which keeps an id an int; and kMaxFiles
 /// (store/manifest_limits.h), of manifests that the store has written itself: they may name more
 /// than JSON from elsewhere.
 struct Limits {
@@ -38,7 +38,7 @@ struct Limits {
   std::int64_t text_string_bytes = 64LL << 10;        ///< one JSON or TOML string
   std::int64_t text_values = 8'000'000;               ///< values in one JSON or TOML text
   std::int64_t cameras = 1'024;
-  std::int64_t camera_side = 65'536;  ///< pixels, as a calibration says it; pictures: image_side
+  std::int64_t camera_side = 65'536;  ///< pixels, as a calibration says it; images: image_side
   std::int64_t joints = 1'024;
   std::int64_t frames = 1'000'000;
   std::int64_t motion_file_bytes = 1LL << 30;    ///< BVH, AMC, TRC

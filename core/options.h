@@ -42,7 +42,7 @@ struct OptionField {
 /// missing help and for an empty range. A help is shown with a capital and without a full stop.
 struct OptionTable {
   std::vector<OptionField> fields;
-  /// One sentence for each former name or value that `set_option` understood: "least_views is now
+  /// One sentence for each former name or value that `set_option` understood: "min_views is now
   /// min_views". Who sets options shows them.
   std::vector<std::string> notices;
 

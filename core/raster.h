@@ -28,7 +28,7 @@ struct RasterOptions {
 /// at the near plane. Both devices give the same bits, on any number of threads.
 ///
 /// Distortion: vertices are projected with it, edges between them are straight in the distorted
-/// image, and barycentrics are those of that picture; the error is of second order in a face's
+/// image, and barycentrics are those of that image; the error is of second order in a face's
 /// size. Faces with a vertex that cannot be projected (nearer than `near`, or where the distortion
 /// has folded over) are left out whole. To be exact, undistort the images and rasterise without.
 ///

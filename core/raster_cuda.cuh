@@ -14,7 +14,7 @@ struct CudaRaster {
 };
 
 /// Draws `face_count` faces ([F,3] into vertices) into `raster`; pointers are to device memory. Its
-/// memory is taken anew only for another size of picture, and nothing is waited for. The
+/// memory is taken anew only for another size of image, and nothing is waited for. The
 /// preconditions of rasterize are the caller's to check.
 void rasterize_on_device(const ScreenVertex* vertices, const int* faces, int face_count, int width,
                          int height, const RasterOptions& options, CudaRaster& raster);

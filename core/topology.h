@@ -69,7 +69,7 @@ struct Components {
 /// Connected components. A vertex without faces is a component of its own.
 Components connected_components(const Topology& topology);
 
-/// V - E + F over vertices that some face uses: 2 for a sphere, 1 for a disc, 0 for a torus or a
+/// V - E + F over vertices that some face uses: 2 for a sphere, 1 for a disk, 0 for a torus or a
 /// tube. Degenerate faces do not count.
 int euler_characteristic(const Topology& topology);
 

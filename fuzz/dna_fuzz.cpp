@@ -4,7 +4,7 @@
 #include "fuzz/reader.h"
 
 /// Arrays as the worker gives them (foreign_hdf5 is the reader of the container): those under
-/// "main/" are of the file of pictures, the others annotations.
+/// "main/" are of the file of images, the others annotations.
 ATELIER_FUZZ_READER(dna) {
   DnaFiles files{"main.smc", "annots.smc", {}, {}};
   std::map<std::string, Tensor> arrays;

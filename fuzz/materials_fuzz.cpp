@@ -9,7 +9,7 @@ ATELIER_FUZZ_READER(materials) {
   std::vector<atelier::GarmentMaterial> given;
   for (const auto& [garment, found] : atelier::parse_materials(text, "material.json")) {
     ATELIER_CHECK(found.material.density > 0 && found.material.bending >= 0 &&
-                      found.likely_low.stretch >= 0 && found.likely_high.bending >= 0,
+                      found.credible_low.stretch >= 0 && found.credible_high.bending >= 0,
                   "a material that there is");
     given.push_back({garment, found.material, {}});
   }

@@ -2,7 +2,7 @@
 #include "fuzz/forged_archive.h"
 #include "fuzz/reader.h"
 
-/// A picture of 5 x 3 pixels; what is read can be written and reads the same.
+/// An image of 5 x 3 pixels; what is read can be written and reads the same.
 ATELIER_FUZZ_READER(painted_picture) {
   const atelier::Image picture =
       atelier::painted_picture_of(atelier::parse_archive(atelier::fuzz::with_right_digest(bytes),
@@ -10,5 +10,5 @@ ATELIER_FUZZ_READER(painted_picture) {
                                   5, 3, "picture");
   const atelier::Image again =
       atelier::painted_picture_of(atelier::archive_of_painted(picture), 5, 3, "written");
-  ATELIER_CHECK(again.data == picture.data, "a picture reads back as it was");
+  ATELIER_CHECK(again.data == picture.data, "an image reads back as it was");
 }

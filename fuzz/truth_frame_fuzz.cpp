@@ -6,8 +6,8 @@ namespace {
 
 /// The capture that the frames belong to: two cameras, two joints, a body of three vertices, a hat
 /// of three and a scarf of four.
-atelier::CaptureTruth capture_truth() {
-  atelier::CaptureTruth truth;
+atelier::GroundTruth capture_truth() {
+  atelier::GroundTruth truth;
   truth.cameras.resize(2);
   truth.skeleton.names = {"pelvis", "head"};
   truth.keypoint_names = {"nose"};
@@ -25,14 +25,14 @@ atelier::CaptureTruth capture_truth() {
 
 /// What is read fits its capture and can be written.
 ATELIER_FUZZ_READER(truth_frame) {
-  static const atelier::CaptureTruth truth = capture_truth();
+  static const atelier::GroundTruth truth = capture_truth();
   const atelier::Archive archive = atelier::parse_archive(atelier::fuzz::with_right_digest(bytes),
                                                           "atelier.truth.frame", 1, "frame");
-  const atelier::TruthFrame frame = atelier::truth_frame_of(archive, truth, "frame");
+  const atelier::GroundTruthFrame frame = atelier::ground_truth_frame_of(archive, truth, "frame");
   ATELIER_CHECK(frame.body.rows() == 3 && frame.body.allFinite(), "a body of other vertices");
   ATELIER_CHECK(frame.keypoints.rows() == 1, "points of another schema");
-  const atelier::TruthFrame again =
-      atelier::truth_frame_of(atelier::archive_of(frame, truth), truth, "written");
+  const atelier::GroundTruthFrame again =
+      atelier::ground_truth_frame_of(atelier::archive_of(frame, truth), truth, "written");
   ATELIER_CHECK(again.frame_id == frame.frame_id && again.body == frame.body &&
                     again.body_seen.data == frame.body_seen.data,
                 "a frame reads back as it was");

@@ -6,11 +6,11 @@
 ATELIER_FUZZ_READER(truth) {
   const atelier::Archive archive =
       atelier::parse_archive(atelier::fuzz::with_right_digest(bytes), "atelier.truth", 1, "truth");
-  const atelier::CaptureTruth truth = atelier::truth_of(archive, "truth");
-  const atelier::CaptureTruth again = atelier::truth_of(atelier::archive_of(truth), "written");
+  const atelier::GroundTruth truth = atelier::truth_of(archive, "truth");
+  const atelier::GroundTruth again = atelier::truth_of(atelier::archive_of(truth), "written");
   ATELIER_CHECK(again.garments.size() == truth.garments.size() &&
                     again.cameras.size() == truth.cameras.size() &&
                     again.skeleton.parents == truth.skeleton.parents &&
                     again.body.vertices == truth.body.vertices,
-                "a truth reads back as it was");
+                "a ground truth reads back as it was");
 }

@@ -75,8 +75,8 @@ std::vector<Attachment> attach_to_body(const Points& vertices, const Points& bod
   return attachments;
 }
 
-Points ride_on_body(const std::vector<Attachment>& attachments, const Points& body,
-                    const Triangles& body_faces) {
+Points body_driven(const std::vector<Attachment>& attachments, const Points& body,
+                   const Triangles& body_faces) {
   Points points(static_cast<Index>(attachments.size()), 3);
   for (std::size_t i = 0; i < attachments.size(); ++i) {
     const Attachment& attachment = attachments[i];

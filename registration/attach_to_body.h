@@ -15,7 +15,7 @@ std::vector<Attachment> attach_to_body(const Points& vertices, const Points& bod
 
 /// Where the attached points are on a body that has moved, [A,3] m, in the order of `attachments`.
 /// Throws LogicError for a triangle that the body does not have.
-Points ride_on_body(const std::vector<Attachment>& attachments, const Points& body,
-                    const Triangles& body_faces);
+Points body_driven(const std::vector<Attachment>& attachments, const Points& body,
+                   const Triangles& body_faces);
 
 }  // namespace atelier

@@ -15,7 +15,7 @@ namespace {
 
 constexpr const char* kPositions = "positions";
 constexpr const char* kVelocities = "velocities";
-constexpr double kMostFrames = 1e9;
+constexpr double kMaxFrames = 1e9;
 
 Points state_rows(const Archive& archive, const std::string& name, Index vertices,
                   const std::string& file) {
@@ -36,7 +36,7 @@ std::int64_t count_at(const Archive& archive, const std::string& name, const std
     throw DataError(file, name, "no such number", "how many frames are done");
   }
   const double value = found->second;
-  if (!(value >= 0 && value <= kMostFrames && value == std::floor(value))) {
+  if (!(value >= 0 && value <= kMaxFrames && value == std::floor(value))) {
     std::array<char, 32> text{};
     std::snprintf(text.data(), text.size(), "%g", value);
     throw DataError(file, name, text.data(), "a whole number from 0 to 1e+09");

@@ -12,7 +12,7 @@
 
 namespace atelier {
 
-/// The squared differences of a batch, in sRGB as pictures hold it.
+/// The squared differences of a batch, in sRGB as images hold it.
 struct NetworkLoss {
   double value = 0;  ///< mean over pixels and channels; not finite: the network broke
   double psnr = 0;   ///< dB, of the same

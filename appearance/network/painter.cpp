@@ -31,7 +31,7 @@ Image empty_picture(const Camera& camera, const PaintOptions& options) {
   return picture;
 }
 
-/// Milliseconds of the parts of a picture, where somebody asks.
+/// Milliseconds of the parts of an image, where somebody asks.
 class PaintClock {
  public:
   explicit PaintClock(PaintTimes* times) : times_(times) {}
@@ -120,7 +120,7 @@ Painter& Painter::operator=(Painter&&) noexcept = default;
 
 Image Painter::paint(const std::vector<Points>& vertices, const Camera& camera, PaintTimes* times) {
   State& state = *state_;
-  ATELIER_CHECK(vertices.size() == state.layers.size(), "a picture has vertices of every layer");
+  ATELIER_CHECK(vertices.size() == state.layers.size(), "an image has vertices of every layer");
   check_camera(camera);
   state.dress(vertices);
   if (state.shows.empty()) {

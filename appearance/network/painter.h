@@ -8,14 +8,14 @@
 
 namespace atelier {
 
-/// A surface of a picture: a garment, the body, hair.
+/// A surface of an image: a garment, the body, hair.
 struct PaintedLayer {
   Triangles faces;                               ///< of its vertices
   std::shared_ptr<const AppearanceModel> model;  ///< that draws it, of these faces; null: `color`
   Eigen::Vector3f color{0.45F, 0.45F, 0.45F};    ///< linear RGB, times its ambient visibility
 };
 
-/// Milliseconds of what a picture is made of.
+/// Milliseconds of what an image is made of.
 struct PaintTimes {
   double look = 0;      ///< vertices to the device, tree, raster
   double surfaces = 0;  ///< normals, tangents, light transfer
@@ -24,7 +24,7 @@ struct PaintTimes {
 };
 
 /// Draws dressed people: whatever is nearest to the camera shows, garments and body by their
-/// networks. Made once for many pictures: networks and what does not move stay on their device, and
+/// networks. Made once for many images: networks and what does not move stay on their device, and
 /// the tree for occlusion follows the vertices from frame to frame.
 class Painter {
  public:
@@ -36,7 +36,7 @@ class Painter {
   Painter(Painter&&) noexcept;
   Painter& operator=(Painter&&) noexcept;
 
-  /// The picture [H,W,4] in linear light that a camera takes, through its lens, its gain not
+  /// The image [H,W,4] in linear light that a camera takes, through its lens, its gain not
   /// applied. Without `alpha` the fourth channel is 1; with it the colour is premultiplied and the
   /// background left out.
   /// @param vertices  of each layer, metres; no rows: it is not worn

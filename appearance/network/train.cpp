@@ -33,9 +33,9 @@ class SaveTimes {
  public:
   explicit SaveTimes(int every) : every_(every) {}
   bool due(std::int64_t step) const {
-    constexpr int kLeastEvery = 100;
+    constexpr int kMinEvery = 100;
     return every_ > 0 ? step % every_ == 0
-                      : step % kLeastEvery == 0 && Clock::now() - last_ >= 20 * took_;
+                      : step % kMinEvery == 0 && Clock::now() - last_ >= 20 * took_;
   }
   /// Calls what saves.
   template <class Save>

@@ -36,9 +36,9 @@
 #include "core/file_kind.h"
 #include "core/io/safetensors.h"
 #include "core/not_converged.h"
+#include "core/renamed_options.h"
 #include "core/usage_error.h"
 #include "core/writable_place.h"
-#include "core/renamed_options.h"
 
 namespace {
 
@@ -193,10 +193,10 @@ AppearanceModel network_at(const fs::path& path) {
       throw;
     }
     const std::string folder = path.parent_path().parent_path().parent_path().filename().string();
-    const bool on_truth = folder == "ceiling" || renamed_stage(folder) == "ceiling";
+    const bool on_truth = folder == "oracle" || renamed_stage(folder) == "oracle";
     throw DataError(
         error.file, error.where, error.found,
-        error.expected + "; run 'atelier " + (on_truth ? "ceiling" : "appearance") + "' again");
+        error.expected + "; run 'atelier " + (on_truth ? "oracle" : "appearance") + "' again");
   }
 }
 
@@ -387,7 +387,7 @@ int run_prediction(const Arguments& arguments) {
   return kExitDone;
 }
 
-/// Waits until `asker`, who started this program, has taken a picture away; not for one that ended.
+/// Waits until `asker`, who started this program, has taken an image away; not for one that ended.
 void wait_until_taken(const fs::path& picture, pid_t asker) {
   constexpr std::chrono::milliseconds kLook{2};
   while (stopping == 0 && fs::exists(picture)) {

@@ -39,7 +39,7 @@
 namespace atelier {
 namespace {
 
-constexpr double kLeastRate = 0.1;  // frames a second
+constexpr double kMinRate = 0.1;  // frames a second
 
 Mesh shown(const BodyModel& model, Points vertices) {
   Mesh mesh;
@@ -56,7 +56,7 @@ int show(const BodyArguments& arguments, const BodyOptions& options) {
   require_picture_size(options.picture, 4);
   const auto [model, shape] = read_body_input(arguments, options);
   const Mesh mesh = shown(model, shape_body(model, shape).vertices);
-  // From one distance, so that the pictures have one scale.
+  // From one distance, so that the images have one scale.
   const std::vector<Camera> cameras =
       turntable_cameras(mesh.vertices, kFront, 4, options.picture.width, options.picture.height,
                         options.picture.framing);
@@ -356,7 +356,7 @@ std::string use_of(const std::string& flag, const BodyArguments& arguments) {
   if (flag == "pictures") {
     return poses && picture ? "" : "is for pose with a contact sheet as --out";
   }
-  return picture || extension == ".mp4" ? "" : "is for pictures and videos";
+  return picture || extension == ".mp4" ? "" : "is for images and videos";
 }
 
 // A flag that changes nothing is a mistake of who gave it. A file of options may serve several
@@ -388,9 +388,9 @@ void refuse_flags_without_effect(const BodyArguments& arguments, const OptionTab
 
 // Slower than a frame in ten seconds is no motion: a typing error, and no video takes it.
 void require_frame_rate(const char* name, double fps) {
-  if (fps != 0 && fps < kLeastRate) {
+  if (fps != 0 && fps < kMinRate) {
     throw UsageError(std::string(name) + " cannot be " + short_number(fps) + ": it takes 0 or " +
-                     short_number(kLeastRate) + " to 1000 (1/s)");
+                     short_number(kMinRate) + " to 1000 (1/s)");
   }
 }
 

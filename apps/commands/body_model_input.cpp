@@ -60,8 +60,8 @@ std::vector<Assignment> shape_assignments(const BodyArguments& arguments) {
   return assignments(arguments.shape, "NAME=NUMBER");
 }
 
-// The default human is made anew with the measures asked for, so that what is not asked for follows
-// from them.
+// The default human is recomputed with the measures asked for, so that what is not asked for
+// follows from them.
 BodyModel generated(const BodyArguments& arguments) {
   DefaultHumanOptions human = arguments.body == "female" ? female_human()
                               : arguments.body == "male" ? male_human()

@@ -40,7 +40,7 @@ struct CalibrateColorOptions {
   int frames = 3;
   DatasetOptions capture;
   ColorGainOptions gains;
-  SmallScanOptions samples;
+  CoarseReconstructionOptions samples;
   ReconstructOptions reconstruct;
 };
 
@@ -122,7 +122,7 @@ int run(const CalibrateColorArguments& arguments, const CalibrateColorOptions& o
                                  gains.points[c])
                       : sentence(
                             "%-12s gain not measured, left at 1 (%d points shared, %d needed)\n",
-                            cameras[c].id.c_str(), gains.points[c], options.gains.least_points));
+                            cameras[c].id.c_str(), gains.points[c], options.gains.min_points));
   }
   for (const Finding& finding : gains.findings) {
     Finding named = finding;
@@ -131,7 +131,7 @@ int run(const CalibrateColorArguments& arguments, const CalibrateColorOptions& o
   }
   write_file_atomically(arguments.out, cameras_json(cameras));
   if (!arguments.truth.empty()) {
-    const GainError error = gain_error(cameras, read_capture_truth(arguments.truth).cameras);
+    const GainError error = gain_error(cameras, read_ground_truth(arguments.truth).cameras);
     json["mean_error"] = error.mean;
     json["largest_error"] = error.largest;
     if (!arguments.json) {
@@ -164,7 +164,7 @@ Action add_calibrate_color(CLI::App& parser) {
   add_option(parser, "--out", arguments->out,
              "File for the cameras with their gains (cameras.json)")
       .type_name("FILE");
-  add_option(parser, "--truth", arguments->truth,
+  add_option(parser, "--ground-truth,--truth", arguments->truth,
              "Synthetic capture whose ground-truth gains the result is compared with")
       .type_name("CAPTURE");
   add_flag(parser, "--json", arguments->json, "Report as JSON, for programs");

@@ -378,7 +378,7 @@ void ChainRun::stage(std::size_t i) {
   const Clock::time_point begin = Clock::now();
   try {
     const StageRequest request = request_of(i, true);
-    // Without --from, what is outdated was made anew before.
+    // Without --from, what is outdated was recomputed before.
     const std::vector<std::string> outdated =
         arguments_.from.empty() ? std::vector<std::string>() : outdated_inputs(row, request);
     for (const std::string& sentence : outdated) {
@@ -463,7 +463,7 @@ std::vector<std::string> ChainRun::option_changes(std::size_t i) const {
   return same ? std::vector<std::string>{} : request_changes(before, now);
 }
 
-/// Of a stage that needs a result which is not there, or is made anew.
+/// Of a stage that needs a result which is not there, or is recomputed.
 ChainRun::Foreseen ChainRun::unplanned(std::string_view needed) const {
   for (std::size_t k = 0; k < foreseen_.size(); ++k) {
     const RunStageAccount& maker = account_.stages[k];
@@ -519,7 +519,7 @@ ChainRun::Foreseen ChainRun::foreseen(std::size_t i) const {
     throw;
   } catch (const DataError& error) {
     for (const auto& makers : {all_needed, all_read}) {
-      for (const std::string_view maker : makers) {  // damaged, and made anew before this one
+      for (const std::string_view maker : makers) {  // damaged, and recomputed before this one
         if (works(maker) && is_inside(error.file, arguments_.places.workspace / maker)) {
           return unplanned(maker);
         }

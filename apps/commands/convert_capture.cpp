@@ -89,7 +89,7 @@ Dataset with_cameras(Dataset dataset, const std::string& file) {
     result.frames.push_back(frames);
   }
   if (result.cameras.empty()) {
-    throw DataError(file, "", "no camera of the capture", "those that it has pictures of");
+    throw DataError(file, "", "no camera of the capture", "those that it has images of");
   }
   std::erase_if(result.findings,
                 [](const Finding& finding) { return finding.code == "not-calibrated"; });

@@ -45,7 +45,7 @@ struct DepthOptions {
   int frame = -1;
   DatasetOptions capture;
   ReconstructOptions reconstruct;
-  double memory = 8;  ///< GiB: pictures are halved until the work fits
+  double memory = 8;  ///< GiB: images are halved until the work fits
 };
 
 OptionTable describe(DepthOptions& options) {
@@ -60,7 +60,7 @@ OptionTable describe(DepthOptions& options) {
   return table;
 }
 
-/// A digest of what the views are: cameras, pictures, masks.
+/// A digest of what the views are: cameras, images, masks.
 std::string digest_of(const std::vector<InstantView>& views) {
   Sha256 sum;
   const auto add = [&](const auto& values) {
@@ -75,7 +75,7 @@ std::string digest_of(const std::vector<InstantView>& views) {
   return hex(sum.finish());
 }
 
-/// What the maps in a folder were made of and with: those of other pictures or options are not
+/// What the maps in a folder were made of and with: those of other images or options are not
 /// mixed. Where the capture lies does not matter, as machines see it at different places.
 std::string origin_of(const DepthArguments& arguments, const DepthOptions& options, int frame,
                       const std::vector<InstantView>& views) {
@@ -103,7 +103,7 @@ std::string difference_of(const nlohmann::json& there, const nlohmann::json& wan
     return there.value(key, nlohmann::json()) != wanted.at(key);
   };
   if (differs("views")) {
-    return "other pictures: of another capture or frame, or of another size (--memory)";
+    return "other images: of another capture or frame, or of another size (--memory)";
   }
   if (differs("device")) {
     return "another device";
@@ -151,7 +151,8 @@ Points places_in(const VisualHull& hull) {
     for (int y = 0; y < hull.ny; ++y) {
       for (int x = 0; x < hull.nx; ++x) {
         if (hull.at(x, y, z)) {
-          cells.push_back(hull.origin + hull.cell * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5));
+          cells.push_back(hull.origin +
+                          hull.voxel_size * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5));
         }
       }
     }
@@ -190,7 +191,7 @@ int run(const DepthArguments& arguments, const DepthOptions& options) {
   if (std::find(frames.begin(), frames.end(), frame) == frames.end()) {
     throw DataError(
         arguments.capture, "frame " + std::to_string(frame),
-        "no pictures with masks or labels in two views",
+        "no images with masks or labels in two views",
         "a frame from " + std::to_string(frames.front()) + " to " + std::to_string(frames.back()));
   }
   const fs::path folder = arguments.out;

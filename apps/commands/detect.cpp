@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::int64_t kMostModelBytes = 2'000'000'000;  // protobuf holds no more
+constexpr std::int64_t kMaxModelBytes = 2'000'000'000;  // protobuf holds no more
 
 struct DetectArguments {
   std::string capture;
@@ -98,7 +98,7 @@ std::string taxonomy_of(const std::string& said, int classes, const std::string&
   return found;
 }
 
-/// One part of a picture that a network looks at: round the mask, or all of it.
+/// One part of an image that a network looks at: round the mask, or all of it.
 DetectBox box_of(FrameReader& reader, Index camera, int frame, const ByteImage& image,
                  const DetectOptions& options) {
   if (options.box != DetectArea::Mask) {
@@ -122,8 +122,9 @@ int run(const DetectArguments& arguments, const DetectCommandOptions& options) {
     throw UsageError(
         "detect takes a CAPTURE and --model: atelier detect CAPTURE --model FILE.onnx");
   }
-  if (options.network.mean.size() != 3 || options.network.deviation.size() != 3) {
-    throw UsageError("--mean and --deviation take three numbers each, as in [124, 116, 104]");
+  if (options.network.mean.size() != 3 || options.network.standard_deviation.size() != 3) {
+    throw UsageError(
+        "--mean and --standard-deviation take three numbers each, as in [124, 116, 104]");
   }
   const Dataset dataset = open_dataset(arguments.capture, options.capture);
   const bool in_place = arguments.out.empty();
@@ -140,7 +141,7 @@ int run(const DetectArguments& arguments, const DetectCommandOptions& options) {
       require_new_place(out / part, "--out");
     }
   }
-  const std::vector<std::byte> model = read_file_bytes(arguments.model, kMostModelBytes);
+  const std::vector<std::byte> model = read_file_bytes(arguments.model, kMaxModelBytes);
   FrameReader reader(dataset);
   std::string said;  // schema or taxonomy
   int pictures = 0;
@@ -190,17 +191,17 @@ int run(const DetectArguments& arguments, const DetectCommandOptions& options) {
     }
   }
   if (pictures == 0) {
-    throw DataError(arguments.capture, "", "no pictures", "some");
+    throw DataError(arguments.capture, "", "no images", "some");
   }
   if (options.network.kind == NetworkKind::Parsing) {
-    std::cout << pictures << " pictures, classes of " << said
+    std::cout << pictures << " images, classes of " << said
               << " as labels of atelier: " << (out / "labels").string() << "\n";
     return kExitDone;
   }
   if (in_place && !said.empty()) {
     note_schema(out, said);
   }
-  std::cout << pictures << " pictures, " << people << " people, points in the order "
+  std::cout << pictures << " images, " << people << " people, points in the order "
             << (said.empty() ? "(nobody was found)" : said) << ": "
             << (out / "keypoints2d").string() << "\n";
   return kExitDone;

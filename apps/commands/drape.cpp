@@ -265,7 +265,7 @@ void write_pictures(const std::filesystem::path& out, const Draped& draped, bool
   cells.push_back({picture_of(dressed, kSide, picture), "side"});
   cells.push_back({picture_of(dressed, kBack, picture), "back"});
   std::string names;
-  for (const TruthGarment& one : draped.outfit.garments) {
+  for (const GroundTruthGarment& one : draped.outfit.garments) {
     names += (names.empty() ? "" : " and ") + one.garment.name;
   }
   write_image(out / "drape.png",
@@ -285,7 +285,7 @@ int run(const std::filesystem::path& out, const DrapeOptions& options) {
   for (const char* file : {".obj", ".ply", ".glb", ".h5", ".usda", ".png", ".jpg", ".mp4"}) {
     if (lower_extension(out) == file) {
       throw UsageError("--out cannot be '" + out.string() +
-                       "': meshes, pictures and a video go into one new folder; name that");
+                       "': meshes, images and a video go into one new folder; name that");
     }
   }
   require_new_place(out, "--out");
@@ -298,7 +298,7 @@ int run(const std::filesystem::path& out, const DrapeOptions& options) {
                 measures.stature, measures.mass, measures.chest_girth, measures.waist_girth,
                 measures.hip_girth);
   std::cout << text << "\n";
-  for (const TruthGarment& one : draped.outfit.garments) {
+  for (const GroundTruthGarment& one : draped.outfit.garments) {
     std::cout << printable(one.garment.name) << ": " << one.garment.panel_names.size()
               << " panels, " << one.seams.size() << " seams, " << one.garment.mesh.faces.rows()
               << " triangles\n";

@@ -64,7 +64,7 @@ struct DrawOptions {
 
 OptionTable describe(DrawOptions& options) {
   OptionTable table;
-  table.add("networks", options.networks, {"appearance", "ceiling"},
+  table.add("networks", options.networks, {"appearance", "oracle"},
             "Stage whose networks are used; oracle: those trained and rendered on the ground-truth "
             "garments and body of --capture");
   table.add("azimuth", options.azimuth, -360, 360, "degrees",
@@ -131,8 +131,8 @@ void add_meshes(Cast& cast, const std::string& name, const fs::path& meshes,
 
 /// What was true in the first clothed sequence of a synthetic capture.
 Cast true_cast(const DrawArguments& arguments) {
-  const fs::path networks = current_result(arguments.workspace, "ceiling");
-  const auto truth = std::make_shared<const CaptureTruth>(read_capture_truth(arguments.capture));
+  const fs::path networks = current_result(arguments.workspace, "oracle");
+  const auto truth = std::make_shared<const GroundTruth>(read_ground_truth(arguments.capture));
   const WornSubject worn = worn_in_truth(arguments.capture, truth);
   const CaptureInfo info = open_dataset(arguments.capture).info;
   const auto clothed = std::find_if(info.sequences.begin(), info.sequences.end(),
@@ -287,7 +287,7 @@ Cast whole_cast(const DrawArguments& arguments, const DrawOptions& options) {
     throw DataError(arguments.workspace, "", "no folder", "a workspace");
   }
   try {
-    Cast cast = options.networks == "ceiling" ? true_cast(arguments) : cast_of(arguments);
+    Cast cast = options.networks == "oracle" ? true_cast(arguments) : cast_of(arguments);
     require_body(cast, arguments);
     require_light(cast, options);
     fill_frames(cast);
@@ -309,7 +309,7 @@ Cast whole_cast(const DrawArguments& arguments, const DrawOptions& options) {
   }
 }
 
-/// The camera of the capture that looks; nothing where it goes round the subject, whose pictures
+/// The camera of the capture that looks; nothing where it goes round the subject, whose images
 /// then have a size. Before any mesh is read: what is refused here has nothing to do with them.
 std::optional<Camera> captured_camera(const DrawArguments& arguments, const DrawOptions& options) {
   if (arguments.capture.empty()) {
@@ -372,8 +372,8 @@ double rate_of(const Cast& cast) {
   return rate;
 }
 
-/// How a film is played: as fast as its meshes say, unless it was said otherwise.
-VideoOptions film_options(const OptionSet& set, double rate) {
+/// How a video is played: as fast as its meshes say, unless it was said otherwise.
+VideoOptions video_options(const OptionSet& set, double rate) {
   VideoOptions video = options_of<DrawOptions>(set).video;
   for (const OptionField& field : set.table.fields) {
     if (field.name == "video.fps" && field.source == "default" && rate > 0) {
@@ -420,15 +420,15 @@ int run(const DrawArguments& arguments, const OptionSet& set) {
   if (arguments.camera.empty() != arguments.capture.empty()) {
     throw UsageError("--capture and --camera go together: the camera ID of the capture CAPTURE");
   }
-  if (options.networks == "ceiling") {
+  if (options.networks == "oracle") {
     if (arguments.capture.empty()) {
       throw UsageError(
-          "--networks ceiling renders the ground truth of a synthetic capture: give --capture and "
+          "--networks oracle renders the ground truth of a synthetic capture: give --capture and "
           "--camera");
     }
     if (!arguments.body.empty() || !arguments.garments.empty()) {
       throw UsageError(
-          "--body and --garment do nothing: --networks ceiling renders the ground truth of "
+          "--body and --garment do nothing: --networks oracle renders the ground truth of "
           "--capture; leave them out");
     }
   }
@@ -459,15 +459,15 @@ int run(const DrawArguments& arguments, const OptionSet& set) {
   for (const std::string& one : outdated_results(arguments.workspace, {options.networks})) {
     std::cout << "warning: " << printable(one) << std::endl;
   }
-  const VideoOptions film_as = film_options(set, rate_of(cast));
+  const VideoOptions video_as = video_options(set, rate_of(cast));
   cast.scene.cameras = captured ? std::vector{*captured} : cameras_round(cast, options);
   const NewFolders made(arguments.out);
   if (!video) {
     make_private_directory(arguments.out);
   }
-  std::optional<VideoWriter> film;
+  std::optional<VideoWriter> writer;
   if (video) {
-    film.emplace(arguments.out, film_as);
+    writer.emplace(arguments.out, video_as);
   }
   PaintHooks hooks;
   hooks.stop = [] { return interrupted(); };
@@ -476,21 +476,21 @@ int run(const DrawArguments& arguments, const OptionSet& set) {
     if (!video) {
       write_image(fs::path(arguments.out) / (name + ".png"), straight_alpha(picture));
     } else {
-      film->add(before_black(picture));
+      writer->add(before_black(picture));
     }
     std::cout << "frame " << name << std::endl;
   };
   try {
     if (!paint_scene(cast.scene, options.paint, options.device, hooks)) {
-      film.reset();
+      writer.reset();
       made.remove_empty();
       end_by_signal();
     }
-    if (film) {
-      film->finish();
+    if (writer) {
+      writer->finish();
     }
   } catch (const std::exception&) {
-    film.reset();
+    writer.reset();
     made.remove_empty();  // so that the same command can be given again
     throw;
   }

@@ -110,7 +110,8 @@ int run(EvaluateArguments arguments) {
   }
   if (arguments.workspace.empty() || arguments.truth.empty()) {
     throw UsageError(
-        "evaluate takes a WORKSPACE and --truth: atelier evaluate WORKSPACE --truth CAPTURE");
+        "evaluate takes a WORKSPACE and --ground-truth: atelier evaluate WORKSPACE --ground-truth "
+        "CAPTURE");
   }
   if (arguments.complete && !arguments.check) {
     throw UsageError("--complete does nothing without --check");
@@ -219,7 +220,7 @@ Action add_evaluate(CLI::App& parser) {
   add_option(parser, "WORKSPACE", arguments->workspace,
              "Folder of results; the capture itself evaluates its detections only")
       .required();
-  add_option(parser, "--truth", arguments->truth,
+  add_option(parser, "--ground-truth,--truth", arguments->truth,
              "Synthetic capture that the results were made from")
       .type_name("CAPTURE")
       .required();

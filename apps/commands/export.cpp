@@ -256,7 +256,7 @@ fs::path capture_of(const std::vector<StageStatus>& all, const std::string& layo
       "the capture in its place, or atelier convert-capture CAPTURE OUT --to " + layout);
 }
 
-/// A capture's cameras, with the pictures of its first instant.
+/// A capture's cameras, with the images of its first instant.
 void export_cameras(const fs::path& capture, const fs::path& place, const std::string& layout,
                     ExportGuard& guard) {
   Dataset dataset = open_dataset(capture);

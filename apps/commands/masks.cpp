@@ -28,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-enum class MaskWay { Auto, Plates, Chroma, Time };
+enum class MaskMethod { Auto, Plates, Chroma, Time };
 
 struct MasksArguments {
   std::string capture;
@@ -39,7 +39,7 @@ struct MasksArguments {
 };
 
 struct MasksOptions {
-  MaskWay way = MaskWay::Auto;
+  MaskMethod method = MaskMethod::Auto;
   int background_frames = 40;
   DatasetOptions capture;
   MaskOptions mask;
@@ -48,11 +48,11 @@ struct MasksOptions {
 
 OptionTable describe(MasksOptions& options) {
   OptionTable table;
-  table.add("way", options.way,
-            {{"auto", MaskWay::Auto},
-             {"plates", MaskWay::Plates},
-             {"chroma", MaskWay::Chroma},
-             {"time", MaskWay::Time}},
+  table.add("method", options.method,
+            {{"auto", MaskMethod::Auto},
+             {"plates", MaskMethod::Plates},
+             {"chroma", MaskMethod::Chroma},
+             {"time", MaskMethod::Time}},
             "Method of segmentation: plates (clean plates), chroma (coloured screen) or time (the "
             "most frequent colour of each pixel); auto: plates where they are given, else time");
   table.add("background_frames", options.background_frames, 5, 1000, "",
@@ -75,7 +75,7 @@ Image three_channels(Image image) {
   return colour;
 }
 
-/// The empty stage as one camera sees it: PLATES/<camera>.png, or every picture of
+/// The empty stage as one camera sees it: PLATES/<camera>.png, or every image of
 /// PLATES/<camera>/.
 std::vector<Image> plates_of(const fs::path& folder, const std::string& camera) {
   std::vector<Image> plates;
@@ -92,7 +92,7 @@ std::vector<Image> plates_of(const fs::path& folder, const std::string& camera) 
   }
   if (plates.empty()) {
     throw DataError(folder.string(), "camera '" + camera + "'", "no plate",
-                    camera + ".png, or a folder " + camera + " of pictures of the empty stage");
+                    camera + ".png, or a folder " + camera + " of images of the empty stage");
   }
   return plates;
 }
@@ -100,14 +100,14 @@ std::vector<Image> plates_of(const fs::path& folder, const std::string& camera) 
 /// What came of one camera.
 struct CameraMasks {
   int written = 0;
-  double covered = 0;  ///< mean share of the picture
-  double iou = 0;      ///< against the truth, mean
+  double covered = 0;  ///< mean share of the image
+  double iou = 0;      ///< against the ground truth, mean
   int judged = 0;
   std::vector<Finding> findings;
 };
 
 CameraMasks masks_of(const Dataset& dataset, std::size_t c, const MasksArguments& arguments,
-                     MaskWay way, const MasksOptions& options) {
+                     MaskMethod method, const MasksOptions& options) {
   CameraMasks result;
   FrameReader reader(dataset);
   const auto index = static_cast<Index>(c);
@@ -120,9 +120,9 @@ CameraMasks masks_of(const Dataset& dataset, std::size_t c, const MasksArguments
     return result;
   }
   EmptyStage background;
-  if (way == MaskWay::Plates) {
+  if (method == MaskMethod::Plates) {
     background = background_of_plates(plates_of(arguments.plates, id));
-  } else if (way == MaskWay::Time) {
+  } else if (method == MaskMethod::Time) {
     std::vector<Image> some;
     const std::size_t count =
         std::min(frames.size(), static_cast<std::size_t>(options.background_frames));
@@ -137,7 +137,7 @@ CameraMasks masks_of(const Dataset& dataset, std::size_t c, const MasksArguments
       result.findings.push_back(
           {Severity::Warning, "mask-background-doubtful", id,
            "in " + std::to_string(static_cast<int>(100 * moving.still_share)) +
-               "% of the picture something stays or moves for half of the time",
+               "% of the image something stays or moves for half of the time",
            "take clean plates (--plates), or frames in which the person walks about"});
     }
     background = std::move(moving.background);
@@ -154,7 +154,7 @@ CameraMasks masks_of(const Dataset& dataset, std::size_t c, const MasksArguments
       continue;
     }
     const Image picture = three_channels(std::move(*image));
-    if (way != MaskWay::Chroma &&
+    if (method != MaskMethod::Chroma &&
         (picture.width != background.mean.width || picture.height != background.mean.height)) {
       throw DataError(arguments.plates.empty() ? arguments.capture : arguments.plates,
                       "camera '" + id + "'",
@@ -162,7 +162,7 @@ CameraMasks masks_of(const Dataset& dataset, std::size_t c, const MasksArguments
                           std::to_string(background.mean.height) + " pixels",
                       std::to_string(picture.width) + " x " + std::to_string(picture.height));
     }
-    ByteImage mask = way == MaskWay::Chroma
+    ByteImage mask = method == MaskMethod::Chroma
                          ? mask_by_chroma(picture, options.chroma, options.mask)
                          : mask_from_background(picture, background, options.mask);
     const auto set = std::count_if(mask.data.begin(), mask.data.end(),
@@ -184,16 +184,16 @@ CameraMasks masks_of(const Dataset& dataset, std::size_t c, const MasksArguments
   return result;
 }
 
-void check_places(const Dataset& dataset, const MasksArguments& arguments, MaskWay way) {
-  if (way == MaskWay::Plates && arguments.plates.empty()) {
-    throw UsageError("--way plates takes --plates FOLDER, pictures of the empty stage");
+void check_places(const Dataset& dataset, const MasksArguments& arguments, MaskMethod method) {
+  if (method == MaskMethod::Plates && arguments.plates.empty()) {
+    throw UsageError("--method plates takes --plates FOLDER, images of the empty stage");
   }
   require_new_place(fs::path(arguments.out) / "labels", "--out");
   require_folder_place(arguments.out);
   const bool any = std::any_of(dataset.frames.begin(), dataset.frames.end(),
                                [](const CameraFrames& f) { return !f.images.empty(); });
   if (!any) {
-    throw DataError(arguments.capture, "", "no pictures", "some");
+    throw DataError(arguments.capture, "", "no images", "some");
   }
 }
 
@@ -210,16 +210,16 @@ int run(MasksArguments arguments, const MasksOptions& options) {
     }
     arguments.out = arguments.capture;
   }
-  MaskWay way = options.way;
-  if (way == MaskWay::Auto) {
-    way = arguments.plates.empty() ? MaskWay::Time : MaskWay::Plates;
+  MaskMethod method = options.method;
+  if (method == MaskMethod::Auto) {
+    method = arguments.plates.empty() ? MaskMethod::Time : MaskMethod::Plates;
   }
-  check_places(dataset, arguments, way);
+  check_places(dataset, arguments, method);
   std::vector<CameraMasks> results(dataset.cameras.size());
   parallel_for(static_cast<Index>(results.size()), 1, [&](Index begin, Index end) {
     for (Index c = begin; c < end; ++c) {
       results[static_cast<std::size_t>(c)] =
-          masks_of(dataset, static_cast<std::size_t>(c), arguments, way, options);
+          masks_of(dataset, static_cast<std::size_t>(c), arguments, method, options);
     }
   });
   nlohmann::ordered_json json = {{"capture", arguments.capture},
@@ -241,7 +241,7 @@ int run(MasksArguments arguments, const MasksOptions& options) {
       continue;
     }
     char text[160];
-    std::snprintf(text, sizeof text, "%-12s %d masks, %.1f%% of the picture",
+    std::snprintf(text, sizeof text, "%-12s %d masks, %.1f%% of the image",
                   dataset.cameras[c].id.c_str(), result.written,
                   result.written > 0 ? 100 * result.covered / result.written : 0);
     std::cout << text;
@@ -285,7 +285,7 @@ Action add_masks(CLI::App& parser) {
   add_option(parser, "--plates", arguments->plates,
              "Images of the empty stage: <camera>.png, or a folder for each camera")
       .type_name("FOLDER");
-  add_option(parser, "--truth", arguments->truth,
+  add_option(parser, "--ground-truth,--truth", arguments->truth,
              "Synthetic capture whose ground-truth labels the masks are compared with")
       .type_name("CAPTURE");
   add_flag(parser, "--json", arguments->json, "Output as JSON, for programs");

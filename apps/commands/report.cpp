@@ -63,7 +63,7 @@ Action add_report(CLI::App& parser) {
   add_option(parser, "WORKSPACE", arguments->workspace, "Folder of results").required();
   add_option(parser, "--out", arguments->out, "Page to write [WORKSPACE/report/index.html]")
       .type_name("FILE");
-  add_option(parser, "--truth", arguments->truth,
+  add_option(parser, "--ground-truth,--truth", arguments->truth,
              "Synthetic capture that the results were made from, for a section with their errors, "
              "as evaluate prints them")
       .type_name("CAPTURE");

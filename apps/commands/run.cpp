@@ -32,7 +32,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A film of the avatar, of the last stage that has one; "" if none has. A stage that this run did
+/// A video of the avatar, of the last stage that has one; "" if none has. A stage that this run did
 /// not bring to its end may show what it came to long ago.
 fs::path video_in(const fs::path& workspace, const std::vector<StageStatus>& stages,
                   const RunAccount& account) {

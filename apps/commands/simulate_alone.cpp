@@ -27,8 +27,8 @@
 #include "simulation/files/simulation_words.h"
 #include "simulation/material/bending_rigidity.h"
 #include "simulation/material/membrane_in_use.h"
-#include "simulation/material/said_material.h"
-#include "simulation/simulation_doubts.h"
+#include "simulation/material/resolve_material.h"
+#include "simulation/simulation_diagnostics.h"
 #include "simulation/simulation_table.h"
 
 namespace atelier {
@@ -245,7 +245,7 @@ std::string kept_text(Index done, const std::filesystem::path& place) {
 void require_grid(const OutputPlace& place, const SimulateOptions& options, bool format) {
   if (format || place.one_file) {
     throw UsageError(
-        "--grid makes one picture and no frames; leave --format out, and name a "
+        "--grid makes one image and no frames; leave --format out, and name a "
         "folder");
   }
   if (options.solver.intersection_interval != SimulateOptions{}.solver.intersection_interval) {
@@ -253,7 +253,7 @@ void require_grid(const OutputPlace& place, const SimulateOptions& options, bool
                      " does nothing with --grid, which counts in the "
                      "end; leave it out");
   }
-  if (said_material(options.material).bending == 0) {
+  if (resolve_material(options.material).bending == 0) {
     throw UsageError("--grid varies the bending stiffness, and --material.bending 0 has none");
   }
 }
@@ -412,7 +412,7 @@ int simulate_frames(const SimulateRequest& request, const SimulationScene& scene
     throw_with(failure, kept_text(done, writers.front().frames_place()));
   }
   std::ostream& words = json ? standard_error() : std::cout;
-  for (const std::string& doubt : simulation_doubts(reports, options.solver.self_contact)) {
+  for (const std::string& doubt : simulation_diagnostics(reports, options.solver.self_contact)) {
     words << kWarning << doubt << "\n";
   }
   if (interrupted()) {

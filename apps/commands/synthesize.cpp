@@ -40,7 +40,7 @@ void write_other_layout(const std::filesystem::path& capture, const std::string&
     std::cout << printable(out.string()) << " already exists\n";
     return;
   }
-  // Under another name until it is whole: a layout that was interrupted is made anew.
+  // Under another name until it is whole: a layout that was interrupted is recomputed.
   const std::filesystem::path unfinished = capture / ("." + layout + ".unfinished");
   std::filesystem::remove_all(unfinished);
   const LayoutReport report = write_layout(capture, layout, unfinished);

@@ -57,7 +57,7 @@ int validate_alone(const StandAloneRequest& request, const std::optional<std::st
   } else {
     print(capture, reader.dataset(), validation);
     if (html) {
-      std::cout << "with pictures: " << printable(*html) << "\n";
+      std::cout << "with images: " << printable(*html) << "\n";
     }
   }
   return has_errors(validation.findings) ? kExitBadData : kExitDone;

@@ -133,7 +133,7 @@ bool takes_value(const CLI::Option* option) {
   return option->get_items_expected_min() > 0;
 }
 
-bool is_truth(const std::string& text) {
+bool is_boolean(const std::string& text) {
   return text == "true" || text == "false";
 }
 
@@ -171,7 +171,7 @@ std::vector<std::string> with_switches(const CLI::App& parser,
       throw UsageError(as_typed + " is given twice");
     }
     const bool more = i + 1 < arguments.size() && arguments[i + 1] != "--";
-    const bool told = more && is_truth(arguments[i + 1]);
+    const bool told = more && is_boolean(arguments[i + 1]);
     if (!value && is_switch(option)) {
       value = told ? arguments[++i] : "true";
     } else if (!value && told && !takes_value(option) && option != parser.get_help_ptr()) {
@@ -183,7 +183,7 @@ std::vector<std::string> with_switches(const CLI::App& parser,
       }
       value = arguments[++i];
     }
-    if (!takes_value(option) && value && !is_truth(*value)) {
+    if (!takes_value(option) && value && !is_boolean(*value)) {
       throw UsageError(as_typed + " cannot be '" + value->substr(0, 60) +
                        "': it takes true or false, or nothing");
     }
@@ -200,7 +200,7 @@ std::string switch_before(const CLI::App& parser, const std::vector<std::string>
                           const std::string& word) {
   for (std::size_t i = 1; i < arguments.size(); ++i) {
     const CLI::Option* option = option_named(parser, as_declared(parser, arguments[i - 1]));
-    if (arguments[i] == word && !is_truth(word) && option != nullptr &&
+    if (arguments[i] == word && !is_boolean(word) && option != nullptr &&
         (is_switch(option) || !takes_value(option))) {
       return arguments[i - 1];
     }

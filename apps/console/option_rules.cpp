@@ -31,7 +31,7 @@ constexpr const char* kLess = "it takes less than that";
 constexpr std::array kRules = {
     OptionRule{"search.stretch_low", "search.stretch_high", less, kLess},
     OptionRule{"search.bending_low", "search.bending_high", less, kLess},
-    OptionRule{"hull.cell", "hull.reach", less, kLess},
+    OptionRule{"hull.voxel_size", "hull.half_extent", less, kLess},
     OptionRule{"overlap", "window", [](double a, double b) { return 2 * a <= b; },
                "it takes at most half of that"},
 };
@@ -73,8 +73,8 @@ constexpr const char* kSurface = "more --surface-rounds";
 
 constexpr std::array kIdleRules = {
     IdleRule{"search.", kFabricGiven, kFitted},
-    IdleRule{"usual", kFabricGiven, kFitted},
-    IdleRule{"leash", kFabricGiven, kFitted},
+    IdleRule{"use_prior", kFabricGiven, kFitted},
+    IdleRule{"tracking_rate", kFabricGiven, kFitted},
     IdleRule{"sequence", kFabricGiven, kFitted},
     IdleRule{"frames", kFabricGiven, kFitted},
     IdleRule{"edge_length", kFabricGiven, kFitted},
@@ -91,7 +91,7 @@ constexpr std::array kIdleRules = {
              "--xpbd.drag or --xpbd.lift"},
     IdleRule{"relaxing.", {{{"relax", "false"}, {}}}, "--relax", true},
     // Of `flatten`, which seeks seams where none are given, and relaxes on a body to hang on.
-    IdleRule{"give", kSeamsGiven, kSeamsFound},
+    IdleRule{"tolerance", kSeamsGiven, kSeamsFound},
     IdleRule{"find.", kSeamsGiven, kSeamsFound},
     IdleRule{"relax.fabric", kNoBody, kHungOnBody},
     IdleRule{"relax.registered", kNoBody, kHungOnBody},
@@ -365,7 +365,7 @@ std::vector<std::string> broken_rules(const OptionTable& table) {
     for (const OptionField& field : table.fields) {
       if (field.source != kUnsaid && before(field.name, std::string(kPersonsCapture) += name)) {
         problems.push_back(field.name +
-                           " does nothing: cameras and pictures are read by reconstruct alone; "
+                           " does nothing: cameras and images are read by reconstruct alone; "
                            "leave it out here, and say it there");
       }
     }

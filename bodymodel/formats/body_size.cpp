@@ -12,10 +12,10 @@ namespace atelier {
 namespace {
 
 constexpr double kAdult = 1.7;  // metres
-constexpr double kLeastPerson = 0.3;
-constexpr double kMostPerson = 3;
-constexpr double kLeastBody = 0.02;
-constexpr double kMostBody = 10;
+constexpr double kMinPerson = 0.3;
+constexpr double kMaxPerson = 3;
+constexpr double kMinBody = 0.02;
+constexpr double kMaxBody = 10;
 
 std::string number(double value) {
   char text[32];
@@ -87,8 +87,8 @@ void check_body_size(const BodyModel& model, const std::string& file) {
                     "Y up: export the file so (Blender: glTF with +Y Up)");
   }
   const double length = up ? size.y() : size.maxCoeff();
-  const double least = up ? kLeastPerson : kLeastBody;
-  const double most = up ? kMostPerson : kMostBody;
+  const double least = up ? kMinPerson : kMinBody;
+  const double most = up ? kMaxPerson : kMaxBody;
   if (!(length >= least && length <= most)) {
     throw DataError(
         file, "rest pose",

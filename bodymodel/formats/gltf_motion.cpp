@@ -11,7 +11,7 @@ namespace atelier {
 namespace {
 
 constexpr double kDefaultRate = 30;
-constexpr double kMostRate = 1000;
+constexpr double kMaxRate = 1000;
 constexpr double kUnsaidStretch = 0.01;  // metres a bone may move unsaid
 
 Eigen::VectorXd key(const GltfChannel& channel, Index k) {
@@ -75,7 +75,7 @@ std::vector<double> even_times(const GltfAnimation& animation) {
     }
   }
   const double rate = frame_rate(step);
-  return rate >= 1 && rate <= kMostRate ? *times : std::vector<double>{};
+  return rate >= 1 && rate <= kMaxRate ? *times : std::vector<double>{};
 }
 
 double rate_of_even(const std::vector<double>& times) {

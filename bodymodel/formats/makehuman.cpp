@@ -13,7 +13,7 @@ namespace atelier {
 namespace {
 
 constexpr const char* kBodyGroup = "body";
-constexpr double kMostMissing = 0.25;  // share of a body that macro targets may leave out
+constexpr double kMaxMissing = 0.25;  // share of a body that macro targets may leave out
 
 // Vertices that the polygons of each group use, increasing.
 VertexGroups vertex_groups(const PolygonMesh& mesh) {
@@ -133,7 +133,7 @@ void apply_macros(const MakeHumanFiles& files, const MakeHumanMacros& macros, Po
                             "there, " + share + " of the body; the heaviest is " + heaviest +
                             ".target";
   const std::string advice = "the whole folder of targets, or other sliders";
-  if (builds > kMostMissing || races > kMostMissing) {
+  if (builds > kMaxMissing || races > kMaxMissing) {
     throw DataError(files.macros.string(), "macro targets", found, advice);
   }
   findings.push_back({Severity::Warning, "makehuman-macro", files.macros.string(), found,

@@ -18,8 +18,8 @@
 namespace atelier {
 namespace {
 
-constexpr double kLeastLegs = 0.15;  // metres, hip to knee to ankle
-constexpr double kMostLegs = 1.5;
+constexpr double kMinLegs = 0.15;  // metres, hip to knee to ankle
+constexpr double kMaxLegs = 1.5;
 
 std::string extension_of(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
@@ -59,7 +59,7 @@ std::filesystem::path skeleton_of(const std::filesystem::path& amc) {
 MotionClip as_said(MotionClip clip, MotionOptions options) {
   const std::optional<Humanoid> person = find_humanoid(clip.skeleton);
   const double legs = person ? leg_length(clip.skeleton, *person) : 1;
-  if (options.metres_per_unit == 0 && legs > kLeastLegs && legs < kMostLegs) {
+  if (options.metres_per_unit == 0 && legs > kMinLegs && legs < kMaxLegs) {
     options.metres_per_unit = 1;
   }
   options.up = options.up == 0 ? 'y' : options.up;

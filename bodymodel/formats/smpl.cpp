@@ -11,8 +11,8 @@
 namespace atelier {
 namespace {
 
-constexpr double kLeastHeight = 0.3;  // metres; babies
-constexpr double kMostHeight = 3;
+constexpr double kMinHeight = 0.3;  // metres; babies
+constexpr double kMaxHeight = 3;
 
 using Shape = std::vector<std::int64_t>;
 
@@ -135,7 +135,7 @@ Points regressed(const std::vector<JointRegressor>& regressor, const Points& ver
 
 void check_height(const Points& vertices, double metres_per_unit, const std::string& file) {
   const double height = metres_per_unit * (vertices.col(1).maxCoeff() - vertices.col(1).minCoeff());
-  if (!(height > kLeastHeight && height < kMostHeight)) {
+  if (!(height > kMinHeight && height < kMaxHeight)) {
     throw DataError(file, "array 'v_template'", "a body " + std::to_string(height) + " tall",
                     "metres, Y up: 0.3 to 3 (set metres_per_unit, 0.01 for centimetres, or turn "
                     "the file's vertices)");

@@ -26,7 +26,8 @@ void put(Archive& archive, const char* name, Tensor tensor) {
 
 class TrackedMotionReader {
  public:
-  TrackedMotionReader(const Archive& archive, std::string file) : archive_(archive), file_(std::move(file)) {}
+  TrackedMotionReader(const Archive& archive, std::string file)
+      : archive_(archive), file_(std::move(file)) {}
 
   [[noreturn]] void fail(const char* name, const std::string& found,
                          const std::string& expected) const {
@@ -83,7 +84,7 @@ class TrackedMotionReader {
   std::string file_;
 };
 
-constexpr int kMostIndex = 2'000'000'000;
+constexpr int kMaxIndex = 2'000'000'000;
 constexpr int kLargestFrameId = 10'000'000;
 
 }  // namespace
@@ -178,7 +179,7 @@ TrackedMotion tracked_motion_of(const Archive& archive, const std::string& file)
   }
   skeleton.names = names.strings;
   const auto joints = static_cast<Index>(skeleton.names.size());
-  skeleton.parents = reader.integers("parents", -1, kMostIndex);
+  skeleton.parents = reader.integers("parents", -1, kMaxIndex);
   skeleton.offsets = reader.matrix("offsets", joints, 3);
   const std::pair<const char*, Points*> optional[] = {{"rest_rotations", &skeleton.rest_rotations},
                                                       {"limits_min", &skeleton.limits_min},
@@ -217,7 +218,7 @@ TrackedMotion tracked_motion_of(const Archive& archive, const std::string& file)
   tracked.scan_rms = reader.list("scan_rms", frames);
   tracked.scan_share = reader.list("scan_share", frames);
   if (reader.find("region") != nullptr) {
-    tracked.region = reader.integers("region", 0, kMostIndex);
+    tracked.region = reader.integers("region", 0, kMaxIndex);
   }
   check_tracked_motion(tracked, file);
   return tracked;

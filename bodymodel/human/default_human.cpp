@@ -160,8 +160,8 @@ std::string with_unit(double value, const char* unit) {
 
 // What is left of the mass may make half-widths where no girth is taken thinner or thicker by these
 // factors: bodies between the 0.1st and 99.9th percentiles need no more.
-constexpr double kLeastFullness = 0.70;
-constexpr double kMostFullness = 1.45;
+constexpr double kMinFullness = 0.70;
+constexpr double kMaxFullness = 1.45;
 
 // Newton on the logarithms, with steps held back and one Jacobian for several steps. `likely` is
 // the mass that the girths speak for, for the message.
@@ -204,7 +204,7 @@ Solved solve_build(const Maker& maker, const DefaultHumanOptions& options,
   Index worst = 0;
   const double error = gap.cwiseAbs().maxCoeff(&worst);
   const double fullness = solved.build.fullness;
-  const bool full = fullness >= kLeastFullness && fullness <= kMostFullness;
+  const bool full = fullness >= kMinFullness && fullness <= kMaxFullness;
   const bool plausible = solved.build.neck_length > 0.45 && full;
   if (!(error <= kHumanMeasureError) || !plausible) {
     if (!plausible) {
@@ -242,12 +242,12 @@ void check_human_options(const DefaultHumanOptions& options) {
 // What no adult has: refused before the solver bends a body to it.
 void check_plausible(const DefaultHumanOptions& options, const BodyMeasurements& wanted) {
   const double index = wanted.mass / (wanted.stature * wanted.stature);
-  if (!(index >= kLeastMassIndex && index <= kMostMassIndex)) {
+  if (!(index >= kMinMassIndex && index <= kMaxMassIndex)) {
     throw DataError("", "mass",
                     with_unit(wanted.mass, "kg") + " at a stature of " +
                         with_unit(wanted.stature, "m") + ": a body mass index of " +
                         with_unit(index, "kg/m^2"),
-                    with_unit(kLeastMassIndex, "") + "to " + with_unit(kMostMassIndex, "kg/m^2"));
+                    with_unit(kMinMassIndex, "") + "to " + with_unit(kMaxMassIndex, "kg/m^2"));
   }
   DefaultHumanOptions others = options;
   for (const Parameter& p : kParameters) {

@@ -71,8 +71,8 @@ DefaultHumanOptions random_human(Random& random, double male, double low = 0.05,
 BodyModel default_human(const DefaultHumanOptions& options = {});
 
 /// Adults outside these body mass indices, kg/m^2, are refused.
-constexpr double kLeastMassIndex = 12;
-constexpr double kMostMassIndex = 60;
+constexpr double kMinMassIndex = 12;
+constexpr double kMaxMassIndex = 60;
 
 /// A girth or breadth further than this many spreads from what stature and mass predict is refused.
 constexpr double kPlausibleSpreads = 8;

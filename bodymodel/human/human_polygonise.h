@@ -11,7 +11,7 @@ struct HumanPolygoniseOptions {
   double edge_scale = 1;  ///< target edge lengths times this: 1 gives about 10k vertices
 };
 
-/// The left half (x >= 0) of the zero set as even triangles, open along x = 0: marching
+/// The left half (x >= 0) of the zero set as isotropic triangles, open along x = 0: marching
 /// tetrahedra on a narrow band, then isotropic remeshing (Botsch and Kobbelt 2004) with edge
 /// lengths after the part of the body, projected back onto the field.
 Mesh polygonise_human(const HumanField& field, const HumanPolygoniseOptions& options = {});

@@ -11,8 +11,8 @@
 namespace atelier {
 namespace {
 
-constexpr double kRunUp = 0.4;      // s in which the motion's first speed is gained
-constexpr double kLeastFade = 0.2;  // s in which an offset goes
+constexpr double kRunUp = 0.4;    // s in which the motion's first speed is gained
+constexpr double kMinFade = 0.2;  // s in which an offset goes
 
 /// `t` seconds into a run that ends, after `run_up` seconds, in the motion's first pose at its
 /// first speed: the way between the first two poses, taken backwards.
@@ -47,7 +47,7 @@ Pose pose_at(const MovingBody& body, double seconds) {
 Points surface_at(const MovingBody& body, double seconds) {
   Points surface = skin_vertices(body.model, body.shaped, pose_at(body, seconds));
   if (body.dressed_offset.rows() > 0) {
-    const double fade = 1 - eased(seconds / std::max(body.settle, kLeastFade));
+    const double fade = 1 - eased(seconds / std::max(body.settle, kMinFade));
     if (fade > 0) {
       surface += fade * body.dressed_offset;
     }

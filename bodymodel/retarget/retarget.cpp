@@ -16,7 +16,7 @@
 namespace atelier {
 namespace {
 
-constexpr double kMostScale = 2.5;      // of steps, unsaid: from an adult to a small child
+constexpr double kMaxScale = 2.5;       // of steps, unsaid: from an adult to a small child
 constexpr double kUprightCosine = 0.7;  // of trunk and legs: below it they lie apart
 constexpr double kSole = 0.03;          // metres above the floor in which rest vertices are soles
 constexpr Index kTouching = 1000;       // vertices sampled for the lowest point, half of them soles
@@ -61,7 +61,7 @@ Eigen::Matrix3d followed_turn(const Follow& follow, const JointFrames& now,
 void add_scale_finding(double motion_legs, double body_legs, const std::string& name,
                        std::vector<Finding>& findings) {
   const double scale = body_legs / motion_legs;
-  if (scale > kMostScale || scale < 1 / kMostScale) {
+  if (scale > kMaxScale || scale < 1 / kMaxScale) {
     char text[160];
     std::snprintf(
         text, sizeof text,

@@ -9,9 +9,9 @@
 namespace atelier {
 namespace {
 
-constexpr int kMostCandidates = 200;  // frames looked at for a reference
-constexpr double kRestIsFine = 0.6;   // radians a bone: T-, A- and I-poses are this near
-constexpr double kUpright = 0.8;      // cosine to the vertical
+constexpr int kMaxCandidates = 200;  // frames looked at for a reference
+constexpr double kRestIsFine = 0.6;  // radians a bone: T-, A- and I-poses are this near
+constexpr double kUpright = 0.8;     // cosine to the vertical
 
 Eigen::Vector3d direction(const Points& joints, int from, int to) {
   return (joints.row(to) - joints.row(from)).normalized().transpose();
@@ -183,7 +183,7 @@ int reference_frame(const MotionClip& clip, const Humanoid& source_person, const
   double least = rest;
   int best = -1;
   const int frames = static_cast<int>(clip.motion.poses.size());
-  const int step = std::max(1, frames / kMostCandidates);
+  const int step = std::max(1, frames / kMaxCandidates);
   for (int frame = 0; frame < frames; frame += step) {
     const double off = mean_angle(
         limb_directions(

@@ -50,7 +50,7 @@ struct Poser {
   Points joints;  ///< rest
   std::vector<Eigen::Matrix3d> rest;
   double ground = 0;
-  double least_lift = 0;  ///< of the upper arms, for arms that hang clear of the trunk
+  double min_lift = 0;  ///< of the upper arms, for arms that hang clear of the trunk
 
   Poser(const BodyModel& m, double ground_)
       : model(m),
@@ -71,7 +71,7 @@ struct Poser {
 
   Pose pose(Stance stance) const {
     for (double& lift : stance.lift) {
-      lift = std::max(lift, least_lift);
+      lift = std::max(lift, min_lift);
     }
     Pose pose = rest_pose(model.skeleton);
     const Eigen::Matrix3d facing =
@@ -290,15 +290,14 @@ double lift_clear_of_trunk(Poser poser, const std::string& motion) {
   constexpr double kClear = 0.015;  // m, room for cloth
   constexpr int kPlaces = 9;        // of the motion that are looked at
   const TrunkAndArms rows = trunk_and_arms(poser);
-  poser.least_lift = 0;
+  poser.min_lift = 0;
   for (int i = 0; i < kPlaces; ++i) {
     const Stance stance = stance_of(motion, (i + 0.5) / kPlaces);
-    while (poser.least_lift < 0.8 && clearance(poser, rows, poser.pose(stance)) < kClear) {
-      poser.least_lift =
-          std::max(poser.least_lift, std::min(stance.lift[0], stance.lift[1])) + 0.04;
+    while (poser.min_lift < 0.8 && clearance(poser, rows, poser.pose(stance)) < kClear) {
+      poser.min_lift = std::max(poser.min_lift, std::min(stance.lift[0], stance.lift[1])) + 0.04;
     }
   }
-  return poser.least_lift;
+  return poser.min_lift;
 }
 
 ContinuousMotion file_motion(const BodyModel& model, const std::string& path, double ground) {
@@ -433,7 +432,7 @@ ContinuousMotion continuous_motion(const BodyModel& model, const std::string& mo
     return file_motion(model, motion, ground);
   }
   auto poser = std::make_shared<Poser>(model, ground);
-  poser->least_lift = lift_clear_of_trunk(*poser, motion);
+  poser->min_lift = lift_clear_of_trunk(*poser, motion);
   return {[poser, motion, duration](double seconds) {
             return poser->pose(stance_of(motion, seconds / duration));
           },

@@ -57,7 +57,7 @@ OptionTable describe(DynamicOptions& options) {
             "keeps looser clothing");
   table.add("gap", options.gap, 1e-3, 1, "m",
             "Median gap above which clothing is left out in any case");
-  table.add("least_frames", options.least_frames, 2, 1000, "",
+  table.add("min_frames", options.min_frames, 2, 1000, "",
             "Minimum number of frames that must see a patch for its swing to count");
   return table;
 }
@@ -124,8 +124,7 @@ std::vector<char> dynamic_region(const FittedPerson& person, const std::vector<C
       squares += gap * gap / static_cast<double>(g.size());
     }
     const double spread = std::sqrt(std::max(0.0, squares - mean * mean));
-    const bool swings =
-        static_cast<int>(g.size()) >= options.least_frames && spread > options.swing;
+    const bool swings = static_cast<int>(g.size()) >= options.min_frames && spread > options.swing;
     state[p] = swings || median(g) > options.gap ? 1 : 0;
   }
   std::vector<char> dynamic(state.size(), 0);

@@ -10,7 +10,7 @@ struct DynamicOptions {
   double swing = 0.007;  ///< m, spread over time of the gap between clothing and body above which
                          ///< clothing counts as dynamic, [1e-3, 1]
   double gap = 0.03;     ///< m, median gap above which it does anyway, [1e-3, 1]
-  int least_frames = 3;  ///< that must see a patch before its swing counts, [2, 1000]
+  int min_frames = 3;    ///< that must see a patch before its swing counts, [2, 1000]
 };
 OptionTable describe(DynamicOptions& options);
 

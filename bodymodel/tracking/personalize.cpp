@@ -67,7 +67,7 @@ std::vector<Finding> implausible(const BodyMeasurements& found, const BodyMeasur
                           name + " of " + rounded(value, digits) + " " + unit + "; " +
                               rounded(least, digits) + " to " + rounded(most, digits) +
                               " are of people of that stature",
-                          "look at the person's picture before trusting its surface"});
+                          "look at the person's image before trusting its surface"});
     }
   };
   const double size = std::sqrt(found.stature / usual.stature);
@@ -80,7 +80,7 @@ std::vector<Finding> implausible(const BodyMeasurements& found, const BodyMeasur
   }
   if (found.mass > 0) {
     const double square = found.stature * found.stature;
-    judge("mass", found.mass, kLeastMassIndex * square, kMostMassIndex * square, "kg", 1);
+    judge("mass", found.mass, kMinMassIndex * square, kMaxMassIndex * square, "kg", 1);
   }
   return findings;
 }

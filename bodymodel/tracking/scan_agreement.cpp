@@ -7,14 +7,14 @@
 namespace atelier {
 namespace {
 
-constexpr Index kPoints = 4000;        // of the scan
-constexpr double kSkinReach = 0.03;    // m
-constexpr double kClothReach = 0.1;    // m
-constexpr double kLeastPart = 0.01;    // of the surface; less is judged with the joint above
-constexpr double kLeastJudged = 0.25;  // of a part, to say anything of it
-constexpr double kLeastNear =
+constexpr Index kPoints = 4000;      // of the scan
+constexpr double kSkinReach = 0.03;  // m
+constexpr double kClothReach = 0.1;  // m
+constexpr double kMinPart = 0.01;    // of the surface; less is judged with the joint above
+constexpr double kMinJudged = 0.25;  // of a part, to say anything of it
+constexpr double kMinNear =
     0.5;  // of what is judged of a part: 0.77 and more where poses are right
-constexpr double kMostOff = 0.03;  // of the scan: a hand is 2%, a forearm 3%
+constexpr double kMaxOff = 0.03;  // of the scan: a hand is 2%, a forearm 3%
 
 /// The sought joint that moves a vertex most.
 int mover_of(const FittedPerson& person, Index vertex) {
@@ -41,7 +41,7 @@ std::vector<int> parts_of(const FittedPerson& person, const Eigen::VectorXd& are
   std::vector<int> joined(parents.size());
   for (int j = static_cast<int>(parents.size()) - 1; j >= 0; --j) {  // parents stand first
     const int above = parents[static_cast<std::size_t>(j)];
-    const bool small = above >= 0 && sums[j] < kLeastPart * areas.sum();
+    const bool small = above >= 0 && sums[j] < kMinPart * areas.sum();
     joined[static_cast<std::size_t>(j)] = small ? above : j;
     if (small) {
       sums[above] += sums[j];
@@ -138,13 +138,13 @@ LeftOut left_out_of(const ScanPoints& scan) {
 /// Whether a place lies behind it: its nearest point looks the other way. Past a hem that lies
 /// sideways.
 bool is_under(const LeftOut& cloth, const Eigen::Vector3d& place) {
-  constexpr double kLeastCosine = 0.7;
+  constexpr double kMinCosine = 0.7;
   if (cloth.tree.nodes.empty()) {
     return false;
   }
   const int nearest = closest_point(cloth.tree, place).face;
   const Eigen::Vector3d outwards = cloth.points.row(nearest).transpose() - place;
-  return outwards.dot(cloth.normals.row(nearest)) > kLeastCosine * outwards.norm();
+  return outwards.dot(cloth.normals.row(nearest)) > kMinCosine * outwards.norm();
 }
 
 /// [J] the parts of the body about the scan. What is under clothing left out is not judged unless
@@ -200,8 +200,8 @@ ScanAgreement scan_agreement(const FittedPerson& person, const BodySurface& surf
   for (int j = static_cast<int>(parts.size()) - 1; j >= 0; --j) {
     const auto i = static_cast<std::size_t>(j);
     const Nearness& part = parts[i];
-    const bool judged = part.judged > 0 && part.judged >= kLeastJudged * part.area;
-    const bool near = part.near >= kLeastNear * part.judged;
+    const bool judged = part.judged > 0 && part.judged >= kMinJudged * part.area;
+    const bool near = part.near >= kMinNear * part.judged;
     // What cannot be judged is where it must be if something further out is held.
     if (part.area > 0 && !(judged ? near : held[i] != 0)) {
       result.loose.push_back(j);
@@ -215,7 +215,7 @@ ScanAgreement scan_agreement(const FittedPerson& person, const BodySurface& surf
     }
   }
   result.apart = far > 0 ? std::sqrt(squares / far) : 0;
-  result.holds = result.loose.empty() && result.off <= kMostOff;
+  result.holds = result.loose.empty() && result.off <= kMaxOff;
   return result;
 }
 

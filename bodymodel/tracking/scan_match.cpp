@@ -30,8 +30,8 @@ std::vector<Index> sampled_rows(const Eigen::VectorXd& areas, Index count, int t
   return kept;
 }
 
-/// Normals of the vertices, faces weighed by their areas: of a body's even triangles as good as by
-/// their angles, which cost ten times as much.
+/// Normals of the vertices, faces weighed by their areas: of a body's isotropic triangles as good
+/// as by their angles, which cost ten times as much.
 Points plain_normals(const Points& vertices, const Triangles& faces) {
   std::vector<Vec3d> sums(static_cast<std::size_t>(vertices.rows()), Vec3d{0, 0, 0});
   const auto at = [&](int v) { return Vec3d{vertices(v, 0), vertices(v, 1), vertices(v, 2)}; };
@@ -166,7 +166,7 @@ std::vector<SurfaceMatch> match_scan(const FittedPerson& person, const BodySurfa
     }
     const int vertex = match.vertices[static_cast<std::size_t>(heaviest)];
     if (normal.norm() < 0.1 ||
-        normal.normalized().dot(scan.normals.row(i).transpose()) < options.least_cosine ||
+        normal.normalized().dot(scan.normals.row(i).transpose()) < options.min_cosine ||
         (part == ScanPart::Cloth && !region.empty() &&
          region[static_cast<std::size_t>(vertex)] != 0)) {
       continue;
@@ -211,7 +211,7 @@ std::vector<SurfaceMatch> match_model(const BodySurface& surface, const Eigen::V
     const Eigen::Vector3d normal = scan.normals.row(near.face).transpose();
     const Eigen::Vector3d apart = near.point - at;
     const double sideways = (apart - apart.dot(normal) * normal).norm();
-    if (normal.dot(surface.normals.row(v).transpose()) < options.least_cosine ||
+    if (normal.dot(surface.normals.row(v).transpose()) < options.min_cosine ||
         sideways > kSideways * lookup.spacing) {
       continue;
     }

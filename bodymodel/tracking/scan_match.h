@@ -50,8 +50,8 @@ BodySurface posed_surface(const FittedPerson& person, const BodySurface& rest,
                           const Eigen::VectorXd& x);
 
 struct MatchOptions {
-  double reach = 0.08;        ///< m, a point further from the body is not of it, [1e-3, 10]
-  double least_cosine = 0.4;  ///< of the angle between both normals, [-1, 1]
+  double reach = 0.08;      ///< m, a point further from the body is not of it, [1e-3, 10]
+  double min_cosine = 0.4;  ///< of the angle between both normals, [-1, 1]
 };
 
 /// The nearest point of the body for every point of the scan that is skin or cloth, within reach

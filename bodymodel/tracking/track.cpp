@@ -5,9 +5,9 @@
 #include <cstdio>
 
 #include "bodymodel/rotation.h"
+#include "bodymodel/tracking/detector_bias.h"
 #include "bodymodel/tracking/keypoint_unit.h"
 #include "bodymodel/tracking/scan_agreement.h"
-#include "bodymodel/tracking/standing_errors.h"
 #include "bodymodel/tracking/start_pose.h"
 #include "core/error.h"
 #include "core/normals.h"
@@ -412,7 +412,7 @@ class Sequencer {
                                "this size"});
     }
     deviations(targets, tracked.deviations);
-    const Eigen::ArrayXd standing = standing_errors(person_, targets, x_).array();
+    const Eigen::ArrayXd standing = detector_bias(person_, targets, x_).array();
     for (std::size_t f = 0; f < count; ++f) {
       if (scans_[f] == nullptr) {
         const auto row = static_cast<Index>(f);

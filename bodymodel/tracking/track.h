@@ -76,7 +76,7 @@ std::string listed_frames(const std::vector<int>& ids);
 /// only if that bears out every limb (scan_agreement.h), else its deviations are at least as far as
 /// limbs and scan are apart; so does one whose keypoints are no person's in metres
 /// (keypoint_unit.h); without a scan deviations hold what keypoints may be off by in all frames
-/// alike (standing_errors.h); a frame whose pose ends 6 cm (rms) or more from the keypoints that
+/// alike (detector_bias.h); a frame whose pose ends 6 cm (rms) or more from the keypoints that
 /// its start met is not trusted, and its deviations are at least that; scans more than 3 times as
 /// large or small as the person (millimetres) are left out; points further than 8 cm from the body
 /// (a second person) are not of it. Results do not depend on the number of threads. Throws

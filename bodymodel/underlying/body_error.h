@@ -24,7 +24,7 @@ struct BodyError {
 /// garment from inside along its normal, or has one within 5 cm. Gaps are signed distances from
 /// garments (nearest of several), where those have no rim. Layers count each on its own.
 /// Throws LogicError where faces name missing vertices; O((V + F) log F).
-/// @param garments  true surfaces of clothes, facing outwards
+/// @param garments  ground-truth surfaces of clothes, facing outwards
 BodyError body_error(const Triangles& faces, const Points& vertices, const Mesh& true_body,
                      const std::vector<Mesh>& garments);
 

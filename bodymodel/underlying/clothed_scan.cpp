@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kClothAlongSkin = 0.3;  // cosine between skin and what is over it; folds turn away
 constexpr double kBeside = 0.01;         // m from cloth, where inside is asked for; our choice
-constexpr double kLeastBehind = 0.002;   // m
+constexpr double kMinBehind = 0.002;     // m
 constexpr double kFall = 0.25;           // of the winding number; 1 of a whole surface
 constexpr double kAlong = 0.5;           // cosine between a gap and the cloth's normal
 constexpr double kOnSurface = 1e-3;      // m, nearer than this directions say nothing
@@ -113,7 +113,7 @@ std::optional<Nearest> nearest_of(const ScanRegion& region, const Eigen::Vector3
 double fall_across(const ScanSurface& scan, const Eigen::Vector3d& surface,
                    const Eigen::Vector3d& direction, double way) {
   const double before = std::min(way, kBeside);
-  const double behind = std::clamp(way, kLeastBehind, kBeside);
+  const double behind = std::clamp(way, kMinBehind, kBeside);
   const WindingOptions quick{kWindingAccuracy};
   return winding_number(scan.winding, surface - before * direction, quick) -
          winding_number(scan.winding, surface + behind * direction, quick);

@@ -17,7 +17,7 @@ namespace atelier {
 namespace {
 
 constexpr double kSkinAlongScan = 0.5;  // cosine between skin and seen skin
-constexpr double kLeastGap = 0.5;       // of the usual one; closer, cloth pushes
+constexpr double kMinGap = 0.5;         // of the usual one; closer, cloth pushes
 
 /// Cotangent weights of the edges, at least a little, so that obtuse faces pull the right way.
 Eigen::VectorXd edge_weights(const Topology& topology, const Points& vertices) {
@@ -104,7 +104,7 @@ std::vector<PlaneRow> rows_of_body(const Triangles& faces, const Points& x, cons
         }
         auto& row = rows[static_cast<std::size_t>(2 * v + 1)];
         const double usual = options.gap > 0 ? options.gap : cover.gap;
-        const double least = kLeastGap * usual;
+        const double least = kMinGap * usual;
         if (over->gap < least && options.sign != CoverSign::Unsigned) {
           row = vertex_row(v, over->point - least * over->outward, over->outward,
                            options.outside_weight * areas[v] * covered, 0);

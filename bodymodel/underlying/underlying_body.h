@@ -23,7 +23,7 @@ namespace atelier {
 ///  - that shape being the personal body's with the offsets which it has in the frames around.
 
 struct UnderlyingBodyOptions {
-  int iterations = 6;  ///< rounds of looking for nearest points and solving, 1..100
+  int iterations = 6;  ///< rounds of looking for ICP correspondences and solving, 1..100
   CoverSign sign = CoverSign::Winding;
   bool coupling = true;           ///< keep the personal body's edges; off only for comparison
   bool temporal = true;           ///< keep the shape that the frames around have

@@ -123,7 +123,7 @@ bool leave_out_misfits(const std::vector<Camera>& cameras, const std::vector<Pos
   for (const auto& [view, error] : view_errors) {
     sorted.push_back(error);
   }
-  state.allowed = std::max(options.least_rejected, options.reject * percentile(sorted, 0.5));
+  state.allowed = std::max(options.min_rejected, options.reject * percentile(sorted, 0.5));
   std::set<std::pair<int, int>> bad;
   for (const auto& [view, error] : view_errors) {
     if (error > state.allowed) {

@@ -64,21 +64,21 @@ std::vector<bool> find_lenses(const std::vector<RigCamera>& rig,
       quality.lens = "known";
       models[c].distortion = rig[c].camera.distortion_model;
       if (own.empty()) {
-        result.findings.push_back(error_of("no-board", id, "no picture shows the board",
+        result.findings.push_back(error_of("no-board", id, "no image shows the board",
                                            "carry it where this camera sees it"));
       }
       continue;
     }
     if (own.empty()) {
       result.findings.push_back(
-          error_of("no-board", id, "no picture shows the board",
+          error_of("no-board", id, "no image shows the board",
                    "check the board's kind, its numbers of squares and its dictionary"));
       continue;
     }
     const SingleLens lens = single_lens(rig[c].camera, own, board, options);
     quality.candidates = lens.candidates;
     if (!lens.found) {
-      const bool few = static_cast<int>(own.size()) < options.least_views;
+      const bool few = static_cast<int>(own.size()) < options.min_views;
       result.findings.push_back(error_of(few ? "few-views" : "focal-open", id, lens.why_not,
                                          few ? "show it the board more often, or give its lens by "
                                                "--lenses"
@@ -142,7 +142,7 @@ void note_connections(const std::vector<RigCamera>& rig, const std::vector<bool>
   }
   if (std::none_of(chain.in_rig.begin(), chain.in_rig.end(), [](bool in) { return in; })) {
     throw DataError("", "cameras", "no two of them see the board at the same instant",
-                    "pictures of one instant under one frame number in every camera");
+                    "images of one instant under one frame number in every camera");
   }
 }
 
@@ -254,7 +254,7 @@ Eigen::Vector3d centre_deviation(const RigidNumbers& camera_from_world,
 void judge_lens(const Camera& camera, const CameraQuality& quality, const CalibrateOptions& options,
                 std::vector<Finding>& findings) {
   const double open = quality.lens_deviation[0] / camera.fx;
-  if (open > options.largest_deviation) {
+  if (open > options.max_focal_deviation) {
     findings.push_back(
         error_of("focal-open", camera.id,
                  "the views leave its focal length open by " +
@@ -267,11 +267,11 @@ void judge_lens(const Camera& camera, const CameraQuality& quality, const Calibr
                         "corners fall in " +
                             std::to_string(static_cast<int>(100 * quality.coverage)) +
                             "% of the picture's cells",
-                        "show the board near the borders and corners of the picture too"});
+                        "show the board near the borders and corners of the image too"});
   }
   if (!is_invertible(camera)) {
     findings.push_back({Severity::Warning, "calibration-lens-folds", camera.id,
-                        "its distortion folds over within the picture",
+                        "its distortion folds over within the image",
                         "take a simpler --calibration.lens, or show the board near the "
                         "borders"});
   }
@@ -338,14 +338,14 @@ OptionTable describe(CalibrateOptions& options) {
             "Reprojection error beyond which a corner is down-weighted as an outlier");
   table.add("reject", options.reject, 1.5, 1000, "",
             "Ratio to the median error of views beyond which a view is rejected");
-  table.add("least_rejected", options.least_rejected, 0, 1000, "px",
+  table.add("min_rejected", options.min_rejected, 0, 1000, "px",
             "Minimum error of a view that is rejected, whatever the others are");
-  table.add("least_views", options.least_views, 3, 1000, "",
+  table.add("min_views", options.min_views, 3, 1000, "",
             "Minimum number of views of the board for a lens to be calibrated");
-  table.add("most_views", options.most_views, 4, 100000, "",
+  table.add("max_views", options.max_views, 4, 100000, "",
             "Maximum number of views for the initial estimate of a lens; more take longer, and all "
             "count in the final one");
-  table.add("largest_deviation", options.largest_deviation, 1e-4, 1, "",
+  table.add("max_focal_deviation", options.max_focal_deviation, 1e-4, 1, "",
             "Maximum relative standard deviation of a focal length that counts as determined");
   return table;
 }

@@ -23,10 +23,10 @@ struct CalibrateOptions {
   double loss = 1;    ///< px beyond which a corner counts less (Cauchy), (0, 100]; at least
                       ///< 2.4 deviations of what the corners turn out to be
   double reject = 4;  ///< views worse than this times the median view are left out, [1.5, 1000]
-  double least_rejected = 1;  ///< px rms that is never left out, whatever the others are, [0, 1000]
-  int least_views = 4;        ///< of a camera whose lens is not known, 3 to 1000
-  int most_views = 60;  ///< of one camera that its lens is found from (spread evenly), 4 to 100000
-  double largest_deviation = 0.03;  ///< of the focal length, relative; beyond: not determined
+  double min_rejected = 1;  ///< px rms that is never left out, whatever the others are, [0, 1000]
+  int min_views = 4;        ///< of a camera whose lens is not known, 3 to 1000
+  int max_views = 60;  ///< of one camera that its lens is found from (spread evenly), 4 to 100000
+  double max_focal_deviation = 0.03;  ///< of the focal length, relative; beyond: not determined
 };
 OptionTable describe(CalibrateOptions& options);
 
@@ -44,7 +44,7 @@ struct CameraQuality {
   int views_used = 0;
   int corners = 0;          ///< used
   double rms = 0, p95 = 0;  ///< px, over both coordinates together
-  double coverage = 0;      ///< share of an 8 x 8 grid over the picture that corners fall in
+  double coverage = 0;      ///< share of an 8 x 8 grid over the image that corners fall in
   LensNumbers lens_deviation = LensNumbers::Zero();              ///< standard deviations
   Eigen::Vector3d rotation_deviation = Eigen::Vector3d::Zero();  ///< rad, of the rotation vector
   Eigen::Vector3d centre_deviation = Eigen::Vector3d::Zero();    ///< m, against the first camera

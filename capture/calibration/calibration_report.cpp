@@ -51,7 +51,7 @@ std::string calibration_text(const Calibration& calibration) {
     const Camera& camera = calibration.cameras[c];
     const CameraQuality& q = calibration.quality[c];
     if (!q.in_rig) {
-      text += text_of("%-12s not in the rig; the board in %d pictures\n", camera.id.c_str(),
+      text += text_of("%-12s not in the rig; the board in %d images\n", camera.id.c_str(),
                       q.views_seen);
       continue;
     }

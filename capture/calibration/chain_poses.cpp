@@ -31,8 +31,8 @@ double transfer_rms(const Camera& camera_a, const PosedView& a, const PosedView&
 Link link_of(const Camera& camera_a, const Camera& camera_b,
              const std::vector<std::pair<const PosedView*, const PosedView*>>& both,
              const BoardPoints& points, double tolerance) {
-  constexpr std::size_t kMostFrames = 40;
-  const std::size_t step = std::max<std::size_t>(1, both.size() / kMostFrames);
+  constexpr std::size_t kMaxFrames = 40;
+  const std::size_t step = std::max<std::size_t>(1, both.size() / kMaxFrames);
   Link best;
   for (std::size_t proposer = 0; proposer < both.size(); proposer += step) {
     for (const BoardPose& pose_a : both[proposer].first->poses) {

@@ -18,7 +18,7 @@ struct BoardView {
   Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor> pixels;
 };
 
-/// The board in one picture, or why it is not taken.
+/// The board in one image, or why it is not taken.
 struct FoundBoard {
   BoardView view;
   std::string

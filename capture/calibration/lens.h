@@ -46,7 +46,7 @@ struct LensJacobian {
 LensJacobian lens_jacobian(Distortion model, const LensNumbers& lens,
                            const Eigen::Vector3d& point_in_camera);
 
-/// True if every pixel of the picture has one ray: the distortion is inverted on a grid that
+/// True if every pixel of the image has one ray: the distortion is inverted on a grid that
 /// reaches its corners.
 bool is_invertible(const Camera& camera);
 

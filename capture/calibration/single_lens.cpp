@@ -22,7 +22,7 @@ LensMask mask(std::initializer_list<int> distortion) {
 }
 
 /// Focal length with the principal point in the middle: least squares over the two constraints that
-/// each homography gives. 0 where the views do not say (all parallel to the picture).
+/// each homography gives. 0 where the views do not say (all parallel to the image).
 double focal_from_homographies(const Camera& camera, const std::vector<BoardView>& views,
                                const BoardPoints& points) {
   // h1' w h2 = 0 and h1' w h1 = h2' w h2 with w = diag(1, 1, f^2) / f^2 after centring: both are
@@ -128,7 +128,7 @@ Fit fit_model(const Camera& start, const LensModel& model, const std::vector<Boa
   return fit;
 }
 
-/// Share of an 8 x 8 grid over the picture that corners fall in.
+/// Share of an 8 x 8 grid over the image that corners fall in.
 double coverage_of(const Camera& camera, const std::vector<BoardView>& views) {
   constexpr int kGrid = 8;
   std::set<int> cells;
@@ -142,9 +142,9 @@ double coverage_of(const Camera& camera, const std::vector<BoardView>& views) {
   return static_cast<double>(cells.size()) / (kGrid * kGrid);
 }
 
-/// Where corners fall in little of the picture, many coefficients explain noise there and bend
+/// Where corners fall in little of the image, many coefficients explain noise there and bend
 /// wildly elsewhere (our choice of the shares).
-int most_coefficients(double coverage) {
+int max_coefficients(double coverage) {
   return coverage < 0.3 ? 2 : coverage < 0.6 ? 5 : 8;
 }
 
@@ -198,7 +198,7 @@ StartingFit fit_from_focal(const Camera& camera, double focal, const std::vector
         posed.push_back(view);
       }
     }
-    if (static_cast<int>(posed.size()) < options.least_views || posed.size() < start.views.size()) {
+    if (static_cast<int>(posed.size()) < options.min_views || posed.size() < start.views.size()) {
       break;
     }
     // One coefficient at once: without it a wide lens drives the focal length off.
@@ -267,7 +267,7 @@ Fit choose_model(const StartingFit& start, const BoardPoints& points,
     return chosen;
   }
   Fit before = start.fit;
-  const int most = most_coefficients(coverage_of(lens.camera, start.views));
+  const int most = max_coefficients(coverage_of(lens.camera, start.views));
   for (const LensModel& model : lens_models()) {
     if (free_count(model.free) - 4 > most) {
       continue;
@@ -321,10 +321,10 @@ SingleLens single_lens(const Camera& camera, const std::vector<BoardView>& all,
   SingleLens lens;
   lens.camera = camera;
   const BoardPoints points = board_points(board);
-  const std::vector<BoardView> views = spread(all, options.most_views);
-  if (static_cast<int>(views.size()) < options.least_views) {
+  const std::vector<BoardView> views = spread(all, options.max_views);
+  if (static_cast<int>(views.size()) < options.min_views) {
     lens.why_not = std::to_string(views.size()) + " views of the board, of " +
-                   std::to_string(options.least_views) + " at least";
+                   std::to_string(options.min_views) + " at least";
     return lens;
   }
   const StartingFit start = best_start(camera, views, points, options);
@@ -341,7 +341,7 @@ SingleLens single_lens(const Camera& camera, const std::vector<BoardView>& all,
   measure_lens(start.views, chosen.poses, points, options.loss, lens);
   // Other cameras may settle what these views leave open: the verdict is the joint adjustment's.
   constexpr double kHopeless = 10;
-  if (lens.focal_deviation > kHopeless * options.largest_deviation) {
+  if (lens.focal_deviation > kHopeless * options.max_focal_deviation) {
     const std::string by =
         std::isfinite(lens.focal_deviation)
             ? "open by " +
@@ -373,7 +373,7 @@ SingleLens lens_given_boards(const Camera& start, const LensModel& model,
   SingleLens best;
   best.camera = start;
   best.model = model;
-  const int most = most_coefficients(coverage_of(start, placed));
+  const int most = max_coefficients(coverage_of(start, placed));
   double least = std::numeric_limits<double>::infinity();
   for (const LensModel& candidate : lens_models()) {
     const bool mine = candidate.choice == model.choice;

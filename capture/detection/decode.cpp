@@ -268,9 +268,9 @@ std::vector<DetectedPoints> decode_openpose_people(const NetworkOutput& output, 
     }
   }
   std::vector<DetectedPoints> result;
-  constexpr int kLeastPoints = 4;  // fewer are a pattern on a wall
+  constexpr int kMinPoints = 4;  // fewer are a pattern on a wall
   for (const auto& person : people) {
-    if (std::count_if(person.begin(), person.end(), [](int n) { return n >= 0; }) < kLeastPoints) {
+    if (std::count_if(person.begin(), person.end(), [](int n) { return n >= 0; }) < kMinPoints) {
       continue;
     }
     DetectedPoints points = DetectedPoints::Zero(kPoints, 3);

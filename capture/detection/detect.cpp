@@ -9,7 +9,7 @@
 namespace atelier {
 namespace {
 
-/// Picture pixel = scale * network pixel + offset, the same scale across and down.
+/// Image pixel = scale * network pixel + offset, the same scale across and down.
 struct Placement {
   double scale = 1;
   double x = 0;
@@ -25,7 +25,7 @@ Placement placement_of(const DetectBox& box, const DetectOptions& options) {
   return place;
 }
 
-/// Mean of the picture over the square that one pixel of the network covers; between four pixels
+/// Mean of the image over the square that one pixel of the network covers; between four pixels
 /// where it is smaller than one. Nothing outside.
 bool color_at(const ByteImage& image, double x, double y, double size, std::array<double, 3>& rgb) {
   const int samples = std::clamp(static_cast<int>(std::ceil(size)), 1, 8);
@@ -59,7 +59,7 @@ bool color_at(const ByteImage& image, double x, double y, double size, std::arra
 
 NetworkInput input_of(const DetectPicture& picture, const DetectOptions& options) {
   ATELIER_CHECK(picture.image.channels == 1 || picture.image.channels == 3,
-                "a picture of 1 or 3 channels");
+                "an image of 1 or 3 channels");
   const Placement place = placement_of(picture.box, options);
   NetworkInput input{Image(options.width, options.height, 3)};
   std::array<double, 3> rgb{};
@@ -71,7 +71,8 @@ NetworkInput input_of(const DetectPicture& picture, const DetectOptions& options
         const auto k = static_cast<std::size_t>(c);
         const double value = rgb[static_cast<std::size_t>(options.bgr ? 2 - c : c)];
         input.pixels.at(x, y, c) =
-            inside ? static_cast<float>((value - options.mean[k]) / options.deviation[k]) : 0;
+            inside ? static_cast<float>((value - options.mean[k]) / options.standard_deviation[k])
+                   : 0;
       }
     }
   }
@@ -115,7 +116,7 @@ OptionTable describe(DetectOptions& options) {
             "Number of maps that are keypoints where others follow, for kind heatmap; 0: all");
   table.add("mean", options.mean, -1000, 1000, "",
             "Mean subtracted from values of 0 to 255, in the network's order of channels");
-  table.add("deviation", options.deviation, 1e-6, 1e6, "",
+  table.add("standard_deviation", options.standard_deviation, 1e-6, 1e6, "",
             "Standard deviation that values are divided by after the mean is subtracted");
   table.add("bgr", options.bgr, "Channels in the order blue, green, red");
   table.add("box", options.box, {{"whole", DetectArea::Whole}, {"mask", DetectArea::Mask}},
@@ -163,7 +164,7 @@ std::vector<Detection> detect(std::span<const std::byte> model,
                               const std::vector<DetectPicture>& pictures,
                               const DetectOptions& options, const std::string& file,
                               const Limits& limits) {
-  ATELIER_CHECK(options.mean.size() == 3 && options.deviation.size() == 3,
+  ATELIER_CHECK(options.mean.size() == 3 && options.standard_deviation.size() == 3,
                 "three means and deviations");
   ATELIER_CHECK(options.width > 0 && options.height > 0, "a network's input has pixels");
   std::vector<NetworkInput> inputs;

@@ -20,9 +20,9 @@ enum class NetworkKind {
   Parsing,   ///< logits of classes
 };
 
-/// What of a picture the network sees.
+/// What of an image the network sees.
 enum class DetectArea {
-  Whole,  ///< all of it: networks that look at whole pictures
+  Whole,  ///< all of it: networks that look at whole images
   Mask,   ///< a box round the mask, where there is one: networks that look at one person
 };
 
@@ -32,23 +32,23 @@ struct DetectOptions {
   int height = 256;  ///< px, 8 to 4096
   int points = 0;    ///< of Heatmap: maps that are points; 0: all of them, 0 to 1000
   std::vector<double> mean = {123.675, 116.28, 103.53};  ///< taken off, of 0 to 255, in its order
-  std::vector<double> deviation = {58.395, 57.12, 57.375};  ///< divided by, above 0
+  std::vector<double> standard_deviation = {58.395, 57.12, 57.375};  ///< divided by, above 0
   bool bgr = false;  ///< channels in the order blue, green, red
   DetectArea box = DetectArea::Mask;
   double padding = 1.25;   ///< the box round a mask is so much larger, [1, 4]
   double threshold = 0.1;  ///< confidence below which a point was not found, [0, 1]
-  int batch = 8;           ///< pictures of one confined run, 1 to 1000
+  int batch = 8;           ///< images of one confined run, 1 to 1000
   int seconds = 60;        ///< processor time of one confined run, 1 to 100000
   int memory = 4096;       ///< MB more than the program has, for one confined run, 64 to 1e6
 };
 OptionTable describe(DetectOptions& options);
 
-/// A part of a picture, px.
+/// A part of an image, px.
 struct DetectBox {
   double x = 0, y = 0, width = 0, height = 0;
 };
 DetectBox whole_box(int width, int height);
-/// Round what is not 0, larger by `padding`; the whole picture where nothing is set.
+/// Round what is not 0, larger by `padding`; the whole image where nothing is set.
 DetectBox mask_box(const ByteImage& mask, double padding);
 
 struct DetectPicture {
@@ -58,7 +58,7 @@ struct DetectPicture {
 
 /// What a network found in one picture.
 struct Detection {
-  std::vector<DetectedPoints> people;  ///< px of the picture; below the threshold: 0, 0, 0
+  std::vector<DetectedPoints> people;  ///< px of the image; below the threshold: 0, 0, 0
   ByteImage classes;    ///< [H,W] of a parsing network, of the picture's size; 0 outside the box
   int class_count = 0;  ///< of a parsing network
 };

@@ -13,7 +13,7 @@
 namespace atelier {
 namespace {
 
-constexpr int kMostDimensions = 6;
+constexpr int kMaxDimensions = 6;
 
 void append(std::vector<std::byte>& bytes, const void* from, std::size_t count) {
   const auto* first = static_cast<const std::byte*>(from);
@@ -66,11 +66,11 @@ std::vector<std::byte> outputs_of(std::span<const std::byte> model,
       append_number(bytes, static_cast<std::uint32_t>(outputs.size()));
       for (std::size_t i = 0; i < outputs.size(); ++i) {
         const cv::Mat& output = outputs[i];
-        if (output.depth() != CV_32F || output.dims < 2 || output.dims > kMostDimensions ||
+        if (output.depth() != CV_32F || output.dims < 2 || output.dims > kMaxDimensions ||
             output.size[0] != 1) {
           throw DataError(
               file, "output '" + names[i] + "'", "a shape or type that is no picture's result",
-              "float32 [1, ...] of at most " + std::to_string(kMostDimensions) + " dimensions");
+              "float32 [1, ...] of at most " + std::to_string(kMaxDimensions) + " dimensions");
         }
         append_number(bytes, static_cast<std::uint32_t>(names[i].size()));
         append(bytes, names[i].data(), names[i].size());
@@ -96,7 +96,7 @@ std::vector<std::vector<NetworkOutput>> run_network(std::span<const std::byte> m
                                                     const std::string& file, const Limits& limits) {
   for (const NetworkInput& input : inputs) {
     ATELIER_CHECK(!input.pixels.data.empty() && input.pixels.channels == 3,
-                  "a network's picture has pixels of three channels");
+                  "a network's image has pixels of three channels");
   }
   if (model.empty()) {
     throw DataError(file, "", "an empty file", "an ONNX network");
@@ -114,7 +114,7 @@ std::vector<std::vector<NetworkOutput>> run_network(std::span<const std::byte> m
       output.name = std::string(reader.text(reader.little<std::uint32_t>("name"), "name"));
       const auto rank = reader.little<std::uint32_t>("rank");
       std::uint64_t total = 1;
-      for (std::uint32_t d = 0; d < rank && d < kMostDimensions; ++d) {
+      for (std::uint32_t d = 0; d < rank && d < kMaxDimensions; ++d) {
         const auto side = reader.little<std::uint32_t>("side");
         // Every side is paid for at once, so that their product cannot overflow.
         total =

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 Dataset of_one_folder(const fs::path& path) {
   if (!fs::is_directory(path)) {
     throw DataError(path.string(), "", fs::exists(path) ? "no folder" : "nothing is there",
-                    "a folder with pictures of a board");
+                    "a folder with images of a board");
   }
   std::vector<PosedImage> images;
   for (const char* extension : {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp"}) {
@@ -31,8 +31,8 @@ Dataset of_one_folder(const fs::path& path) {
     }
   }
   if (images.empty()) {
-    throw DataError(path.string(), "", "no pictures of a board",
-                    "a folder, zip or video for each camera, or pictures like left01.jpg");
+    throw DataError(path.string(), "", "no images of a board",
+                    "a folder, zip or video for each camera, or images like left01.jpg");
   }
   Dataset dataset = dataset_of(images, path.string());
   dataset.calibrated = false;
@@ -95,8 +95,8 @@ CameraBoards boards_of(const Dataset& dataset, std::size_t c, const BoardOptions
   }
   if (other_sizes > 0) {
     found.findings.push_back({Severity::Warning, "picture-sizes", id,
-                              std::to_string(other_sizes) + " pictures have another size",
-                              "calibrate pictures of one size, that of the capture"});
+                              std::to_string(other_sizes) + " images have another size",
+                              "calibrate images of one size, that of the capture"});
   }
   if (found.views.empty()) {
     constexpr std::size_t kTried = 3;

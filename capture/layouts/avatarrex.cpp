@@ -43,7 +43,7 @@ Dataset read_cameras_of(const fs::path& file, const Limits& limits) {
   if (fs::exists(dataset.root / "missing_img_files.txt")) {
     dataset.findings.push_back({Severity::Note, "missing-frames-listed",
                                 (dataset.root / "missing_img_files.txt").string(),
-                                "the data set says that some pictures are missing",
+                                "the data set says that some images are missing",
                                 "nothing: frames are those that are there"});
   }
   return dataset;

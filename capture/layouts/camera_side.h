@@ -7,7 +7,7 @@
 
 namespace atelier {
 
-/// True for a number of pixels that a side of a camera's picture may have: 1 to
+/// True for a number of pixels that a side of a camera's image may have: 1 to
 /// Limits::camera_side, whole (some layouts write 1080.0).
 inline bool is_camera_side(double pixels) {
   return pixels >= 1 && pixels <= static_cast<double>(Limits{}.camera_side) &&

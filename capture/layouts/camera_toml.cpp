@@ -125,7 +125,7 @@ std::string evidence_of(const fs::path& file) {
   return file.empty() ? "" : file.filename().string();
 }
 
-/// The folder that the pictures lie in: where the calibration is, or one above its folder
+/// The folder that the images lie in: where the calibration is, or one above its folder
 /// calibration/.
 fs::path root_of(const fs::path& file) {
   const fs::path folder = file.parent_path();
@@ -249,7 +249,7 @@ std::string camera_table(const Camera& camera, bool as_matrix, std::vector<std::
          "\nfisheye = " + (opencv.fisheye ? "true" : "false") + "\n\n";
 }
 
-/// Pictures to images/<camera>/, detections to pose/<camera>_json/.
+/// Images to images/<camera>/, detections to pose/<camera>_json/.
 void write_frames(const LayoutSource& source, const fs::path& out) {
   for (std::size_t c = 0; c < source.cameras().size(); ++c) {
     const std::string& id = source.cameras()[c].id;

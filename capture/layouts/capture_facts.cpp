@@ -9,7 +9,7 @@ namespace {
 /// What cameras have of one frame.
 struct FrameViews {
   int pictures = 0;
-  int masks = 0;  ///< of those with a picture
+  int masks = 0;  ///< of those with an image
 };
 
 std::map<int, FrameViews> views_of(const Dataset& dataset, CaptureFacts& facts) {

@@ -10,15 +10,15 @@ namespace atelier {
 /// take. Of the cameras that stages may open: held-out ones are not counted.
 struct CaptureFacts {
   bool calibrated = false;
-  bool synthetic = false;  ///< there is a truth to compare with
+  bool synthetic = false;  ///< there is a ground truth to compare with
   int cameras = 0;
   int frames = 0;           ///< of all sequences
-  int pictured_frames = 0;  ///< with a picture of some camera
-  int masked_frames = 0;    ///< with pictures and masks or labels of two cameras
+  int pictured_frames = 0;  ///< with an image of some camera
+  int masked_frames = 0;    ///< with images and masks or labels of two cameras
   int clothed_frames = 0;   ///< of those, in a clothed sequence
   int minimal_frames = 0;   ///< of those, in a minimally clothed one
-  bool detections = false;  ///< 2D keypoints of some picture
-  double megapixels = 0;    ///< of one camera's picture, on average
+  bool detections = false;  ///< 2D keypoints of some image
+  double megapixels = 0;    ///< of one camera's image, on average
 };
 
 /// Opens a capture's index. Throws as open_dataset does.

@@ -126,7 +126,7 @@ ColmapImage image_of(std::uint32_t id, const std::array<double, 7>& pose, std::u
 
 void check_size(std::int64_t width, std::int64_t height, const auto& fail) {
   if (!is_camera_side(static_cast<double>(width)) || !is_camera_side(static_cast<double>(height))) {
-    fail("a picture of " + std::to_string(width) + " x " + std::to_string(height),
+    fail("an image of " + std::to_string(width) + " x " + std::to_string(height),
          "pixels a side, " + camera_side_range());
   }
 }
@@ -144,7 +144,7 @@ fs::path model_folder(const fs::path& path, const char* file) {
 
 Dataset dataset_of_model(const fs::path& path, const std::map<std::uint32_t, Camera>& cameras,
                          const std::vector<ColmapImage>& images, const std::string& file) {
-  // The pictures lie beside sparse/, also if the folder of the model itself was named.
+  // The images lie beside sparse/, also if the folder of the model itself was named.
   fs::path root = path;
   for (const fs::path& folder : {path, path / "..", path / ".." / ".."}) {
     if (fs::is_directory(folder / "images")) {
@@ -181,7 +181,7 @@ Dataset dataset_of_model(const fs::path& path, const std::map<std::uint32_t, Cam
     dataset.findings.push_back({missing == posed.size() ? Severity::Warning : Severity::Error,
                                 "images-missing", (root / "images").string(),
                                 std::to_string(missing) + " of the " +
-                                    std::to_string(posed.size()) + " pictures are not there",
+                                    std::to_string(posed.size()) + " images are not there",
                                 "put them into images/ under the names of the images file"});
     for (CameraFrames& frames : dataset.frames) {
       std::erase_if(frames.images,

@@ -26,7 +26,7 @@ std::vector<std::string> write_colmap_text(const LayoutSource& source,
 std::vector<std::string> write_colmap_binary(const LayoutSource& source,
                                              const std::filesystem::path& out);
 
-/// One line of images.txt: a picture and where its camera stood.
+/// One line of images.txt: an image and where its camera stood.
 struct ColmapImage {
   std::uint32_t id = 0;
   std::uint32_t camera_id = 0;

@@ -61,7 +61,7 @@ Image read_map(const fs::path& file, const Camera& camera, int channels, const L
                     std::to_string(map.width) + " x " + std::to_string(map.height) + " x " +
                         std::to_string(map.channels),
                     std::to_string(camera.width) + " x " + std::to_string(camera.height) + " x " +
-                        std::to_string(channels) + ", as the camera's pictures");
+                        std::to_string(channels) + ", as the camera's images");
   }
   return map;
 }
@@ -139,7 +139,7 @@ Image parse_colmap_matrix(std::span<const std::byte> bytes, const std::string& f
 
 void write_dense_workspace(const fs::path& folder, const std::vector<Camera>& cameras,
                            const std::vector<Image>& images, const Points& places) {
-  ATELIER_CHECK(cameras.size() == images.size(), "a picture for each camera");
+  ATELIER_CHECK(cameras.size() == images.size(), "an image for each camera");
   for (const char* kind : {"", kDepths, kNormals, kConfidences}) {
     make_private_directory(folder / "stereo" / kind);
   }

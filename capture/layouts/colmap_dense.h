@@ -18,8 +18,8 @@ namespace atelier {
 /// (metres, 0: none), stereo/normal_maps/ (in the camera's frame), stereo/fusion.cfg. Ours beside
 /// it: stereo/confidence_maps/.
 ///
-/// Writes what does not depend on maps: cameras and pictures (linear RGB) of all views, and places
-/// [N,3] near the surface as sparse points, seen by every view that has them in its picture: by
+/// Writes what does not depend on maps: cameras and images (linear RGB) of all views, and places
+/// [N,3] near the surface as sparse points, seen by every view that has them in its image: by
 /// them COLMAP tells which views overlap. Throws EnvironmentError for disks.
 void write_dense_workspace(const std::filesystem::path& folder, const std::vector<Camera>& cameras,
                            const std::vector<Image>& images, const Points& places);

@@ -35,7 +35,7 @@ std::string correction_problem(std::string_view option, const std::string& text)
 /// there are not.
 void correct_cameras(Dataset& dataset, const CorrectionOptions& options);
 
-/// Frames, masks and detections as they are meant, once pictures and cameras are known. Throws as
+/// Frames, masks and detections as they are meant, once images and cameras are known. Throws as
 /// above.
 void correct_frames(Dataset& dataset, const CorrectionOptions& options);
 

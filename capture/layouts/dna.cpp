@@ -180,9 +180,9 @@ void list_images(const DnaFiles& files, const std::map<std::string, std::size_t>
 /// Places of masks (Mask/<id>/mask/<frame>) and of keypoints (Keypoints_2D/<id>,
 /// Keypoints_3D/keypoints3d); an array that holds no keypoints is a finding.
 /// @param index  cameras by their short ids
-/// @param most_rows  of all arrays of keypoints together
+/// @param max_rows  of all arrays of keypoints together
 void list_annotations(const DnaFiles& files, const std::map<std::string, std::size_t>& index,
-                      std::int64_t most_rows, Dataset& dataset) {
+                      std::int64_t max_rows, Dataset& dataset) {
   std::int64_t row_count = 0;  // an array's shape costs a file nothing, a place of a row does
   const auto rows = [&](const Tensor& tensor, const std::string& name, std::int64_t columns) {
     std::map<int, DataPlace> places;
@@ -193,10 +193,10 @@ void list_annotations(const DnaFiles& files, const std::map<std::string, std::si
            "write [frames, points, " + std::to_string(columns) + "]"});
       return places;
     }
-    if (tensor.shape[0] > most_rows - row_count) {
+    if (tensor.shape[0] > max_rows - row_count) {
       throw DataError(files.annotations.string(), name,
                       std::to_string(tensor.shape[0]) + " frames of keypoints",
-                      "at most " + std::to_string(most_rows) + " in all arrays");
+                      "at most " + std::to_string(max_rows) + " in all arrays");
     }
     row_count += tensor.shape[0];
     for (int i = 0; i < static_cast<int>(tensor.shape[0]); ++i) {

@@ -11,7 +11,7 @@
 namespace atelier {
 
 /// DNA-Rendering (scripts/3DGS/SMCReader.py of its repository): `main/<id>.smc` and annotations/
-/// `<id>_annots.smc`, HDF5 with encoded pictures, read through foreign_hdf5 in a process of its
+/// `<id>_annots.smc`, HDF5 with encoded images, read through foreign_hdf5 in a process of its
 /// own. RT takes the camera into the world; K and D are OpenCV's, the first pixel's centre at (0,
 /// 0). World: metres. Camera ids appear as "3" and "03". 15 frames per second.
 ///

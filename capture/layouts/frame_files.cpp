@@ -82,7 +82,7 @@ void add(std::map<int, DataPlace>& frames, const std::string& name, const DataPl
   if (!is_new) {
     throw DataError(
         place.file.string(), place.member,
-        "a second picture of frame " + std::to_string(*number) + " beside " +
+        "a second image of frame " + std::to_string(*number) + " beside " +
             (at->second.member.empty() ? at->second.file.filename().string() : at->second.member),
         "one file for each frame number (the last number of the name)");
   }
@@ -347,7 +347,7 @@ Dataset with_pictured_cameras(Dataset dataset) {
   }
   dataset.findings.push_back({Severity::Note, "cameras-without-pictures", dataset.root.string(),
                               std::to_string(dataset.cameras.size() - cameras.size()) +
-                                  " cameras of the calibration have no pictures and are left out",
+                                  " cameras of the calibration have no images and are left out",
                               "nothing, if they were not downloaded"});
   dataset.cameras = std::move(cameras);
   dataset.frames = std::move(frames);

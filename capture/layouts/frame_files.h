@@ -18,7 +18,7 @@ namespace atelier {
 std::optional<int> frame_number(std::string_view file_name);
 
 /// The files of a folder by frame_number, of the given extensions (small letters, with dot; any of
-/// the pictures that we read where none is given). None if there is no such folder. Throws
+/// the images that we read where none is given). None if there is no such folder. Throws
 /// DataError for two files of one number, for more files than `limits.frames`, for a file in the
 /// folder's place or above it and for a folder in the place of a frame's file; EnvironmentError
 /// (the folder that refuses) where it may not be looked at.
@@ -26,7 +26,7 @@ std::map<int, DataPlace> numbered_files(const std::filesystem::path& folder,
                                         const std::vector<std::string>& extensions = {},
                                         const Limits& limits = {});
 
-/// The pictures of one camera: of the folder `base`/`name`, else of the zip `base`/`name`.zip, else
+/// The images of one camera: of the folder `base`/`name`, else of the zip `base`/`name`.zip, else
 /// of the video `base`/`name`.mp4 (.mov, .avi, .mkv). None if nothing is there. Throws as
 /// numbered_files, ZipArchive and VideoFile.
 std::map<int, DataPlace> camera_pictures(const std::filesystem::path& base, const std::string& name,
@@ -53,7 +53,7 @@ struct MatchedNames {
 MatchedNames matched_names(const std::vector<std::string>& ids,
                            const std::vector<std::string>& names);
 
-/// A data set with the pictures of `base` (camera_pictures) as its images, masks or labels; cameras
+/// A data set with the images of `base` (camera_pictures) as its images, masks or labels; cameras
 /// that have some already keep them. Findings say how names were matched.
 Dataset with_pictures(Dataset dataset, std::map<int, DataPlace> CameraFrames::*kind,
                       const std::filesystem::path& base, const Limits& limits = {});
@@ -62,7 +62,7 @@ Dataset with_pictures(Dataset dataset, std::map<int, DataPlace> CameraFrames::*k
 Dataset with_keypoints(Dataset dataset, const std::filesystem::path& base,
                        const Limits& limits = {});
 
-/// A data set without the cameras that have no pictures, where some have: calibrations often list
+/// A data set without the cameras that have no images, where some have: calibrations often list
 /// more cameras than were downloaded. A finding says how many.
 Dataset with_pictured_cameras(Dataset dataset);
 

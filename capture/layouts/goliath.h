@@ -8,7 +8,7 @@ namespace atelier {
 
 /// Goliath and Ava-256 (facebookresearch/goliath, ca_code/utils/dataloader.py):
 /// camera_calibration.json with KRT, `image/cam<ID>.zip` and `segmentation_parts/cam<ID>.zip` (28
-/// classes), keypoints_3d/. K and T are stored transposed; K is of the full size, pictures are
+/// classes), keypoints_3d/. K and T are stored transposed; K is of the full size, images are
 /// often half of it; millimetres; the first pixel's centre at (0, 0). Cameras without a zip are
 /// left out.
 std::string recognize_goliath(const std::filesystem::path& path);

@@ -18,7 +18,7 @@ namespace {
 const FileWorld kHuman36mWorld = {0.001, "z"};
 constexpr double kHuman36mFps = 50;
 
-/// Rows of the pictures of the data set's own four cameras; they are 1000 pixels wide.
+/// Rows of the images of the data set's own four cameras; they are 1000 pixels wide.
 int known_height(const std::string& id) {
   if (id == "54138969" || id == "60457274") {
     return 1002;
@@ -112,7 +112,7 @@ Dataset read_human36m(const fs::path& path, const DatasetOptions& options, const
 
 std::vector<std::string> write_human36m(const LayoutSource& source, const fs::path& out) {
   std::vector<std::string> lost = {
-      "sizes of pictures, keypoints, masks and labels are left out; the frame rate of the "
+      "sizes of images, keypoints, masks and labels are left out; the frame rate of the "
       "layout is 50"};
   nlohmann::ordered_json root;
   const std::string subject =

@@ -8,7 +8,7 @@ namespace atelier {
 
 /// Human3.6M's calibration as karfly/human36m-camera-parameters has it: camera-parameters.json with
 /// intrinsics for each camera and extrinsics for each subject and camera (--subject). Camera from
-/// world, millimetres, Z up, the first pixel's centre at (0, 0), 50 frames per second. Pictures in
+/// world, millimetres, Z up, the first pixel's centre at (0, 0), 50 frames per second. Images in
 /// `images/<camera>/` or `videos/<camera>.mp4`.
 std::string recognize_human36m(const std::filesystem::path& path);
 Dataset read_human36m(const std::filesystem::path& path, const DatasetOptions& options,

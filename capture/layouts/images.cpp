@@ -39,14 +39,14 @@ std::string recognize_images(const fs::path& path) {
   const Found found = found_in(path, Limits{});
   const std::size_t count = found.names.size();
   return count == 0   ? ""
-         : count == 1 ? "1 camera with pictures"
-                      : std::to_string(count) + " cameras with pictures";
+         : count == 1 ? "1 camera with images"
+                      : std::to_string(count) + " cameras with images";
 }
 
 Dataset read_images(const fs::path& path, const DatasetOptions& /*options*/, const Limits& limits) {
   const Found found = found_in(path, limits);
   if (found.names.empty()) {
-    throw DataError(path.string(), "", "no pictures",
+    throw DataError(path.string(), "", "no images",
                     "a folder, zip or video for each camera, with frame numbers as names");
   }
   Dataset dataset;
@@ -68,9 +68,9 @@ Dataset read_images(const fs::path& path, const DatasetOptions& /*options*/, con
   const bool ours = fs::exists(path / "capture.toml");
   dataset.findings.push_back(
       {Severity::Warning, "not-calibrated", path.string(),
-       ours ? "there is no cameras.json beside capture.toml: pictures alone are read, and of "
+       ours ? "there is no cameras.json beside capture.toml: images alone are read, and of "
               "capture.toml the consent alone"
-            : "there are pictures and no calibration",
+            : "there are images and no calibration",
        "atelier calibrate makes one"});
   return dataset;
 }

@@ -4,7 +4,7 @@
 
 namespace atelier {
 
-/// Pictures and nothing else: a folder, zip or video for each camera, below images/, videos/ or the
+/// Images and nothing else: a folder, zip or video for each camera, below images/, videos/ or the
 /// folder itself; masks/ and keypoints as OpenPose writes them in keypoints2d/, pose/ or openpose/
 /// where they are. Not calibrated.
 std::string recognize_images(const std::filesystem::path& path);

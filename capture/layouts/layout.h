@@ -17,7 +17,7 @@ struct LayoutSource {
   CaptureSequence sequence;    ///< of the native layout: the frames of all sequences
   std::function<bool()> stop;  ///< true: write no further frame; empty: never
 
-  /// The reader, for one picture or one frame's points: they are what takes time. Throws
+  /// The reader, for one image or one frame's points: they are what takes time. Throws
   /// StopRequested (digest_meter.h) if `stop` says so.
   FrameReader& frames() const;
   const Dataset& dataset() const { return reader->dataset(); }
@@ -40,7 +40,7 @@ struct Layout {
   std::vector<std::string> (*write)(const LayoutSource& source, const std::filesystem::path& out);
 };
 
-/// Writes the picture of a frame, its bytes as they are, to `stem` with the extension of its bytes;
+/// Writes the image of a frame, its bytes as they are, to `stem` with the extension of its bytes;
 /// returns that extension, "" if there is none. A copy: a link would share the capture's own file.
 std::string write_picture(const LayoutSource& source, Index camera_idx, int frame_id,
                           const std::filesystem::path& stem);

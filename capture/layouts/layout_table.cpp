@@ -58,8 +58,7 @@ constexpr std::array kLayouts = {
            write_anipose},
     Layout{"thuman4", "THuman4.0: calibration.json, images/<camera>/", recognize_thuman4,
            read_thuman4, write_thuman4},
-    Layout{"images",
-           "pictures alone, not calibrated: images/<camera>/, <camera>.zip or <camera>.mp4",
+    Layout{"images", "images alone, not calibrated: images/<camera>/, <camera>.zip or <camera>.mp4",
            recognize_images, read_images, write_images},
 };
 

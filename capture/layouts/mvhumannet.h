@@ -11,7 +11,7 @@ namespace atelier {
 
 /// MVHumanNet and MVHumanNet++ (GAP-LAB-CUHK-SZ): camera_extrinsics.json, camera_intrinsics.json,
 /// `images/<camera>/`, `fmask/<camera>/`, `openpose/<camera>/` (or annots/). Extrinsics are called
-/// by a picture (`1_CC32871A004.png`), camera from world; K is of the full size, pictures are half
+/// by an image (`1_CC32871A004.png`), camera from world; K is of the full size, images are half
 /// of it. Translations become metres by the number in camera_scale.pkl: a Python pickle, which is
 /// read if it is nothing but one number, and asked for (--metres-per-unit) otherwise.
 std::string recognize_mvhumannet(const std::filesystem::path& path);

@@ -12,7 +12,7 @@ namespace atelier {
 namespace fs = std::filesystem;
 namespace {
 
-/// JPEG if every picture is one, so that the bytes stay; else PNG.
+/// JPEG if every image is one, so that the bytes stay; else PNG.
 std::string image_format_of(const LayoutSource& source) {
   bool any = false;
   for (std::size_t c = 0; c < source.cameras().size(); ++c) {
@@ -65,7 +65,7 @@ std::vector<std::string> write_native(const LayoutSource& source, const fs::path
   }
   if (info.synthetic) {
     info.synthetic = false;
-    lost.emplace_back("the truth of a synthetic capture is left out");
+    lost.emplace_back("the ground truth of a synthetic capture is left out");
   }
   const std::string extension = "." + info.image_format;
   for (std::size_t c = 0; c < source.cameras().size(); ++c) {
@@ -81,7 +81,7 @@ std::vector<std::string> write_native(const LayoutSource& source, const fs::path
         } else {
           make_private_directory(stem.parent_path());
           write_image(stem.string() + extension, *source.frames().byte_image(camera, frame));
-          lost.emplace_back("pictures that were neither all JPEG nor PNG became PNG, 8 bit");
+          lost.emplace_back("images that were neither all JPEG nor PNG became PNG, 8 bit");
         }
       }
       const fs::path label_path = out / "labels" / id / (frame_name(frame) + ".png");

@@ -38,7 +38,7 @@ fs::path transforms_file(const fs::path& path) {
   return {};
 }
 
-/// A camera whose focal length is in widths, for pictures of a size.
+/// A camera whose focal length is in widths, for images of a size.
 Camera with_size(Camera camera, int width, int height) {
   camera.width = width;
   camera.height = height;
@@ -80,7 +80,7 @@ Camera intrinsics_of(const JsonPlace& frame, const JsonPlace& root) {
     if (!(half > 0 && half < kRight)) {
       frame.fail("camera_angle_x of no camera", "radians below pi");
     }
-    // Where the size is not said, all is in widths until a picture tells it.
+    // Where the size is not said, all is in widths until an image tells it.
     camera.fx = 0.5 * (camera.width > 0 ? camera.width : 1) / std::tan(half);
     camera.fy = camera.fx;
   } else if (camera.width == 0 && !find(frame, root, "cx")) {
@@ -166,7 +166,7 @@ Dataset read_nerfstudio(const fs::path& path, const DatasetOptions& /*options*/,
   }
   const fs::path root = file.parent_path().empty() ? fs::path(".") : file.parent_path();
   std::vector<PosedImage> posed;
-  ImageHeader first;  // NeRF's pictures all have one size
+  ImageHeader first;  // NeRF's images all have one size
   for (NerfFrame& frame :
        parse_transforms(read_file_text(file, limits.text_file_bytes), file.string(), limits)) {
     PosedImage entry;

@@ -8,7 +8,7 @@
 namespace atelier {
 
 /// nerfstudio and NeRF (docs/quickstart/data_conventions.md): transforms.json (NeRF:
-/// transforms_train.json) with a world-from-camera matrix for each picture, intrinsics for all or
+/// transforms_train.json) with a world-from-camera matrix for each image, intrinsics for all or
 /// for each (fl_x ... or camera_angle_x), masks. World: Z up, arbitrary unit; camera x right, y up,
 /// z back; pixels as ours. Models OPENCV, OPENCV_FISHEYE, PINHOLE, SIMPLE_PINHOLE.
 std::string recognize_nerfstudio(const std::filesystem::path& path);
@@ -25,7 +25,7 @@ struct NerfFrame {
 };
 
 /// Throws DataError for JSON that is no such file, matrices whose last row is not 0 0 0 1,
-/// intrinsics that are missing, masks of some pictures alone.
+/// intrinsics that are missing, masks of some images alone.
 std::vector<NerfFrame> parse_transforms(std::string_view text, const std::string& file = "",
                                         const Limits& limits = {});
 

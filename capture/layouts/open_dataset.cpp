@@ -53,7 +53,7 @@ Choice choose(const fs::path& path, const DatasetOptions& options) {
     return choice;
   }
   for (const Layout& layout : all_layouts()) {
-    // Pictures alone are what remains: every other layout has some as well.
+    // Images alone are what remains: every other layout has some as well.
     if (choice.layout != nullptr && std::string(layout.name) == "images") {
       break;
     }
@@ -114,7 +114,7 @@ void settle_world(Dataset& dataset, const DatasetOptions& options) {
   }
 }
 
-/// Size of the pictures that the principal point belongs to, of a layout that does not say it: the
+/// Size of the images that the principal point belongs to, of a layout that does not say it: the
 /// pictures' own, or 2, 4 or 8 times that, whichever has the principal point nearest to its middle.
 int calibrated_scale(const Camera& camera, int width, int height) {
   int best = 1;
@@ -143,10 +143,10 @@ void fit_to_pictures(Camera& camera, const CameraFrames& frames, std::vector<Fin
       camera.width = static_cast<int>(std::clamp(std::round(2 * camera.cx), 1.0, largest));
       camera.height = static_cast<int>(std::clamp(std::round(2 * camera.cy), 1.0, largest));
       findings.push_back({Severity::Warning, "image-size-unknown", camera.id,
-                          "neither the calibration nor a picture says the size; " +
+                          "neither the calibration nor an image says the size; " +
                               size_text(camera.width, camera.height) +
                               " is twice the principal point",
-                          "put the pictures beside the calibration"});
+                          "put the images beside the calibration"});
     }
     return;
   }
@@ -160,20 +160,20 @@ void fit_to_pictures(Camera& camera, const CameraFrames& frames, std::vector<Fin
     return;
   }
   const std::string both = "calibrated for " + size_text(camera.width, camera.height) +
-                           ", pictures are " + size_text(width, height);
+                           ", images are " + size_text(width, height);
   const auto cross = [](int a, int b) { return static_cast<std::int64_t>(a) * b; };
   if (cross(camera.width, height) == cross(camera.height, width)) {
     camera = scaled_camera(camera, width, height);
     findings.push_back({Severity::Note, "image-scale", camera.id,
                         both + ": intrinsics are scaled" +
                             (unsaid ? " (the principal point tells the calibrated size)" : ""),
-                        "nothing, if the pictures were scaled"});
+                        "nothing, if the images were scaled"});
   } else {
     const int off = std::max(std::abs(camera.width - width), std::abs(camera.height - height));
     findings.push_back({Severity::Warning, "image-size", camera.id,
                         both + ": no scale of each other; projections may be off by up to " +
                             std::to_string(off) + " px",
-                        "find out whether the pictures were cropped or padded, and where, and move "
+                        "find out whether the images were cropped or padded, and where, and move "
                         "the principal point accordingly"});
   }
 }
@@ -196,7 +196,7 @@ void settle_rotation(Camera& camera, std::vector<Finding>& findings) {
        "write calibrations with all digits"});
 }
 
-/// By the first picture of each camera that can be read: one that is damaged says nothing of the
+/// By the first image of each camera that can be read: one that is damaged says nothing of the
 /// others, and is told of where it is decoded (check_frames).
 void measure_pictures(Dataset& dataset, const Limits& limits) {
   FrameReader reader(dataset, limits);
@@ -221,7 +221,7 @@ void measure_pictures(Dataset& dataset, const Limits& limits) {
     if (first_error && frames.image_width == 0) {
       dataset.findings.push_back(
           {Severity::Error, "image-broken", dataset.cameras[c].id,
-           std::string("none of its pictures can be read; the first: ") + first_error->what(),
+           std::string("none of its images can be read; the first: ") + first_error->what(),
            "replace the files"});
     }
   }
@@ -340,8 +340,8 @@ void settle_sequences(Dataset& dataset, const DatasetOptions& options, const Lim
     sequences.clear();
     dataset.findings.push_back(
         {Severity::Note, "no-frames", dataset.root.string(),
-         "there is a calibration but no picture and no detection",
-         "put pictures where the layout has them (docs/reference/formats.md)"});
+         "there is a calibration but no image and no detection",
+         "put images where the layout has them (docs/reference/formats.md)"});
   }
 }
 
@@ -521,7 +521,7 @@ void require_no_folder_above(const fs::path& path) {
   }
   for (const fs::path& entry : list_folder(path)) {
     if (!entry.filename().string().starts_with(".") && fs::is_directory(entry, error) &&
-        is_recognized(entry, false)) {  // any folder may have one of pictures
+        is_recognized(entry, false)) {  // any folder may have one of images
       throw DataError(path.string(), "", "no capture, but a folder with one in it",
                       "the capture itself; did you mean " + entry.string() + "?");
     }

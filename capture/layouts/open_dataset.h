@@ -26,7 +26,7 @@ OptionTable describe(DatasetOptions& options);
 
 /// Opens a capture: a folder, or a calibration file with its folder around it. The layout is told
 /// by the files that are there; where two fit, the more specific is taken and a finding names the
-/// other. A camera whose numbers are no camera is left out with a finding; a camera whose pictures
+/// other. A camera whose numbers are no camera is left out with a finding; a camera whose images
 /// are an exact scale of the calibrated size has its intrinsics scaled, with a finding.
 ///
 /// Throws DataError where no layout fits (with the layouts that were tried), or where the files of

@@ -100,7 +100,7 @@ Dataset read_panoptic(const fs::path& path, const DatasetOptions& /*options*/,
       }
     }
   }
-  // The calibration lists 520 cameras; usable are those whose pictures are there.
+  // The calibration lists 520 cameras; usable are those whose images are there.
   dataset = with_pictured_cameras(std::move(dataset));
   dataset.keypoints3d = numbered_files(dataset.root / "hdPose3d_stage1_coco19", {".json"}, limits);
   dataset.keypoint_schema_3d = "coco_19";

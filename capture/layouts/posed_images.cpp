@@ -126,7 +126,7 @@ Dataset dataset_of(const std::vector<PosedImage>& images, const std::string& fil
       dataset.findings.push_back(
           {Severity::Note, "pictures-are-cameras", part.empty() ? file : part,
            std::to_string(members.size()) +
-               " pictures with calibrations of their own are taken as as many cameras of one "
+               " images with calibrations of their own are taken as as many cameras of one "
                "instant",
            "a camera that moves while it takes frames cannot be used"});
     }

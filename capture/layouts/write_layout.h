@@ -22,7 +22,7 @@ const std::vector<std::string>& layout_names();
 
 /// Writes a capture in another layout, a folder for each sequence under `out` (new); the native
 /// layout, which holds several sequences, is `out` itself. Units, axes, pixel origins and
-/// distortion orders are those of the layout (docs/reference/formats.md). Pictures keep their bytes
+/// distortion orders are those of the layout (docs/reference/formats.md). Images keep their bytes
 /// (hard links where the disk allows); frames of videos become PNG. Calibrations come last, so that
 /// what was interrupted has none. Consent, which no other layout has a place for, goes to
 /// consent.toml under `out`, where every reader of captures looks for it. `stop` is asked before

@@ -37,7 +37,7 @@ void check_sizes(const std::vector<Image>& images) {
                       std::to_string(image.width) + " x " + std::to_string(image.height) +
                           " pixels beside " + std::to_string(images.front().width) + " x " +
                           std::to_string(images.front().height),
-                      "pictures of one size");
+                      "images of one size");
     }
   }
 }
@@ -48,7 +48,7 @@ float median_of(std::vector<float>& values) {
   return *middle;
 }
 
-/// Deviation of gamma-coded noise that a picture shows: neighbours' second differences (Immerkaer
+/// Deviation of gamma-coded noise that an image shows: neighbours' second differences (Immerkaer
 /// 1996), by their median.
 float noise_of(const Image& image) {
   std::vector<float> differences;
@@ -129,7 +129,7 @@ OptionTable describe(MaskOptions& options) {
   table.add("threshold", options.threshold, 1, 100, "",
             "Distance from the background, in standard deviations, above which a pixel is "
             "foreground; raise it where noise gets in");
-  table.add("least_difference", options.least_difference, 0, 1, "",
+  table.add("min_difference", options.min_difference, 0, 1, "",
             "Minimum difference of gamma-coded values from the background at which a pixel is "
             "foreground");
   table.add("shadow_darkest", options.shadow_darkest, 0.01, 1, "",
@@ -144,10 +144,10 @@ OptionTable describe(MaskOptions& options) {
   table.add("closing", options.closing, 0, 50, "px",
             "Radius of the morphological closing in an image 1000 rows high, which fills gaps "
             "narrower than twice this");
-  table.add("least_part", options.least_part, 0, 1, "",
+  table.add("min_part", options.min_part, 0, 1, "",
             "Minimum size of a connected component that is kept, as a fraction of the largest; "
             "smaller than filled holes it goes too");
-  table.add("largest_hole", options.largest_hole, 0, 1, "",
+  table.add("max_hole", options.max_hole, 0, 1, "",
             "Maximum size of a hole that is filled, as a fraction of the image");
   return table;
 }
@@ -164,7 +164,7 @@ OptionTable describe(ChromaOptions& options) {
 
 EmptyStage background_of_plates(const std::vector<Image>& plates) {
   if (plates.empty()) {
-    throw DataError("", "plates", "none", "a picture of the empty stage");
+    throw DataError("", "plates", "none", "an image of the empty stage");
   }
   check_sizes(plates);
   EmptyStage background = medians(plates);
@@ -203,12 +203,12 @@ MovingBackground background_over_time(const std::vector<Image>& frames) {
 ByteImage mask_from_background(const Image& image, const EmptyStage& background,
                                const MaskOptions& options) {
   ATELIER_CHECK(image.width == background.mean.width && image.height == background.mean.height,
-                "a picture of another size than its background");
+                "an image of another size than its background");
   ByteImage mask(image.width, image.height, 1);
   for (std::size_t p = 0; p < mask.data.size(); ++p) {
     const float difference = distance(coded_pixel(image, p), coded_pixel(background.mean, p));
     const float allowed =
-        std::max(static_cast<float>(options.least_difference),
+        std::max(static_cast<float>(options.min_difference),
                  static_cast<float>(options.threshold) * background.spread.data[p]);
     mask.data[p] = difference > allowed && !is_shadow(image, p, background, options) ? 255 : 0;
   }
@@ -217,7 +217,7 @@ ByteImage mask_from_background(const Image& image, const EmptyStage& background,
 
 ByteImage mask_by_chroma(const Image& image, const ChromaOptions& chroma,
                          const MaskOptions& options) {
-  ATELIER_CHECK(image.channels == 3, "a chroma key of a picture without colours");
+  ATELIER_CHECK(image.channels == 3, "a chroma key of an image without colours");
   ATELIER_CHECK(chroma.key.size() == 3, "a key of three numbers");
   std::array<float, 3> key{};
   for (std::size_t c = 0; c < 3; ++c) {
@@ -296,9 +296,9 @@ ByteImage clean_mask(const ByteImage& mask, const MaskOptions& options) {
     }
     return result;
   };
-  const double hole = options.largest_hole * mask.width * mask.height;
+  const double hole = options.max_hole * mask.width * mask.height;
   bits = each_part(bits, [&](int area, int largest) {
-    return area >= std::max(options.least_part * largest, hole);
+    return area >= std::max(options.min_part * largest, hole);
   });
   cv::Mat around;
   cv::bitwise_not(bits, around);

@@ -15,13 +15,13 @@ struct EmptyStage {
                  ///< MaskOptions::threshold)
 };
 
-/// From clean plates: pictures of the empty stage, of one camera. One alone does; the spread is
+/// From clean plates: images of the empty stage, of one camera. One alone does; the spread is
 /// then that of the whole picture's noise. Throws DataError for none, or plates of two sizes.
 EmptyStage background_of_plates(const std::vector<Image>& plates);
 
 /// From the frames themselves: the median of each pixel over time, its spread by the median
 /// deviation. Right where the person leaves each pixel for more than half of the frames, so that
-/// she must walk about; `still_share` says for how much of the picture that is in doubt (pixels
+/// she must walk about; `still_share` says for how much of the image that is in doubt (pixels
 /// that take two values). Throws DataError for fewer than five frames, or frames of two sizes.
 struct MovingBackground {
   EmptyStage background;
@@ -30,22 +30,21 @@ struct MovingBackground {
 MovingBackground background_over_time(const std::vector<Image>& frames);
 
 struct MaskOptions {
-  double threshold = 6;  ///< deviations from the background that make foreground, [1, 100]
-  double least_difference = 0.03;  ///< of gamma-coded values, that is foreground at least, [0, 1]
+  double threshold = 6;          ///< deviations from the background that make foreground, [1, 100]
+  double min_difference = 0.03;  ///< of gamma-coded values, that is foreground at least, [0, 1]
   double shadow_darkest = 0.4;  ///< a pixel with the background's colour and at least this share of
                                 ///< its light is a shadow, (0, 1]; 1: shadows count as foreground
   double shadow_hue = 0.03;     ///< how far a shadow's chromaticity may be off, [0, 1]
-  double opening = 1;        ///< px of a picture 1000 rows high: thinner than twice this goes, and
+  double opening = 1;        ///< px of an image 1000 rows high: thinner than twice this goes, and
                              ///< single pixels unless it is 0, [0, 50]
   double closing = 3;        ///< px of the same: gaps narrower than twice this are filled, [0, 50]
-  double least_part = 0.05;  ///< parts smaller than this share of the largest go, and those
+  double min_part = 0.05;    ///< parts smaller than this share of the largest go, and those
                              ///< smaller than holes that are filled, [0, 1]
-  double largest_hole =
-      0.0005;  ///< holes smaller than this share of the picture are filled, [0, 1]
+  double max_hole = 0.0005;  ///< holes smaller than this share of the image are filled, [0, 1]
 };
 OptionTable describe(MaskOptions& options);
 
-/// 255 where the picture is not the background, 0 elsewhere; shadows are told by their colour
+/// 255 where the image is not the background, 0 elsewhere; shadows are told by their colour
 /// (Horprasert 1999: same chromaticity, less light). Cleaned by `clean_mask`. Throws LogicError
 /// for sizes that differ.
 ByteImage mask_from_background(const Image& image, const EmptyStage& background,
@@ -60,7 +59,7 @@ struct ChromaOptions {
 };
 OptionTable describe(ChromaOptions& options);
 
-/// 255 where the picture does not have the screen's hue, whatever its brightness (shadows on the
+/// 255 where the image does not have the screen's hue, whatever its brightness (shadows on the
 /// screen are screen). Cleaned by `clean_mask`. Throws DataError where the key is grey: white and
 /// grey screens need plates.
 ByteImage mask_by_chroma(const Image& image, const ChromaOptions& chroma,

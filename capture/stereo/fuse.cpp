@@ -19,7 +19,7 @@ struct Fuser {
   const std::vector<Image>& images;
   const FuseOptions& options;
   std::vector<ByteImage> used;
-  double least_cosine = std::cos(options.normal_error);
+  double min_cosine = std::cos(options.normal_error);
   std::vector<Agreement> agreed{};  // of the pixel in work
 
   Eigen::Vector3d place(std::size_t view, int x, int y) const {
@@ -36,7 +36,7 @@ struct Fuser {
   }
   bool takes_part(std::size_t view, int x, int y) const {
     return maps[view].depth.at(x, y) > 0 &&
-           maps[view].confidence.at(x, y) >= options.least_confidence && used[view].at(x, y) == 0;
+           maps[view].confidence.at(x, y) >= options.min_confidence && used[view].at(x, y) == 0;
   }
 
   /// The views that agree with a pixel, itself first.
@@ -61,7 +61,7 @@ struct Fuser {
       }
       const double depth = camera_from_world(camera, point).z();
       if (std::abs(depth - maps[other].depth.at(qx, qy)) > options.depth_error * depth ||
-          direction.dot(normal(other, qx, qy)) < least_cosine) {
+          direction.dot(normal(other, qx, qy)) < min_cosine) {
         continue;
       }
       const auto back = project(maps[view].camera, place(other, qx, qy));
@@ -77,7 +77,7 @@ struct Fuser {
 
 OptionTable describe(FuseOptions& options) {
   OptionTable table;
-  table.add("least_views", options.least_views, 1, 1000, "",
+  table.add("min_views", options.min_views, 1, 1000, "",
             "Minimum number of views that agree on a point, its own included");
   table.add("pixel_error", options.pixel_error, 0.1, 100, "px",
             "Maximum forward-backward reprojection error of a consistent pixel");
@@ -85,7 +85,7 @@ OptionTable describe(FuseOptions& options) {
             "Maximum relative difference of the depths of a consistent pixel");
   table.add("normal_error", options.normal_error, 0.01, 3.2, "rad",
             "Maximum angle between the normals of a consistent pixel");
-  table.add("least_confidence", options.least_confidence, 0, 1, "",
+  table.add("min_confidence", options.min_confidence, 0, 1, "",
             "Minimum confidence of a pixel that is fused");
   return table;
 }
@@ -113,7 +113,7 @@ Mesh fuse(const std::vector<DepthMap>& maps, const std::vector<Image>& images,
         }
         fuser.find_agreement(view, x, y);
         const auto count = static_cast<int>(fuser.agreed.size());
-        if (count < options.least_views) {
+        if (count < options.min_views) {
           continue;
         }
         Eigen::Vector3d place = Eigen::Vector3d::Zero();

@@ -10,11 +10,11 @@
 namespace atelier {
 
 struct FuseOptions {
-  int least_views = 2;            ///< that must agree on a point, itself included
-  double pixel_error = 1.5;       ///< px: how far a pixel may land from itself there and back
-  double depth_error = 0.008;     ///< relative difference of depths
-  double normal_error = 0.7;      ///< rad between the views' normals
-  double least_confidence = 0.1;  ///< of a pixel that takes part
+  int min_views = 2;            ///< that must agree on a point, itself included
+  double pixel_error = 1.5;     ///< px: how far a pixel may land from itself there and back
+  double depth_error = 0.008;   ///< relative difference of depths
+  double normal_error = 0.7;    ///< rad between the views' normals
+  double min_confidence = 0.1;  ///< of a pixel that takes part
 };
 OptionTable describe(FuseOptions& options);
 

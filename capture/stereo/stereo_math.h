@@ -223,14 +223,14 @@ ATELIER_HOST_DEVICE inline float window_cost(const StereoProblem& problem,
                                              const ReferenceWindow& window,
                                              const StereoSource& source, int x, int y,
                                              const StereoPlane& plane) {
-  constexpr float kLeastVariance = 1e-6f;  // of values in [0,1]: below it there is only noise
+  constexpr float kMinVariance = 1e-6f;  // of values in [0,1]: below it there is only noise
   // What exposures and gloss may be off. Gloss adds as much light to dark surfaces as to bright
   // ones, which is more of a gamma-coded value v: in proportion to v^-1.2, near enough to 1 / v.
   constexpr float kLevelFloor = 0.02f;
   constexpr float kDark = 0.4f;  // black cloth and hair are below it, skin and most cloth are not
   const Vec3f ray = pixel_ray(problem, x, y);
   const float slope = dot(plane.normal, ray);
-  if (!(slope < -0.05f) || !(plane.depth > 0) || window.variance < kLeastVariance) {
+  if (!(slope < -0.05f) || !(plane.depth > 0) || window.variance < kMinVariance) {
     return kWorstCost;
   }
   // The homography of the plane is affine in the offset: numerator = a + b dx + c dy.
@@ -263,7 +263,7 @@ ATELIER_HOST_DEVICE inline float window_cost(const StereoProblem& problem,
   }
   const WindowSums sums = Samples::sums(window, source, warp);
   const float variance = sums.square - sums.mean * sums.mean;
-  if (variance < kLeastVariance) {
+  if (variance < kMinVariance) {
     return kWorstCost;
   }
   const float dark = kDark / std::fmax(window.centre + window.mean, 0.05f);

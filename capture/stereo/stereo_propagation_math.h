@@ -25,10 +25,10 @@ ATELIER_HOST_DEVICE inline float unit_float(std::uint32_t word) {
 /// A unit vector within 75 degrees or so of the ray back to the camera.
 ATELIER_HOST_DEVICE inline Vec3f random_normal(Vec3f ray, std::uint32_t first,
                                                std::uint32_t second) {
-  // A point of the unit disc by rejection-free squares, lifted to the hemisphere about -z.
+  // A point of the unit disk by rejection-free squares, lifted to the hemisphere about -z.
   const float u = 1.9f * unit_float(first) - 0.95f;
   const float v = 1.9f * unit_float(second) - 0.95f;
-  // Square to disc (elliptical map).
+  // Square to disk (elliptical map).
   const float x = u * std::sqrt(1 - 0.5f * v * v);
   const float y = v * std::sqrt(1 - 0.5f * u * u);
   const float z2 = 1 - x * x - y * y;

@@ -70,7 +70,7 @@ struct Carver {
       against += masks[i].any_near(pixel->x(), pixel->y(), radius) ? 0 : 1;
     }
     const auto views = static_cast<double>(cameras.size());
-    return seen >= std::max(2.0, options.least_share * views) && against <= options.tolerated;
+    return seen >= std::max(2.0, options.min_share * views) && against <= options.tolerated;
   }
 };
 
@@ -78,7 +78,7 @@ VisualHull carved(const Carver& carver, const Eigen::Vector3d& low, const Eigen:
                   double cell) {
   VisualHull hull;
   hull.origin = low;
-  hull.cell = cell;
+  hull.voxel_size = cell;
   const Eigen::Vector3d sides = (high - low) / cell;
   hull.nx = std::max(1, static_cast<int>(std::ceil(sides.x())));
   hull.ny = std::max(1, static_cast<int>(std::ceil(sides.y())));
@@ -103,10 +103,10 @@ VisualHull carved(const Carver& carver, const Eigen::Vector3d& low, const Eigen:
 
 OptionTable describe(VisualHullOptions& options) {
   OptionTable table;
-  table.add("cell", options.cell, 0.001, 1, "m", "Edge length of a voxel");
-  table.add("reach", options.reach, 0.01, 100, "m",
+  table.add("voxel_size", options.voxel_size, 0.001, 1, "m", "Edge length of a voxel");
+  table.add("half_extent", options.half_extent, 0.01, 100, "m",
             "Half the edge length of the cube around the point that the cameras look at");
-  table.add("least_share", options.least_share, 0, 1, "",
+  table.add("min_share", options.min_share, 0, 1, "",
             "Minimum fraction of the views that must see a point, at least two");
   table.add("tolerated", options.tolerated, 0, 1000, "",
             "Number of views whose masks may be wrong at a point");
@@ -116,7 +116,8 @@ OptionTable describe(VisualHullOptions& options) {
 VisualHull visual_hull(const std::vector<Camera>& cameras, const std::vector<ByteImage>& masks,
                        const VisualHullOptions& options) {
   ATELIER_CHECK(cameras.size() == masks.size(), "a mask for each camera");
-  ATELIER_CHECK(options.cell > 0 && options.reach > options.cell, "0 < cell < reach");
+  ATELIER_CHECK(options.voxel_size > 0 && options.half_extent > options.voxel_size,
+                "0 < cell < reach");
   Carver carver{cameras, {}, options};
   for (std::size_t i = 0; i < masks.size(); ++i) {
     ATELIER_CHECK(masks[i].data.empty() ||
@@ -126,8 +127,8 @@ VisualHull visual_hull(const std::vector<Camera>& cameras, const std::vector<Byt
   }
   // Coarsely first: most of the cube is empty.
   const Eigen::Vector3d centre = looked_at(cameras);
-  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(options.reach);
-  const double coarse_cell = std::max(options.cell, options.reach / 32);
+  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(options.half_extent);
+  const double coarse_cell = std::max(options.voxel_size, options.half_extent / 32);
   VisualHull coarse = carved(carver, centre - reach, centre + reach, coarse_cell);
   Eigen::Vector3d low = centre + reach;
   Eigen::Vector3d high = centre - reach;
@@ -135,9 +136,10 @@ VisualHull visual_hull(const std::vector<Camera>& cameras, const std::vector<Byt
     for (int y = 0; y < coarse.ny; ++y) {
       for (int x = 0; x < coarse.nx; ++x) {
         if (coarse.at(x, y, z)) {
-          const Eigen::Vector3d corner = coarse.origin + coarse.cell * Eigen::Vector3d(x, y, z);
+          const Eigen::Vector3d corner =
+              coarse.origin + coarse.voxel_size * Eigen::Vector3d(x, y, z);
           low = low.cwiseMin(corner);
-          high = high.cwiseMax(corner + Eigen::Vector3d::Constant(coarse.cell));
+          high = high.cwiseMax(corner + Eigen::Vector3d::Constant(coarse.voxel_size));
         }
       }
     }
@@ -145,7 +147,7 @@ VisualHull visual_hull(const std::vector<Camera>& cameras, const std::vector<Byt
   if ((high.array() <= low.array()).any()) {
     return coarse;  // nothing is left
   }
-  return carved(carver, low, high, options.cell);
+  return carved(carver, low, high, options.voxel_size);
 }
 
 DepthBounds depth_bounds(const VisualHull& hull, const Camera& camera, const ByteImage& mask) {
@@ -154,7 +156,7 @@ DepthBounds depth_bounds(const VisualHull& hull, const Camera& camera, const Byt
   DepthBounds bounds{Image(camera.width, camera.height, 1), Image(camera.width, camera.height, 1)};
   const Eigen::Vector3d centre = camera_center(camera);
   const Eigen::Vector3d axis = camera.camera_from_world_rotation.row(2).transpose();
-  const Eigen::Vector3d start = (centre - hull.origin) / hull.cell;
+  const Eigen::Vector3d start = (centre - hull.origin) / hull.voxel_size;
   const Eigen::Vector3d sides(hull.nx, hull.ny, hull.nz);
   parallel_for(camera.height, 8, [&](Index begin, Index end) {
     for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
@@ -194,7 +196,7 @@ DepthBounds depth_bounds(const VisualHull& hull, const Camera& camera, const Byt
           last = t;
         }
         if (first >= 0) {
-          const double scale = hull.cell * axis.dot(*direction);
+          const double scale = hull.voxel_size * axis.dot(*direction);
           bounds.near_depth.at(x, y) = static_cast<float>(std::max(first - 1, 0.25) * scale);
           bounds.far_depth.at(x, y) = static_cast<float>((last + 1) * scale);
         }

@@ -14,7 +14,7 @@ namespace atelier {
 /// 1994), up to `tolerated` wrong masks.
 struct VisualHull {
   Eigen::Vector3d origin = Eigen::Vector3d::Zero();  ///< m, corner of cell (0,0,0)
-  double cell = 0;                                   ///< m
+  double voxel_size = 0;                             ///< m
   int nx = 0, ny = 0, nz = 0;
   std::vector<std::uint8_t> occupied;  ///< [nz,ny,nx]
 
@@ -24,11 +24,10 @@ struct VisualHull {
 };
 
 struct VisualHullOptions {
-  double cell = 0.02;  ///< m; smaller bounds tighter and costs its cube
-  double reach = 2;    ///< m: half the side of the cube round where the cameras look
-  double least_share =
-      0.3;            ///< of the views that must have a place in their image; at least two do
-  int tolerated = 0;  ///< views whose masks may be wrong about a place
+  double voxel_size = 0.02;  ///< m; smaller bounds tighter and costs its cube
+  double half_extent = 2;    ///< m: half the side of the cube round where the cameras look
+  double min_share = 0.3;  ///< of the views that must have a place in their image; at least two do
+  int tolerated = 0;       ///< views whose masks may be wrong about a place
 };
 OptionTable describe(VisualHullOptions& options);
 

@@ -11,15 +11,15 @@ namespace atelier {
 namespace {
 
 constexpr int kCells = 48;               // along each side of the cube
-constexpr int kLeastOthers = 3;          // of whom three quarters can agree
+constexpr int kMinOthers = 3;            // of whom three quarters can agree
 constexpr double kAgree = 0.75;          // of the others
-constexpr int kLeastCells = 20;          // to judge a mask by
+constexpr int kMinCells = 20;            // to judge a mask by
 constexpr double kShown = 0.5;           // of the cells, by a mask that is right
 constexpr double kBorder = 0.5;          // of the picture's border, by a mask that is inverted
 constexpr double kInvertedBorder = 0.6;  // the same where nothing else speaks against it
-constexpr double kSomebody = 0.002;      // of the picture, the least that a person covers
+constexpr double kSomebody = 0.002;      // of the image, the least that a person covers
 
-constexpr std::int8_t kSilent = -1;  // of a cell that is not in the picture
+constexpr std::int8_t kSilent = -1;  // of a cell that is not in the image
 
 /// What each mask says of each cell: 1 subject, 0 background, or kSilent.
 std::vector<std::int8_t> asked(const std::vector<Camera>& cameras,
@@ -65,7 +65,7 @@ std::vector<Shown> compared(const std::vector<std::int8_t>& said, std::size_t vi
       seen += said[cell + c] != kSilent ? 1 : 0;
       inside += said[cell + c] == 1 ? 1 : 0;
     }
-    for (std::size_t c = 0; c < views && seen > kLeastOthers; ++c) {
+    for (std::size_t c = 0; c < views && seen > kMinOthers; ++c) {
       const std::int8_t own = said[cell + c];
       const int here = own == 1 ? 1 : 0;
       if (own != kSilent && inside - here >= kAgree * (seen - 1)) {
@@ -77,7 +77,7 @@ std::vector<Shown> compared(const std::vector<std::int8_t>& said, std::size_t vi
   return shown;
 }
 
-/// Of the pixels along the edges of the picture, the share that is set.
+/// Of the pixels along the edges of the image, the share that is set.
 double border_share(const ByteImage& mask) {
   int set = 0;
   for (int x = 0; x < mask.width; ++x) {
@@ -106,7 +106,7 @@ std::vector<MaskFit> check_masks(const std::vector<Camera>& cameras,
                   "a mask of another size than its camera's");
   }
   std::vector<MaskFit> fits(masks.size(), MaskFit::Good);
-  // What is set round most of the picture is the background, and of all masks it may be so. A mask
+  // What is set round most of the image is the background, and of all masks it may be so. A mask
   // that is set nearly everywhere says nothing, and stays.
   for (std::size_t c = 0; c < masks.size(); ++c) {
     if (!masks[c].data.empty() && border_share(masks[c]) > kInvertedBorder &&
@@ -114,7 +114,7 @@ std::vector<MaskFit> check_masks(const std::vector<Camera>& cameras,
       fits[c] = MaskFit::Inverted;
     }
   }
-  if (cameras.size() <= kLeastOthers) {
+  if (cameras.size() <= kMinOthers) {
     return fits;
   }
   // One at a time, the one that contradicts most: it may have been what made others look wrong.
@@ -130,7 +130,7 @@ std::vector<MaskFit> check_masks(const std::vector<Camera>& cameras,
     int most = 0;
     for (std::size_t c = 0; c < masks.size(); ++c) {
       const int hidden = shown[c].cells - shown[c].inside;
-      if (shown[c].cells >= kLeastCells && shown[c].inside < kShown * shown[c].cells &&
+      if (shown[c].cells >= kMinCells && shown[c].inside < kShown * shown[c].cells &&
           hidden > most && fits[c] == MaskFit::Good) {
         worst = c;
         most = hidden;

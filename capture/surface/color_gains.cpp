@@ -97,7 +97,7 @@ struct SharedPlaces {
 /// `result` and says there what was left out. Throws DataError if no camera remains.
 SharedPlaces leave_out_lonely_cameras(int cameras,
                                       const std::map<int, std::vector<LogSample>>& by_point,
-                                      int least_points, ColorGains& result) {
+                                      int min_points, ColorGains& result) {
   SharedPlaces shared;
   for (;;) {
     shared.places = shared_places(by_point, shared.left_out);
@@ -109,15 +109,14 @@ SharedPlaces leave_out_lonely_cameras(int cameras,
     }
     const std::size_t before = shared.left_out.size();
     for (int c = 0; c < cameras; ++c) {
-      if (!shared.left_out.contains(c) &&
-          result.points[static_cast<std::size_t>(c)] < least_points) {
+      if (!shared.left_out.contains(c) && result.points[static_cast<std::size_t>(c)] < min_points) {
         shared.left_out.insert(c);
         result.findings.push_back({Severity::Warning, "color-few-points", std::to_string(c),
                                    std::to_string(result.points[static_cast<std::size_t>(c)]) +
                                        " places that other cameras see too, " +
-                                       std::to_string(least_points) + " are needed",
+                                       std::to_string(min_points) + " are needed",
                                    "its gain stays 1; more frames give more places, and its "
-                                   "pictures must overlap with others'"});
+                                   "images must overlap with others'"});
       }
     }
     if (shared.left_out.size() == before) {
@@ -126,7 +125,7 @@ SharedPlaces leave_out_lonely_cameras(int cameras,
   }
   if (shared.left_out.size() == static_cast<std::size_t>(cameras)) {
     throw DataError("", "samples",
-                    "no two cameras that share " + std::to_string(least_points) + " places",
+                    "no two cameras that share " + std::to_string(min_points) + " places",
                     "more frames, or cameras whose views overlap");
   }
   return shared;
@@ -275,7 +274,7 @@ OptionTable describe(ColorGainOptions& options) {
   table.add("brightest", options.brightest, 0, 1, "",
             "Maximum linear value of a sample; above it samples may be clipped");
   table.add(
-      "least_points", options.least_points, 1, 1e6, "",
+      "min_points", options.min_points, 1, 1e6, "",
       "Minimum number of points that a camera shares with others; with fewer its gain stays 1");
   return table;
 }
@@ -289,7 +288,7 @@ ColorGains color_gains(int cameras, const std::vector<ColorSample>& samples,
   result.points.assign(count, 0);
   result.measured.assign(count, false);
   const SharedPlaces shared = leave_out_lonely_cameras(
-      cameras, usable_samples(cameras, samples, options), options.least_points, result);
+      cameras, usable_samples(cameras, samples, options), options.min_points, result);
   const std::vector<int> column = columns_of(cameras, shared, result);
   const auto columns =
       static_cast<int>(std::count(result.measured.begin(), result.measured.end(), true));
@@ -322,7 +321,7 @@ GainError gain_error(const std::vector<Camera>& cameras, const std::vector<Camer
     const auto same = std::find_if(truth.begin(), truth.end(),
                                    [&](const Camera& other) { return other.id == camera.id; });
     if (same == truth.end()) {
-      throw DataError("the cameras", "camera '" + camera.id + "'", "not in the truth",
+      throw DataError("the cameras", "camera '" + camera.id + "'", "not in the ground truth",
                       "the cameras of the capture");
     }
     if (!(camera.gain.minCoeff() > 0 && same->gain.minCoeff() > 0)) {

@@ -9,7 +9,7 @@
 
 namespace atelier {
 
-/// The light of one place of a surface as one camera's picture has it.
+/// The light of one place of a surface as one camera's image has it.
 struct ColorSample {
   int camera = 0;
   int point = 0;                                    ///< place; any number, the same for all cameras
@@ -20,7 +20,7 @@ struct ColorSample {
 struct ColorGainOptions {
   double darkest = 0.02;   ///< samples with a channel below are noise, [0, 1]
   double brightest = 0.9;  ///< samples with a channel above may be clipped, [0, 1]
-  int least_points = 50;   ///< that a camera shares with others; fewer: its gain stays 1, 1 to 1e6
+  int min_points = 50;     ///< that a camera shares with others; fewer: its gain stays 1, 1 to 1e6
 };
 OptionTable describe(ColorGainOptions& options);
 
@@ -39,7 +39,7 @@ struct ColorGains {
 /// itself. Only ratios can be known: the geometric mean over the cameras that were found is 1 in
 /// each channel. Highlights and wrong correspondences are outliers to it. Our choice throughout.
 /// Throws LogicError for cameras out of range, DataError where no two cameras share
-/// `least_points` places.
+/// `min_points` places.
 ColorGains color_gains(int cameras, const std::vector<ColorSample>& samples,
                        const ColorGainOptions& options = {});
 
@@ -49,9 +49,9 @@ struct GainError {
   double largest = 0;  ///< of them
 };
 
-/// Gains of cameras against those of a truth that has each of them by its id, channel by channel,
-/// up to a factor on all cameras of a channel, which no pictures can tell. Throws DataError for a
-/// camera that the truth does not have and for a gain that is not above 0.
+/// Gains of cameras against those of a ground truth that has each of them by its id, channel by
+/// channel, up to a factor on all cameras of a channel, which no images can tell. Throws DataError
+/// for a camera that the ground truth does not have and for a gain that is not above 0.
 GainError gain_error(const std::vector<Camera>& cameras, const std::vector<Camera>& truth);
 
 }  // namespace atelier

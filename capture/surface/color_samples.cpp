@@ -27,7 +27,7 @@ std::optional<Eigen::Vector3d> color_at(const Image& image, const Eigen::Vector2
 
 }  // namespace
 
-std::vector<ColorSample> color_samples(const SmallScan& scan) {
+std::vector<ColorSample> color_samples(const CoarseReconstruction& scan) {
   std::vector<ColorSample> samples;
   for (std::size_t p = 0; p < scan.places.size(); ++p) {
     const SeenPlace& place = scan.places[p];
@@ -47,8 +47,8 @@ std::vector<ColorSample> color_samples(const SmallScan& scan) {
 
 std::vector<ColorSample> color_samples(const std::vector<InstantView>& views,
                                        const ReconstructOptions& reconstruct,
-                                       const SmallScanOptions& options, Device device) {
-  return color_samples(small_scan(views, reconstruct, options, device));
+                                       const CoarseReconstructionOptions& options, Device device) {
+  return color_samples(coarse_reconstruction(views, reconstruct, options, device));
 }
 
 }  // namespace atelier

@@ -12,11 +12,11 @@ namespace {
 
 using Vector = Eigen::Vector3d;
 
-constexpr double kLeastSaturation = 0.1;  // of a place that has colour: chroma over brightness
-constexpr double kHold = 0.02;            // how far gloss may have put the given gains off
+constexpr double kMinSaturation = 0.1;  // of a place that has colour: chroma over brightness
+constexpr double kHold = 0.02;          // how far gloss may have put the given gains off
 // Samples of a camera that count as independent: gloss and wrong places are alike nearby.
 constexpr double kIndependent = 200;
-constexpr std::size_t kLeastSamples = 100;
+constexpr std::size_t kMinSamples = 100;
 constexpr int kGainRounds = 20;
 
 /// Without the part along white.
@@ -55,7 +55,7 @@ MeasuredGains gloss_free_gains(const std::vector<std::vector<ColorSample>>& plac
       const Vector middle = middle_of(place, found);
       const Vector tint = chroma(middle);
       const double strength = tint.norm();
-      if (strength < kLeastSaturation * middle.norm()) {
+      if (strength < kMinSaturation * middle.norm()) {
         continue;
       }
       std::vector<double> weights;
@@ -88,7 +88,7 @@ MeasuredGains gloss_free_gains(const std::vector<std::vector<ColorSample>>& plac
         }
       }
     }
-    if (residuals.size() < kLeastSamples) {
+    if (residuals.size() < kMinSamples) {
       return first;
     }
     const double share = std::min(1.0, kIndependent * static_cast<double>(cameras) /

@@ -30,7 +30,7 @@ Eigen::Vector3d outward(const VisualHull& hull, int x, int y, int z) {
 
 /// Whether a map looks through the place at a surface behind it.
 bool seen_through(const Eigen::Vector3d& place, const std::vector<DepthMap>& maps, double slack,
-                  double least_confidence) {
+                  double min_confidence) {
   for (const DepthMap& map : maps) {
     const auto pixel = project(map.camera, place);
     if (!pixel || pixel->x() < 0 || pixel->y() < 0 || pixel->x() >= map.camera.width ||
@@ -39,7 +39,7 @@ bool seen_through(const Eigen::Vector3d& place, const std::vector<DepthMap>& map
     }
     const auto x = static_cast<int>(pixel->x());
     const auto y = static_cast<int>(pixel->y());
-    if (map.confidence.at(x, y) >= least_confidence &&
+    if (map.confidence.at(x, y) >= min_confidence &&
         map.depth.at(x, y) > camera_from_world(map.camera, place).z() + slack) {
       return true;
     }
@@ -50,7 +50,7 @@ bool seen_through(const Eigen::Vector3d& place, const std::vector<DepthMap>& map
 }  // namespace
 
 Mesh hull_support(const VisualHull& hull, const std::vector<DepthMap>& maps, const Mesh& points,
-                  double distance, double least_confidence) {
+                  double distance, double min_confidence) {
   ATELIER_CHECK(points.vertices.rows() > 0, "points that stereo is sure of");
   std::vector<Eigen::Vector3d> places;
   std::vector<Eigen::Vector3d> normals;
@@ -63,8 +63,8 @@ Mesh hull_support(const VisualHull& hull, const std::vector<DepthMap>& maps, con
           continue;
         }
         const Eigen::Vector3d place =
-            hull.origin + hull.cell * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5);
-        if (!seen_through(place, maps, hull.cell, least_confidence)) {
+            hull.origin + hull.voxel_size * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5);
+        if (!seen_through(place, maps, hull.voxel_size, min_confidence)) {
           places.push_back(place);
           normals.push_back(normal.normalized());
         }

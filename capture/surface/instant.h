@@ -29,8 +29,8 @@ struct ReconstructOptions {
   SurfaceLabelOptions labels;
   RefineCameraOptions refine;
   ContourOptions contours;
-  bool equalize = true;       ///< measure the views' gains first, on small pictures
-  bool align = true;          ///< find the views' poses again by the surface on small pictures
+  bool exposure_compensation = true;  ///< measure the views' gains first, on small images
+  bool align = true;          ///< find the views' poses again by the surface on small images
   bool hull_support = false;  ///< close what stereo sees nothing of by the hull, with confidence 0
 };
 OptionTable describe(ReconstructOptions& options);

@@ -53,7 +53,7 @@ Vote vote_of(const LabelView& view, const TriangleTree& tree, const Eigen::Vecto
              const Eigen::Vector3d& normal, const SurfaceLabelOptions& options) {
   const Eigen::Vector3d to_camera = camera_center(view.camera) - point;
   const double cosine = normal.dot(to_camera.normalized());
-  if (cosine < std::cos(options.steepest)) {
+  if (cosine < std::cos(options.max_view_angle)) {
     return {};
   }
   const auto pixel = project(view.camera, point);
@@ -82,7 +82,7 @@ OptionTable describe(SurfaceLabelOptions& options) {
   OptionTable table;
   table.add("border", options.border, 0, 100, "px",
             "Distance to another label in the image below which a pixel's vote is down-weighted");
-  table.add("steepest", options.steepest, 0, 1.57, "rad",
+  table.add("max_view_angle", options.max_view_angle, 0, 1.57, "rad",
             "Maximum angle between surface normal and view direction at which a view votes");
   table.add(
       "smoothness", options.smoothness, 0, 1000, "",

@@ -21,7 +21,7 @@ constexpr int kReweighted = 5;         // least squares in each, with new weight
 constexpr int kNormalRounds = 3;       // of means over neighbours: noise makes contours of its own
 constexpr double kOffSurface = 0.004;  // m: the contour's own faces do not hide it
 constexpr double kStep = 0.5;          // px, between samples across a contour
-constexpr double kLeastChange = 0.02;  // linear light a pixel, that is an edge
+constexpr double kMinChange = 0.02;    // linear light a pixel, that is an edge
 constexpr double kAlike = 3;           // px along a contour, over which edges err alike
 constexpr double kOutlier = 3;         // deviations, from which an edge is another thing's
 constexpr double kMargin = 3;          // px beyond the reach that must be empty too
@@ -32,7 +32,7 @@ struct View {
   const ByteImage& mask;
 };
 
-/// How far a picture puts the surface from where it is, at a point of a face.
+/// How far an image puts the surface from where it is, at a point of a face.
 struct ContourMove {
   Eigen::Vector3i vertices;
   Eigen::Vector3d barycentric;
@@ -76,7 +76,7 @@ bool before_background(const ByteImage& mask, const Eigen::Vector2d& pixel,
   return is(-reach, true) && is(1 - reach, true);
 }
 
-/// Pixels along `outward` at which the picture changes most, places nearby preferred.
+/// Pixels along `outward` at which the image changes most, places nearby preferred.
 std::optional<double> edge_across(const Image& image, const Eigen::Vector2d& pixel,
                                   const Eigen::Vector2d& outward, double reach) {
   const int half = static_cast<int>(reach / kStep);
@@ -96,7 +96,7 @@ std::optional<double> edge_across(const Image& image, const Eigen::Vector2d& pix
       best = i;
     }
   }
-  if (best == 0 || changes[best] < kLeastChange || changes[best] < changes[best - 1] ||
+  if (best == 0 || changes[best] < kMinChange || changes[best] < changes[best - 1] ||
       changes[best] < changes[best + 1]) {
     return std::nullopt;
   }
@@ -105,7 +105,7 @@ std::optional<double> edge_across(const Image& image, const Eigen::Vector2d& pix
   return (static_cast<int>(best) - half + top) * kStep;
 }
 
-/// The contour of the view through one face, and how far off the picture has it.
+/// The contour of the view through one face, and how far off the image has it.
 std::optional<ContourMove> move_of_face(const View& view, const TriangleTree& tree,
                                         const Mesh& mesh, const Points& normals,
                                         const Eigen::Vector3i& face,
@@ -166,7 +166,7 @@ std::optional<ContourMove> move_of_face(const View& view, const TriangleTree& tr
   return move;
 }
 
-/// What all pictures say of a surface, in order of views and faces.
+/// What all images say of a surface, in order of views and faces.
 std::vector<ContourMove> moves_of(const Mesh& mesh, const Points& normals,
                                   const std::vector<View>& views, const Triangles& faces,
                                   const ContourOptions& options) {
@@ -277,7 +277,7 @@ Mesh moved_to_contours(const Mesh& mesh, const std::vector<Camera>& cameras,
                        const std::vector<Image>& images, const std::vector<ByteImage>& masks,
                        const std::vector<std::uint8_t>& movable, const ContourOptions& options) {
   ATELIER_CHECK(images.size() == cameras.size() && masks.size() == cameras.size(),
-                "a picture and a mask for each camera");
+                "an image and a mask for each camera");
   ATELIER_CHECK(movable.size() == static_cast<std::size_t>(mesh.vertices.rows()),
                 "every vertex moves or not");
   std::vector<View> views;
@@ -288,7 +288,7 @@ Mesh moved_to_contours(const Mesh& mesh, const std::vector<Camera>& cameras,
     ATELIER_CHECK(images[i].width == cameras[i].width && images[i].height == cameras[i].height &&
                       images[i].channels == 3 && masks[i].width == cameras[i].width &&
                       masks[i].height == cameras[i].height,
-                  "a picture or a mask of another size than its camera's");
+                  "an image or a mask of another size than its camera's");
     views.push_back({cameras[i], images[i], masks[i]});
   }
   const Triangles faces = movable_faces(mesh.faces, movable);

@@ -19,8 +19,8 @@ struct ContourOptions {
 };
 OptionTable describe(ContourOptions& options);
 
-/// A surface moved along its normals to where pictures show its occluding contours: where a round
-/// surface turns away before a background, pictures tell its place without matching, so that gloss,
+/// A surface moved along its normals to where images show its occluding contours: where a round
+/// surface turns away before a background, images tell its place without matching, so that gloss,
 /// which wanders with the view and puts stereo inside of limbs (docs/methods/surfaces.md), is out
 /// of play.
 ///
@@ -28,10 +28,10 @@ OptionTable describe(ContourOptions& options);
 /// non-photorealistic rendering: silhouettes and outlines", 1999), where nothing hides them and the
 /// mask has the subject on one side and nobody on the other within `reach`: masks say where to
 /// look, not where the edge is, since they are off by more than stereo. The edge is where the
-/// picture changes most across the contour, of several such places one that is near. The move is
+/// image changes most across the contour, of several such places one that is near. The move is
 /// the smooth and small field that goes best with all edges, those far off taken for outliers
 /// (Geman and McClure), found again from where it led to. Our choice.
-/// @param mesh     colours, labels and confidence are kept; normals, if any, made anew
+/// @param mesh     colours, labels and confidence are kept; normals, if any, recomputed
 /// @param cameras  without distortion or with it
 /// @param images   [views] of [H,W,3], linear
 /// @param masks    [views] of [H,W], not 0: the subject; a view with an empty one says nothing

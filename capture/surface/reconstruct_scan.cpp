@@ -15,9 +15,9 @@
 namespace atelier {
 namespace {
 
-/// Gives the cameras the gains that their pictures show, as bright together as before. Throws
-/// DataError if the pictures share too little to tell.
-void take_gains(std::vector<InstantView>& views, const SmallScan& scan) {
+/// Gives the cameras the gains that their images show, as bright together as before. Throws
+/// DataError if the images share too little to tell.
+void take_gains(std::vector<InstantView>& views, const CoarseReconstruction& scan) {
   const ColorGains measured = color_gains(static_cast<int>(views.size()), color_samples(scan));
   Eigen::Vector3d brightness = Eigen::Vector3d::Zero();
   double count = 0;
@@ -35,8 +35,8 @@ void take_gains(std::vector<InstantView>& views, const SmallScan& scan) {
   }
 }
 
-/// Gives the cameras the poses that their pictures show.
-void take_poses(std::vector<InstantView>& views, const SmallScan& scan,
+/// Gives the cameras the poses that their images show.
+void take_poses(std::vector<InstantView>& views, const CoarseReconstruction& scan,
                 const RefineCameraOptions& options) {
   std::vector<Camera> cameras;
   std::vector<Image> images;
@@ -75,7 +75,7 @@ OptionTable describe(ReconstructOptions& options) {
   table.add("fuse", describe(options.fuse));
   table.add("surface", describe(options.surface));
   table.add("labels", describe(options.labels));
-  table.add("equalize", options.equalize,
+  table.add("exposure_compensation", options.exposure_compensation,
             "Estimation of the views' exposures and colours beforehand, on downscaled images. Off: "
             "the capture's gains are correct");
   table.add("align", options.align,
@@ -89,16 +89,16 @@ OptionTable describe(ReconstructOptions& options) {
 }
 
 void settle_cameras(std::vector<InstantView>& views, ReconstructOptions& options, Device device) {
-  if (!options.equalize && !options.align) {
+  if (!options.exposure_compensation && !options.align) {
     return;
   }
   // What is wrong with the views is found and said again at full size.
-  std::optional<SmallScan> scan;
+  std::optional<CoarseReconstruction> scan;
   try {
-    scan = small_scan(views, options, {}, device);
+    scan = coarse_reconstruction(views, options, {}, device);
   } catch (const DataError&) {
   }
-  if (options.equalize) {
+  if (options.exposure_compensation) {
     try {
       if (scan) {
         take_gains(views, *scan);
@@ -115,16 +115,16 @@ void settle_cameras(std::vector<InstantView>& views, ReconstructOptions& options
 
 ReconstructedScan surface_of(const StraightInstant& instant, std::vector<DepthMap> maps,
                              const ReconstructOptions& options) {
-  AgreedPoints agreed = agreed_points(instant, std::move(maps), options);
+  ConsistentPoints agreed = consistent_points(instant, std::move(maps), options);
   ReconstructedScan result;
   const Mesh support = options.hull_support
                            ? hull_support(instant.hull, agreed.maps, agreed.points,
-                                          std::max(options.surface.trim, options.hull.cell),
-                                          options.fuse.least_confidence)
+                                          std::max(options.surface.trim, options.hull.voxel_size),
+                                          options.fuse.min_confidence)
                            : Mesh{};
   result.scan =
       trimmed_to_views(surface_from_points(joined_points(agreed.points, support), options.surface),
-                       instant.cameras, instant.masks, agreed.maps, options.fuse.least_confidence);
+                       instant.cameras, instant.masks, agreed.maps, options.fuse.min_confidence);
   std::vector<LabelView> labels;
   for (std::size_t i = 0; i < instant.labels.size(); ++i) {
     if (!instant.labels[i].data.empty()) {

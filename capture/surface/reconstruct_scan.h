@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "capture/surface/agreed_points.h"
+#include "capture/surface/geometric_consistency.h"
 #include "core/finding.h"
 #include "core/mesh.h"
 
@@ -16,7 +16,7 @@ struct ReconstructedScan {
   std::vector<Finding> findings;  ///< what was wrong with views, by their cameras' names
 };
 
-/// Gives the cameras what their pictures show. If `options.equalize`, gains
+/// Gives the cameras what their images show. If `options.exposure_compensation`, gains
 /// (capture/surface/color_gains.h), as bright together as before; where too few places are shared
 /// to measure them, the options are changed so that stereo does without brightness (`level_weight`
 /// 0). If `options.align`, poses (capture/surface/refine_cameras.h).
@@ -24,12 +24,12 @@ void settle_cameras(std::vector<InstantView>& views, ReconstructOptions& options
                     Device device = Device::Cpu);
 
 /// The surface of one instant from its views' depth: fusion, Poisson, labels. Throws as
-/// agreed_points and surface_from_points.
+/// consistent_points and surface_from_points.
 ReconstructedScan surface_of(const StraightInstant& instant, std::vector<DepthMap> maps,
                              const ReconstructOptions& options = {});
 
 /// All of it: gains, poses, hull, stereo, surface. What becomes of bad views, and what is thrown,
-/// is said in capture/surface/agreed_points.h.
+/// is said in capture/surface/geometric_consistency.h.
 ReconstructedScan reconstruct_scan(std::vector<InstantView> views,
                                    const ReconstructOptions& options = {},
                                    Device device = Device::Cpu);

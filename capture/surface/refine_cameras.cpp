@@ -16,14 +16,14 @@ namespace {
 
 constexpr int kRadius = 5;  // px: patches of 11 x 11
 constexpr int kSamples = (2 * kRadius + 1) * (2 * kRadius + 1);
-constexpr std::size_t kMostViews = 5;     // of a place, those that face it most
-constexpr double kLeastContrast = 0.012;  // standard deviation of a patch of values in [0,1]
+constexpr std::size_t kMaxViews = 5;      // of a place, those that face it most
+constexpr double kMinContrast = 0.012;    // standard deviation of a patch of values in [0,1]
 constexpr double kSteepestCosine = 0.45;  // of view and normal: beyond, patches look different
 constexpr double kSecondBest = 0.04;      // of correlation, that another place must be worse by
 constexpr double kNoise = 0.3;            // px of a match
-constexpr double kLeastOff = 0.1;         // px, that calibrations are off by at least
+constexpr double kMinOff = 0.1;           // px, that calibrations are off by at least
 constexpr double kLoss = 1;               // px beyond which a match counts less and less
-constexpr int kLeastPlaces = 100;
+constexpr int kMinPlaces = 100;
 
 using Patch = Eigen::Matrix<double, kSamples, 1>;
 using Pixels = Eigen::Matrix<double, kSamples, 2>;
@@ -61,7 +61,7 @@ std::optional<Patch> patch_at(const Image& image, const Pixels& pixels,
   }
   patch.array() -= patch.mean();
   const double length = patch.norm();
-  if (length < kLeastContrast * std::sqrt(kSamples)) {
+  if (length < kMinContrast * std::sqrt(kSamples)) {
     return std::nullopt;
   }
   return patch / length;
@@ -164,7 +164,7 @@ Track find_track(const std::vector<Camera>& cameras, const std::vector<Image>& i
     return track;
   }
   std::sort(views.begin(), views.end());
-  views.resize(std::min(views.size(), kMostViews));
+  views.resize(std::min(views.size(), kMaxViews));
   const auto first = static_cast<std::size_t>(views[0].second);
   const Eigen::Vector3d axis = cameras[first].camera_from_world_rotation.row(0).transpose();
   const double spacing = camera_from_world(cameras[first], place.point).z() / cameras[first].fx;
@@ -340,7 +340,7 @@ RefinedCameras refine_cameras(const std::vector<Camera>& cameras, const std::vec
     }
   });
   std::erase_if(found, [](const Track& track) { return track.matches.size() < 2; });
-  if (found.size() < kLeastPlaces) {
+  if (found.size() < kMinPlaces) {
     return result;
   }
   double distance = 0;
@@ -354,7 +354,7 @@ RefinedCameras refine_cameras(const std::vector<Camera>& cameras, const std::vec
   }
   result.before = median_error(cameras, found);
   // Places take up about half of what calibrations are off by: two or three views have each.
-  const double off = std::max(2 * result.before, kLeastOff);
+  const double off = std::max(2 * result.before, kMinOff);
   constexpr int kSteps = 10;
   for (int i = 0; i < kSteps; ++i) {
     adjust(result.cameras, cameras, found, distance, off);

@@ -26,11 +26,11 @@ struct SeenPlace {
 struct RefinedCameras {
   std::vector<Camera> cameras;  ///< poses changed, lenses kept
   std::vector<int> matches;     ///< places by which each was found
-  double before = 0;            ///< px, median distance of places in pictures from their projection
+  double before = 0;            ///< px, median distance of places in images from their projection
   double after = 0;             ///< the same after
 };
 
-/// Poses again, from the pictures of the surface itself (after Furukawa and Ponce 2009): the patch
+/// Poses again, from the images of the surface itself (after Furukawa and Ponce 2009): the patch
 /// round each place, as the view that faces it most has it, is looked for in the other views to a
 /// fraction of a pixel, and poses and places are adjusted to what was found (bundle adjustment,
 /// Gauss-Newton with the places eliminated, Cauchy's loss). What calibration says is a prior, as

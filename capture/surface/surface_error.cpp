@@ -142,7 +142,7 @@ SurfaceSamples seen_surface(const Mesh& truth, const std::vector<Camera>& camera
 
 SurfaceError surface_error(const Mesh& scan, const Mesh& truth, const SurfaceSamples& seen) {
   check_mesh(scan);
-  ATELIER_CHECK(seen.points.rows() > 0, "no part of the truth is seen");
+  ATELIER_CHECK(seen.points.rows() > 0, "no part of the ground truth is seen");
   if (scan.faces.rows() == 0) {
     throw DataError("", "scan", "no faces", "a surface");
   }

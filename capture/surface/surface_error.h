@@ -28,12 +28,12 @@ SurfaceSamples seen_surface(const Mesh& truth, const std::vector<Camera>& camera
 /// How far a scan is from a true surface.
 struct SurfaceError {
   double chamfer = 0;       ///< m: mean of `accuracy` and `from_truth`
-  double accuracy = 0;      ///< m, mean distance of the scan's surface from the truth
-  double from_truth = 0;    ///< m, mean distance of the seen truth from the scan
-  double completeness = 0;  ///< share of the seen truth within 5 mm of the scan
-  double floating = 0;      ///< share of the scan's area more than 2 cm off the truth
-  double label_iou = 0;     ///< mean over labels, of the seen truth by the nearest scan vertex; 0
-                            ///< where there are no labels
+  double accuracy = 0;      ///< m, mean distance of the scan's surface from the ground truth
+  double from_truth = 0;    ///< m, mean distance of the seen ground truth from the scan
+  double completeness = 0;  ///< share of the seen ground truth within 5 mm of the scan
+  double floating = 0;      ///< share of the scan's area more than 2 cm off the ground truth
+  double label_iou = 0;  ///< mean over labels, of the seen ground truth by the nearest scan vertex;
+                         ///< 0 where there are no labels
   std::map<std::uint8_t, double> completeness_of;  ///< of the true points of each label
 };
 

@@ -13,21 +13,21 @@
 #include "core/late_library.h"
 #include "core/median.h"
 #include "core/part_of_mesh.h"
-#include "core/remesh/even_mesh.h"
+#include "core/remesh/isotropic_remeshing.h"
 #include "core/topology.h"
 #include "core/tree.h"
 
 namespace atelier {
 namespace {
 
-constexpr Index kLeastPoints = 100;
+constexpr Index kMinPoints = 100;
 constexpr const char* kLibrary = "libatelier_point_clouds.so";
 
 void check_points(const Mesh& points) {
   check_mesh(points);
-  if (points.vertices.rows() < kLeastPoints) {
+  if (points.vertices.rows() < kMinPoints) {
     throw DataError("", "points", std::to_string(points.vertices.rows()),
-                    "at least " + std::to_string(kLeastPoints) + ", to make a surface of");
+                    "at least " + std::to_string(kMinPoints) + ", to make a surface of");
   }
   if (points.normals.rows() != points.vertices.rows()) {
     throw DataError("", "points", "no normals", "oriented points");
@@ -72,7 +72,7 @@ double spacing_of(const Points& points) {
 }
 
 /// Whether the piece of each vertex has the area.
-std::vector<char> of_large_pieces(const Mesh& mesh, double least_area) {
+std::vector<char> of_large_pieces(const Mesh& mesh, double min_area) {
   const Components pieces = connected_components(topology_of(mesh.faces, mesh.vertices.rows()));
   std::vector<double> area(static_cast<std::size_t>(pieces.count), 0);
   for (Index f = 0; f < mesh.faces.rows(); ++f) {
@@ -84,7 +84,7 @@ std::vector<char> of_large_pieces(const Mesh& mesh, double least_area) {
   }
   std::vector<char> keep;
   for (const int piece : pieces.of_vertex) {
-    keep.push_back(area[static_cast<std::size_t>(piece)] >= least_area ? 1 : 0);
+    keep.push_back(area[static_cast<std::size_t>(piece)] >= min_area ? 1 : 0);
   }
   return keep;
 }
@@ -127,7 +127,7 @@ OptionTable describe(SurfaceOptions& options) {
   table.add("trim", options.trim, 0.001, 1, "m",
             "Distance to the nearest point beyond which the surface is cut away; more where points "
             "are sparse");
-  table.add("least_piece", options.least_piece, 0, 100, "m2",
+  table.add("min_component_area", options.min_component_area, 0, 100, "m2",
             "Minimum area of a connected component that is kept");
   table.add("edge_length", options.edge_length, 0, 1, "m",
             "Edge length of the isotropic remeshing of the result; 0: no remeshing");
@@ -161,14 +161,14 @@ Mesh surface_from_points(const Mesh& points, const SurfaceOptions& options) {
                     "points that lie on one; check their normals, or raise trim");
   }
   if (options.edge_length > 0) {
-    mesh = even_mesh(mesh, {.edge_length = options.edge_length,
-                            .holes = {},
-                            .rounds = 3,
-                            .relaxations = 1,
-                            .rims_relax = false});
+    mesh = isotropic_remeshing(mesh, {.edge_length = options.edge_length,
+                                      .holes = {},
+                                      .rounds = 3,
+                                      .relaxations = 1,
+                                      .rims_relax = false});
   }
   // After remeshing, which parts pieces that touch in a vertex.
-  mesh = trimmed(mesh, of_large_pieces(mesh, options.least_piece));
+  mesh = trimmed(mesh, of_large_pieces(mesh, options.min_component_area));
   take_attributes(mesh, points, closest_points(tree, mesh.vertices), kBeyond * spacing);
   return mesh;
 }

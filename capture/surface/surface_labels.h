@@ -20,10 +20,10 @@ struct LabelView {
 };
 
 struct SurfaceLabelOptions {
-  double border = 3;      ///< px: a pixel so near another label counts less
-  double steepest = 1.3;  ///< rad between normal and view beyond which a view is not asked
-  double smoothness = 1;  ///< cost of a border between neighbours against a vote; 0: none
-  int rounds = 3;         ///< in which views that disagree with the others lose weight
+  double border = 3;            ///< px: a pixel so near another label counts less
+  double max_view_angle = 1.3;  ///< rad between normal and view beyond which a view is not asked
+  double smoothness = 1;        ///< cost of a border between neighbours against a vote; 0: none
+  int rounds = 3;               ///< in which views that disagree with the others lose weight
 };
 OptionTable describe(SurfaceLabelOptions& options);
 

@@ -10,7 +10,7 @@
 namespace atelier {
 namespace {
 
-constexpr double kLeastCosine = 0.27;  // between normal and view; 1.3 rad
+constexpr double kMinCosine = 0.27;    // between normal and view; 1.3 rad
 constexpr double kOffSurface = 0.003;  // m: the vertex's own faces do not hide it
 constexpr double kBehind = 0.02;       // m: a view's depth that is not this surface's
 constexpr int kSmoothRounds = 1;       // of means over neighbours
@@ -20,7 +20,7 @@ struct View {
   const Camera& camera;
   const ByteImage& mask;  // empty: not known
   const DepthMap* map;    // or null
-  double least_confidence;
+  double min_confidence;
 };
 
 struct Answers {
@@ -34,7 +34,7 @@ bool looks_past(const View& view, const Eigen::Vector3d& point, int x, int y) {
   if (!view.mask.data.empty() && view.mask.at(x, y) == 0) {
     return true;
   }
-  return view.map != nullptr && view.map->confidence.at(x, y) >= view.least_confidence &&
+  return view.map != nullptr && view.map->confidence.at(x, y) >= view.min_confidence &&
          view.map->depth.at(x, y) > camera_from_world(view.camera, point).z() + kBehind;
 }
 
@@ -42,7 +42,7 @@ void ask(Answers& answers, const View& view, const TriangleTree& tree, const Eig
          const Eigen::Vector3d& normal) {
   const Eigen::Vector3d to_camera = camera_center(view.camera) - point;
   const double cosine = normal.dot(to_camera.normalized());
-  if (cosine < kLeastCosine) {
+  if (cosine < kMinCosine) {
     return;
   }
   const auto pixel = project(view.camera, point);
@@ -92,7 +92,7 @@ Eigen::VectorXd smoothed(Eigen::VectorXd values, const Adjacency& neighbors) {
 
 Mesh trimmed_to_views(const Mesh& mesh, const std::vector<Camera>& cameras,
                       const std::vector<ByteImage>& masks, const std::vector<DepthMap>& maps,
-                      double least_confidence) {
+                      double min_confidence) {
   ATELIER_CHECK(masks.size() == cameras.size(), "a mask for each camera");
   ATELIER_CHECK(maps.empty() || maps.size() == cameras.size(), "a depth map for each camera");
   std::vector<View> views;
@@ -107,7 +107,7 @@ Mesh trimmed_to_views(const Mesh& mesh, const std::vector<Camera>& cameras,
     ATELIER_CHECK(!has_map || fits(maps[i].depth.width, maps[i].depth.height),
                   "a depth map of another size than its camera's");
     if (has_mask || has_map) {
-      views.push_back({cameras[i], masks[i], has_map ? &maps[i] : nullptr, least_confidence});
+      views.push_back({cameras[i], masks[i], has_map ? &maps[i] : nullptr, min_confidence});
     }
   }
   if (mesh.faces.rows() == 0) {

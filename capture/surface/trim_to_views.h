@@ -16,7 +16,7 @@ namespace atelier {
 /// Each vertex asks the views that it faces (within 1.3 rad) and that the surface does not hide it
 /// from, weighted by the squared cosine, since a mask's own error shows where views graze. A view
 /// looks past it where its mask says that nobody is there, or where what it sees, as surely as
-/// `least_confidence`, lies more than 2 cm behind: the inside of a skirt below its hem. Answers are
+/// `min_confidence`, lies more than 2 cm behind: the inside of a skirt below its hem. Answers are
 /// averaged over neighbours; faces that more than half look past go. A vertex that nobody sees
 /// stays. Our choice.
 /// @param mesh   colours, labels and confidence are kept
@@ -25,6 +25,6 @@ namespace atelier {
 /// Throws LogicError for sizes that differ. Cost: vertices x views rays.
 Mesh trimmed_to_views(const Mesh& mesh, const std::vector<Camera>& cameras,
                       const std::vector<ByteImage>& masks, const std::vector<DepthMap>& maps = {},
-                      double least_confidence = 0);
+                      double min_confidence = 0);
 
 }  // namespace atelier

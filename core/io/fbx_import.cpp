@@ -26,7 +26,7 @@
 namespace atelier {
 namespace {
 
-constexpr std::size_t kMostNodes = 65'536;
+constexpr std::size_t kMaxNodes = 65'536;
 constexpr double kShear = 1e-5;  // how far axes may be from right angles and still be turned alone
 constexpr double kAway = 1e-4;  // of a skeleton's size: how far a root may stand from its bind pose
 
@@ -202,8 +202,8 @@ void FbxImport::add_nodes() {
       nodes_.push_back(above);
     }
     const int self = above == source_.mRootNode ? 0 : static_cast<int>(scene_.nodes.size()) - 1;
-    if (scene_.nodes.size() + waiting.size() + above->mNumChildren > kMostNodes) {
-      fail("", "more than " + std::to_string(kMostNodes) + " nodes", "a smaller scene");
+    if (scene_.nodes.size() + waiting.size() + above->mNumChildren > kMaxNodes) {
+      fail("", "more than " + std::to_string(kMaxNodes) + " nodes", "a smaller scene");
     }
     for (unsigned c = above->mNumChildren; c > 0; --c) {
       waiting.emplace_back(above->mChildren[c - 1], self);

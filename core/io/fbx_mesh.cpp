@@ -20,7 +20,7 @@
 namespace atelier {
 namespace {
 
-constexpr std::size_t kMostInfluences = 256;  // 64 sets of JOINTS_n
+constexpr std::size_t kMaxInfluences = 256;  // 64 sets of JOINTS_n
 
 struct Influence {
   int joint;
@@ -112,8 +112,8 @@ class FbxCorners {
         if (entry.mWeight > 0) {
           row.push_back({joint_of_bone[b], entry.mWeight});
         }
-        if (row.size() > kMostInfluences) {
-          fail("a vertex of more than " + std::to_string(kMostInfluences) + " weights",
+        if (row.size() > kMaxInfluences) {
+          fail("a vertex of more than " + std::to_string(kMaxInfluences) + " weights",
                "a smaller number");
         }
       }

@@ -37,14 +37,14 @@ void check_count(std::size_t found, Index expected, const std::string& file,
   }
 }
 
-void put_garment(Archive& archive, const std::string& group, const TruthGarment& truth) {
+void put_garment(Archive& archive, const std::string& group, const GroundTruthGarment& truth) {
   put_cloth(archive, group, truth.garment);
   put_seams(archive, group + "/pattern/seam", truth.seams);
 }
 
-TruthGarment garment_at(const Archive& archive, const std::string& group, const std::string& name,
-                        const std::string& file) {
-  TruthGarment truth;
+GroundTruthGarment garment_at(const Archive& archive, const std::string& group,
+                              const std::string& name, const std::string& file) {
+  GroundTruthGarment truth;
   truth.garment = cloth_at(archive, group, file);
   truth.garment.name = name;
   truth.garment.material.name = name;
@@ -103,7 +103,7 @@ void put_seen(Archive& archive, const std::string& name, const ByteImage& image)
 
 }  // namespace
 
-Archive archive_of(const CaptureTruth& truth) {
+Archive archive_of(const GroundTruth& truth) {
   Archive archive;
   archive.schema = "atelier.truth";
   archive.numbers = truth.numbers;
@@ -126,7 +126,7 @@ Archive archive_of(const CaptureTruth& truth) {
   }
   std::vector<std::string> names;
   std::vector<std::string> labels;
-  for (const TruthGarment& garment : truth.garments) {
+  for (const GroundTruthGarment& garment : truth.garments) {
     names.push_back(garment.garment.name);
     labels.push_back(label_name(garment.label));
     put_garment(archive, "garments/" + garment.garment.name, garment);
@@ -151,8 +151,8 @@ Archive archive_of(const CaptureTruth& truth) {
   return archive;
 }
 
-CaptureTruth truth_of(const Archive& archive, const std::string& file) {
-  CaptureTruth truth;
+GroundTruth truth_of(const Archive& archive, const std::string& file) {
+  GroundTruth truth;
   truth.numbers = archive.numbers;
   truth.texts = archive.texts;
   const auto cameras = truth.texts.find("cameras");
@@ -227,7 +227,7 @@ CaptureTruth truth_of(const Archive& archive, const std::string& file) {
   return truth;
 }
 
-Archive archive_of(const TruthFrame& frame, const CaptureTruth& truth) {
+Archive archive_of(const GroundTruthFrame& frame, const GroundTruth& truth) {
   ATELIER_CHECK(
       frame.garments.size() == truth.garments.size() && frame.layers.size() == truth.layers.size(),
       "a frame has as many garments and layers as its capture");
@@ -257,9 +257,9 @@ Archive archive_of(const TruthFrame& frame, const CaptureTruth& truth) {
   return archive;
 }
 
-TruthFrame truth_frame_of(const Archive& archive, const CaptureTruth& truth,
-                          const std::string& file) {
-  TruthFrame frame;
+GroundTruthFrame ground_truth_frame_of(const Archive& archive, const GroundTruth& truth,
+                                       const std::string& file) {
+  GroundTruthFrame frame;
   const auto id = archive.numbers.find("frame_id");
   if (id == archive.numbers.end() || id->second < 0 || id->second > 999'999'999 ||
       id->second != std::floor(id->second)) {
@@ -285,7 +285,7 @@ TruthFrame truth_frame_of(const Archive& archive, const CaptureTruth& truth,
     frame.layers.push_back(points_frame(archive, "layers/" + truth.layer_names[i],
                                         truth.layers[i].vertices.rows(), file));
   }
-  for (const TruthGarment& garment : truth.garments) {
+  for (const GroundTruthGarment& garment : truth.garments) {
     const std::string& name = garment.garment.name;
     const Index rows = garment.garment.mesh.vertices.rows();
     frame.garments.push_back(points_frame(archive, "garments/" + name, rows, file));
@@ -294,20 +294,22 @@ TruthFrame truth_frame_of(const Archive& archive, const CaptureTruth& truth,
   return frame;
 }
 
-CaptureTruth read_capture_truth(const std::filesystem::path& capture, const Limits& limits) {
+GroundTruth read_ground_truth(const std::filesystem::path& capture, const Limits& limits) {
   const std::filesystem::path path = capture / "truth" / "truth.h5";
   std::error_code unseen;
   if (!std::filesystem::exists(path, unseen)) {
     throw DataError(capture.string(), "", "no truth/truth.h5",
-                    "a synthetic capture, which has its truth");
+                    "a synthetic capture, which has its ground truth");
   }
   return truth_of(read_archive(path, "atelier.truth", 1, limits), path.string());
 }
 
-TruthFrame read_truth_frame(const std::filesystem::path& capture, const CaptureTruth& truth,
-                            int frame_id, const Limits& limits) {
+GroundTruthFrame read_ground_truth_frame(const std::filesystem::path& capture,
+                                         const GroundTruth& truth, int frame_id,
+                                         const Limits& limits) {
   const std::filesystem::path path = capture / "truth" / "frames" / (frame_name(frame_id) + ".h5");
-  return truth_frame_of(read_archive(path, "atelier.truth.frame", 1, limits), truth, path.string());
+  return ground_truth_frame_of(read_archive(path, "atelier.truth.frame", 1, limits), truth,
+                               path.string());
 }
 
 }  // namespace atelier

@@ -11,16 +11,17 @@
 namespace atelier {
 
 /// truth/truth.h5 (schema "atelier.truth", version 1) and truth/frames/000012.h5 (schema
-/// "atelier.truth.frame", version 1) of docs/reference/formats.md, and back. Reading throws DataError for
-/// arrays that are missing, of another shape, or out of range.
-Archive archive_of(const CaptureTruth& truth);
-CaptureTruth truth_of(const Archive& archive, const std::string& file = "");
-Archive archive_of(const TruthFrame& frame, const CaptureTruth& truth);
-TruthFrame truth_frame_of(const Archive& archive, const CaptureTruth& truth,
-                          const std::string& file = "");
+/// "atelier.truth.frame", version 1) of docs/reference/formats.md, and back. Reading throws
+/// DataError for arrays that are missing, of another shape, or out of range.
+Archive archive_of(const GroundTruth& truth);
+GroundTruth truth_of(const Archive& archive, const std::string& file = "");
+Archive archive_of(const GroundTruthFrame& frame, const GroundTruth& truth);
+GroundTruthFrame ground_truth_frame_of(const Archive& archive, const GroundTruth& truth,
+                                       const std::string& file = "");
 
-CaptureTruth read_capture_truth(const std::filesystem::path& capture, const Limits& limits = {});
-TruthFrame read_truth_frame(const std::filesystem::path& capture, const CaptureTruth& truth,
-                            int frame_id, const Limits& limits = {});
+GroundTruth read_ground_truth(const std::filesystem::path& capture, const Limits& limits = {});
+GroundTruthFrame read_ground_truth_frame(const std::filesystem::path& capture,
+                                         const GroundTruth& truth, int frame_id,
+                                         const Limits& limits = {});
 
 }  // namespace atelier

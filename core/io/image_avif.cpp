@@ -78,7 +78,7 @@ ImageHeader read_avif_header(std::span<const std::byte> bytes, const std::string
 Samples decode_avif(std::span<const std::byte> bytes, const std::string& name,
                     const ImageHeader& header, const Limits& limits) {
   const DecoderPointer decoder = parsed(bytes, name, limits);
-  // The picture inside may say another size than the boxes: no more pixels than were promised.
+  // The image inside may say another size than the boxes: no more pixels than were promised.
   decoder->imageSizeLimit =
       static_cast<std::uint32_t>(header.width) * static_cast<std::uint32_t>(header.height);
   avifResult result = avifDecoderNextImage(decoder.get());
@@ -87,7 +87,7 @@ Samples decode_avif(std::span<const std::byte> bytes, const std::string& name,
   }
   if (decoder->image->width != static_cast<std::uint32_t>(header.width) ||
       decoder->image->height != static_cast<std::uint32_t>(header.height)) {
-    throw DataError(name, "", "a picture of another size than the header's", "the same size");
+    throw DataError(name, "", "an image of another size than the header's", "the same size");
   }
   const bool alpha = decoder->alphaPresent != 0;
   const int channels = alpha ? 4 : 3;

@@ -45,7 +45,7 @@ struct ImageReadOptions {
   bool linear = true;       ///< false: samples / 255 (65535) as stored, for normal maps and mattes
 };
 
-/// The picture in linear light: 1 channel (grey) or 3 (RGB), or 4 with `keep_alpha`; 16-bit samples
+/// The image in linear light: 1 channel (grey) or 3 (RGB), or 4 with `keep_alpha`; 16-bit samples
 /// keep their precision. Samples are taken as sRGB; colour profiles are ignored.
 /// A file that is damaged anywhere is refused: a JPEG that ends early or makes libjpeg warn, a PNG
 /// with a wrong checksum. Throws DataError.
@@ -54,7 +54,7 @@ Image read_image(std::span<const std::byte> bytes, const std::string& name,
 Image read_image(const std::filesystem::path& path, const ImageReadOptions& options = {},
                  const Limits& limits = {});
 
-/// The picture as sRGB bytes, 1 or 3 channels (4 with alpha, if `keep_alpha`); 16-bit samples are
+/// The image as sRGB bytes, 1 or 3 channels (4 with alpha, if `keep_alpha`); 16-bit samples are
 /// rounded. Throws DataError.
 ByteImage read_byte_image(std::span<const std::byte> bytes, const std::string& name,
                           bool keep_alpha = false, const Limits& limits = {});

@@ -256,7 +256,7 @@ ImageHeader read_webp_header(std::span<const std::byte> bytes, const std::string
     if (type == "VP8X") {
       const int flags = data.little<std::uint8_t>("flags");
       if ((flags & 2) != 0) {
-        reader.fail("an animation", "one picture");
+        reader.fail("an animation", "one image");
       }
       data.skip(3, "reserved");
       const auto side = [&data](const char* what) {
@@ -288,7 +288,7 @@ ImageHeader read_webp_header(std::span<const std::byte> bytes, const std::string
     }
   }
   if (!extended) {
-    reader.fail("no picture", "a chunk VP8, VP8L or VP8X");
+    reader.fail("no image", "a chunk VP8, VP8L or VP8X");
   }
   return header;
 }

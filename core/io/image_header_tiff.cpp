@@ -100,9 +100,9 @@ class TiffDirectory {
 /// word. Thumbnails (1) and masks (4) are none, nor is what cannot be read.
 bool has_second_page(std::span<const std::byte> bytes, const std::string& name,
                      std::uint32_t next) {
-  constexpr int kMostThumbnails = 10;
+  constexpr int kMaxThumbnails = 10;
   try {
-    for (int i = 0; next != 0 && i < kMostThumbnails; ++i) {
+    for (int i = 0; next != 0 && i < kMaxThumbnails; ++i) {
       const TiffDirectory other(bytes, name, next);
       if ((other.value(kSubfileType).value_or(0) & 5) == 0) {
         return true;
@@ -122,7 +122,7 @@ int exif_orientation(std::span<const std::byte> exif) {
     const std::uint32_t orientation = TiffDirectory(exif, "EXIF").value(kOrientation).value_or(1);
     return orientation >= 1 && orientation <= 8 ? static_cast<int>(orientation) : 1;
   } catch (const DataError&) {
-    return 1;  // a broken note about a picture is no reason to refuse the picture
+    return 1;  // a broken note about an image is no reason to refuse the image
   }
 }
 
@@ -173,7 +173,7 @@ ImageHeader read_tiff_header(std::span<const std::byte> bytes, const std::string
     }
   }
   if (has_second_page(bytes, name, directory.next())) {
-    directory.reader().fail("a second page", "one picture a file");
+    directory.reader().fail("a second page", "one image a file");
   }
   const bool color = photometric >= 2;
   const int decoded =

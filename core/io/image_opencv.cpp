@@ -87,7 +87,7 @@ Samples decode_opencv(std::span<const std::byte> bytes, const std::string& name,
   }
   const std::string found = std::to_string(matrix.cols) + " x " + std::to_string(matrix.rows);
   if (matrix.cols != header.width || matrix.rows != header.height) {
-    throw DataError(name, "", "a picture of " + found + " pixels", "the size of the header");
+    throw DataError(name, "", "an image of " + found + " pixels", "the size of the header");
   }
   if (matrix.depth() == CV_16U) {
     return copied<std::uint16_t>(matrix);

@@ -111,7 +111,7 @@ ByteImage read_labels(std::span<const std::byte> bytes, const std::string& name,
                     "PNG, which keeps every value");
   }
   if (!header.palette && header.channels != 1) {
-    throw DataError(name, "", "a picture with colours", "labels: a palette or one channel");
+    throw DataError(name, "", "an image with colours", "labels: a palette or one channel");
   }
   const Samples samples = decode_png(bytes, name, header, true);
   if (const auto* image = std::get_if<ByteImage>(&samples)) {

@@ -18,7 +18,7 @@ namespace atelier {
 
 namespace {
 
-constexpr std::size_t kMostFindings = 1'000;
+constexpr std::size_t kMaxFindings = 1'000;
 constexpr std::size_t kHeadBytes = 1'000;  // in which a text file says that it is FBX
 
 void put_text(std::string_view text, std::vector<std::byte>& reply) {
@@ -36,7 +36,7 @@ std::string take_text(ByteReader& reader) {
 // The scene as a glTF file, behind the findings, which glTF has no place for.
 std::vector<std::byte> reply_of(const GltfScene& scene) {
   std::vector<std::byte> reply;
-  const std::size_t count = std::min(scene.findings.size(), kMostFindings);
+  const std::size_t count = std::min(scene.findings.size(), kMaxFindings);
   reply.push_back(static_cast<std::byte>(count & 0xFF));
   reply.push_back(static_cast<std::byte>(count >> 8));
   for (std::size_t i = 0; i < count; ++i) {

@@ -153,7 +153,7 @@ template <class Source>
 std::uint64_t PlyBody<Source>::paid(const PlyElement& element) const {
   std::size_t row_bytes = 0;
   for (const PlyProperty& property : element.properties) {
-    row_bytes += Source::least_bytes(property.is_list ? property.count_type : property.type);
+    row_bytes += Source::min_bytes(property.is_list ? property.count_type : property.type);
   }
   if (element.count > 0 && element.count > source_.bytes_left() / row_bytes) {
     source_.fail(std::to_string(element.count) + " rows of '" + element.name + "' in " +

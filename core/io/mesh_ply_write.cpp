@@ -154,12 +154,12 @@ std::string ply_bytes(const PolygonMesh& mesh, const PlyOptions& options) {
   check_polygons(mesh);
   const std::vector<int> vertex_uvs = uv_of_vertex(mesh);
   const bool corner_uvs = !mesh.corner_uvs.empty() && vertex_uvs.empty();
-  int most_corners = 0;
+  int max_corners = 0;
   for (Index p = 0; p < polygon_count(mesh); ++p) {
-    most_corners = std::max(most_corners, mesh.polygon_starts[p + 1] - mesh.polygon_starts[p]);
+    max_corners = std::max(max_corners, mesh.polygon_starts[p + 1] - mesh.polygon_starts[p]);
   }
-  const bool many_corners = 2 * most_corners > 255;
-  ATELIER_CHECK(2 * most_corners <= 65'535, "a polygon of too many corners");
+  const bool many_corners = 2 * max_corners > 255;
+  ATELIER_CHECK(2 * max_corners <= 65'535, "a polygon of too many corners");
 
   PlySink sink(options.format);
   sink.text() = header_of(mesh, options, !vertex_uvs.empty(), many_corners);

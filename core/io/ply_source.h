@@ -55,7 +55,7 @@ class AsciiSource {
   }
 
   /// A number and the blank behind it.
-  static std::size_t least_bytes(PlyType) { return 2; }
+  static std::size_t min_bytes(PlyType) { return 2; }
   std::size_t bytes_left() const { return scanner_.bytes_left() + 1; }
 
   void begin_row() {
@@ -123,7 +123,7 @@ class BinarySource {
     reader_.skip(header.bytes, "header");
   }
 
-  static std::size_t least_bytes(PlyType type) { return size_of(type); }
+  static std::size_t min_bytes(PlyType type) { return size_of(type); }
   std::size_t bytes_left() const { return reader_.remaining(); }
   void begin_row() {}
   void end_row() {}

@@ -14,7 +14,7 @@ namespace atelier {
 namespace {
 
 /// Columns of one table: a cell costs 32 times the comma that makes it.
-constexpr std::size_t kMostColumns = 65'536;
+constexpr std::size_t kMaxColumns = 65'536;
 
 /// Cells one after the other, each with where its row ends.
 class CsvCells {
@@ -32,8 +32,8 @@ class CsvCells {
     line_ = 1 + lines_;
     line_ends_ = false;
     for (bool more = true; more;) {
-      if (row_.size() == kMostColumns) {
-        fail("more than " + std::to_string(kMostColumns) + " cells", "fewer");
+      if (row_.size() == kMaxColumns) {
+        fail("more than " + std::to_string(kMaxColumns) + " cells", "fewer");
       }
       row_.push_back(cell());
       more = !at_end() && text_[at_] == ',';

@@ -58,7 +58,7 @@ Image resized(const Image& image, int width, int height) {
 
 Image contact_sheet(const std::vector<CaptionedImage>& pictures,
                     const ContactSheetOptions& options) {
-  ATELIER_CHECK(!pictures.empty(), "a contact sheet needs at least one picture");
+  ATELIER_CHECK(!pictures.empty(), "a contact sheet needs at least one image");
   ATELIER_CHECK(options.columns >= 0 && options.cell_width >= 0 && options.gap >= 0 &&
                     options.gap <= 1000 && options.text_height > 0 && options.text_height <= 200,
                 "contact sheet options out of range");
@@ -67,9 +67,9 @@ Image contact_sheet(const std::vector<CaptionedImage>& pictures,
   int cell_height = 1;
   for (const CaptionedImage& picture : pictures) {
     ATELIER_CHECK(picture.image.channels == 1 || picture.image.channels == 3,
-                  "a contact sheet takes pictures of 1 or 3 channels");
+                  "a contact sheet takes images of 1 or 3 channels");
     ATELIER_CHECK(picture.image.width > 0 && picture.image.height > 0,
-                  "a contact sheet takes no empty pictures");
+                  "a contact sheet takes no empty images");
     if (options.cell_width > 0) {
       const double scale = static_cast<double>(options.cell_width) / picture.image.width;
       cells.push_back(

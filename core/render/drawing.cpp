@@ -12,7 +12,7 @@ namespace {
 
 constexpr int kFont = cv::FONT_HERSHEY_DUPLEX;
 constexpr double kCapitals = 22;   // pixels of a capital letter at font scale 1
-constexpr double kReach = 30'000;  // far beyond any picture, within OpenCV's 16-bit coordinates
+constexpr double kReach = 30'000;  // far beyond any image, within OpenCV's 16-bit coordinates
 
 using Mask = ImageOf<float>;  // coverage in [0,1], of the picture's size
 
@@ -162,7 +162,7 @@ double text_width(const std::string& text, double height) {
 
 Image drawn(Image picture, const std::vector<Mark>& marks) {
   ATELIER_CHECK(picture.channels == 1 || picture.channels == 3 || picture.channels == 4,
-                "drawing needs a picture of 1, 3 or 4 channels");
+                "drawing needs an image of 1, 3 or 4 channels");
   if (picture.width == 0 || picture.height == 0) {
     return picture;
   }

@@ -10,7 +10,7 @@
 namespace atelier {
 
 /// Marks drawn over a picture. Pixels, the first pixel's centre at (0.5, 0.5), parts outside the
-/// picture are cut off; colours linear RGB.
+/// image are cut off; colours linear RGB.
 
 struct Polyline {
   std::vector<Eigen::Vector2d> points;
@@ -24,7 +24,7 @@ struct Circle {
   Eigen::Vector2d center{0, 0};
   double radius = 3;  ///< pixels
   Eigen::Vector3f color{1, 1, 1};
-  double width = 0;  ///< of the rim, pixels; 0: a filled disc
+  double width = 0;  ///< of the rim, pixels; 0: a filled disk
   double opacity = 1;
 };
 
@@ -43,7 +43,7 @@ using Mark = std::variant<Polyline, Circle, Text>;
 /// Width of a text in pixels at that height of its capitals.
 double text_width(const std::string& text, double height);
 
-/// The picture (1, 3 or 4 channels; of colours the first, or all three; alpha is set where drawn)
+/// The image (1, 3 or 4 channels; of colours the first, or all three; alpha is set where drawn)
 /// with the marks over it, in their order, antialiased. Throws LogicError for another number of
 /// channels or a mark with a number that is not finite.
 Image drawn(Image picture, const std::vector<Mark>& marks);

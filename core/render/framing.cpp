@@ -26,7 +26,7 @@ Eigen::Matrix3d orientation(const View& view) {
 }
 
 Camera lens(int width, int height, const FramingOptions& options) {
-  ATELIER_CHECK(width > 0 && height > 0, "a picture needs a positive size");
+  ATELIER_CHECK(width > 0 && height > 0, "an image needs a positive size");
   ATELIER_CHECK(options.field_of_view > 0 && options.field_of_view < 3,
                 "field_of_view must lie in (0, 3)");
   ATELIER_CHECK(options.margin >= 0 && options.margin <= 0.45, "margin must lie in [0, 0.45]");
@@ -84,7 +84,7 @@ Camera camera_around(const Points& points, const View& view, int width, int heig
 
 std::vector<Camera> turntable_cameras(const Points& points, const View& start, int count, int width,
                                       int height, const FramingOptions& options) {
-  ATELIER_CHECK(count > 0, "a turntable needs at least one picture");
+  ATELIER_CHECK(count > 0, "a turntable needs at least one image");
   const Eigen::Vector3d target = middle(points);
   std::vector<Camera> cameras(static_cast<std::size_t>(count), lens(width, height, options));
   std::vector<Eigen::Matrix3d> rows;

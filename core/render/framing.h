@@ -27,7 +27,7 @@ View turned(const View& view, const Eigen::Vector3d& facing);
 struct FramingOptions {
   double field_of_view =
       0.49;  ///< of the picture's longer side, radians, in (0, 3); 0.49: a portrait lens
-  double margin = 0.06;  ///< left free on each side, share of the picture, in [0, 0.45]
+  double margin = 0.06;  ///< left free on each side, share of the image, in [0, 0.45]
 };
 
 OptionTable describe(FramingOptions& options);

@@ -4,10 +4,10 @@
 
 namespace atelier {
 
-inline constexpr int kMostRays = 1024;
+inline constexpr int kMaxRays = 1024;
 
 /// The area lights' shadows within `reach` metres of a place on the scene's ground, by `rays` (at
-/// most kMostRays) to each light from every point of a grid. The grid starts coarse; its squares
+/// most kMaxRays) to each light from every point of a grid. The grid starts coarse; its squares
 /// are halved where their middles are not what their corners say (our choice), down to 4 cm.
 /// Private to core/render.
 GroundShadows gathered_ground_shadows(const PreparedScene::Data& scene, float middle_x,

@@ -11,7 +11,7 @@ namespace atelier {
 
 namespace {
 
-/// The pyramid that holds all that a picture shows: half-spaces normal . point_in_camera > 0
+/// The pyramid that holds all that an image shows: half-spaces normal . point_in_camera > 0
 /// outside of it. None if the lens cannot be inverted at the picture's border.
 std::vector<Eigen::Vector3d> outsides_of(const Camera& camera) {
   constexpr int kSteps = 32;        // places along each side at which the lens is inverted

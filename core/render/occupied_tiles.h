@@ -7,7 +7,7 @@
 
 namespace atelier {
 
-/// Which squares of a picture, `side` pixels wide, a mesh may touch.
+/// Which squares of an image, `side` pixels wide, a mesh may touch.
 struct OccupiedTiles {
   int columns = 0;
   int rows = 0;
@@ -20,7 +20,7 @@ struct OccupiedTiles {
 };
 
 /// Of the scene's first `meshes`: boxes about the projected triangles, grown by what a lens bends
-/// their edges. All squares where a triangle reaches from what the picture shows to behind the
+/// their edges. All squares where a triangle reaches from what the image shows to behind the
 /// camera or beyond the lens. Private to core/render.
 OccupiedTiles occupied_tiles(const PreparedScene::Data& scene, const Camera& camera, int side,
                              std::size_t meshes);

@@ -236,7 +236,7 @@ std::shared_ptr<PreparedScene::Data> prepared_data(const Scene& scene,
                 "vertex_samples must lie in [1, 65536]");
   ATELIER_CHECK(options.ground_reach >= 0 && options.ground_reach <= 1000,
                 "ground_reach must lie in [0, 1000]");
-  ATELIER_CHECK(options.ground_shadow_rays >= 0 && options.ground_shadow_rays <= kMostRays,
+  ATELIER_CHECK(options.ground_shadow_rays >= 0 && options.ground_shadow_rays <= kMaxRays,
                 "ground_shadow_rays must lie in [0, 1024]");
   ATELIER_CHECK(options.ground_shadow_reach >= 1 && options.ground_shadow_reach <= 50,
                 "ground_shadow_reach must lie in [1, 50]");

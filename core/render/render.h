@@ -37,7 +37,7 @@ struct PrepareOptions {
   double ground_reach = 0;   ///< m, half side of the square round the meshes' middle in which the
                              ///< ground's occlusion is resolved (PerVertex only); 0: all they shade
   /// rays to each area light from every point of a grid on a seamless ground, where shadows are
-  /// soft: they are then shared by all cameras and free of noise, [0, 1024]; 0: every picture asks
+  /// soft: they are then shared by all cameras and free of noise, [0, 1024]; 0: every image asks
   /// from its own pixels
   int ground_shadow_rays = 0;
   double ground_shadow_reach = 6;  ///< m, half side of that grid round the meshes' middle, [1, 50]

@@ -84,7 +84,7 @@ inline Point2f sobol_point(std::uint32_t index, std::uint32_t seed) {
   return {sobol::unit_float(x), sobol::unit_float(y)};
 }
 
-/// Direction about +Z with density cos / pi (Malley's method on a concentric disc, Shirley and Chiu
+/// Direction about +Z with density cos / pi (Malley's method on a concentric disk, Shirley and Chiu
 /// 1997).
 inline Vec3f cosine_direction(Point2f u) {
   const float a = 2 * u.x - 1;

@@ -10,7 +10,7 @@ namespace atelier {
 
 std::vector<Image> pictures_at_one_scale(std::vector<std::vector<RenderMesh>> subjects,
                                          const View& view, const PictureOptions& options) {
-  ATELIER_CHECK(!subjects.empty(), "pictures at one scale need a subject");
+  ATELIER_CHECK(!subjects.empty(), "images at one scale need a subject");
   Points seen(0, 3);
   for (std::vector<RenderMesh>& subject : subjects) {
     Eigen::RowVector3d low = Eigen::RowVector3d::Constant(std::numeric_limits<double>::infinity());

@@ -6,7 +6,7 @@
 
 namespace atelier {
 
-/// A picture of each subject in the studio, all by one camera, so that sizes compare: subjects are
+/// An image of each subject in the studio, all by one camera, so that sizes compare: subjects are
 /// moved level until the middles of their boxes are one, and stay at their heights; the camera sees
 /// all of them. Throws LogicError without a subject, and as picture_of.
 std::vector<Image> pictures_at_one_scale(std::vector<std::vector<RenderMesh>> subjects,

@@ -39,7 +39,7 @@ struct RenderMesh {
 /// What the camera sees where nothing is hit.
 struct Background {
   enum class Kind {
-    Gradient,     ///< `top` to `bottom` of the picture
+    Gradient,     ///< `top` to `bottom` of the image
     Environment,  ///< the environment itself
   };
   Kind kind = Kind::Gradient;
@@ -56,7 +56,7 @@ struct Ground {
   bool seamless = true;
 };
 
-/// Everything that a picture is made of. Metres, Y up. Plain data; an empty scene is a picture of
+/// Everything that an image is made of. Metres, Y up. Plain data; an empty scene is an image of
 /// the background.
 struct Scene {
   std::vector<RenderMesh> meshes;

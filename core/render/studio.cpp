@@ -13,7 +13,7 @@ namespace atelier {
 
 namespace {
 
-constexpr double kLeastExtent = 1e-5;  // metres; the lights in proportion would have no area
+constexpr double kMinExtent = 1e-5;  // metres; the lights in proportion would have no area
 
 Points all_vertices(const std::vector<RenderMesh>& meshes) {
   Index count = 0;
@@ -42,7 +42,7 @@ void check_subject(const std::vector<RenderMesh>& meshes, const Points& points) 
     return;  // faces without vertices: check_scene names them
   }
   const Eigen::RowVector3d extent = points.colwise().maxCoeff() - points.colwise().minCoeff();
-  if (extent.norm() <= kLeastExtent) {
+  if (extent.norm() <= kMinExtent) {
     throw DataError("", "", "the mesh has no extent", "vertices more than 10 micrometres apart");
   }
 }

@@ -10,7 +10,7 @@
 
 namespace atelier {
 
-/// The light of every picture of the program: a large soft key from the upper left of the front, a
+/// The light of every image of the program: a large soft key from the upper left of the front, a
 /// weak rim from behind, a grey sky as fill, seamless paper under and behind the subject. Lights
 /// stand in proportion to the meshes' size and to where the viewer is (`azimuth` of View, radians),
 /// so that every side of a subject is lit alike; the ground lies under the lowest point. A scene
@@ -36,7 +36,7 @@ Image picture_of(const Mesh& mesh, const View& view = kThreeQuarter,
 Image picture_of(const std::vector<RenderMesh>& meshes, const View& view = kThreeQuarter,
                  const PictureOptions& options = {});
 
-/// `count` pictures all the way round at one distance: the subject turns, the light does not. Asked
+/// `count` images all the way round at one distance: the subject turns, the light does not. Asked
 /// before each, `stop` ends it with those that there are.
 std::vector<Image> turntable_of(const std::vector<RenderMesh>& meshes, int count,
                                 const View& start = kFront, const PictureOptions& options = {},

@@ -27,7 +27,7 @@ struct SurfaceMaps {
 SurfaceMaps surface_maps(const PreparedScene& scene, const Camera& camera,
                          std::size_t meshes = static_cast<std::size_t>(-1));
 
-/// For each point whether the camera sees it: it projects into the picture and nothing lies between
+/// For each point whether the camera sees it: it projects into the image and nothing lies between
 /// it and the camera but within `tolerance` metres of it. O(points) rays.
 std::vector<bool> visible_points(const PreparedScene& scene, const Camera& camera,
                                  const Points& points, double tolerance = 1e-3);

@@ -10,10 +10,10 @@ struct ToneOptions {
   double dither = 0;      ///< noise in steps of 8-bit sRGB, [0, 4]; 1 hides the bands of gradients
 };
 
-/// Rendered light brought into [0,1] for a picture: linear up to the shoulder, then a smooth
+/// Rendered light brought into [0,1] for an image: linear up to the shoulder, then a smooth
 /// exponential roll-off that reaches white only at infinity, channel by channel (our choice: mid
 /// tones stay what they were measured to be, highlights are never burnt). An alpha channel, the
-/// fourth, is kept. The noise is the same for every picture of one size. Throws LogicError for
+/// fourth, is kept. The noise is the same for every image of one size. Throws LogicError for
 /// options out of range.
 Image tone_mapped(const Image& image, const ToneOptions& options = {});
 

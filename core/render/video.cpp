@@ -16,28 +16,28 @@ VideoWriter::VideoWriter(std::filesystem::path path, const VideoOptions& options
 VideoWriter::~VideoWriter() = default;
 
 void VideoWriter::add(const Image& frame) {
-  if (!film_) {
+  if (!video_) {
     ATELIER_CHECK(!file_, "a video that is finished takes no more frames");
     ATELIER_CHECK(frame.channels == 3 && frame.width > 0 && frame.height > 0,
                   "a video needs frames of 3 channels");
     width_ = frame.width;
     height_ = frame.height;
-    static const auto new_film =
+    static const auto new_video =
         late_function<decltype(atelier_new_film)>("libatelier_film.so", "atelier_new_film");
     file_ = std::make_unique<AtomicFile>(path_);
-    film_.reset(new_film(path_, file_->temporary_path(), (width_ + 1) / 2 * 2,
-                         (height_ + 1) / 2 * 2, options_));
+    video_.reset(new_video(path_, file_->temporary_path(), (width_ + 1) / 2 * 2,
+                           (height_ + 1) / 2 * 2, options_));
   }
   ATELIER_CHECK(frame.width == width_ && frame.height == height_ && frame.channels == 3,
                 "a video needs frames of one size");
-  film_->add(srgb_from_linear(frame), frames_);
+  video_->add(srgb_from_linear(frame), frames_);
   ++frames_;
 }
 
 void VideoWriter::finish() {
-  ATELIER_CHECK(film_ != nullptr, "a video needs at least one frame");
-  film_->finish();
-  film_.reset();
+  ATELIER_CHECK(video_ != nullptr, "a video needs at least one frame");
+  video_->finish();
+  video_.reset();
   file_->commit();
 }
 

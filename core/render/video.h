@@ -11,7 +11,7 @@
 namespace atelier {
 
 class AtomicFile;
-struct Film;  ///< private to core/render
+struct VideoEncoder;  ///< private to core/render
 
 struct VideoOptions {
   double fps = 30;   ///< frames per second, [0.1, 1000]
@@ -46,7 +46,7 @@ class VideoWriter {
   int width_ = 0;
   int height_ = 0;
   std::unique_ptr<AtomicFile> file_;
-  std::unique_ptr<Film> film_;
+  std::unique_ptr<VideoEncoder> video_;
 };
 
 /// A video of `count` frames, of which `frame(i)` gives one (VideoWriter).

@@ -374,10 +374,10 @@ void ActiveRun::output(const std::string& path,
 
 void ActiveRun::require_named(std::size_t files) const {
   const std::int64_t all = frame_files_ + static_cast<std::int64_t>(outputs_.size() + files);
-  if (all > kMostFiles) {
+  if (all > kMaxFiles) {
     throw DataError(plan_.result_folder.string(), "",
                     "a result of " + std::to_string(all) + " files or more",
-                    "at most " + std::to_string(kMostFiles) + "; work on fewer frames");
+                    "at most " + std::to_string(kMaxFiles) + "; work on fewer frames");
   }
 }
 
@@ -480,9 +480,9 @@ Manifest ActiveRun::finished_manifest() const {
   for (const auto& entry : sorted) {
     manifest.outputs.push_back(entry.second);
   }
-  if (warnings.size() > kMostWarnings) {
-    const std::size_t more = warnings.size() - kMostWarnings + 1;
-    warnings.resize(kMostWarnings - 1);
+  if (warnings.size() > kMaxWarnings) {
+    const std::size_t more = warnings.size() - kMaxWarnings + 1;
+    warnings.resize(kMaxWarnings - 1);
     warnings.push_back("and " + std::to_string(more) + " more");
   }
   manifest.metrics = metrics_;

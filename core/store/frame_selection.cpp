@@ -7,7 +7,7 @@
 namespace atelier {
 namespace {
 
-constexpr int kMostShards = 100'000;
+constexpr int kMaxShards = 100'000;
 
 std::optional<int> number_of(std::string_view text) {
   int value = 0;
@@ -55,7 +55,7 @@ std::string set_shard(FrameSelection& selection, std::string_view text) {
   if (slash != std::string_view::npos) {
     const auto shard = number_of(text.substr(0, slash));
     const auto shards = number_of(text.substr(slash + 1));
-    if (shard && shards && *shard < *shards && *shards <= kMostShards) {
+    if (shard && shards && *shard < *shards && *shards <= kMaxShards) {
       selection.shard = *shard;
       selection.shards = *shards;
       return "";

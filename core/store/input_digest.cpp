@@ -65,8 +65,8 @@ std::vector<Entry> entries_of(const std::filesystem::path& root) {
     } else if (!std::filesystem::is_directory(kind)) {
       throw DataError(path.string(), "", "neither file nor folder", "files and folders alone");
     }
-    if (static_cast<std::int64_t>(entries.size()) > kMostFiles) {
-      throw DataError(root.string(), "", "more than " + std::to_string(kMostFiles) + " files",
+    if (static_cast<std::int64_t>(entries.size()) > kMaxFiles) {
+      throw DataError(root.string(), "", "more than " + std::to_string(kMaxFiles) + " files",
                       "a smaller folder");
     }
     walk.increment(error);

@@ -270,8 +270,8 @@ std::vector<std::string> read_warnings(ObjectReader& manifest) {
     if (!is_printable_utf8(warnings.back())) {
       manifest.refuse(place, "control characters", "printable text");
     }
-    if (warnings.size() > kMostWarnings) {
-      manifest.refuse("warnings", "more", "at most " + std::to_string(kMostWarnings));
+    if (warnings.size() > kMaxWarnings) {
+      manifest.refuse("warnings", "more", "at most " + std::to_string(kMaxWarnings));
     }
   }
   return warnings;

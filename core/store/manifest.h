@@ -40,7 +40,7 @@ struct ManifestOutput {
 };
 
 /// Warnings that a manifest holds; the last one then says how many more there were.
-inline constexpr std::size_t kMostWarnings = 1000;
+inline constexpr std::size_t kMaxWarnings = 1000;
 
 /// What a finished stage says about itself: the file manifest.json. A result counts only if its
 /// manifest parses, its key is the hash of what it says, and every output agrees with it.
@@ -55,7 +55,7 @@ struct Manifest {
   std::vector<ManifestOutput> outputs;  ///< sorted by path
   std::vector<Consent> consent;         ///< of everything it was made from; empty: none recorded
   std::map<std::string, double> metrics;
-  std::vector<std::string> warnings;  ///< what the stage found doubtful, at most kMostWarnings
+  std::vector<std::string> warnings;  ///< what the stage found doubtful, at most kMaxWarnings
   std::string build;                  ///< version, compiler, kind of build
   std::string started;                ///< "2026-11-21T10:40:00Z"
   std::string finished;

@@ -78,7 +78,7 @@ std::string consent_place(const Manifest& manifest) {
 /// @param folder  of the result, beside which results of earlier stages lie
 std::optional<std::vector<Consent>> consent_today(const std::filesystem::path& folder,
                                                   const Manifest& manifest, int depth = 0) {
-  constexpr int kMostStages = 16;  // a chain is no longer; damaged manifests might go in a circle
+  constexpr int kMaxStages = 16;  // a chain is no longer; damaged manifests might go in a circle
   std::vector<Consent> today;
   for (const ManifestInput& input : manifest.inputs) {
     std::vector<Consent> stated;
@@ -96,7 +96,7 @@ std::optional<std::vector<Consent>> consent_today(const std::filesystem::path& f
       const std::string stage =
           handed.empty() ? input.stage : handed.parent_path().filename().string();
       const std::string name = std::filesystem::path(input.path).filename().string();
-      if (depth == kMostStages ||
+      if (depth == kMaxStages ||
           (handed.empty() && (!is_folder_name(name) || !is_safe_output_path(stage)))) {
         return std::nullopt;
       }

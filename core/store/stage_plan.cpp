@@ -194,11 +194,11 @@ std::string result_problem(const std::filesystem::path& folder, const Manifest& 
 
 std::vector<int> frames_of(const Manifest& manifest) {
   constexpr std::size_t kDigits = 6;
-  constexpr std::size_t kMostDigits = 9;
+  constexpr std::size_t kMaxDigits = 9;
   std::set<int> frames;
   for (const ManifestOutput& output : manifest.outputs) {
     const std::string stem = std::filesystem::path(output.path).stem().string();
-    if (stem.size() >= kDigits && stem.size() <= kMostDigits &&
+    if (stem.size() >= kDigits && stem.size() <= kMaxDigits &&
         stem.find_first_not_of("0123456789") == std::string::npos) {
       frames.insert(std::stoi(stem));
     }

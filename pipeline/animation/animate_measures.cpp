@@ -25,10 +25,10 @@ std::optional<fs::path> current_result(const fs::path& workspace, const char* st
 }
 
 /// The true garment of a label, or null.
-const TruthGarment* true_garment(const CaptureTruth& truth, const std::string& label) {
-  const auto found =
-      std::find_if(truth.garments.begin(), truth.garments.end(),
-                   [&](const TruthGarment& garment) { return label_name(garment.label) == label; });
+const GroundTruthGarment* true_garment(const GroundTruth& truth, const std::string& label) {
+  const auto found = std::find_if(
+      truth.garments.begin(), truth.garments.end(),
+      [&](const GroundTruthGarment& garment) { return label_name(garment.label) == label; });
   return found == truth.garments.end() ? nullptr : &*found;
 }
 
@@ -39,18 +39,18 @@ double quantile(std::vector<double> values, double share) {
   return *at;
 }
 
-/// Errors of one garment in every frame that the truth has, m.
+/// Errors of one garment in every frame that the ground truth has, m.
 std::vector<double> errors_of(const RegisteredGarmentSequence& garment, const fs::path& animated,
                               std::size_t which, const fs::path& capture,
-                              const CaptureTruth& truth) {
+                              const GroundTruth& truth) {
   const Sequence played = open_sequence(animated);
   const Triangles& true_faces = truth.garments[which].garment.mesh.faces;
   const TrueBinding binding = bind_to_truth(
       garment.garment.mesh.vertices,
-      read_truth_frame(capture, truth, garment.template_frame).garments[which], true_faces);
+      read_ground_truth_frame(capture, truth, garment.template_frame).garments[which], true_faces);
   std::vector<double> errors;
   for (std::size_t i = 0; i < played.frame_ids.size(); ++i) {
-    const TruthFrame there = read_truth_frame(capture, truth, played.frame_ids[i]);
+    const GroundTruthFrame there = read_ground_truth_frame(capture, truth, played.frame_ids[i]);
     if (there.garments[which].rows() == 0) {
       continue;
     }
@@ -88,13 +88,13 @@ std::vector<Measure> measure_material(const fs::path& workspace, const fs::path&
   if (fitted == metrics.end() || fitted->second == 0) {
     return {};
   }
-  const CaptureTruth truth = read_capture_truth(capture);
-  const UsualStiffness usual = usual_stiffness();
+  const GroundTruth truth = read_ground_truth(capture);
+  const StiffnessPrior usual = stiffness_prior();
   std::vector<Measure> each;
   double worst = 0;
   for (const auto& [name, fit] : read_materials(*result)) {
     const Material& material = fit.material;
-    const TruthGarment* garment = true_garment(truth, name);
+    const GroundTruthGarment* garment = true_garment(truth, name);
     if (garment == nullptr) {
       continue;
     }
@@ -112,20 +112,20 @@ std::vector<Measure> measure_material(const fs::path& workspace, const fs::path&
     };
     add("stretch_error", stretch, "relative");
     add("bending_error", bending, "relative");
-    add("stretch_usual_error", error(usual.stretch, real.stretch_warp),
+    add("stretch_prior_error", error(usual.stretch, real.stretch_warp),
         "of the median of published fabrics, without the capture");
-    add("bending_usual_error", error(usual.bending, real.bending), "");
-    if (!(fit.likely_low.stretch > 0 && fit.likely_low.bending > 0)) {
+    add("bending_prior_error", error(usual.bending, real.bending), "");
+    if (!(fit.credible_low.stretch > 0 && fit.credible_low.bending > 0)) {
       continue;  // a result from before there was such a range
     }
-    add("stretch_likely",
-        inside(fit.likely_low.stretch, real.stretch_warp, fit.likely_high.stretch),
+    add("stretch_credible",
+        inside(fit.credible_low.stretch, real.stretch_warp, fit.credible_high.stretch),
         "1: the ground truth lies in the 90% credible interval");
-    add("bending_likely", inside(fit.likely_low.bending, real.bending, fit.likely_high.bending),
-        "");
-    add("stretch_range", fit.likely_high.stretch / fit.likely_low.stretch,
+    add("bending_credible",
+        inside(fit.credible_low.bending, real.bending, fit.credible_high.bending), "");
+    add("stretch_range", fit.credible_high.stretch / fit.credible_low.stretch,
         "upper over lower bound of that interval");
-    add("bending_range", fit.likely_high.bending / fit.likely_low.bending, "");
+    add("bending_range", fit.credible_high.bending / fit.credible_low.bending, "");
   }
   if (!each.empty()) {
     each.insert(each.begin(), {"material.error", worst, "", 0.3, Measure::Side::AtMost,
@@ -144,11 +144,11 @@ std::vector<Measure> measure_animate(const fs::path& workspace, const fs::path& 
   if (!read_manifest(*result, "animate").metrics.contains("registered_distance")) {
     return {};
   }
-  const CaptureTruth truth = read_capture_truth(capture);
+  const GroundTruth truth = read_ground_truth(capture);
   std::vector<Measure> each;
   std::vector<double> all;
   for (const RegisteredGarmentSequence& garment : read_registered_outfit(*templates, *registered)) {
-    const TruthGarment* real = true_garment(truth, garment.name);
+    const GroundTruthGarment* real = true_garment(truth, garment.name);
     const fs::path animated = *result / "garments" / garment.name;
     if (real == nullptr || !fs::exists(animated / "sequence.h5")) {
       continue;

@@ -20,7 +20,7 @@
 #include "pipeline/pictures/paint_scene.h"
 #include "pipeline/pictures/picture_size.h"
 #include "pipeline/pictures/straight_alpha.h"
-#include "simulation/simulation_doubts.h"
+#include "simulation/simulation_diagnostics.h"
 
 namespace atelier {
 namespace {
@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr std::size_t kStripFrames = 8;
-constexpr double kLeastVideoRate = 0.1;  // 1/s
+constexpr double kMinVideoRate = 0.1;  // 1/s
 
 double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
@@ -88,7 +88,7 @@ std::vector<RenderMesh> dressed_meshes(const Animation& animation, const Points&
   return meshes;
 }
 
-/// Gets the picture of every frame, in order.
+/// Gets the image of every frame, in order.
 using TakePicture = std::function<void(const Image& picture)>;
 
 /// Draws all frames in plain colours. False if the run was told to stop.
@@ -150,7 +150,7 @@ bool draw_by_networks(StageRun& run, const Animation& animation, const Animation
   return paint_scene(scene, options, run.device(), hooks);
 }
 
-/// Pictures of every frame, a video and a strip. False if the run was told to stop.
+/// Images of every frame, a video and a strip. False if the run was told to stop.
 bool write_pictures(StageRun& run, const Animation& animation, const std::vector<Points>& bodies,
                     const std::vector<Points>& cloths) {
   const auto& options = run.options<AnimateOptions>().view;
@@ -164,23 +164,23 @@ bool write_pictures(StageRun& run, const Animation& animation, const std::vector
   const AnimationView view = animation_view(corners, first_azimuth(animation),
                                             static_cast<int>(frames), animation.cameras, options);
   const fs::path video = run.scratch_folder() / "animation.mp4";
-  VideoWriter film(video, {.fps = std::max(kLeastVideoRate, animation.fps)});
+  VideoWriter writer(video, {.fps = std::max(kMinVideoRate, animation.fps)});
   std::vector<CaptionedImage> strip;
   const std::size_t every =
       std::max<std::size_t>(1, (bodies.size() + kStripFrames - 1) / kStripFrames);
   const auto start = Clock::now();
   const TakePicture take = [&](const Image& picture) {
-    const auto i = static_cast<std::size_t>(film.frames());
+    const auto i = static_cast<std::size_t>(writer.frames());
     run.output_text("pictures/" + frame_name(animation.frame_ids[i]) + ".png",
                     image_bytes(view.alpha ? straight_alpha(picture) : picture, ImageFormat::Png));
     const Image opaque = view.alpha ? before_black(picture) : picture;
-    film.add(opaque);
+    writer.add(opaque);
     if (i % every == 0) {
       char caption[40];
       std::snprintf(caption, sizeof caption, "%.2f s", static_cast<double>(i) / animation.fps);
       strip.push_back({opaque, caption});
     }
-    run.progress(film.frames(), frames, "pictures");
+    run.progress(writer.frames(), frames, "pictures");
   };
   run.progress(0, frames, "pictures");
   const auto draw = animation.networks.empty() ? draw_plain : draw_by_networks;
@@ -188,7 +188,7 @@ bool write_pictures(StageRun& run, const Animation& animation, const std::vector
     return false;
   }
   run.metric("picture_seconds", seconds_since(start) / static_cast<double>(frames));
-  film.finish();
+  writer.finish();
   run.output("animation.mp4", [&](const fs::path& file) {
     fs::copy_file(video, file, fs::copy_options::overwrite_existing);
   });
@@ -247,16 +247,17 @@ void write_figures(StageRun& run, const Animation& animation,
 }
 
 /// Says where the cloth is hardly to be trusted, as `simulate` does.
-void warn_of_doubts(StageRun& run, const Animation& animation,
-                    const std::vector<FrameFigures>& figures, const std::vector<Points>& cloths) {
+void warn_of_diagnostics(StageRun& run, const Animation& animation,
+                         const std::vector<FrameFigures>& figures,
+                         const std::vector<Points>& cloths) {
   std::vector<FrameReport> reports;
   for (std::size_t i = 0; i < figures.size(); ++i) {
     reports.push_back(frame_report(animation, animation.frame_ids[i], cloths[i], figures[i]));
   }
   // How another simulator treats cloth is not ours to say.
   const bool self_contact = animation.foreign || animation.worn.solver.self_contact;
-  for (const std::string& doubt :
-       simulation_doubts(reports, self_contact, {solver_flag("", "cloth"), "--cloth.contact"})) {
+  for (const std::string& doubt : simulation_diagnostics(
+           reports, self_contact, {solver_flag("", "cloth"), "--cloth.contact"})) {
     run.warn(doubt);
   }
 }
@@ -275,7 +276,7 @@ MotionClip played_motion(const Animation& animation) {
   return clip;
 }
 
-/// What pictures and figures need of a frame.
+/// What images and figures need of a frame.
 struct KeptAnimation {
   Points body;   ///< [B,3] m
   Points cloth;  ///< [V,3] m
@@ -332,7 +333,7 @@ void run_animate(StageRun& run) {
     return;
   }
   write_figures(run, animation, figures, vertices);
-  warn_of_doubts(run, animation, figures, cloths);
+  warn_of_diagnostics(run, animation, figures, cloths);
   if (!animation.registered.empty()) {
     run.metric("registered_distance", distance_to_registered(animation, cloths));
   }

@@ -16,9 +16,9 @@ namespace atelier {
 /// What one frame says of the cloth on the body's surface; a body's own overlaps do not count.
 FrameFigures frame_figures(const Animation& animation, const Points& cloth, const Points& body);
 
-/// A frame of the result as `simulation_doubts` judges it. Edges of cloth and body that pierce one
-/// another are not counted: in an armpit or a bent knee, where the body overlaps itself, they have
-/// to. Cloth of another simulator has no strain, as its rest shape is not known.
+/// A frame of the result as `simulation_diagnostics` judges it. Edges of cloth and body that pierce
+/// one another are not counted: in an armpit or a bent knee, where the body overlaps itself, they
+/// have to. Cloth of another simulator has no strain, as its rest shape is not known.
 FrameReport frame_report(const Animation& animation, int frame_id, const Points& cloth,
                          const FrameFigures& figures);
 

@@ -37,7 +37,7 @@ std::map<std::string, Material> fitted_materials(StageRun& run) {
 Material material_for(const AnimateOptions& options, const std::map<std::string, Material>& fitted,
                       const std::string& garment) {
   const auto found = fitted.find(garment);
-  return said_material(options.material, found == fitted.end() ? Material{} : found->second);
+  return resolve_material(options.material, found == fitted.end() ? Material{} : found->second);
 }
 
 /// The frame in which clothes are put on before a motion that is not theirs: the template's own,
@@ -95,7 +95,7 @@ void relax(StageRun& run, const RegisteredGarmentSequence& garment, const Points
 void carry(std::vector<WornGarment>& garments, const Points& from, const Points& to,
            const Triangles& faces) {
   for (WornGarment& worn : garments) {
-    worn.start = ride_on_body(attach_to_body(worn.start, from, faces), to, faces);
+    worn.start = body_driven(attach_to_body(worn.start, from, faces), to, faces);
     worn.velocity.resize(0, 3);
   }
 }
@@ -167,7 +167,7 @@ void wear_pattern(StageRun& run, Animation& animation) {
   const auto& options = run.options<AnimateOptions>();
   const bool own = options.motion.empty();
   MovingBody& body = animation.body;
-  const Material material = said_material(options.material);
+  const Material material = resolve_material(options.material);
   OutfitOptions how;
   how.garment = options.garment;
   how.density = material.density;
@@ -180,7 +180,7 @@ void wear_pattern(StageRun& run, Animation& animation) {
   run.say("sewing and draping " + options.garment);
   Outfit outfit = dress_body(body.model, how, options.body, run.device());
   WornCloth& worn = animation.worn;
-  for (const TruthGarment& garment : outfit.garments) {
+  for (const GroundTruthGarment& garment : outfit.garments) {
     worn.names.push_back(garment.garment.name);
     Mesh mesh = garment.garment.mesh;
     mesh.normals.resize(0, 3);

@@ -30,7 +30,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kMostRate = 30;       // frames a second of a motion that is not the capture's
+constexpr double kMaxRate = 30;        // frames a second of a motion that is not the capture's
 constexpr double kSampleRate = 60;     // of procedural motions
 constexpr double kProceduralTime = 2;  // s, of a procedural motion
 
@@ -80,7 +80,7 @@ void require_learnable(const AnimateOptions& options) {
   }
 }
 
-/// The networks that draw the pictures; none where everything has one colour, and why is said. They
+/// The networks that draw the images; none where everything has one colour, and why is said. They
 /// are refused here, before minutes of simulation, where they were asked for and are not there.
 std::map<std::string, fs::path> drawing_networks(StageRun& run, const AnimationSource& source) {
   const auto& options = run.options<AnimateOptions>();
@@ -126,7 +126,7 @@ std::map<std::string, fs::path> drawing_networks(StageRun& run, const AnimationS
   } else if (options.view.drawn_by == "networks") {
     throw DataError("", "drawn_by networks", why, "networks of what is worn; or leave it out");
   } else {
-    run.say("pictures have one colour each: " + why);
+    run.say("images have one colour each: " + why);
   }
   return networks;
 }
@@ -230,9 +230,7 @@ void add_offsets(MovingBody& body, const AnimationSource& source) {
 void set_frames(const AnimateOptions& options, bool own, Animation& animation) {
   MovingBody& body = animation.body;
   const Motion& motion = body.motion;
-  animation.fps = options.fps > 0 ? options.fps
-                  : own           ? motion.fps
-                                  : std::min(motion.fps, kMostRate);
+  animation.fps = options.fps > 0 ? options.fps : own ? motion.fps : std::min(motion.fps, kMaxRate);
   const double duration = static_cast<double>(motion.poses.size() - 1) / motion.fps;
   const auto count = static_cast<Index>(std::floor(duration * animation.fps + 1e-6)) + 1;
   for (Index i = 0; i < count; ++i) {
@@ -275,7 +273,7 @@ OptionTable describe(AnimateOptions& options) {
   table.add("cloth_sequence", options.cloth_sequence, std::vector<std::string>{},
             "Meshes of another simulator, one for each frame (folder, .npz, .h5), used instead of "
             "simulating");
-  table.add("material", describe_said(options.material, std::move(materials)));
+  table.add("material", describe_material(options.material, std::move(materials)));
   table.add("cloth", describe(options.cloth));
   table.add("settle", options.settle, 0, 60, "s", "Time that cloth hangs before the body moves");
   table.add("pictures", options.pictures, "Rendering of images and a video");

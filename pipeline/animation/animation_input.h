@@ -10,7 +10,7 @@
 #include "core/store/stage.h"
 #include "pipeline/outfit/worn_cloth.h"
 #include "pipeline/pictures/animation_pictures.h"
-#include "simulation/material/said_material.h"
+#include "simulation/material/resolve_material.h"
 
 namespace atelier {
 
@@ -23,7 +23,7 @@ struct AnimateOptions {
   std::string body = "";         ///< another body: file, female or male; "": the person
   std::string garment = "auto";  ///< auto: as registered; else what `synthesize --garment` takes
   std::string cloth_sequence = "";                     ///< of another simulator, instead of ours
-  Material material = fabrics_own_material("fitted");  ///< what is said of it, see said_material
+  Material material = fabrics_own_material("fitted");  ///< what is said of it, see resolve_material
   WornClothOptions cloth;
   double settle = 0.5;  ///< s that cloth hangs before the body begins to move, 0 to 60
   bool pictures = true;

@@ -96,7 +96,7 @@ std::vector<fs::path> garments_of(const fs::path& result) {
   return garments;
 }
 
-/// What the pictures of animate draw skin with, roughly that of any person.
+/// What the images of animate draw skin with, roughly that of any person.
 GltfMaterial skin_material() {
   return {"skin", {0.62, 0.45, 0.36}, {}};
 }

@@ -12,7 +12,7 @@
 namespace atelier {
 namespace {
 
-/// As an 8-bit picture holds it, in [0,1].
+/// As an 8-bit image holds it, in [0,1].
 float stored(double linear) {
   return std::round(255.0F * srgb_from_linear(static_cast<float>(linear))) / 255.0F;
 }
@@ -189,11 +189,11 @@ std::size_t same_garment(const WornSubject& in_truth, int label) {
   return static_cast<std::size_t>(found - in_truth.labels.begin());
 }
 
-JudgedScenes simulated_scenes(const SimulatedMotion& motion, const CaptureTruth& truth,
+JudgedScenes simulated_scenes(const SimulatedMotion& motion, const GroundTruth& truth,
                               const WornSubject& in_truth, const WornSubject* worn,
                               const std::vector<TemplateRider>& riders) {
   JudgedScenes scenes{in_truth, in_truth, {}, {}};
-  for (const TruthFrame& frame : motion.frames) {
+  for (const GroundTruthFrame& frame : motion.frames) {
     scenes.frame_ids.push_back(frame.frame_id);
   }
   scenes.picture = [&motion](std::size_t camera, int frame_id) {

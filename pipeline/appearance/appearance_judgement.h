@@ -13,10 +13,10 @@
 
 namespace atelier {
 
-// How pictures by networks are judged, without the networks, results and files: what
+// How images by networks are judged, without the networks, results and files: what
 // measure_appearance puts together.
 
-/// How far one kind of picture is from the true ones: sums over pixels and their three channels of
+/// How far one kind of image is from the true ones: sums over pixels and their three channels of
 /// numbers in [0,1].
 struct PictureDifference {
   double squares = 0;
@@ -30,7 +30,7 @@ struct PictureDifference {
 /// Sums of all garments of one result.
 struct ComparedPictures {
   PictureDifference drawn, fixed;  ///< by the network, and by the texture that does not change
-  double judged = 0;               ///< pixels of the true garments
+  double judged = 0;               ///< pixels of the ground-truth garments
   double covered = 0;              ///< of them, those that the model draws
 };
 
@@ -41,13 +41,13 @@ using TruePicture = std::function<Image(std::size_t camera_idx, int frame_id)>;
 
 /// Frames that are judged: of a capture, or simulated.
 struct JudgedScenes {
-  WornSubject truth;  ///< the true surfaces in them
+  WornSubject truth;  ///< the ground-truth surfaces in them
   WornSubject own;    ///< what a result has instead
   std::vector<int> frame_ids;
   TruePicture picture;
 };
 
-/// What is drawn of one garment, and where the truth has it.
+/// What is drawn of one garment, and where the ground truth has it.
 struct DrawnSurfaces {
   AppearanceData truth;     ///< pixels to be judged: eroded, of the true garment
   AppearanceData own;       ///< pixels that the model's geometry covers
@@ -69,26 +69,26 @@ std::vector<Eigen::Vector3d> gains_of(const std::vector<Camera>& wanted,
                                       const std::vector<Camera>& all,
                                       const std::vector<std::string>& trained);
 
-/// Adds how far what is drawn of one surface is from the pictures, as 8-bit sRGB holds both.
+/// Adds how far what is drawn of one surface is from the images, as 8-bit sRGB holds both.
 /// @param gains  [C] of the cameras
 void compare_pictures(ComparedPictures& sum, const DrawnSurfaces& surface,
                       const std::vector<Eigen::Vector3d>& gains, const TruePicture& picture);
 
-/// Which garment of the truth one of a workspace is; as many surfaces as there are if none.
+/// Which garment of the ground truth one of a workspace is; as many surfaces as there are if none.
 std::size_t same_garment(const WornSubject& in_truth, int label);
 
-/// A template that rides on a true garment: of a workspace's surface, on one of the truth's.
+/// A template that rides on a true garment: of a workspace's surface, on one of the ground truth's.
 struct TemplateRider {
   std::size_t own = 0;
   std::size_t garment = 0;
   TrueBinding binding;
 };
 
-/// Frames of a simulated motion. Templates ride on the true garments' triangles, each vertex on the
-/// material point that it was nearest to in the template's frame: the network is judged, not a
-/// simulation of the template. The motion has to outlive them.
-/// @param worn  what has the templates; null: the true garments themselves are drawn
-JudgedScenes simulated_scenes(const SimulatedMotion& motion, const CaptureTruth& truth,
+/// Frames of a simulated motion. Templates ride on the ground-truth garments' triangles, each
+/// vertex on the material point that it was nearest to in the template's frame: the network is
+/// judged, not a simulation of the template. The motion has to outlive them.
+/// @param worn  what has the templates; null: the ground-truth garments themselves are drawn
+JudgedScenes simulated_scenes(const SimulatedMotion& motion, const GroundTruth& truth,
                               const WornSubject& in_truth, const WornSubject* worn,
                               const std::vector<TemplateRider>& riders);
 

@@ -108,7 +108,7 @@ struct Lookers {
 };
 
 /// Which of a capture's garments are printed. Without its options none is known to be.
-std::vector<bool> printed_garments(const fs::path& capture, const CaptureTruth& truth) {
+std::vector<bool> printed_garments(const fs::path& capture, const GroundTruth& truth) {
   std::vector<bool> printed(truth.garments.size());
   if (const auto options = synthesis_options_of(capture)) {
     for (std::size_t g = 0; g < printed.size(); ++g) {
@@ -130,7 +130,7 @@ int compare_surface(ComparedPictures& sum, const fs::path& file, const JudgedSce
   const AppearanceModel model = appearance_model_of(found.tensors, found.metadata, file.string());
   if (model.faces != scenes.own.templates[own].faces) {
     throw DataError(file.string(), "", "a network of a surface with other triangles",
-                    "networks of the capture that --truth names");
+                    "networks of the capture that --ground-truth names");
   }
   const std::vector<Camera>& cameras = lookers.judged;
   DrawnSurfaces drawn = asked_of(scenes, own, in_truth, cameras, {model.uvs, model.uv_faces, {}},
@@ -174,7 +174,7 @@ std::vector<JudgedGarment> compare_garments(const fs::path& result, const Judged
   return garments;
 }
 
-/// Templates of a workspace on the true garments that they are of.
+/// Templates of a workspace on the ground-truth garments that they are of.
 std::vector<TemplateRider> riders_of(const WornSubject& worn, const fs::path& registered,
                                      const WornSubject& in_truth) {
   std::vector<TemplateRider> riders;
@@ -197,7 +197,7 @@ std::vector<TemplateRider> riders_of(const WornSubject& worn, const fs::path& re
 struct Judging {
   fs::path capture;
   CaptureInfo info;
-  std::shared_ptr<const CaptureTruth> truth;
+  std::shared_ptr<const GroundTruth> truth;
   std::vector<Camera> cameras;  ///< that are held out
   std::optional<SimulatedMotion> motion;
 };
@@ -209,7 +209,7 @@ std::optional<JudgedNetworks> judge(const fs::path& workspace, const std::string
   if (!current) {
     return std::nullopt;
   }
-  const bool own_is_truth = stage == "ceiling";
+  const bool own_is_truth = stage == "oracle";
   const fs::path result = results / *current;
   const Manifest manifest = read_manifest(result, stage);
   const fs::path registered =
@@ -256,7 +256,7 @@ std::vector<Measure> measure_networks(const fs::path& workspace, const fs::path&
     return {};
   }
   Judging by{capture, read_capture_info(capture), nullptr, {}, {}};
-  by.truth = std::make_shared<const CaptureTruth>(read_capture_truth(capture));
+  by.truth = std::make_shared<const GroundTruth>(read_ground_truth(capture));
   for (const Camera& camera : by.truth->cameras) {
     if (std::count(by.info.held_out_cameras.begin(), by.info.held_out_cameras.end(), camera.id) >
         0) {
@@ -276,31 +276,31 @@ std::vector<Measure> measure_networks(const fs::path& workspace, const fs::path&
 
 }  // namespace
 
-std::vector<Measure> measure_ceiling(const fs::path& workspace, const fs::path& capture) {
-  return measure_networks(workspace, capture, "ceiling");
+std::vector<Measure> measure_oracle(const fs::path& workspace, const fs::path& capture) {
+  return measure_networks(workspace, capture, "oracle");
 }
 
 std::vector<Measure> measure_appearance(const fs::path& workspace, const fs::path& capture) {
   return measure_networks(workspace, capture, "appearance");
 }
 
-std::optional<Measure> below_ceiling(const fs::path& workspace, std::span<const Measure> measures) {
+std::optional<Measure> below_oracle(const fs::path& workspace, std::span<const Measure> measures) {
   const auto find = [&](const char* key) {
     return std::find_if(measures.begin(), measures.end(),
                         [&](const Measure& one) { return one.key == key; });
   };
-  const auto ceiling = find("ceiling.psnr_db");
+  const auto oracle = find("oracle.psnr_db");
   const auto reached = find("appearance.psnr_db");
-  if (ceiling == measures.end() || reached == measures.end()) {
+  if (oracle == measures.end() || reached == measures.end()) {
     return std::nullopt;
   }
   const auto manifest = [&](const std::string& stage) {
     const fs::path results = results_of_stage(workspace, stage);
     return read_manifest(results / current_name(results).value(), stage);
   };
-  const std::string unlike = unlike_option(manifest("appearance"), manifest("ceiling"));
-  Measure below{"appearance.below_ceiling_db",
-                ceiling->value - reached->value,
+  const std::string unlike = unlike_option(manifest("appearance"), manifest("oracle"));
+  Measure below{"appearance.below_oracle_db",
+                oracle->value - reached->value,
                 "dB",
                 2,
                 Measure::Side::AtMost,

@@ -147,14 +147,14 @@ Trained train_network(StageRun& run, const std::string& name, const TrainOptions
   return result;
 }
 
-/// Says which cameras have no picture of some frames: a training on fewer looks like any other.
+/// Says which cameras have no image of some frames: a training on fewer looks like any other.
 void tell_missing(StageRun& run, const Dataset& dataset, const Seen& seen) {
   for (std::size_t c = 0; c < seen.cameras.size(); ++c) {
     const auto& images = dataset.frames[static_cast<std::size_t>(seen.camera_idx[c])].images;
     const auto missing = std::count_if(seen.clothed.begin(), seen.clothed.end(),
                                        [&](int frame_id) { return !images.contains(frame_id); });
     if (missing > 0) {
-      run.warn("camera " + seen.cameras[c].id + " has no picture of " + std::to_string(missing) +
+      run.warn("camera " + seen.cameras[c].id + " has no image of " + std::to_string(missing) +
                " of " + std::to_string(seen.clothed.size()) +
                " frames; they are not used for training");
     }
@@ -180,16 +180,16 @@ void tell_strange_labels(StageRun& run, const AppearanceData& data,
   }
 }
 
-/// Label images tell whether pictures and geometry belong together; this does where there are none.
+/// Label images tell whether images and geometry belong together; this does where there are none.
 /// Throws DataError where most cameras contradict the geometry, warns of single ones.
 void judge_pictures(StageRun& run, const AppearanceData& data) {
   const StaticFit fit = static_fit(data, judged_texels(data));
-  if (most_contradict(fit)) {
+  if (max_contradict(fit)) {
     char found[120];
     std::snprintf(found, sizeof(found), "no texture explains them: the best one reaches %.1f dB",
                   fit.psnr);
-    throw DataError("", "pictures of " + data.name, found,
-                    "pictures, calibration and geometry of one capture");
+    throw DataError("", "images of " + data.name, found,
+                    "images, calibration and geometry of one capture");
   }
   for (const std::size_t c : contradicting_cameras(fit)) {
     char text[320];
@@ -246,7 +246,7 @@ ByteImage in_colors(ByteImage picture) {
   return colors;
 }
 
-/// pictures.png: three pictures of the training, each as it was taken and as it is drawn. False if
+/// pictures.png: three images of the training, each as it was taken and as it is drawn. False if
 /// the run was told to stop.
 bool show(StageRun& run, const WornSubject& worn, const Seen& seen, const ReadPicture& picture,
           const std::map<std::size_t, std::string>& models) {
@@ -257,7 +257,7 @@ bool show(StageRun& run, const WornSubject& worn, const Seen& seen, const ReadPi
     const std::size_t camera = i * seen.cameras.size() / kShown;
     const int frame_id = seen.clothed[i * (seen.clothed.size() - 1) / (kShown - 1)];
     if (!shown.insert({camera, frame_id}).second) {
-      continue;  // fewer than three pictures are there
+      continue;  // fewer than three images are there
     }
     const TakenPicture one = picture(camera, frame_id);
     if (!one.colors.data.empty()) {
@@ -419,11 +419,11 @@ void run_appearance(StageRun& run) {
         worn_in_workspace(run.input("registered"), run.input("bodies")));
 }
 
-void run_ceiling(StageRun& run) {
+void run_oracle(StageRun& run) {
   const auto& options = run.options<AppearanceStageOptions>();
   require_trainable(options, run.device());  // not after minutes of preparing its data
   const fs::path& capture = run.input("capture");
-  const auto truth = std::make_shared<const CaptureTruth>(read_capture_truth(capture));
+  const auto truth = std::make_shared<const GroundTruth>(read_ground_truth(capture));
   learn(run, open_dataset(capture, options.capture), worn_in_truth(capture, truth));
 }
 

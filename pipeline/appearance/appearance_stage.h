@@ -35,12 +35,12 @@ inline constexpr std::array kAppearanceMetrics = {
 /// Images, registered garments and bodies -> for each garment (and the body) <name>/
 /// model.safetensors (the network), <name>/training.csv (loss and PSNR of every step) and
 /// <name>/data.h5 (what it learnt from: `atelier-appearance train` takes it elsewhere), and
-/// pictures.png, some of the pictures beside what the networks draw. Held-out cameras and frames
+/// pictures.png, some of the images beside what the networks draw. Held-out cameras and frames
 /// are never opened.
 void run_appearance(StageRun& run);
 
-/// The same on the true garments and body of a synthetic capture, which no other stage has touched:
-/// what `appearance` could reach.
-void run_ceiling(StageRun& run);
+/// The same on the ground-truth garments and body of a synthetic capture, which no other stage has
+/// touched: what `appearance` could reach.
+void run_oracle(StageRun& run);
 
 }  // namespace atelier

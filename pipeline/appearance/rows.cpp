@@ -30,7 +30,7 @@ const StageRow& appearance_row() {
 const StageRow& ceiling_row() {
   static const StageRow row{
       .stage =
-          {.name = "ceiling",
+          {.name = "oracle",
            .version = 9,
            .summary =
                "appearance on the ground-truth geometry of a synthetic capture, for comparison",
@@ -38,7 +38,7 @@ const StageRow& ceiling_row() {
            .outputs = {"true_networks"},
            .metrics = kAppearanceMetrics,
            .options = option_set<AppearanceStageOptions>,
-           .run = run_ceiling,
+           .run = run_oracle,
            .check_input = require_no_folder_above,
            .has_cuda = true,
            .device_keyed = true},

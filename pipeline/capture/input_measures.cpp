@@ -22,7 +22,7 @@ std::vector<Measure> measure_masks(const std::filesystem::path& folder,
   double least = 1;
   int judged = 0;
   int missing = 0;
-  for (const Camera& camera : read_capture_truth(capture).cameras) {
+  for (const Camera& camera : read_ground_truth(capture).cameras) {
     for (const CaptureSequence& sequence : info.sequences) {
       for (const int id : sequence.frame_ids) {
         const std::filesystem::path name =
@@ -47,21 +47,21 @@ std::vector<Measure> measure_masks(const std::filesystem::path& folder,
     }
   }
   if (judged == 0) {
-    throw DataError((folder / "labels").string(), "", "no mask of a picture of the capture",
+    throw DataError((folder / "labels").string(), "", "no mask of an image of the capture",
                     "<camera>/<frame>.png, as atelier masks --out writes them");
   }
   const std::string over =
-      std::to_string(judged) + " pictures" +
+      std::to_string(judged) + " images" +
       (missing > 0 ? ", " + std::to_string(missing) + " have no mask" : std::string());
   return {{"masks.iou", sum / judged, "", 0, Measure::Side::None, "mean over " + over},
-          {"masks.iou_least", least, "", 0, Measure::Side::None, "of one picture"}};
+          {"masks.iou_min", least, "", 0, Measure::Side::None, "of one image"}};
 }
 
 std::vector<Measure> measure_gains(const std::filesystem::path& cameras,
                                    const std::filesystem::path& capture) {
   const GainError error = gain_error(
       parse_cameras_json(read_file_text(cameras, Limits().text_file_bytes), cameras.string()),
-      read_capture_truth(capture).cameras);
+      read_ground_truth(capture).cameras);
   return {{"calibration.gain_mean", error.mean, "", 0, Measure::Side::None,
            "mean error of the gains, as a share, but for a factor on all"},
           {"calibration.gain_largest", error.largest, "", 0, Measure::Side::None, "the largest"}};

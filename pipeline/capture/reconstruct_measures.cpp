@@ -24,7 +24,7 @@ std::filesystem::path result_in(const std::filesystem::path& workspace) {
   return workspace / "reconstruct" / "current";
 }
 
-Mesh joined_truth(const CaptureTruth& truth, const TruthFrame& frame) {
+Mesh joined_truth(const GroundTruth& truth, const GroundTruthFrame& frame) {
   Mesh all;
   const auto add = [&](const Points& vertices, const Triangles& faces, Label label) {
     if (vertices.rows() == 0) {
@@ -53,7 +53,7 @@ Mesh joined_truth(const CaptureTruth& truth, const TruthFrame& frame) {
 }
 
 void measure_keypoints(const std::filesystem::path& result, const std::filesystem::path& capture,
-                       const CaptureTruth& truth, const CaptureInfo& info,
+                       const GroundTruth& truth, const CaptureInfo& info,
                        std::vector<Measure>& measures) {
   const KeypointSchema& schema = keypoint_schema(info.keypoint_schema);
   double sum = 0;
@@ -66,11 +66,11 @@ void measure_keypoints(const std::filesystem::path& result, const std::filesyste
         continue;
       }
       const auto people = parse_keypoints3d(read_file_text(file, 1 << 24), file.string());
-      const TruthFrame frame = read_truth_frame(capture, truth, id);
+      const GroundTruthFrame frame = read_ground_truth_frame(capture, truth, id);
       for (std::size_t row = 0; row < truth.keypoint_names.size(); ++row) {
         const Index k = find_keypoint(schema, truth.keypoint_names[row]);
         if (k < 0) {
-          continue;  // the truth has more points than detectors look for
+          continue;  // the ground truth has more points than detectors look for
         }
         wanted += 1;
         if (!people.empty() && people[0].points.rows() > k && people[0].points(k, 3) > 0) {
@@ -90,7 +90,7 @@ void measure_keypoints(const std::filesystem::path& result, const std::filesyste
 }
 
 /// Those that a stage may open.
-std::vector<Camera> open_cameras(const CaptureTruth& truth, const CaptureInfo& info) {
+std::vector<Camera> open_cameras(const GroundTruth& truth, const CaptureInfo& info) {
   std::vector<Camera> cameras;
   for (const Camera& camera : truth.cameras) {
     if (std::find(info.held_out_cameras.begin(), info.held_out_cameras.end(), camera.id) ==
@@ -110,8 +110,8 @@ double chamfer_target(const std::filesystem::path& capture) {
 
 std::vector<Measure> measure_surface(const std::filesystem::path& mesh, int frame,
                                      const std::filesystem::path& capture) {
-  const CaptureTruth truth = read_capture_truth(capture);
-  const Mesh surface = joined_truth(truth, read_truth_frame(capture, truth, frame));
+  const GroundTruth truth = read_ground_truth(capture);
+  const Mesh surface = joined_truth(truth, read_ground_truth_frame(capture, truth, frame));
   const SurfaceSamples seen =
       seen_surface(surface, open_cameras(truth, read_capture_info(capture)), 0.007);
   const SurfaceError error = surface_error(read_mesh(mesh), surface, seen);
@@ -130,7 +130,7 @@ std::vector<Measure> measure_reconstruct(const std::filesystem::path& workspace,
   if (!std::filesystem::exists(result)) {
     return measures;
   }
-  const CaptureTruth truth = read_capture_truth(capture);
+  const GroundTruth truth = read_ground_truth(capture);
   const CaptureInfo info = read_capture_info(capture);
   measure_keypoints(result, capture, truth, info, measures);
   const std::vector<Camera> cameras = open_cameras(truth, info);
@@ -144,7 +144,7 @@ std::vector<Measure> measure_reconstruct(const std::filesystem::path& workspace,
       if (!std::filesystem::exists(file)) {
         continue;
       }
-      const Mesh surface = joined_truth(truth, read_truth_frame(capture, truth, id));
+      const Mesh surface = joined_truth(truth, read_ground_truth_frame(capture, truth, id));
       const SurfaceSamples seen = seen_surface(surface, cameras, 0.007);
       const SurfaceError error = surface_error(read_mesh_archive(file), surface, seen);
       mean.chamfer += error.chamfer;

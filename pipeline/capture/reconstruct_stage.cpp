@@ -101,7 +101,7 @@ void reconstruct_keypoints(StageRun& run, const Dataset& dataset,
     const Detections detections = read_detections(reader, sequence.frame_ids);
     tell(run, detections.findings, sequence.name + ": ");
     std::vector<std::vector<std::vector<Keypoints2d>>> people = {main_person(detections)};
-    if (most_people(detections) > 1) {
+    if (max_people(detections) > 1) {
       auto apart = associate_people(dataset.cameras, detections, schema, options);
       run.say(sequence.name + ": " + std::to_string(apart.size()) + " people");
       if (!apart.empty()) {
@@ -135,7 +135,7 @@ void reconstruct_keypoints(StageRun& run, const Dataset& dataset,
   run.metric("keypoints_found", wanted > 0 ? found / wanted : 0);
 }
 
-/// Throws DataError where a picture, mask or label image is not as large as the camera says.
+/// Throws DataError where an image, mask or label image is not as large as the camera says.
 void require_size(const char* what, int width, int height, const Camera& camera, int frame,
                   const DataPlace& place) {
   if (width != camera.width || height != camera.height) {
@@ -146,7 +146,7 @@ void require_size(const char* what, int width, int height, const Camera& camera,
   }
 }
 
-/// Of one camera's frames, those without a picture or without a mask.
+/// Of one camera's frames, those without an image or without a mask.
 std::optional<Finding> missing_of(const std::string& camera, const CameraFrames& files,
                                   const std::vector<int>& frames) {
   std::size_t pictures = 0;
@@ -166,19 +166,19 @@ std::optional<Finding> missing_of(const std::string& camera, const CameraFrames&
     return std::nullopt;
   }
   if (pictures == 0) {
-    return finding("no picture of any of the " + all + " frames",
+    return finding("no image of any of the " + all + " frames",
                    "it is not used; check the location and the names of its images");
   }
   if (without.size() == frames.size()) {
-    return finding("no mask and no labels of any of its pictures",
+    return finding("no mask and no labels of any of its images",
                    "it is not used; atelier masks creates masks");
   }
-  return finding("no picture or no mask of " + std::to_string(without.size()) + " of " + all +
+  return finding("no image or no mask of " + std::to_string(without.size()) + " of " + all +
                      " frames, the first is " + std::to_string(without.front()),
                  "its other frames are used");
 }
 
-/// What is not there of the capture's frames, as far as it is worked on: views without a picture or
+/// What is not there of the capture's frames, as far as it is worked on: views without an image or
 /// a mask, and frames that have too few of them.
 std::vector<Finding> missing_views(const Dataset& dataset, const std::vector<int>& frames) {
   std::vector<Finding> findings;
@@ -199,7 +199,7 @@ std::vector<Finding> missing_views(const Dataset& dataset, const std::vector<int
     findings.push_back({Severity::Warning, "frame-without-masks",
                         "frame " + std::to_string(dropped.front()),
                         std::to_string(dropped.size()) +
-                            " frames have pictures with masks or labels in fewer than two views",
+                            " frames have images with masks or labels in fewer than two views",
                         "they get no surface; atelier masks creates masks"});
   }
   return findings;
@@ -263,7 +263,7 @@ std::vector<int> frames_with_masks(const Dataset& dataset) {
 
 int halvings_for(const Dataset& dataset, double gibibytes) {
   constexpr double kGibibyte = 1073741824;
-  constexpr double kBytesPerPixel = 125;  // measured; what does not grow with pictures is little
+  constexpr double kBytesPerPixel = 125;  // measured; what does not grow with images is little
   constexpr int kMost = 4;
   double bytes = 0;
   for (const Camera& camera : dataset.cameras) {
@@ -279,7 +279,7 @@ int halvings_for(const Dataset& dataset, double gibibytes) {
 std::string halvings_text(int halvings, double gibibytes) {
   char text[200];
   std::snprintf(text, sizeof(text),
-                "pictures are taken at 1/%d of their size, so that those of a frame take %.3g GiB "
+                "images are taken at 1/%d of their size, so that those of a frame take %.3g GiB "
                 "at most where four halvings do it (--memory)",
                 1 << halvings, gibibytes);
   return text;
@@ -307,7 +307,7 @@ std::vector<InstantView> instant_of(const Dataset& dataset, int frame, int halvi
     view.image = std::move(*image);
     view.mask = std::move(*mask);
     const CameraFrames& files = dataset.frames[c];
-    require_size("a picture", view.image.width, view.image.height, view.camera, frame,
+    require_size("an image", view.image.width, view.image.height, view.camera, frame,
                  files.images.at(frame));
     if (auto labels = reader.labels(index, frame)) {
       view.labels = std::move(*labels);

@@ -18,7 +18,7 @@ struct ReconstructStageOptions {
   ReconstructOptions scan;
   bool label_by_color = true;  ///< where no label image says what is what
   ColorSplitOptions split;
-  double memory = 8;  ///< GiB: pictures are halved until the work on one frame fits
+  double memory = 8;  ///< GiB: images are halved until the work on one frame fits
 };
 OptionTable describe(ReconstructStageOptions& options);
 
@@ -26,20 +26,20 @@ OptionTable describe(ReconstructStageOptions& options);
 /// DataError where it has no calibration or fewer than two cameras are left.
 Dataset stage_dataset(const std::filesystem::path& path, const DatasetOptions& options);
 
-/// How often pictures are halved so that the work on a frame fits into the memory; at most four
+/// How often images are halved so that the work on a frame fits into the memory; at most four
 /// times. And what to say where they are.
 int halvings_for(const Dataset& dataset, double gibibytes);
 std::string halvings_text(int halvings, double gibibytes);
 
-/// What every camera of a capture saw at one frame, of those that have a picture and a mask.
-/// @param halvings  times that pictures and cameras are halved
+/// What every camera of a capture saw at one frame, of those that have an image and a mask.
+/// @param halvings  times that images and cameras are halved
 std::vector<InstantView> instant_of(const Dataset& dataset, int frame, int halvings = 0);
 
-/// Frames of which at least two cameras have a picture with a mask.
+/// Frames of which at least two cameras have an image with a mask.
 std::vector<int> frames_with_masks(const Dataset& dataset);
 
 inline constexpr std::array kReconstructMetrics = {
-    StageMetric{"keypoints_found", "of the keypoints in the pictures"},
+    StageMetric{"keypoints_found", "of the keypoints in the images"},
     StageMetric{"hole_share", "of the surface"},
     StageMetric{"labels_by_color", ""},
     StageMetric{"scans", ""},

@@ -39,8 +39,8 @@ fs::path capture_of(const std::vector<StageStatus>& all) {
   return "CAPTURE";
 }
 
-/// The INPUT with which a stage's result is made anew: the capture, or what it was made of as it is
-/// now, where results were handed over (`refine`).
+/// The INPUT with which a stage's result is recomputed: the capture, or what it was made of as it
+/// is now, where results were handed over (`refine`).
 fs::path own_input(const StageStatus& own, const fs::path& workspace, const fs::path& capture) {
   for (const ManifestInput& input : own.manifest->inputs) {
     if (input.kind == "capture" || input.kind != own.row->inputs.front()) {

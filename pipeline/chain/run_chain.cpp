@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 using Names = std::vector<std::string_view>;
 
 constexpr const char* kNoMasks =
-    "no frame has pictures with masks or labels of two cameras; atelier masks creates masks";
+    "no frame has images with masks or labels of two cameras; atelier masks creates masks";
 
 std::string nothing(const CaptureFacts& /*facts*/) {
   return "";
@@ -102,8 +102,8 @@ constexpr std::array kSteps = {
 };
 
 constexpr StageCost kReport{.seconds = 8, .per_picture = 0.1};
-/// Figures against the truth measure every surface once more.
-constexpr StageCost kTruthReport{.seconds = 10, .per_picture = 0.1, .per_clothed = 3};
+/// Figures against the ground truth measure every surface once more.
+constexpr StageCost kGroundTruthReport{.seconds = 10, .per_picture = 0.1, .per_clothed = 3};
 
 double expected_seconds(const StageCost& cost, int looked_at, const CaptureFacts& facts) {
   constexpr double kMeasuredCores = 2;
@@ -152,7 +152,8 @@ double expected_seconds(const RunStep& step, const CaptureFacts& facts) {
 }
 
 double expected_report_seconds(const CaptureFacts& facts) {
-  return expected_seconds(facts.synthetic ? kTruthReport : kReport, facts.masked_frames, facts);
+  return expected_seconds(facts.synthetic ? kGroundTruthReport : kReport, facts.masked_frames,
+                          facts);
 }
 
 }  // namespace atelier

@@ -20,7 +20,7 @@
 #include "core/store/made_of.h"
 #include "core/store/result.h"
 #include "pipeline/animation/export_motion.h"
-#include "registration/flattening/taut_surface.h"
+#include "registration/flattening/rest_surface.h"
 
 namespace atelier {
 namespace {
@@ -134,7 +134,7 @@ std::vector<fs::path> garment_folders(const fs::path& registered) {
 bool is_followed_enough(const fs::path& registered) {
   const fs::path frames = garment_folders(registered).front() / "frames";
   return fs::exists(frames) &&
-         std::distance(fs::directory_iterator(frames), {}) >= static_cast<int>(kTautFrames);
+         std::distance(fs::directory_iterator(frames), {}) >= static_cast<int>(kRestFrames);
 }
 
 }  // namespace
@@ -149,10 +149,10 @@ fs::path flat_surfaces(const fs::path& workspace) {
   return renewed(workspace, "surfaces", made_of(results), [&](const fs::path& folder) {
     if (followed) {
       for (const fs::path& garment : garment_folders(results.back())) {
-        if (!fs::exists(garment / kTautFile)) {  // of an earlier version
-          throw DataError(garment.string(), kTautFile, "not there", "run 'atelier register' again");
+        if (!fs::exists(garment / kRestFile)) {  // of an earlier version
+          throw DataError(garment.string(), kRestFile, "not there", "run 'atelier register' again");
         }
-        fs::copy_file(garment / kTautFile, folder / (garment.filename().string() + ".obj"));
+        fs::copy_file(garment / kRestFile, folder / (garment.filename().string() + ".obj"));
       }
     } else {
       for (const auto& entry : fs::directory_iterator(made / "garments")) {
@@ -165,7 +165,7 @@ fs::path flat_surfaces(const fs::path& workspace) {
       nlohmann::json note = read_json(made / kTemplateNote);
       if (followed && is_followed_enough(results.back()) && note.contains("garments")) {
         for (nlohmann::json& garment : note["garments"]) {
-          garment["taut"] = true;  // so in nobody's pose
+          garment["rest"] = true;  // so in nobody's pose
           garment.erase("frame");
         }
       }

@@ -4,12 +4,12 @@
 
 namespace atelier {
 
-/// What a run makes of a workspace's results, in folders of the workspace: made anew only
+/// What a run makes of a workspace's results, in folders of the workspace: recomputed only
 /// when these results have changed, and then whole, with their consent. Throws DataError where a
 /// result is missing or damaged, and EnvironmentError.
 
 /// What `flatten` reads, in the folder `surfaces`: each garment without what folds take of it
-/// (taut.obj of `register`, registration/flattening/taut_surface.h); the template's meshes where
+/// (rest.obj of `register`, registration/flattening/rest_surface.h); the template's meshes where
 /// nothing is registered.
 std::filesystem::path flat_surfaces(const std::filesystem::path& workspace);
 

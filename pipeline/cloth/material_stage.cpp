@@ -65,10 +65,10 @@ void give_fit_metrics(StageRun& run, const std::vector<StiffnessFit>& fits) {
   run.metric("distance", distance);
   run.metric("stretch", first.expected.stretch);
   run.metric("bending", first.expected.bending);
-  run.metric("stretch_low", first.likely_low.stretch);
-  run.metric("stretch_high", first.likely_high.stretch);
-  run.metric("bending_low", first.likely_low.bending);
-  run.metric("bending_high", first.likely_high.bending);
+  run.metric("stretch_low", first.credible_low.stretch);
+  run.metric("stretch_high", first.credible_high.stretch);
+  run.metric("bending_low", first.credible_low.bending);
+  run.metric("bending_high", first.credible_high.bending);
 }
 
 /// Fits every garment; empty if the run was told to stop.
@@ -104,7 +104,7 @@ std::vector<StiffnessFit> fit_garments(StageRun& run, const Trials& trials) {
     return distances;
   };
   StiffnessSearchOptions search = options.search;
-  search.usual = options.usual ? usual_stiffness() : UsualStiffness{};
+  search.prior = options.use_prior ? stiffness_prior() : StiffnessPrior{};
   std::vector<StiffnessFit> fits =
       search_stiffness(static_cast<int>(trials.garments.size()), objective, search);
   if (stopped) {
@@ -136,16 +136,16 @@ void run_material(StageRun& run) {
   }
   std::vector<GarmentMaterial> found;
   for (std::size_t g = 0; g < outfit.size(); ++g) {
-    GarmentMaterial one{outfit[g].name, said_material(options.material), {}};
+    GarmentMaterial one{outfit[g].name, resolve_material(options.material), {}};
     if (fitted) {
       const StiffnessFit& fit = one.fit.emplace(std::move(fits[g]));
       one.material.stretch_warp = one.material.stretch_weft = fit.expected.stretch;
       one.material.bending = fit.expected.bending;
       run.say(outfit[g].name + ": stretching " + number_text(fit.expected.stretch) + " N/m (" +
-              ranges_text(fit.likely_low.stretch, fit.likely_high.stretch,
+              ranges_text(fit.credible_low.stretch, fit.credible_high.stretch,
                           range_within(fit.trials, kTenth, &Stiffness::stretch), fit.stretch) +
               "), bending " + number_text(fit.expected.bending) + " N m (" +
-              ranges_text(fit.likely_low.bending, fit.likely_high.bending,
+              ranges_text(fit.credible_low.bending, fit.credible_high.bending,
                           range_within(fit.trials, kTenth, &Stiffness::bending), fit.bending) +
               "); " + number_text(1e3 * fit.distance) + " mm from the registered shape");
     }

@@ -92,12 +92,12 @@ OptionTable describe(MaterialStageOptions& options) {
   OptionTable table;
   std::vector<std::string> names = fabric_names();
   names.insert(names.begin(), "fitted");
-  table.add("material", describe_said(options.material, std::move(names)));
+  table.add("material", describe_material(options.material, std::move(names)));
   table.add("search", describe(options.search));
-  table.add("usual", options.usual,
+  table.add("use_prior", options.use_prior,
             "Prior from published fabrics for what the capture does not determine; off: a uniform "
             "prior over the range");
-  table.add("leash", options.leash, 1, 60, "1/s",
+  table.add("tracking_rate", options.tracking_rate, 1, 60, "1/s",
             "Rate at which cloth is pulled towards where it was seen (tracking constraint); higher "
             "follows the capture more closely and tells less of the material");
   table.add("sequence", options.sequence, std::vector<std::string>{},
@@ -155,7 +155,7 @@ Trials read_trials(StageRun& run, const std::vector<RegisteredGarmentSequence>& 
       trials.steps.push_back(step);
     }
   }
-  trials.leash = options.leash;
+  trials.tracking_rate = options.tracking_rate;
   trials.options.rate = 1 / step_seconds;
   trials.options.contact = kContact;
   trials.options.solver.substeps = options.substeps;
@@ -164,7 +164,8 @@ Trials read_trials(StageRun& run, const std::vector<RegisteredGarmentSequence>& 
   trials.options.solver.report = false;
   for (const RegisteredGarmentSequence& garment : outfit) {
     trials.garments.push_back(tried_garment(garment, body, trials.bodies.front(),
-                                            said_material(options.material), options.edge_length));
+                                            resolve_material(options.material),
+                                            options.edge_length));
   }
   return trials;
 }
@@ -202,8 +203,9 @@ SceneResult run_scene(const Trials& trials, const std::vector<Stiffness>& scene,
         // A damped spring that neither swings nor lags: what it has to pull is what the stiffness
         // is wrong by, and no error of the start or of a frame grows.
         state.velocities +=
-            step_seconds * (trials.leash * trials.leash * (there - state.positions) +
-                            2 * trials.leash * (seen.velocity(frame, share) - state.velocities));
+            step_seconds *
+            (trials.tracking_rate * trials.tracking_rate * (there - state.positions) +
+             2 * trials.tracking_rate * (seen.velocity(frame, share) - state.velocities));
         solver->set_state(state);
       }
       if (frame >= settled) {

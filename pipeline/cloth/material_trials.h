@@ -6,7 +6,7 @@
 
 #include "core/store/stage.h"
 #include "pipeline/cloth/tried_garment.h"
-#include "simulation/material/said_material.h"
+#include "simulation/material/resolve_material.h"
 #include "simulation/material/stiffness_search.h"
 
 namespace atelier {
@@ -14,9 +14,9 @@ namespace atelier {
 struct MaterialStageOptions {
   /// "fitted", or a fabric, whose values are then taken as they are.
   Material material = fabrics_own_material("fitted");
-  StiffnessSearchOptions search = {.band = 0.2, .usual = {}};
-  bool usual = true;           ///< published fabrics decide what the capture leaves open
-  double leash = 20;           ///< 1/s, how quickly cloth is led back to where it was seen, 1 to 60
+  StiffnessSearchOptions search = {.likelihood_width = 0.2, .prior = {}};
+  bool use_prior = true;       ///< published fabrics decide what the capture leaves open
+  double tracking_rate = 20;   ///< 1/s, how quickly cloth is led back to where it was seen, 1 to 60
   std::string sequence = "";   ///< of the capture; "": the first clothed one
   int frames = 12;             ///< of it that are simulated, 2 to 10000
   double edge_length = 0.035;  ///< m of the garments as they are tried, 0.005 to 0.2
@@ -31,7 +31,7 @@ struct Trials {
   Triangles body_faces;
   std::vector<Points> bodies;  ///< after each simulated frame, the start first
   std::vector<int> steps;      ///< after which the frames are compared
-  double leash = 0;            ///< 1/s
+  double tracking_rate = 0;    ///< 1/s
   WornClothOptions options;
 };
 

@@ -73,31 +73,32 @@ void require_surface(const Points& body, const Triangles& faces,
   }
 }
 
-std::vector<std::string> scene_doubts(const SimulationScene& scene, double contact_reach) {
-  std::vector<std::string> doubts;
+std::vector<std::string> scene_diagnostics(const SimulationScene& scene, double contact_reach) {
+  std::vector<std::string> diagnostics;
   const Points& garment = scene.start;
   const Extent cloth = extent_of(garment);
   const auto metres = [](double length) { return number_text(length) + " m"; };
   if (!scene.body || scene.body_faces.rows() == 0) {
     const double size = cloth.diagonal().norm();
     if (size < 0.02 || size > 20) {
-      doubts.push_back(
+      diagnostics.push_back(
           "warning: the garment is " + metres(size) +
           " across; is the unit another? --scale is the length of its file's unit in metres");
     }
-    return doubts;
+    return diagnostics;
   }
   const Points body = scene.body(0);
   const Extent about = extent_of(body);
   if (about.sizes().maxCoeff() < 0.05 || about.sizes().y() > 5) {
-    doubts.push_back("warning: the body is " + metres(about.sizes().y()) + " high and " +
-                     metres(about.diagonal().norm()) +
-                     " across; another unit than metres? Bodies are taken as they are: scale its "
-                     "file");
+    diagnostics.push_back(
+        "warning: the body is " + metres(about.sizes().y()) + " high and " +
+        metres(about.diagonal().norm()) +
+        " across; another unit than metres? Bodies are taken as they are: scale its "
+        "file");
   }
   const double ratio = cloth.diagonal().norm() / about.diagonal().norm();
   if (ratio > 3 || ratio < 0.02) {
-    doubts.push_back(
+    diagnostics.push_back(
         "warning: the garment is " + metres(cloth.diagonal().norm()) + " across and the body " +
         metres(about.diagonal().norm()) +
         "; is the unit another? --scale is the length of the garment file's unit in metres");
@@ -106,28 +107,30 @@ std::vector<std::string> scene_doubts(const SimulationScene& scene, double conta
       cloth.min().z() > about.max().z() || cloth.max().z() < about.min().z() ||
       cloth.max().y() < about.min().y() ||
       cloth.min().y() > about.max().y() + std::max(1.0, about.sizes().y())) {
-    doubts.emplace_back(
+    diagnostics.emplace_back(
         "warning: the garment lies beside, below or far above the body; --move-x, --move-y and "
         "--move-z translate it");
   }
   if (enclosed_volume(body, scene.body_faces) < 0) {
-    doubts.emplace_back(
+    diagnostics.emplace_back(
         "warning: the body's faces are oriented inwards, so its inside is taken for its outside; "
         "reverse their orientation");
   }
   if (const double pull = farthest_pull(scene, body); pull > 0.05) {
-    doubts.push_back("warning: the body holds vertices of the garment " + metres(pull) +
-                     " from where they begin: they were attached to another body, or --scale or "
-                     "--move has taken them away");
+    diagnostics.push_back(
+        "warning: the body holds vertices of the garment " + metres(pull) +
+        " from where they begin: they were attached to another body, or --scale or "
+        "--move has taken them away");
   }
   if (const Index deep = deeper_than(contact_reach, garment, body, scene.body_faces); deep > 0) {
-    doubts.push_back("warning: " + std::to_string(deep) + " of " + std::to_string(garment.rows()) +
-                     " vertices start deeper inside the body than " + solver_flag("contact_reach") +
-                     " (" + number_text(1e3 * contact_reach) +
-                     " mm), so contact may not bring them out: a larger one (0.1), --scale, or "
-                     "--move-x, --move-y and --move-z");
+    diagnostics.push_back(
+        "warning: " + std::to_string(deep) + " of " + std::to_string(garment.rows()) +
+        " vertices start deeper inside the body than " + solver_flag("contact_reach") + " (" +
+        number_text(1e3 * contact_reach) +
+        " mm), so contact may not bring them out: a larger one (0.1), --scale, or "
+        "--move-x, --move-y and --move-z");
   }
-  return doubts;
+  return diagnostics;
 }
 
 void require_solver(const SolverOptions& options, Device device) {

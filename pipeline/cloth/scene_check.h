@@ -19,7 +19,7 @@ void require_surface(const Points& body, const Triangles& faces, const std::file
 /// closed body whose faces look inwards, vertices that the body pulls far from where they begin, as
 /// they are attached to another one, and vertices that begin so deep inside the body, deeper than
 /// `contact_reach` [m], that contact may not bring them out. The thresholds are our choice.
-std::vector<std::string> scene_doubts(const SimulationScene& scene, double contact_reach);
+std::vector<std::string> scene_diagnostics(const SimulationScene& scene, double contact_reach);
 
 /// Throws UsageError where options of a solver do not work together on that device.
 void require_solver(const SolverOptions& options, Device device);

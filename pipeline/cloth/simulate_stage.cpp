@@ -14,7 +14,7 @@
 #include "core/store/output_sequences.h"
 #include "pipeline/cloth/simulation_output.h"
 #include "simulation/material/membrane_in_use.h"
-#include "simulation/simulation_doubts.h"
+#include "simulation/simulation_diagnostics.h"
 #include "simulation/simulation_table.h"
 
 namespace atelier {
@@ -105,7 +105,7 @@ class FrameSource {
   std::exception_ptr failure_;  ///< of the frame behind `done_`
 };
 
-/// What the tables and pictures of the end need of a frame.
+/// What the tables and images of the end need of a frame.
 struct KeptFrame {
   FrameReport report;
   Points positions;  ///< [V,3] m, of the frames in the contact sheet; else no rows
@@ -207,7 +207,7 @@ void run_simulate(StageRun& run) {
   run.output_text("frames.csv", frames_csv(reports, options.fps));
   run.output_text("sheet.png", image_bytes(simulation_sheet(pictures), ImageFormat::Png));
   add_metrics(run, reports);
-  for (const std::string& doubt : simulation_doubts(reports, options.solver.self_contact)) {
+  for (const std::string& doubt : simulation_diagnostics(reports, options.solver.self_contact)) {
     run.warn(doubt);
   }
 }

@@ -23,7 +23,7 @@ inline constexpr std::array kSimulateMetrics = {
 /// The stage: INPUT is a folder with a garment, a body and a motion (scene_in). One file a frame
 /// holds the cloth's state and report (simulation_table.h), so that a run that was ended goes on
 /// with the same bits; then the garment as a sequence, frames.csv with a line of figures a frame,
-/// and sheet.png with pictures along the way. Metrics are the worst of all frames.
+/// and sheet.png with images along the way. Metrics are the worst of all frames.
 void run_simulate(StageRun& run);
 
 /// Throws DataError unless it is the folder of a scene.

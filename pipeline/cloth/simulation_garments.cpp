@@ -16,7 +16,7 @@
 #include "core/usage_error.h"
 #include "pipeline/cloth/scene_check.h"
 #include "simulation/cloth/weld_seams.h"
-#include "simulation/material/said_material.h"
+#include "simulation/material/resolve_material.h"
 
 namespace atelier {
 namespace {
@@ -122,7 +122,7 @@ std::vector<std::string> garment_names(const std::vector<std::filesystem::path>&
 
 std::vector<Garment> placed_garments(const std::vector<std::filesystem::path>& files,
                                      const SimulateOptions& options) {
-  const Material material = said_material(options.material);
+  const Material material = resolve_material(options.material);
   std::vector<Garment> garments;
   for (const std::filesystem::path& file : files) {
     Garment garment = read_garment(file, options.flat_rest, options.scale);

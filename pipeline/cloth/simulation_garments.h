@@ -22,7 +22,7 @@ std::vector<std::string> garment_names(const std::vector<std::filesystem::path>&
 std::vector<Garment> placed_garments(const std::vector<std::filesystem::path>& files,
                                      const SimulateOptions& options);
 
-/// Vertices near the top, down to `depth` [m] below it, ride on the body's nearest triangle, as a
+/// Vertices near the top, down to `depth` [m] below it, move with the body's nearest triangle, as a
 /// waistband or collar does. A vertex is told by its foot on the triangle's plane, so that it
 /// starts exactly where it is.
 void attach_top(Garment& garment, const Points& body, const Triangles& faces, double depth);

@@ -183,20 +183,20 @@ Image simulation_sheet(const std::vector<CaptionedImage>& pictures) {
   return contact_sheet(pictures, sheet);
 }
 
-/// Frames of a film, which is drawn when its extent is known: a minute at 15 a second. A longer run
-/// is filmed at fewer.
-constexpr Index kMostFilmed = 900;
+/// Frames of a video, which is drawn when its extent is known: a minute at 15 a second. A longer
+/// run is filmed at fewer.
+constexpr Index kMaxVideoFrames = 900;
 
 Album::Album(OutputPlace place, Index count, double fps)
     : place_(std::move(place)),
-      film_every_(std::max({Index{1}, static_cast<Index>(std::lround(fps / 15)),
-                            (count + kMostFilmed - 1) / kMostFilmed})),
+      video_every_(std::max({Index{1}, static_cast<Index>(std::lround(fps / 15)),
+                             (count + kMaxVideoFrames - 1) / kMaxVideoFrames})),
       count_(count),
-      film_fps_(fps / static_cast<double>(film_every_)) {}
+      video_fps_(fps / static_cast<double>(video_every_)) {}
 
 void Album::add(Index frame, const std::vector<Mesh>& garments, const SimulationScene& scene) {
   const bool last = frame == count_;
-  if (!in_sheet(frame, count_) && frame % film_every_ != 0) {
+  if (!in_sheet(frame, count_) && frame % video_every_ != 0) {
     return;
   }
   std::vector<RenderMesh> meshes =
@@ -204,9 +204,9 @@ void Album::add(Index frame, const std::vector<Mesh>& garments, const Simulation
   if (in_sheet(frame, count_)) {
     pictures_.push_back(sheet_picture(frame, garments, scene));
   }
-  // A run shorter than the first picture of the film has its last frame as one.
-  if (frame % film_every_ == 0 || (last && film_.empty())) {
-    film_.push_back(meshes);
+  // A run shorter than the first image of the video has its last frame as one.
+  if (frame % video_every_ == 0 || (last && video_.empty())) {
+    video_.push_back(meshes);
   }
   if (last) {
     end_ = std::move(meshes);
@@ -220,17 +220,17 @@ void Album::write_sheet() const {
 void Album::write_videos(const std::function<bool()>& stop) const {
   constexpr int kTurn = 36;
   const std::vector<Image> turn = turntable_of(end_, kTurn, kFront, simulation_picture(), stop);
-  std::vector<Image> film;
-  for (std::size_t i = 0; i < film_.size() && !stop(); ++i) {
-    film.push_back(picture_of(film_[i], kThreeQuarter, simulation_picture()));
+  std::vector<Image> writer;
+  for (std::size_t i = 0; i < video_.size() && !stop(); ++i) {
+    writer.push_back(picture_of(video_[i], kThreeQuarter, simulation_picture()));
   }
   if (stop()) {
     return;
   }
   write_video(place_.beside("turntable.mp4"), kTurn,
               [&](Index i) { return turn[static_cast<std::size_t>(i)]; }, {.fps = 12});
-  write_video(place_.beside("motion.mp4"), static_cast<Index>(film.size()),
-              [&](Index i) { return film[static_cast<std::size_t>(i)]; }, {.fps = film_fps_});
+  write_video(place_.beside("motion.mp4"), static_cast<Index>(writer.size()),
+              [&](Index i) { return writer[static_cast<std::size_t>(i)]; }, {.fps = video_fps_});
 }
 
 }  // namespace atelier

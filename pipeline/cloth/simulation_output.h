@@ -66,7 +66,7 @@ CaptionedImage sheet_picture(Index frame, const std::vector<Mesh>& garments,
                              const SimulationScene& scene);
 Image simulation_sheet(const std::vector<CaptionedImage>& pictures);
 
-/// Pictures along the way, and two videos: of the motion and once round the end.
+/// Images along the way, and two videos: of the motion and once round the end.
 class Album {
  public:
   Album(OutputPlace place, Index count, double fps);
@@ -74,16 +74,16 @@ class Album {
   /// sheet.png, of the frames so far.
   void write_sheet() const;
   /// turntable.mp4 and motion.mp4, once the last frame was added; neither where `stop`, asked
-  /// before each picture, says so.
+  /// before each image, says so.
   void write_videos(const std::function<bool()>& stop) const;
 
  private:
   OutputPlace place_;
-  Index film_every_;
+  Index video_every_;
   Index count_;
-  double film_fps_;
+  double video_fps_;
   std::vector<CaptionedImage> pictures_;
-  std::vector<std::vector<RenderMesh>> film_;
+  std::vector<std::vector<RenderMesh>> video_;
   std::vector<RenderMesh> end_;
 };
 

@@ -50,7 +50,7 @@ OptionTable describe(SimulateOptions& options) {
   table.add(describe(options.cloth));
   table.add("wind", options.wind, -200, 200, "m/s",
             "Velocity of the wind, three numbers; empty: still air");
-  table.add("material", describe_said(options.material, fabric_names()));
+  table.add("material", describe_material(options.material, fabric_names()));
   OptionTable solver = describe(options.solver, {"time_step", "report"});
   for (OptionField& field : solver.fields) {
     field.keyed = true;  // what is counted is in the result
@@ -171,14 +171,15 @@ double across(const Points& points) {
 
 /// What will run and hardly be meant of each garment, with its name where there are several; what
 /// is alike of all of them, as what is of the body, once and without one.
-std::vector<std::string> doubts_of(const SimulationScene& scene, const SimulateOptions& options) {
+std::vector<std::string> diagnostics_of(const SimulationScene& scene,
+                                        const SimulateOptions& options) {
   std::vector<std::vector<std::string>> of_each;
   for (std::size_t g = 0; g < scene.garments.size(); ++g) {
     SimulationScene alone = scene;
     alone.garments = {scene.garments[g]};
     alone.first = {0, scene.first[g + 1] - scene.first[g]};
     alone.start = scene.start.middleRows(scene.first[g], alone.first[1]);
-    of_each.push_back(scene_doubts(alone, options.solver.contact_reach));
+    of_each.push_back(scene_diagnostics(alone, options.solver.contact_reach));
     // Beside a body of the same unit nothing of the garment looks odd.
     const double size = across(alone.start);
     if (scene.body && size > 20 && across(scene.body(0)) > 20) {
@@ -188,21 +189,21 @@ std::vector<std::string> doubts_of(const SimulationScene& scene, const SimulateO
     }
   }
   const auto of_all = [&](const std::string& doubt) {
-    return std::all_of(of_each.begin(), of_each.end(), [&](const auto& doubts) {
-      return std::find(doubts.begin(), doubts.end(), doubt) != doubts.end();
+    return std::all_of(of_each.begin(), of_each.end(), [&](const auto& diagnostics) {
+      return std::find(diagnostics.begin(), diagnostics.end(), doubt) != diagnostics.end();
     });
   };
-  std::vector<std::string> doubts;
+  std::vector<std::string> diagnostics;
   for (std::size_t g = 0; g < of_each.size(); ++g) {
     for (const std::string& doubt : of_each[g]) {
       if (!of_all(doubt)) {
-        doubts.push_back(kWarning + about(scene, g) + doubt.substr(kWarning.size()));
+        diagnostics.push_back(kWarning + about(scene, g) + doubt.substr(kWarning.size()));
       } else if (g == 0) {
-        doubts.push_back(doubt);
+        diagnostics.push_back(doubt);
       }
     }
   }
-  return doubts;
+  return diagnostics;
 }
 
 /// Says where the frames in all are fewer than those before the body moves.
@@ -277,7 +278,7 @@ SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& optio
   if (options.relax) {
     relax_scene(scene, options, device);
   }
-  for (std::string& doubt : doubts_of(scene, options)) {
+  for (std::string& doubt : diagnostics_of(scene, options)) {
     scene.notes.push_back(std::move(doubt));
   }
   return scene;

@@ -10,7 +10,7 @@
 #include "core/finding.h"
 #include "core/garment.h"
 #include "core/sequence.h"
-#include "simulation/material/said_material.h"
+#include "simulation/material/resolve_material.h"
 #include "simulation/relax_gravity.h"
 #include "simulation/solver.h"
 
@@ -33,7 +33,7 @@ struct SimulateOptions {
   int length = 0;          ///< frames in all; 0: as long as the body moves
   double body_fps = 0;     ///< of body meshes, 0: what they say, else `fps`
   double fall_in = 1;      ///< s from the rest pose to a motion's first pose
-  double pin_top = 0;      ///< m below the garment's highest vertex that ride on the body
+  double pin_top = 0;      ///< m below the garment's highest vertex that move with the body
   double scale = 1;        ///< of the garment's file, to metres; of several the same
   double move_x = 0;       ///< m, of the scaled garment; of several all of them
   double move_y = 0;       ///< m
@@ -44,7 +44,7 @@ struct SimulateOptions {
   bool sewn = true;                            ///< seams of the garment are closed before it moves
   ClothOptions cloth;                          ///< with `relax`, rest angles are the template's
   std::vector<double> wind;                    ///< m/s, three numbers, or none
-  Material material = fabrics_own_material();  ///< what is said of it, see said_material
+  Material material = fabrics_own_material();  ///< what is said of it, see resolve_material
   /// Always with a report, so its counts are a part of the result.
   SolverOptions solver = scene_solver_options();
 };

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <map>
 
-#include "core/remesh/even_mesh.h"
+#include "core/remesh/isotropic_remeshing.h"
 #include "core/topology.h"
 #include "core/tree.h"
 #include "simulation/cloth/median_rest.h"
@@ -36,7 +36,7 @@ Mesh coarse_mesh(const Mesh& mesh, double edge_length) {
   Mesh surface;
   surface.vertices = mesh.vertices;
   surface.faces = mesh.faces;
-  return even_mesh(surface, {.edge_length = edge_length, .holes = {}});
+  return isotropic_remeshing(surface, {.edge_length = edge_length, .holes = {}});
 }
 
 /// Speeds from five frames, where there are as many: the slope of the polynomial through them. The

@@ -19,8 +19,8 @@ struct TriedGarment {
   int patch_count = 0;
 };
 
-/// A registered garment with even triangles of `edge_length` m, in the frames of the body's motion.
-/// Its edges are at rest as long as they were in half of the frames.
+/// A registered garment with isotropic triangles of `edge_length` m, in the frames of the body's
+/// motion. Its edges are at rest as long as they were in half of the frames.
 /// @param body  [V,3] m, the body's surface in the first frame
 TriedGarment tried_garment(const RegisteredGarmentSequence& garment, const MovingBody& moving,
                            const Points& body, const Material& material, double edge_length);

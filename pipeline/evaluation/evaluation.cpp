@@ -30,7 +30,7 @@ namespace {
 namespace fs = std::filesystem;
 
 /// What can be measured, one row for each stage as it comes. A row measures the results of its
-/// stage in the workspace against the truth; none where there are none.
+/// stage in the workspace against the ground truth; none where there are none.
 struct Evaluation {
   const char* stage;
   std::vector<Measure> (*measure)(const fs::path& workspace, const fs::path& truth);
@@ -52,7 +52,7 @@ constexpr Evaluation kEvaluations[] = {
     {"flatten", measure_flatten},
     {"body", measure_body},
     {"refine", measure_refine},
-    {"ceiling", measure_ceiling},
+    {"oracle", measure_oracle},
     {"appearance", measure_appearance},
     {"material", measure_material},
     {"animate", measure_animate},
@@ -83,9 +83,9 @@ std::string outdated_problem(const std::vector<StageStatus>& all, const Evaluati
          mending_command(all, *own, workspace, truth);
 }
 
-/// Refuses the truth of another capture than the one that results with figures were made from. As
-/// for `run`, a capture is the same by its content or by its place: results may be of what it was
-/// before it grew where it lies, or before it moved as it is.
+/// Refuses the ground truth of another capture than the one that results with figures were made
+/// from. As for `run`, a capture is the same by its content or by its place: results may be of what
+/// it was before it grew where it lies, or before it moved as it is.
 void require_own_truth(const std::vector<StageStatus>& all, const fs::path& truth) {
   constexpr std::string_view kKind = "capture";
   std::error_code ignored;
@@ -134,7 +134,7 @@ void require_own_truth(const std::vector<StageStatus>& all, const fs::path& trut
                     "another capture than the one that the result of '" + status->stage +
                         "' was made from: " + amount_text(found.files, found.bytes) + " here, " +
                         amount_text(input->files, input->bytes) + " there",
-                    "--truth " + input->path + ", or the results of this one");
+                    "--ground-truth " + input->path + ", or the results of this one");
   }
 }
 
@@ -176,7 +176,7 @@ WorkspaceFigures workspace_figures(const fs::path& workspace, const fs::path& tr
   bool known = stage.empty();
   // What registration costs lies between the two.
   const auto wanted = [&](const std::string& one) {
-    return stage.empty() || stage == one || (stage == "appearance" && one == "ceiling");
+    return stage.empty() || stage == one || (stage == "appearance" && one == "oracle");
   };
   for (const Evaluation& evaluation : kEvaluations) {
     stages += std::string(stages.empty() ? "" : ", ") + evaluation.stage;
@@ -199,13 +199,13 @@ WorkspaceFigures workspace_figures(const fs::path& workspace, const fs::path& tr
         all.measures.insert(all.measures.end(), some.begin(), some.end());
       } catch (const DataError& error) {
         if (evaluation.measure == of_capture || is_inside(error.file, truth)) {
-          throw;  // without the truth nothing can be measured
+          throw;  // without the ground truth nothing can be measured
         }
         all.unmeasured.push_back({evaluation.stage, damage_text(error, workspace), true});
       }
     }
   }
-  if (const std::optional<Measure> cost = below_ceiling(workspace, all.measures)) {
+  if (const std::optional<Measure> cost = below_oracle(workspace, all.measures)) {
     all.measures.push_back(*cost);
   }
   if (!known) {

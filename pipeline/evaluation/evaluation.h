@@ -26,15 +26,15 @@ struct WorkspaceFigures {
   std::vector<Unmeasured> unmeasured;
 };
 
-/// Every figure that the results of a workspace give against the truth of the synthetic capture
-/// that they were made from, stage by stage. Not measured are: results that are outdated (their
-/// inputs or the stage have changed since, or those of anything that they rest on); `personalize`
-/// of another body model than the truth's, whose rest poses are not the same; and what reads a
-/// damaged result, so that one file does not take all other figures with it.
+/// Every figure that the results of a workspace give against the ground truth of the synthetic
+/// capture that they were made from, stage by stage. Not measured are: results that are outdated
+/// (their inputs or the stage have changed since, or those of anything that they rest on);
+/// `personalize` of another body model than the ground truth's, whose rest poses are not the same;
+/// and what reads a damaged result, so that one file does not take all other figures with it.
 /// @param stage  of this one alone, or "capture" for the capture itself; "": of all
-/// Throws UsageError for a stage that has no figures, DataError for the truth of another capture
-/// than the one that the results were made from (neither its content nor its place), else as the
-/// readers of the truth do.
+/// Throws UsageError for a stage that has no figures, DataError for the ground truth of another
+/// capture than the one that the results were made from (neither its content nor its place), else
+/// as the readers of the ground truth do.
 WorkspaceFigures workspace_figures(const std::filesystem::path& workspace,
                                    const std::filesystem::path& truth,
                                    const std::string& stage = "");

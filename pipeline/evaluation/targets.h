@@ -45,8 +45,8 @@ struct Judged {
 };
 
 /// The measure with what it is judged by: on `accuracy` by its own target, which may be sharper
-/// than the table's (from truth scans); on `demo` by the table's range, if it has one. Figures of
-/// the capture itself keep theirs.
+/// than the table's (from ground-truth scans); on `demo` by the table's range, if it has one.
+/// Figures of the capture itself keep theirs.
 Measure against(const Measure& measure, Targets targets);
 
 /// The table of targets for a workspace, given everything that was measured; then every figure that
@@ -54,7 +54,7 @@ Measure against(const Measure& measure, Targets targets);
 std::vector<Judged> judged(std::span<const Measure> measures, Targets targets,
                            const std::filesystem::path& workspace);
 
-/// "accuracy" or "demo"; "auto": by the size of the capture's pictures, "demo" below half a
+/// "accuracy" or "demo"; "auto": by the size of the capture's images, "demo" below half a
 /// megapixel.
 Targets targets_named(const std::string& name, const std::filesystem::path& capture);
 

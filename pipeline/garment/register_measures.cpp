@@ -53,8 +53,8 @@ double quantile(std::vector<double> values, double share) {
   return *at;
 }
 
-/// 1 for true vertices that two cameras see; empty where the truth does not say.
-std::vector<char> seen_twice(const TruthFrame& frame, std::size_t garment) {
+/// 1 for true vertices that two cameras see; empty where the ground truth does not say.
+std::vector<char> seen_twice(const GroundTruthFrame& frame, std::size_t garment) {
   if (garment >= frame.garments_seen.size() || frame.garments_seen[garment].data.empty()) {
     return {};
   }
@@ -71,17 +71,18 @@ std::vector<char> seen_twice(const TruthFrame& frame, std::size_t garment) {
 }
 
 Errors errors_of(const fs::path& folder, int template_frame, std::size_t garment,
-                 const fs::path& capture, const CaptureTruth& truth) {
+                 const fs::path& capture, const GroundTruth& truth) {
   const Sequence registered = open_sequence(folder);
   const Triangles& true_faces = truth.garments[garment].garment.mesh.faces;
   const Mesh mesh = read_mesh_archive(folder / "template.h5");
-  const TrueBinding binding =
-      bind_to_truth(mesh.vertices,
-                    read_truth_frame(capture, truth, template_frame).garments[garment], true_faces);
+  const TrueBinding binding = bind_to_truth(
+      mesh.vertices, read_ground_truth_frame(capture, truth, template_frame).garments[garment],
+      true_faces);
   const Topology topology = topology_of(registered.faces, mesh.vertices.rows());
   Errors errors;
   for (std::size_t i = 0; i < registered.frame_ids.size(); ++i) {
-    const TruthFrame frame_truth = read_truth_frame(capture, truth, registered.frame_ids[i]);
+    const GroundTruthFrame frame_truth =
+        read_ground_truth_frame(capture, truth, registered.frame_ids[i]);
     if (frame_truth.garments[garment].rows() == 0) {
       continue;
     }
@@ -99,16 +100,16 @@ Errors errors_of(const fs::path& folder, int template_frame, std::size_t garment
 }
 
 void add_measures(std::vector<Measure>& measures, const std::string& prefix, const Errors& errors,
-                  bool truth_scans, bool judged) {
+                  bool ground_truth_scans, bool judged) {
   using Side = Measure::Side;
   const Side side = judged ? Side::AtMost : Side::None;
   const auto count = static_cast<double>(errors.points.size());
   const double mean = std::accumulate(errors.points.begin(), errors.points.end(), 0.0);
   const std::string over = "over " + std::to_string(static_cast<int>(errors.frames)) +
                            " frames, what two cameras see" +
-                           (truth_scans ? ", from ground-truth scans" : "");
+                           (ground_truth_scans ? ", from ground-truth scans" : "");
   measures.push_back({prefix + "chamfer_mm", 1e3 * errors.chamfer / std::max(errors.frames, 1.0),
-                      "mm", truth_scans ? 1.0 : 2.0, side, over});
+                      "mm", ground_truth_scans ? 1.0 : 2.0, side, over});
   measures.push_back({prefix + "point_mean_mm", 1e3 * mean / std::max(count, 1.0), "mm", 3, side,
                       "from where each vertex's material point is"});
   measures.push_back(
@@ -138,8 +139,8 @@ void add_inside(Errors& errors, const JsonPlace& garment) {
 }
 
 nlohmann::json figures_of(const fs::path& file) {
-  constexpr std::size_t kMostText = 1 << 26;
-  return parse_json(read_file_text(file, kMostText), file.string());
+  constexpr std::size_t kMaxText = 1 << 26;
+  return parse_json(read_file_text(file, kMaxText), file.string());
 }
 
 }  // namespace
@@ -160,9 +161,9 @@ std::vector<Measure> measure_register(const fs::path& workspace, const fs::path&
   }
   const fs::path result = workspace / "register" / *current;
   const std::map<std::string, double> metrics = read_manifest(result, "register").metrics;
-  const auto metric = metrics.find("truth_scans");
-  const bool truth_scans = metric != metrics.end() && metric->second > 0;
-  const CaptureTruth truth = read_capture_truth(capture);
+  const auto metric = metrics.find("ground_truth_scans");
+  const bool ground_truth_scans = metric != metrics.end() && metric->second > 0;
+  const GroundTruth truth = read_ground_truth(capture);
   const fs::path file = result / "figures.json";
   const nlohmann::json figures = figures_of(file);
   Errors all;
@@ -182,10 +183,10 @@ std::vector<Measure> measure_register(const fs::path& workspace, const fs::path&
   if (each.empty()) {
     return measures;
   }
-  // What slides along plain cloth no picture tells.
-  add_measures(measures, "register.", all, truth_scans, capture_fabric(capture) != "plain");
+  // What slides along plain cloth no image tells.
+  add_measures(measures, "register.", all, ground_truth_scans, capture_fabric(capture) != "plain");
   for (const auto& [name, errors] : each) {
-    add_measures(measures, "register." + name + ".", errors, truth_scans, false);
+    add_measures(measures, "register." + name + ".", errors, ground_truth_scans, false);
   }
   return measures;
 }

@@ -8,8 +8,8 @@
 #include <set>
 
 #include "capture/frame_reader.h"
+#include "capture/ground_truth_scan.h"
 #include "capture/label_taxonomy.h"
-#include "capture/truth_scan.h"
 #include "core/error.h"
 #include "core/garment_archive.h"
 #include "core/io/mesh_obj.h"
@@ -22,8 +22,8 @@
 #include "core/store/result.h"
 #include "pipeline/capture/reconstruct_stage.h"
 #include "pipeline/garment/kept_frames.h"
-#include "registration/flattening/taut_surface.h"
-#include "registration/tracking/not_followed.h"
+#include "registration/flattening/rest_surface.h"
+#include "registration/tracking/tracking_failure.h"
 
 namespace atelier {
 namespace {
@@ -74,8 +74,8 @@ class RegisteredOutfit {
         options_(run.options<RegisterStageOptions>()),
         dataset_(stage_dataset(run.input("capture"), options_.capture)),
         bodies_(open_sequence(run.input("bodies"))) {
-    if (options_.truth_scans) {
-      truth_ = std::make_unique<CaptureTruth>(read_capture_truth(run.input("capture")));
+    if (options_.ground_truth_scans) {
+      truth_ = std::make_unique<GroundTruth>(read_ground_truth(run.input("capture")));
     }
     find_frames();
     if (options_.fit.fit.photometric) {
@@ -135,7 +135,7 @@ class RegisteredOutfit {
                !(files.masks.contains(id) || files.labels.contains(id));
       });
       if (without > 0) {
-        run_.warn("camera " + dataset_.cameras[c].id + ": no picture with a mask in " +
+        run_.warn("camera " + dataset_.cameras[c].id + ": no image with a mask in " +
                   std::to_string(without) + " of " + std::to_string(ids_.size()) + " frames");
       }
     }
@@ -246,7 +246,8 @@ class RegisteredOutfit {
     auto made = std::make_shared<Instant>();
     made->body = body(row);
     if (truth_) {
-      made->scan = truth_scan(*truth_, read_truth_frame(run_.input("capture"), *truth_, id));
+      made->scan =
+          ground_truth_scan(*truth_, read_ground_truth_frame(run_.input("capture"), *truth_, id));
     } else if (fs::exists(scan_file(id))) {
       made->scan = read_mesh_archive(scan_file(id));
     }
@@ -301,7 +302,7 @@ class RegisteredOutfit {
   const RegisterStageOptions& options_;
   Dataset dataset_;
   Sequence bodies_;
-  std::unique_ptr<CaptureTruth> truth_;
+  std::unique_ptr<GroundTruth> truth_;
   std::vector<int> ids_;
   std::vector<int> takes_;  // first frames
   double fps_ = 0;
@@ -423,14 +424,14 @@ void write_garments(StageRun& run, const std::vector<Worn>& garments, const Join
     for (const auto& [id, frame] : joined) {
       frames.push_back(part_of(frame.mesh, worn).vertices);
     }
-    if (frames.size() < kTautFrames) {
+    if (frames.size() < kRestFrames) {
       run.say(worn.name + ": " + counted(static_cast<Index>(frames.size()), "frame") +
               ", too few to estimate the rest surface: the template's is used for flattening");
     }
-    Mesh taut = worn.garment.mesh;
-    taut.vertices = taut_surface(taut, frames);
-    taut.normals.resize(0, 3);
-    run.output(folder + "/" + kTautFile, [&](const fs::path& file) { write_obj(file, taut); });
+    Mesh rest = worn.garment.mesh;
+    rest.vertices = rest_surface(rest, frames);
+    rest.normals.resize(0, 3);
+    run.output(folder + "/" + kRestFile, [&](const fs::path& file) { write_obj(file, rest); });
   }
 }
 
@@ -480,7 +481,7 @@ void write_figures(StageRun& run, const RegisteredOutfit& outfit, const std::vec
       followed.push_back({id, frame["support"], frame["correlation"], frame["inside"]});
       count += 1;
     }
-    if (const auto lost = not_followed(worn.name, followed)) {
+    if (const auto lost = tracking_failure(worn.name, followed)) {
       tell(run, {*lost});
     }
     if (const auto inside = inside_body(worn.name, followed)) {
@@ -495,7 +496,7 @@ void write_figures(StageRun& run, const RegisteredOutfit& outfit, const std::vec
   run.output_text("figures.json", all.dump(1));
   run.metric("frames", static_cast<double>(outfit.frame_ids().size()));
   run.metric("garments", static_cast<double>(garments.size()));
-  run.metric("truth_scans", outfit.has_truth() ? 1 : 0);
+  run.metric("ground_truth_scans", outfit.has_truth() ? 1 : 0);
   for (const char* figure : {"scan_rms", "support", "seen", "correlation", "inside"}) {
     run.metric(figure, sums[figure] / count);
   }
@@ -521,7 +522,7 @@ OptionTable describe(RegisterStageOptions& options) {
   OptionTable table;
   table.add("capture", describe(options.capture));
   table.add(describe(options.fit));
-  table.add("truth_scans", options.truth_scans,
+  table.add("ground_truth_scans", options.ground_truth_scans,
             "Ground-truth surfaces of a synthetic capture instead of scans, for comparison");
   return table;
 }

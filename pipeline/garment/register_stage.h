@@ -13,14 +13,15 @@ namespace atelier {
 struct RegisterStageOptions {
   DatasetOptions capture;
   RegisterSequenceOptions fit;
-  bool truth_scans = false;  ///< surfaces of a synthetic capture's truth instead of the scans
+  bool ground_truth_scans =
+      false;  ///< surfaces of a synthetic capture's ground truth instead of the scans
 };
 OptionTable describe(RegisterStageOptions& options);
 
 inline constexpr std::array kRegisterMetrics = {
     StageMetric{"frames", ""},
     StageMetric{"garments", ""},
-    StageMetric{"truth_scans", ""},
+    StageMetric{"ground_truth_scans", ""},
     StageMetric{"scan_rms", "m"},
     StageMetric{"support", "of the garments' area"},
     StageMetric{"seen", "of the vertices, by two cameras"},
@@ -34,7 +35,7 @@ inline constexpr std::array kRegisterMetrics = {
     StageMetric{"closure", "m"},
 };
 
-/// Templates, bodies, scans and pictures -> where every garment is in every clothed frame:
+/// Templates, bodies, scans and images -> where every garment is in every clothed frame:
 /// registered/<label>/ (core/sequence_archive.h, with template.h5, the mesh in its own frame),
 /// sequence.h5 and frames/ (all garments as one mesh, which `refine` reads) and figures.json: what
 /// each frame says of itself, and drift. Held-out cameras are not opened.

@@ -48,7 +48,7 @@ struct Distances {
 };
 
 /// Vertices that two cameras see; all where nothing says who sees them.
-Points seen_of(const TruthFrame& frame, std::size_t garment) {
+Points seen_of(const GroundTruthFrame& frame, std::size_t garment) {
   const Points& all = frame.garments[garment];
   if (garment >= frame.garments_seen.size() || frame.garments_seen[garment].data.empty()) {
     return all;
@@ -79,7 +79,7 @@ std::vector<Measure> measure_template(const fs::path& workspace, const fs::path&
   }
   const nlohmann::json json =
       parse_json(read_file_text(file, Limits().text_file_bytes), file.string());
-  const CaptureTruth truth = read_capture_truth(capture);
+  const GroundTruth truth = read_ground_truth(capture);
   Distances off;
   Distances missed;
   Distances missed_seen;
@@ -97,12 +97,12 @@ std::vector<Measure> measure_template(const fs::path& workspace, const fs::path&
     const std::string label = one.text_or("label", "");
     const auto match =
         std::find_if(truth.garments.begin(), truth.garments.end(),
-                     [&](const TruthGarment& t) { return label_name(t.label) == label; });
+                     [&](const GroundTruthGarment& t) { return label_name(t.label) == label; });
     if (match == truth.garments.end()) {
       continue;
     }
     const auto g = static_cast<std::size_t>(match - truth.garments.begin());
-    const TruthFrame frame = read_truth_frame(
+    const GroundTruthFrame frame = read_ground_truth_frame(
         capture, truth,
         static_cast<int>(one.integer_or("frame", 0, 0, std::numeric_limits<int>::max())));
     const Triangles& faces = match->garment.mesh.faces;

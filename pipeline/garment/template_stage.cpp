@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "bodymodel/formats/personal_body.h"
+#include "capture/ground_truth_scan.h"
 #include "capture/label_taxonomy.h"
-#include "capture/truth_scan.h"
 #include "core/error.h"
 #include "core/file_kind.h"
 #include "core/garment_archive.h"
@@ -33,17 +33,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kLeastShare = 0.05;  // of all clothing that a frame shows: less is noise of labels
+constexpr double kMinShare = 0.05;  // of all clothing that a frame shows: less is noise of labels
 
 /// Where labelled surfaces and bodies come from.
 struct Source {
   fs::path scans;
   fs::path capture;
-  std::unique_ptr<CaptureTruth> truth;
+  std::unique_ptr<GroundTruth> truth;
   Sequence bodies;
 
   Mesh scan(int id) const {
-    return truth ? truth_scan(*truth, read_truth_frame(capture, *truth, id))
+    return truth ? ground_truth_scan(*truth, read_ground_truth_frame(capture, *truth, id))
                  : read_mesh_archive(scans / (frame_name(id) + ".h5"));
   }
   bool has_scan(int id) const {
@@ -103,7 +103,7 @@ Wardrobe wardrobe_of(StageRun& run, const Source& source) {
       sum += area;
     }
     for (const auto& [label, area] : areas) {
-      if (area > kLeastShare * sum) {
+      if (area > kMinShare * sum) {
         worn.areas[label] = std::max(worn.areas[label], area);
       }
     }
@@ -275,7 +275,7 @@ void give_metrics(StageRun& run, const Sums& sums, std::size_t garments, bool tr
   run.metric("dynamic_share", sums.dynamic / std::max(1.0, sums.vertices));
   run.metric("self_intersections", sums.crossing);
   run.metric("atlas_stretch", sums.stretch);
-  run.metric("truth_scans", truth ? 1 : 0);
+  run.metric("ground_truth_scans", truth ? 1 : 0);
 }
 
 nlohmann::ordered_json json_of(const GarmentTemplate& made, const std::string& label) {
@@ -311,7 +311,7 @@ OptionTable describe(TemplateStageOptions& options) {
   table.add("import", options.import, std::vector<std::string>{},
             "Artist's mesh used instead, on the body of --template.frame: FILE or label=FILE");
   table.add("imported", describe(options.imported));
-  table.add("truth_scans", options.truth_scans,
+  table.add("ground_truth_scans", options.ground_truth_scans,
             "Ground-truth surfaces of a synthetic capture instead of scans, for comparison");
   return table;
 }
@@ -332,9 +332,9 @@ void run_template(StageRun& run) {
   Source source;
   source.scans = run.input("scans") / "scans";
   source.bodies = open_sequence(run.input("bodies"));
-  if (options.truth_scans) {
+  if (options.ground_truth_scans) {
     source.capture = run.input("capture");
-    source.truth = std::make_unique<CaptureTruth>(read_capture_truth(source.capture));
+    source.truth = std::make_unique<GroundTruth>(read_ground_truth(source.capture));
   }
   const PersonalBody person = read_personal_body(run.input("person") / "person.npz");
   if (!equal_arrays(person.model.mesh.faces, source.bodies.faces)) {
@@ -396,7 +396,7 @@ void run_template(StageRun& run) {
   run.output("template.png", [&](const fs::path& file) {
     write_text(file, image_bytes(template_picture(made, frames), ImageFormat::Png));
   });
-  give_metrics(run, sums, made.size(), options.truth_scans);
+  give_metrics(run, sums, made.size(), options.ground_truth_scans);
 }
 
 }  // namespace atelier

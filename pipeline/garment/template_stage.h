@@ -15,7 +15,8 @@ struct TemplateStageOptions {
   std::string labels = "auto";  ///< garments wanted: auto, or label names with commas
   std::string import = "";      ///< an artist's meshes: FILE, or label=FILE with commas
   MeshConvention imported{.metres_per_unit = 1, .up = 'y'};  ///< of files that do not say
-  bool truth_scans = false;  ///< surfaces of a synthetic capture's truth instead of the scans
+  bool ground_truth_scans =
+      false;  ///< surfaces of a synthetic capture's ground truth instead of the scans
 };
 OptionTable describe(TemplateStageOptions& options);
 
@@ -25,7 +26,7 @@ inline constexpr std::array kTemplateMetrics = {
     StageMetric{"area", "m2"},        StageMetric{"unseen_share", "of the area"},
     StageMetric{"edge_length", "m"},  StageMetric{"edge_deviation", "of the edge length"},
     StageMetric{"dynamic_share", ""}, StageMetric{"self_intersections", ""},
-    StageMetric{"atlas_stretch", ""}, StageMetric{"truth_scans", ""},
+    StageMetric{"atlas_stretch", ""}, StageMetric{"ground_truth_scans", ""},
 };
 
 /// Refuses lists of garments that name none, no clothing or one twice, and meshes that are not

@@ -25,7 +25,7 @@ namespace atelier {
 namespace {
 
 /// Its first dimensions, of as many as asked for; 0 where there is no such array, which its reader
-/// then says. What a frame or a picture is held against stands elsewhere: here in itself.
+/// then says. What a frame or an image is held against stands elsewhere: here in itself.
 std::int64_t extent(const Archive& archive, const char* name, std::size_t dimension = 0) {
   const auto found = archive.datasets.find(name);
   const bool there = found != archive.datasets.end() && dimension < found->second.shape.size();
@@ -101,8 +101,8 @@ bool judge(const Archive& archive, const std::filesystem::path& path) {
     if (file_kind(whole) != std::filesystem::file_type::regular) {
       return false;
     }
-    truth_frame_of(archive, truth_of(read_archive(whole, "atelier.truth", 1), whole.string()),
-                   path.string());
+    ground_truth_frame_of(
+        archive, truth_of(read_archive(whole, "atelier.truth", 1), whole.string()), path.string());
     return true;
   }
   const ArchiveSchema* schema = schema_named(archive.schema);

@@ -36,7 +36,7 @@ void add_cameras(const std::map<std::uint32_t, Camera>& cameras, Inspection& ins
 }
 
 void add_pictures(const std::vector<ColmapImage>& pictures, Inspection& inspection) {
-  inspection.add("kind", "pictures and where they were taken, COLMAP");
+  inspection.add("kind", "images and where they were taken, COLMAP");
   inspection.add("pictures", pictures.size());
 }
 
@@ -51,8 +51,8 @@ void inspect_video(const std::filesystem::path& path, Inspection& inspection) {
   inspection.add("fps", video.fps(), "1/s");
   // To come to a frame all before it are decoded. Our choice: some 1000 frames of 1920 x 1080,
   // which take seconds.
-  constexpr double kMostPixels = 2e9;
-  const double most = kMostPixels / (static_cast<double>(video.width()) * video.height());
+  constexpr double kMaxPixels = 2e9;
+  const double most = kMaxPixels / (static_cast<double>(video.width()) * video.height());
   const int decoded = static_cast<int>(std::clamp(most, 1.0, static_cast<double>(video.frames())));
   for (const int frame : std::set<int>{0, decoded / 2, decoded - 1}) {
     video.frame(frame);
@@ -60,7 +60,7 @@ void inspect_video(const std::filesystem::path& path, Inspection& inspection) {
   if (decoded < video.frames()) {
     inspection.findings.push_back(
         {Severity::Note, "video-not-decoded", "frame " + std::to_string(decoded),
-         "pictures from here on are not looked at", "a player or ffmpeg decodes them all"});
+         "images from here on are not looked at", "a player or ffmpeg decodes them all"});
   }
 }
 
@@ -109,7 +109,7 @@ void inspect_colmap_binary(const std::filesystem::path& path, Inspection& inspec
   } else if (path.string().ends_with(".geometric.bin") ||
              path.string().ends_with(".photometric.bin")) {
     const Image matrix = parse_colmap_matrix(bytes, path.string());
-    inspection.add("kind", "depth, normals or confidence of a picture, COLMAP's matrix");
+    inspection.add("kind", "depth, normals or confidence of an image, COLMAP's matrix");
     inspection.add("width", matrix.width, "px");
     inspection.add("height", matrix.height, "px");
     inspection.add("channels", matrix.channels);
@@ -140,7 +140,7 @@ bool inspect_capture_folder(const std::filesystem::path& path, Inspection& inspe
         std::all_of(dataset.frames.begin(), dataset.frames.end(),
                     [](const CameraFrames& frames) { return frames.images.empty(); })) {
       inspection.findings.push_back({Severity::Warning, "images-missing",
-                                     (path / "images").string(), "no camera has a picture",
+                                     (path / "images").string(), "no camera has an image",
                                      "most stages need them: images/<camera>/<frame>"});
     }
     add_stated_consent(dataset.info.consent, path, inspection);

@@ -95,10 +95,10 @@ const std::vector<DocumentMark>& document_marks() {
        "cameras of a capture",
        [](const std::string& text, const std::string& file) { parse_cameras_json(text, file); }},
       {{"people", "version"},
-       "keypoints in a picture, OpenPose",
+       "keypoints in an image, OpenPose",
        [](const std::string& text, const std::string& file) { parse_openpose(text, file); }},
       {{"annots"},
-       "keypoints in a picture, EasyMocap",
+       "keypoints in an image, EasyMocap",
        [](const std::string& text, const std::string& file) {
          parse_easymocap_annotation(text, file);
        }},
@@ -302,14 +302,14 @@ std::set<std::string> linked_frames(const std::filesystem::path& folder) {
 /// Numbered meshes. Of many the first, a middle and the last are read: a scan takes a second.
 void inspect_frames(const std::filesystem::path& folder, const Sequence& sequence,
                     Inspection& inspection) {
-  constexpr Index kMostRead = 16;
+  constexpr Index kMaxRead = 16;
   const Index frames = frame_count(sequence);
   inspection.add("kind", "meshes, one a frame");
   inspection.add("frames", frames);
   inspection.add("first frame", sequence.frame_ids.front());
   inspection.add("last frame", sequence.frame_ids.back());
   std::set<Index> read = {0, frames / 2, frames - 1};
-  for (Index i = 0; i < frames && frames <= kMostRead; ++i) {
+  for (Index i = 0; i < frames && frames <= kMaxRead; ++i) {
     read.insert(i);
   }
   const std::set<std::string> linked = linked_frames(folder);
@@ -357,7 +357,7 @@ void inspect_described_folder(const std::filesystem::path& path, Inspection& ins
       inspection.findings.push_back({Severity::Error, "cameras-missing", path.string(),
                                      "there is no cameras.json, without which no stage reads it",
                                      "copy it from where the capture was made; atelier calibrate "
-                                     "makes one of pictures"});
+                                     "makes one of images"});
     }
   }
   for (const char* part : {"cameras.json", "images", "labels", "keypoints2d", "truth"}) {

@@ -89,7 +89,7 @@ void inspect_video(const std::filesystem::path& path, Inspection& inspection);
 void inspect_yaml(const std::filesystem::path& path, Inspection& inspection);  // OpenCV's
 void inspect_colmap_text(const std::filesystem::path& path, Inspection& inspection);
 void inspect_colmap_binary(const std::filesystem::path& path, Inspection& inspection);
-/// What tells a capture: pictures alone may be the textures of meshes.
+/// What tells a capture: images alone may be the textures of meshes.
 enum class Evidence { Any, MoreThanPictures };
 /// A capture in the layout of another program; false, and nothing added, where it is none.
 bool inspect_capture_folder(const std::filesystem::path& path, Inspection& inspection,

@@ -99,7 +99,7 @@ std::vector<int> highest_opening(const Garment& garment) {
   return waist;
 }
 
-/// A belt: the waist rides on the body where it is, so that skirts and trousers stay up whatever
+/// A belt: the waist moves with the body where it is, so that skirts and trousers stay up whatever
 /// the hips and the motion are.
 void put_on_belt(Garment& garment, const Mesh& body, double thickness) {
   const TriangleTree tree = build_tree(body.vertices, body.faces);
@@ -307,8 +307,8 @@ namespace {
 /// A MakeHuman garment on a MakeHuman body: its mesh is the rest shape, there is no pattern.
 /// `body` has left the body that the file describes by its own displacement; simulation brings the
 /// cloth out of it.
-TruthGarment makehuman_garment(const std::string& file, const std::string& body_file,
-                               const BodyModel& body) {
+GroundTruthGarment makehuman_garment(const std::string& file, const std::string& body_file,
+                                     const BodyModel& body) {
   namespace fs = std::filesystem;
   const fs::path given = body_file;
   const fs::path base = fs::is_directory(given) ? given / "base.obj" : given;
@@ -325,7 +325,7 @@ TruthGarment makehuman_garment(const std::string& file, const std::string& body_
     files.macros = macros;
   }
   const BodyModel worn = read_makehuman_garment(file, read_makehuman(files));
-  TruthGarment truth;
+  GroundTruthGarment truth;
   truth.garment.name = plain_name(worn.name.empty() ? "garment" : worn.name);
   truth.garment.mesh = worn.mesh;
   // Some of MakeHuman's suits have parts that are inside out.
@@ -406,7 +406,8 @@ SolverOptions solver_of(const OutfitOptions& options) {
 }
 
 /// Sews and drapes one garment of a pattern.
-TruthGarment sewn_garment(const std::pair<std::string, Label>& garment, const Fitting& fitting) {
+GroundTruthGarment sewn_garment(const std::pair<std::string, Label>& garment,
+                                const Fitting& fitting) {
   const auto& [name, drafted_label] = garment;
   Garment panels = cut_panels(name, fitting.body, fitting.options);
   Label label = drafted_label;
@@ -438,7 +439,7 @@ TruthGarment sewn_garment(const std::pair<std::string, Label>& garment, const Fi
   SewingOptions sewing{.solver = fitting.sewing, .device = fitting.device, .watch = fitting.watch};
   sewing.waist_girth = label == Label::Lower ? fitting.measures.waist_girth : 0;
   sewing.gravity = lower_arms || label == Label::Lower ? kLittleGravity : sewing.gravity;
-  TruthGarment truth;
+  GroundTruthGarment truth;
   truth.seams = panels.seams;
   truth.garment = sewn_on(panels, inflated(wearer, fitting.room), sewing);
   if (lower_arms) {
@@ -482,13 +483,13 @@ Outfit dress_body(const BodyModel& body, const OutfitOptions& options, const std
     SolverOptions sewing = solver;
     sewing.substeps = 10;
     sewing.time_step = 1.0 / 60;
-    TruthGarment truth =
+    GroundTruthGarment truth =
         names[g].first.starts_with("mhclo:")
             ? makehuman_garment(names[g].first.substr(6), body_file, body)
             : sewn_garment(names[g], {body, measures, options, sewing,
                                       kLayerRoom * static_cast<double>(g), device, watch});
     set_material(truth.garment.material, options);
-    for (const TruthGarment& other : outfit.garments) {
+    for (const GroundTruthGarment& other : outfit.garments) {
       if (other.garment.name == truth.garment.name) {
         truth.garment.name += "_" + std::to_string(g);
       }
@@ -534,14 +535,14 @@ Outfit dress_body(const BodyModel& body, const OutfitOptions& options, const std
   return outfit;
 }
 
-Outfit dressed_before(std::vector<TruthGarment> garments, const OutfitOptions& options) {
+Outfit dressed_before(std::vector<GroundTruthGarment> garments, const OutfitOptions& options) {
   ATELIER_CHECK(!garments.empty(), "somebody wears something");
   Outfit outfit;
   outfit.solver = solver_of(options);
   outfit.solver.self_contact = true;
   std::vector<Cloth> cloths;
   Index vertices = 0;
-  for (const TruthGarment& garment : garments) {
+  for (const GroundTruthGarment& garment : garments) {
     cloths.push_back(make_cloth(garment.garment));
     outfit.first.push_back(vertices);
     vertices += garment.garment.mesh.vertices.rows();

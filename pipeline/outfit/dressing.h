@@ -32,11 +32,11 @@ OptionTable describe(OutfitOptions& options);
 
 /// Clothes on a body in its rest pose.
 struct Outfit {
-  std::vector<TruthGarment> garments;  ///< sewn; vertices of their meshes are draped
-  Cloth cloth;                         ///< all of them together
-  std::vector<Index> first;            ///< first vertex of each garment in the cloth, and the end
-  ClothState state;                    ///< draped
-  SolverOptions solver;                ///< to go on with
+  std::vector<GroundTruthGarment> garments;  ///< sewn; vertices of their meshes are draped
+  Cloth cloth;                               ///< all of them together
+  std::vector<Index> first;  ///< first vertex of each garment in the cloth, and the end
+  ClothState state;          ///< draped
+  SolverOptions solver;      ///< to go on with
 };
 
 /// Substeps that a search for pairs of cloth that may touch looks ahead (SolverOptions): a third of
@@ -64,7 +64,7 @@ Outfit dress_body(const BodyModel& body, const OutfitOptions& options,
                   const DressingWatch& watch = {});
 
 /// Clothes that dress_body has put on the same body before, as it left them: nothing is draped.
-Outfit dressed_before(std::vector<TruthGarment> garments, const OutfitOptions& options);
+Outfit dressed_before(std::vector<GroundTruthGarment> garments, const OutfitOptions& options);
 
 /// How panels are sewn.
 struct SewingOptions {

@@ -24,7 +24,7 @@ constexpr double kSmplTrunkMiddle = 0.0165;  // m, half way between the patterns
 constexpr double kSinking = 0.02;            // m that cloth sinks while it is sewn
 constexpr double kHemRidesUp = 0.15;         // m; what ends less below the hips can stay above them
 constexpr double kEase = 0.03;               // m of girth: cloth keeps off the skin, and breath
-constexpr double kLeastShareOfMass = 0.7;    // of the average, of a person who is not ill
+constexpr double kMinShareOfMass = 0.7;      // of the average, of a person who is not ill
 
 /// First and one past the last vertex of every panel: vertices of a panel are consecutive.
 std::vector<std::pair<Index, Index>> panel_ranges(const Garment& panels) {
@@ -241,7 +241,7 @@ DefaultHumanOptions human_that_fits(const std::vector<GirthFit>& fits,
                                     const DefaultHumanOptions& human) {
   DefaultHumanOptions fitting = human;
   const double start = expected_measures(human).mass;
-  for (double mass = start; mass >= kLeastShareOfMass * start; mass -= 1) {
+  for (double mass = start; mass >= kMinShareOfMass * start; mass -= 1) {
     fitting.mass = mass;
     const BodyMeasurements measures = expected_measures(fitting);
     const bool fit = std::all_of(fits.begin(), fits.end(), [&](const GirthFit& one) {

@@ -7,13 +7,13 @@
 #include "core/mesh_statistics.h"
 #include "pipeline/outfit/dressing.h"
 #include "registration/attach_to_body.h"
-#include "registration/blunt_corners.h"
+#include "registration/remove_slivers.h"
 #include "simulation/contact/contact_distance.h"
 
 namespace atelier {
 namespace {
 
-constexpr double kLeastCorner = 3;  // deg, of rest shapes; simulation refuses half a degree
+constexpr double kMinCorner = 3;  // deg, of rest shapes; simulation refuses half a degree
 
 ClothOptions cloth_options(const WornClothOptions& options) {
   ClothOptions cloth;
@@ -77,7 +77,7 @@ Points registered_velocity(const RegisteredGarmentSequence& garment, const Movin
   const double lead = lead_seconds(body);
   const std::vector<Attachment> riding = attach_to_body(here, surface_at(body, lead), faces);
   const auto carried = [&](double seconds) {
-    return ride_on_body(riding, surface_at(body, lead + seconds), faces);
+    return body_driven(riding, surface_at(body, lead + seconds), faces);
   };
   return (carried(kMoment) - here) / kMoment +
          body.motion.fps * (next - carried(1 / body.motion.fps));
@@ -90,8 +90,8 @@ WornGarment worn_in_frame(const RegisteredGarmentSequence& garment, int frame_id
   worn.name = garment.name;
   worn.garment = garment.garment;
   // Registration moves vertices along the cloth, here and there onto the opposite edge.
-  worn.garment.mesh.vertices = with_blunt_corners(registered_mesh(garment, garment.template_frame),
-                                                  {.least = kLeastCorner, .flips = false})
+  worn.garment.mesh.vertices = remove_slivers(registered_mesh(garment, garment.template_frame),
+                                              {.least = kMinCorner, .flips = false})
                                    .vertices;
   worn.garment.material = material;
   worn.start = registered_mesh(garment, frame_id).vertices;

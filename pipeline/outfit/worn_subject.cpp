@@ -42,7 +42,7 @@ Mesh template_of(const fs::path& folder, const Sequence& sequence) {
 
 }  // namespace
 
-std::vector<Points> surfaces_of(const TruthFrame& frame, const CaptureTruth& truth) {
+std::vector<Points> surfaces_of(const GroundTruthFrame& frame, const GroundTruth& truth) {
   std::vector<Points> surfaces = {frame.body};
   surfaces.insert(surfaces.end(), frame.layers.begin(), frame.layers.end());
   surfaces.resize(1 + truth.layers.size());
@@ -52,18 +52,18 @@ std::vector<Points> surfaces_of(const TruthFrame& frame, const CaptureTruth& tru
 }
 
 WornSubject worn_in_truth(const fs::path& capture,
-                          const std::shared_ptr<const CaptureTruth>& truth) {
+                          const std::shared_ptr<const GroundTruth>& truth) {
   WornSubject worn;
   add(worn, "body", truth->body, static_cast<int>(Label::Skin));
   for (std::size_t i = 0; i < truth->layers.size(); ++i) {
     add(worn, truth->layer_names[i], truth->layers[i], -1);
   }
   worn.first_garment = worn.templates.size();
-  for (const TruthGarment& garment : truth->garments) {
+  for (const GroundTruthGarment& garment : truth->garments) {
     add(worn, garment.garment.name, garment.garment.mesh, static_cast<int>(garment.label));
   }
   worn.subject.load = [truth, capture](int frame_id) {
-    return surfaces_of(read_truth_frame(capture, *truth, frame_id), *truth);
+    return surfaces_of(read_ground_truth_frame(capture, *truth, frame_id), *truth);
   };
   return worn;
 }

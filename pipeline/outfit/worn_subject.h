@@ -17,13 +17,13 @@ struct WornSubject {
   std::size_t first_garment = 0;  ///< of its surfaces
 };
 
-/// The surfaces of a frame of the truth, as worn_in_truth has them.
-std::vector<Points> surfaces_of(const TruthFrame& frame, const CaptureTruth& truth);
+/// The surfaces of a frame of the ground truth, as worn_in_truth has them.
+std::vector<Points> surfaces_of(const GroundTruthFrame& frame, const GroundTruth& truth);
 
-/// A synthetic capture's truth. Frames are read when they are asked for. Garments have the truth's
-/// names.
+/// A synthetic capture's truth. Frames are read when they are asked for. Garments have the ground
+/// truth's names.
 WornSubject worn_in_truth(const std::filesystem::path& capture,
-                          const std::shared_ptr<const CaptureTruth>& truth);
+                          const std::shared_ptr<const GroundTruth>& truth);
 
 /// The registered garments and the bodies of a workspace: results of `register` and `body`.
 /// Garments have the names of their labels. In a frame in which nothing is registered they are not

@@ -7,14 +7,14 @@
 #include "core/error.h"
 #include "core/normals.h"
 #include "pipeline/pattern/flatten_relax.h"
-#include "registration/blunt_corners.h"
 #include "registration/edge_paths.h"
+#include "registration/flattening/cut_to_disks.h"
 #include "registration/flattening/find_pattern.h"
-#include "registration/flattening/flatten_doubts.h"
+#include "registration/flattening/flatten_diagnostics.h"
 #include "registration/flattening/front_and_back.h"
-#include "registration/flattening/open_to_discs.h"
 #include "registration/flattening/part_overlaps.h"
 #include "registration/flattening/smooth_surface.h"
+#include "registration/remove_slivers.h"
 
 namespace atelier {
 namespace {
@@ -33,16 +33,16 @@ void smooth_mesh(Mesh& mesh, double reach, const FlattenWatcher& watcher) {
 
 /// Slivers, which no simulation takes, are taken out; where seams are given, triangles stay and
 /// only what is near to being refused is changed.
-void blunt_mesh(Mesh& mesh, bool seams_given, const FlattenWatcher& watcher) {
+void mesh_without_slivers(Mesh& mesh, bool seams_given, const FlattenWatcher& watcher) {
   constexpr double kNearlyRefused = 2;  // deg
-  BluntCornersOptions how;
+  RemoveSliversOptions how;
   if (seams_given) {
     how.least = kNearlyRefused;
     how.flips = false;
   }
-  const double before = least_corners(mesh.vertices, mesh.faces).minCoeff();
-  mesh = with_blunt_corners(mesh, how);
-  const double after = least_corners(mesh.vertices, mesh.faces).minCoeff();
+  const double before = min_corners(mesh.vertices, mesh.faces).minCoeff();
+  mesh = remove_slivers(mesh, how);
+  const double after = min_corners(mesh.vertices, mesh.faces).minCoeff();
   if (after > before) {
     char text[120];
     std::snprintf(text, sizeof text, "slivers removed: smallest corner %.1f deg, was %.1f", after,
@@ -75,8 +75,8 @@ void lay_out_found(FlattenedGarment& flat, const FlattenStageOptions& options,
   std::snprintf(text, sizeof text, "the surface deviates by %.2f mm in the mean, %.1f mm at most",
                 1000 * found.moved_mean, 1000 * found.moved_most);
   watcher.say(text);
-  flat.gave_way_mean = found.moved_mean;
-  flat.gave_way_most = found.moved_most;
+  flat.deviation_mean = found.moved_mean;
+  flat.deviation_max = found.moved_most;
   flat.mesh = std::move(found.mesh);
   flat.reached = found.reached;
   if (found.reached) {
@@ -92,7 +92,7 @@ void lay_out_found(FlattenedGarment& flat, const FlattenStageOptions& options,
 
 /// The smallest corner of the flat panels, deg: a simulation refuses those below half a degree.
 double flat_corner(const FlattenedGarment& flat) {
-  return least_corners(flat.pattern.vertices, flat.pattern.cut.faces).minCoeff();
+  return min_corners(flat.pattern.vertices, flat.pattern.cut.faces).minCoeff();
 }
 
 }  // namespace
@@ -116,14 +116,14 @@ FlattenedGarment flatten_garment(const FlattenGarment& garment, const FlattenSta
   if (options.smooth > 0) {
     smooth_mesh(flat.mesh, options.smooth, watcher);
   }
-  blunt_mesh(flat.mesh, options.seams != "auto", watcher);
+  mesh_without_slivers(flat.mesh, options.seams != "auto", watcher);
   const Topology topology = topology_of(flat.mesh.faces, flat.mesh.vertices.rows());
   try {
     if (options.seams == "auto") {
       lay_out_found(flat, options, watcher);
     } else {
       const std::vector<char> open =
-          opened_to_discs(topology, given, edge_lengths(topology, flat.mesh.vertices));
+          cut_to_disks(topology, given, edge_lengths(topology, flat.mesh.vertices));
       if (open != given) {
         watcher.say("panels with holes were cut open");
       }
@@ -134,11 +134,11 @@ FlattenedGarment flatten_garment(const FlattenGarment& garment, const FlattenSta
   }
   flat.layout = lay_out_pattern(flat.pattern, options.pattern);
   if (const auto doubt =
-          fabric_doubt(flat.layout, options.pattern.fabric_width, garment.file.string())) {
+          fabric_finding(flat.layout, options.pattern.fabric_width, garment.file.string())) {
     watcher.warn(*doubt);
   }
   if (options.flatten.equal_seams) {
-    const auto doubt = seam_doubt(mismatch_of(flat), garment.file.string());
+    const auto doubt = seam_finding(mismatch_of(flat), garment.file.string());
     flat.equal = !doubt;
     if (doubt) {
       watcher.warn(*doubt);
@@ -175,8 +175,8 @@ nlohmann::ordered_json json_of(const FlattenedGarment& flat) {
           {"seam_length", m.seam_length},
           {"inverted", m.inverted},
           {"overlaps", m.overlaps},
-          {"gave_way_mean", flat.gave_way_mean},
-          {"gave_way_most", flat.gave_way_most},
+          {"deviation_mean", flat.deviation_mean},
+          {"deviation_max", flat.deviation_max},
           {"smallest_corner", flat_corner(flat)},
           {"fabric_width", flat.layout.width},
           {"fabric_length", flat.layout.length}};

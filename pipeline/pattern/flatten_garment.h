@@ -17,7 +17,7 @@ struct FlattenedGarment {
   PatternLayout layout;
   Eigen::Vector3d facing = Eigen::Vector3d::Zero();  ///< where its wearer looks; zero: not known
   bool reached = true;                               ///< what was asked of found seams
-  double gave_way_mean = 0, gave_way_most = 0;       ///< m, off the smoothed surface
+  double deviation_mean = 0, deviation_max = 0;      ///< m, off the smoothed surface
   bool relaxed = true;  ///< hangs as captured, where that was asked for
   bool equal = true;    ///< both sides of every seam are equally long, where that was asked for
 };

@@ -48,7 +48,7 @@ FlatPattern pattern_of(const Mesh& mesh, const std::filesystem::path& file) {
   return pattern;
 }
 
-double seam_length(const TruthGarment& truth) {
+double seam_length(const GroundTruthGarment& truth) {
   double length = 0;
   for (const Seam& seam : truth.seams) {
     for (std::size_t i = 1; i < seam.a.size(); ++i) {
@@ -70,16 +70,16 @@ double flat_area(const Points2& vertices, const Triangles& faces) {
 
 /// Which true garment with seams each file is of, null where there is none: that of its folder's
 /// label, else the one of nearest area; each true one once.
-std::vector<const TruthGarment*> true_garments(const CaptureTruth& truth,
-                                               const std::vector<std::filesystem::path>& files,
-                                               const std::vector<double>& areas) {
-  std::vector<const TruthGarment*> of(files.size(), nullptr);
-  const auto is_left = [&](const TruthGarment& garment) {
+std::vector<const GroundTruthGarment*> true_garments(
+    const GroundTruth& truth, const std::vector<std::filesystem::path>& files,
+    const std::vector<double>& areas) {
+  std::vector<const GroundTruthGarment*> of(files.size(), nullptr);
+  const auto is_left = [&](const GroundTruthGarment& garment) {
     return !garment.seams.empty() && std::find(of.begin(), of.end(), &garment) == of.end();
   };
   for (std::size_t i = 0; i < files.size(); ++i) {
     const std::optional<Label> label = label_of(files[i].parent_path().filename().string());
-    for (const TruthGarment& garment : truth.garments) {
+    for (const GroundTruthGarment& garment : truth.garments) {
       if (of[i] == nullptr && label && garment.label == *label && is_left(garment)) {
         of[i] = &garment;
       }
@@ -90,8 +90,8 @@ std::vector<const TruthGarment*> true_garments(const CaptureTruth& truth,
       continue;
     }
     double difference = std::numeric_limits<double>::infinity();
-    const TruthGarment* nearest = nullptr;
-    for (const TruthGarment& garment : truth.garments) {
+    const GroundTruthGarment* nearest = nullptr;
+    for (const GroundTruthGarment& garment : truth.garments) {
       const Mesh& other = garment.garment.mesh;
       const double apart = std::abs(face_areas(other.vertices, other.faces).sum() - areas[i]);
       if (apart < difference && is_left(garment)) {
@@ -139,12 +139,12 @@ std::vector<Measure> measure_flatten(const std::filesystem::path& workspace,
   if (files.empty()) {
     return {};
   }
-  const CaptureTruth truth = read_capture_truth(capture);
+  const GroundTruth truth = read_ground_truth(capture);
   FlatMeasures worst;
   worst.seam_mismatch = drawn_mismatch(workspace / "flatten" / "current");
   double panels = 0;
   double true_panels = 0;
-  double of_known = 0;  // garments that the truth has a pattern of
+  double of_known = 0;  // garments that the ground truth has a pattern of
   double seams = 0;
   double true_seams = 0;
   double area_ratio = 1;
@@ -154,7 +154,7 @@ std::vector<Measure> measure_flatten(const std::filesystem::path& workspace,
     meshes.push_back(read_mesh(file));
     areas.push_back(face_areas(meshes.back().vertices, meshes.back().faces).sum());
   }
-  const std::vector<const TruthGarment*> of_truth = true_garments(truth, files, areas);
+  const std::vector<const GroundTruthGarment*> of_truth = true_garments(truth, files, areas);
   for (std::size_t i = 0; i < files.size(); ++i) {
     const Mesh& mesh = meshes[i];
     const FlatPattern pattern = pattern_of(mesh, files[i]);
@@ -162,7 +162,7 @@ std::vector<Measure> measure_flatten(const std::filesystem::path& workspace,
     worst.strain_p99 = std::max(worst.strain_p99, flat.strain_p99);
     worst.seam_mismatch = std::max(worst.seam_mismatch, flat.seam_mismatch);
     worst.inverted += flat.inverted + flat.overlaps;
-    if (const TruthGarment* truly = of_truth[i]) {
+    if (const GroundTruthGarment* truly = of_truth[i]) {
       panels += static_cast<double>(pattern.cut.panel_count);
       true_panels += static_cast<double>(truly->garment.panel_names.size());
       of_known += 1;

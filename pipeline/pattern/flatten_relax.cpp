@@ -11,7 +11,7 @@
 #include "core/sequence_archive.h"
 #include "core/topology.h"
 #include "pipeline/cloth/simulation_scene.h"
-#include "registration/flattening/flatten_doubts.h"
+#include "registration/flattening/flatten_diagnostics.h"
 #include "registration/flattening/flatten_surface.h"
 #include "simulation/material/fabric.h"
 #include "simulation/material/hanging_acceleration.h"
@@ -72,8 +72,8 @@ Index nearest_row(const Sequence& sequence, const Mesh& mesh, const fs::path& fo
 }
 
 /// The warning "in-motion" where a frame of a registered sequence shows that its motion held it up.
-std::optional<Finding> motion_doubt(const Sequence& sequence, int frame_id, const Mesh& body,
-                                    const fs::path& registered) {
+std::optional<Finding> motion_finding(const Sequence& sequence, int frame_id, const Mesh& body,
+                                      const fs::path& registered) {
   const std::optional<double> motion =
       hanging_acceleration(sequence, frame_id, body.vertices, body.faces);
   if (!motion || *motion <= kInMotion) {
@@ -133,7 +133,7 @@ void require_relaxable(const FlattenStageOptions& options,
   }
   std::optional<int> first;
   for (const FlattenGarment& garment : garments) {
-    if (is_taut(garment)) {
+    if (is_rest(garment)) {
       throw DataError(garment.file.string(), "", "a rest surface, which is in no captured pose",
                       "the template as it was captured: WORKSPACE/template/current");
     }
@@ -180,11 +180,11 @@ bool relax_mesh(Mesh& mesh, const FlattenGarment& of, const FlattenStageOptions&
     frame_id = frame_id.value_or(registered->frame_ids[static_cast<std::size_t>(row)]);
   }
   const Mesh body = body_of(all, frame_id);
-  if (const auto doubt = open_body_doubt(body, options.body)) {
+  if (const auto doubt = open_body_finding(body, options.body)) {
     watcher.warn(*doubt);
   }
   if (registered) {
-    if (const auto doubt = motion_doubt(*registered, *frame_id, body, sequence)) {
+    if (const auto doubt = motion_finding(*registered, *frame_id, body, sequence)) {
       watcher.warn(*doubt);
       return false;
     }

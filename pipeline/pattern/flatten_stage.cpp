@@ -55,7 +55,7 @@ std::vector<FlattenGarment> garments_in(const fs::path& input) {
 }
 
 /// The warning "template-unread" of a garment beside whose INPUT lies where its wearer looks.
-std::optional<Finding> unread_doubt(const FlattenGarment& garment) {
+std::optional<Finding> unread_finding(const FlattenGarment& garment) {
   const fs::path file = template_file(garment.file);
   try {
     if (!garment.note.facing.isZero() ||
@@ -115,7 +115,7 @@ OptionTable describe(FlattenStageOptions& options) {
   table.add("smooth", options.smooth, 0, 0.1, "m",
             "Smoothing length: noise and creases finer than six times this are smoothed away "
             "first; 0: no smoothing");
-  table.add("give", options.give, 0, 0.02, "m",
+  table.add("tolerance", options.tolerance, 0, 0.02, "m",
             "Developability tolerance where seams are found: distance by which most of the surface "
             "may move to lie flat without stretch, about the error of the surface; 0: none");
   table.add("find", describe(options.find));
@@ -146,14 +146,14 @@ void run_flatten(StageRun& run) {
   const auto& options = run.options<FlattenStageOptions>();
   FlatMeasures worst;
   worst.area_ratio = 1;
-  double gave_way_mean = 0;
-  double gave_way_most = 0;
+  double deviation_mean = 0;
+  double deviation_max = 0;
   int panels = 0;
   const std::vector<FlattenGarment> garments = garments_in(run.input("surface"));
   require_relaxable(options, garments);
   if (options.seams == "auto") {
     for (const FlattenGarment& garment : garments) {
-      if (const auto doubt = unread_doubt(garment)) {
+      if (const auto doubt = unread_finding(garment)) {
         tell(run, {*doubt});
         break;  // of one INPUT
       }
@@ -191,8 +191,8 @@ void run_flatten(StageRun& run) {
     if (std::abs(m.area_ratio - 1) > std::abs(worst.area_ratio - 1)) {
       worst.area_ratio = m.area_ratio;
     }
-    gave_way_mean = std::max(gave_way_mean, flat.gave_way_mean);
-    gave_way_most = std::max(gave_way_most, flat.gave_way_most);
+    deviation_mean = std::max(deviation_mean, flat.deviation_mean);
+    deviation_max = std::max(deviation_max, flat.deviation_max);
     worst.seam_length += m.seam_length;
     worst.inverted += m.inverted;
     worst.overlaps += m.overlaps;
@@ -208,8 +208,8 @@ void run_flatten(StageRun& run) {
   run.metric("area_ratio", worst.area_ratio);
   run.metric("inverted", worst.inverted);
   run.metric("overlaps", worst.overlaps);
-  run.metric("gave_way_mean", gave_way_mean);
-  run.metric("gave_way_most", gave_way_most);
+  run.metric("deviation_mean", deviation_mean);
+  run.metric("deviation_max", deviation_max);
 }
 
 }  // namespace atelier

@@ -31,7 +31,7 @@ OptionTable describe(FlattenRelaxOptions& options);
 struct FlattenStageOptions {
   std::string seams = "auto";  ///< auto, uvs, labels, or a file
   double smooth = 0.01;  ///< m: reach over which noise and creases are smoothed before, 0 to 0.1
-  double give = 0.005;   ///< m: how far surfaces move where seams are found, 0 to 0.02
+  double tolerance = 0.005;  ///< m: how far surfaces move where seams are found, 0 to 0.02
   FindSeamsOptions find;
   FlattenOptions flatten;
   PatternPieceOptions pattern;
@@ -45,8 +45,8 @@ inline constexpr std::array kFlattenMetrics = {
     StageMetric{"stretch_p95", ""},    StageMetric{"stretch_p99", ""},
     StageMetric{"seam_mismatch", ""},  StageMetric{"seam_length", "m"},
     StageMetric{"area_ratio", ""},     StageMetric{"inverted", ""},
-    StageMetric{"overlaps", ""},       StageMetric{"gave_way_mean", "m"},
-    StageMetric{"gave_way_most", "m"},
+    StageMetric{"overlaps", ""},       StageMetric{"deviation_mean", "m"},
+    StageMetric{"deviation_max", "m"},
 };
 
 /// Refuses files and words that options name and that are not there, or are not of the garments of

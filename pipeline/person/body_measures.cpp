@@ -40,14 +40,15 @@ void add(Sums& sums, const BodyError& error) {
   sums.bias += close * error.proximity_bias;
 }
 
-std::vector<Measure> measures_of(const Sums& sums, const std::string& stage, bool truth_scans) {
+std::vector<Measure> measures_of(const Sums& sums, const std::string& stage,
+                                 bool ground_truth_scans) {
   using Side = Measure::Side;
   const auto over = [](double sum, double count) { return count > 0 ? sum / count : 0; };
   const auto target = [&](double from_scans, double from_truth) {
-    return truth_scans ? from_truth : from_scans;
+    return ground_truth_scans ? from_truth : from_scans;
   };
   const std::string frames = "mean over " + std::to_string(static_cast<int>(sums.frames)) +
-                             (truth_scans ? " frames, from ground-truth scans" : " frames");
+                             (ground_truth_scans ? " frames, from ground-truth scans" : " frames");
   std::vector<Measure> measures = {
       {stage + ".mean_mm", 1e3 * over(sums.mean, sums.frames), "mm", target(5, 3), Side::AtMost,
        "distance from the ground-truth body, " + frames},
@@ -82,12 +83,13 @@ std::vector<Measure> measure_bodies(const fs::path& workspace, const fs::path& c
   }
   const fs::path result = workspace / stage / *current;
   const std::map<std::string, double> metrics = read_manifest(result, stage).metrics;
-  const auto truth_scans = metrics.find("truth_scans");
-  const CaptureTruth truth = read_capture_truth(capture);
+  const auto ground_truth_scans = metrics.find("ground_truth_scans");
+  const GroundTruth truth = read_ground_truth(capture);
   const Sequence bodies = open_sequence(result);
   Sums sums;
   for (std::size_t i = 0; i < bodies.frame_ids.size(); ++i) {
-    const TruthFrame true_frame = read_truth_frame(capture, truth, bodies.frame_ids[i]);
+    const GroundTruthFrame true_frame =
+        read_ground_truth_frame(capture, truth, bodies.frame_ids[i]);
     std::vector<Mesh> garments;
     for (std::size_t g = 0; g < true_frame.garments.size(); ++g) {
       if (true_frame.garments[g].rows() > 0) {
@@ -107,7 +109,8 @@ std::vector<Measure> measure_bodies(const fs::path& workspace, const fs::path& c
         body_error(bodies.faces, frame(bodies, static_cast<Index>(i)).vertices, body, garments));
   }
   return sums.frames > 0
-             ? measures_of(sums, stage, truth_scans != metrics.end() && truth_scans->second > 0)
+             ? measures_of(sums, stage,
+                           ground_truth_scans != metrics.end() && ground_truth_scans->second > 0)
              : std::vector<Measure>{};
 }
 

@@ -13,8 +13,8 @@
 #include "bodymodel/formats/tracked_motion.h"
 #include "bodymodel/skinning.h"
 #include "bodymodel/tracking/track.h"
+#include "capture/ground_truth_scan.h"
 #include "capture/label_taxonomy.h"
-#include "capture/truth_scan.h"
 #include "core/error.h"
 #include "core/io/image_file.h"
 #include "core/io/mesh_sequence_file.h"
@@ -107,8 +107,8 @@ struct BodySource {
   std::vector<Take> takes;
   std::map<int, Place> places;  // by frame id
   fs::path scans;               // folder
-  fs::path capture;             // of truth_scans
-  std::unique_ptr<CaptureTruth> truth;
+  fs::path capture;             // of ground_truth_scans
+  std::unique_ptr<GroundTruth> truth;
 
   const Pose& pose(int id) const {
     const Place& place = places.at(id);
@@ -125,7 +125,7 @@ struct BodySource {
     ClothedScan scan;
     const fs::path file = scans / (frame_name(id) + ".h5");
     if (truth) {
-      scan = clothed_scan(truth_scan(*truth, read_truth_frame(capture, *truth, id)));
+      scan = clothed_scan(ground_truth_scan(*truth, read_ground_truth_frame(capture, *truth, id)));
     } else if (fs::exists(file)) {
       scan = clothed_scan(read_mesh_archive(file));
     }
@@ -256,7 +256,7 @@ void tell_of_frame(StageRun& run, std::vector<Finding> findings, int id) {
   tell(run, findings, "frame " + std::to_string(id) + ": ");
 }
 
-/// certificates.json, its picture and the metrics, from the bodies as they were written.
+/// certificates.json, its image and the metrics, from the bodies as they were written.
 void certify(StageRun& run, const BodySource& source,
              const std::function<Certified(int id, const Points& body)>& of_frame) {
   nlohmann::json all = nlohmann::json::object();
@@ -339,7 +339,7 @@ void certify(StageRun& run, const BodySource& source,
                   image_bytes(frames_picture(ids, trusted, series), ImageFormat::Png));
   run.metric("frames", frames);
   run.metric("untrusted", untrusted);
-  run.metric("truth_scans", source.truth ? 1 : 0);
+  run.metric("ground_truth_scans", source.truth ? 1 : 0);
   mean("outside_rate", outside, covered);
   if (covered > 0) {
     run.metric("outside_depth", outside > 0 ? depth / outside : 0);
@@ -461,7 +461,7 @@ ClothedScan with_garment(const ClothedScan& scan, const Mesh& garment) {
 OptionTable describe(BodyStageOptions& options) {
   OptionTable table;
   table.add(describe(options.fit));
-  table.add("truth_scans", options.truth_scans,
+  table.add("ground_truth_scans", options.ground_truth_scans,
             "Ground-truth surfaces of a synthetic capture instead of scans, for comparison");
   return table;
 }
@@ -478,9 +478,9 @@ void run_body(StageRun& run) {
   const auto& options = run.options<BodyStageOptions>();
   warn_of_another_person(run);
   BodySource source = body_source(run);
-  if (options.truth_scans) {
+  if (options.ground_truth_scans) {
     source.capture = run.input("capture");
-    source.truth = std::make_unique<CaptureTruth>(read_capture_truth(source.capture));
+    source.truth = std::make_unique<GroundTruth>(read_ground_truth(source.capture));
   }
   Fits fits(source, options.fit);
   if (!write_bodies(run, source, [&](int id) {

@@ -9,7 +9,8 @@ namespace atelier {
 
 struct BodyStageOptions {
   UnderlyingSequenceOptions fit;
-  bool truth_scans = false;  ///< surfaces of a synthetic capture's truth instead of the scans
+  bool ground_truth_scans =
+      false;  ///< surfaces of a synthetic capture's ground truth instead of the scans
 };
 OptionTable describe(BodyStageOptions& options);
 
@@ -19,10 +20,14 @@ struct RefineStageOptions {
 OptionTable describe(RefineStageOptions& options);
 
 inline constexpr std::array kBodyMetrics = {
-    StageMetric{"frames", ""},         StageMetric{"untrusted", "frames"},
-    StageMetric{"truth_scans", ""},    StageMetric{"outside_rate", "of what is covered"},
-    StageMetric{"outside_depth", "m"}, StageMetric{"proximity", "m"},
-    StageMetric{"skin_distance", "m"}, StageMetric{"seen_rate", "of the body"},
+    StageMetric{"frames", ""},
+    StageMetric{"untrusted", "frames"},
+    StageMetric{"ground_truth_scans", ""},
+    StageMetric{"outside_rate", "of what is covered"},
+    StageMetric{"outside_depth", "m"},
+    StageMetric{"proximity", "m"},
+    StageMetric{"skin_distance", "m"},
+    StageMetric{"seen_rate", "of the body"},
 };
 
 /// Scans, person and tracked poses -> a sequence of the body under the clothes: sequence.h5 and

@@ -9,9 +9,9 @@
 #include <optional>
 #include <set>
 
+#include "capture/ground_truth_scan.h"
 #include "capture/keypoint_schema.h"
 #include "capture/keypoints3d_file.h"
-#include "capture/truth_scan.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/ground_truth_archive.h"
@@ -23,7 +23,7 @@ namespace atelier {
 namespace {
 
 constexpr double kNoise = 0.004;  // m, of a keypoint of full confidence
-constexpr std::size_t kMostText = 1 << 24;
+constexpr std::size_t kMaxText = 1 << 24;
 
 bool is_wanted(const PersonPoints& one, int person) {
   return one.id == person || (one.id < 0 && person == 0);
@@ -35,7 +35,7 @@ int read_keypoints(const std::filesystem::path& file, const PersonInputOptions& 
   if (!std::filesystem::exists(file)) {
     return 0;
   }
-  const std::string text = read_file_text(file, kMostText);
+  const std::string text = read_file_text(file, kMaxText);
   const std::vector<PersonPoints> people = parse_keypoints3d(text, file.string());
   people_shown = people.size();
   const std::map<int, std::vector<double>> deviations =
@@ -84,7 +84,7 @@ void check_person(const std::filesystem::path& folder, int person) {
       continue;
     }
     const std::string file = entry.path().string();
-    for (const PersonPoints& one : parse_keypoints3d(read_file_text(file, kMostText), file)) {
+    for (const PersonPoints& one : parse_keypoints3d(read_file_text(file, kMaxText), file)) {
       if (is_wanted(one, person)) {
         return;
       }
@@ -146,7 +146,7 @@ OptionTable describe(PersonInputOptions& options) {
   table.add("capture", describe(options.capture));
   table.add("scans", options.scans,
             {{"reconstructed", ScanSource::Reconstructed},
-             {"truth", ScanSource::Truth},
+             {"ground_truth", ScanSource::Truth},
              {"none", ScanSource::None}},
             "Surfaces that are fitted: reconstructed (by atelier reconstruct), ground truth of a "
             "synthetic capture, or none (keypoints alone)");
@@ -209,9 +209,9 @@ PersonEvidence person_input(const PersonFiles& files, const CaptureInfo& info,
   input.fps = sequence.fps > 0 ? sequence.fps : 1;
   input.frame_ids = sequence.frame_ids;
   const bool minimal = sequence.kind == "minimal";
-  CaptureTruth truth;
+  GroundTruth truth;
   if (options.scans == ScanSource::Truth) {
-    truth = read_capture_truth(files.capture);
+    truth = read_ground_truth(files.capture);
   }
   input.frames.resize(sequence.frame_ids.size());
   std::vector<int> bridged(input.frames.size(), 0);
@@ -230,7 +230,7 @@ PersonEvidence person_input(const PersonFiles& files, const CaptureInfo& info,
       Mesh scan;
       const std::filesystem::path file = files.scans / "scans" / (frame_name(id) + ".h5");
       if (options.scans == ScanSource::Truth) {
-        scan = truth_scan(truth, read_truth_frame(files.capture, truth, id));
+        scan = ground_truth_scan(truth, read_ground_truth_frame(files.capture, truth, id));
       } else if (options.scans == ScanSource::Reconstructed && std::filesystem::exists(file)) {
         scan = read_mesh_archive(file);
       }

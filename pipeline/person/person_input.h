@@ -16,7 +16,7 @@ namespace atelier {
 /// Where `personalize` and `track` have surfaces from.
 enum class ScanSource {
   Reconstructed,  ///< scans of the stage reconstruct
-  Truth,          ///< of a synthetic capture: true surfaces that two cameras see
+  Truth,          ///< of a synthetic capture: ground-truth surfaces that two cameras see
   None,           ///< keypoints alone
 };
 
@@ -53,10 +53,10 @@ struct PersonEvidence {
                                   ///< "label-nowhere", and "no-scans" where labels are left out
 };
 
-/// Keypoints and scans of a sequence, as the workspace's `reconstruct` or the truth has them;
-/// frames without a file have neither. Keypoints that no camera saw, which `reconstruct` bridges by
-/// straight lines, count as missing. A scan that is all background has no labels. `minimal`: every
-/// surface but hair counts as skin.
+/// Keypoints and scans of a sequence, as the workspace's `reconstruct` or the ground truth has
+/// them; frames without a file have neither. Keypoints that no camera saw, which `reconstruct`
+/// bridges by straight lines, count as missing. A scan that is all background has no labels.
+/// `minimal`: every surface but hair counts as skin.
 PersonEvidence person_input(const PersonFiles& files, const CaptureInfo& info,
                             const CaptureSequence& sequence, const PersonInputOptions& options,
                             const std::vector<Label>& excluded = {});

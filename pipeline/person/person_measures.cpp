@@ -10,7 +10,7 @@
 #include "bodymodel/formats/tracked_motion.h"
 #include "bodymodel/humanoid.h"
 #include "bodymodel/kinematics.h"
-#include "capture/truth_scan.h"
+#include "capture/ground_truth_scan.h"
 #include "core/error.h"
 #include "core/io/ground_truth_archive.h"
 #include "core/io/json.h"
@@ -60,7 +60,7 @@ struct JointErrors {
 };
 
 JointErrors joint_errors(const TrackedMotion& tracked, const fs::path& capture,
-                         const CaptureTruth& truth) {
+                         const GroundTruth& truth) {
   const NamedJoints found = named_joints(tracked.skeleton);
   const NamedJoints real = named_joints(truth.skeleton);
   const bool same = tracked.skeleton.names == truth.skeleton.names;
@@ -68,7 +68,8 @@ JointErrors joint_errors(const TrackedMotion& tracked, const fs::path& capture,
   // Gaps in the frames of the true joints' parents, so that a constant one can be told.
   std::vector<std::vector<Eigen::Vector3d>> gaps(count);
   for (std::size_t f = 0; f < tracked.joints.size(); ++f) {
-    const TruthFrame frame = read_truth_frame(capture, truth, tracked.motion.frame_ids[f]);
+    const GroundTruthFrame frame =
+        read_ground_truth_frame(capture, truth, tracked.motion.frame_ids[f]);
     const bool posed = frame.pose.rotations.rows() == frame.joints.rows();
     const JointFrames frames =
         posed ? forward_kinematics(truth.skeleton, frame.pose) : JointFrames{};
@@ -140,7 +141,7 @@ Manifest current_manifest(const fs::path& workspace, const std::string& stage) {
 struct Retrack {
   const BodyModel& person;
   PersonFiles files;
-  const CaptureTruth& truth;
+  const GroundTruth& truth;
   const CaptureInfo& info;
   const CaptureSequence& sequence;
   TrackStageOptions options;  // as the result has them
@@ -162,8 +163,8 @@ struct Retrack {
   void ignore_true_garments(TrackInput& input, const std::vector<Label>& excluded) const {
     for (std::size_t f = 0; f < input.frames.size(); ++f) {
       ScanPoints& scan = input.frames[f].scan;
-      const Mesh real =
-          truth_scan(truth, read_truth_frame(files.capture, truth, input.frame_ids[f]));
+      const Mesh real = ground_truth_scan(
+          truth, read_ground_truth_frame(files.capture, truth, input.frame_ids[f]));
       if (scan.points.rows() == 0 || real.faces.rows() == 0) {
         continue;
       }
@@ -182,7 +183,7 @@ struct Retrack {
 
 /// Share of the true body over which the true clothing is dynamic, by what `--exclude auto` asks of
 /// scans (dynamic_region): so that a detector that finds nothing does not thereby go unjudged.
-double true_dynamic_share(const fs::path& capture, const CaptureTruth& truth,
+double true_dynamic_share(const fs::path& capture, const GroundTruth& truth,
                           const CaptureSequence& sequence, const DynamicOptions& options) {
   BodyModel body;
   body.mesh = truth.body;
@@ -191,7 +192,7 @@ double true_dynamic_share(const fs::path& capture, const CaptureTruth& truth,
   person.shaped.vertices = truth.body.vertices;
   std::vector<ClothGaps> gaps;
   for (const int id : sequence.frame_ids) {
-    const TruthFrame frame = read_truth_frame(capture, truth, id);
+    const GroundTruthFrame frame = read_ground_truth_frame(capture, truth, id);
     const BodySurface surface{frame.body, vertex_normals(frame.body, truth.body.faces),
                               build_tree(frame.body, truth.body.faces)};
     ClothGaps all{Eigen::VectorXd::Zero(frame.body.rows()),
@@ -216,10 +217,11 @@ double true_dynamic_share(const fs::path& capture, const CaptureTruth& truth,
 }
 
 /// Whether a true garment has one of the labels.
-bool wears(const CaptureTruth& truth, const std::vector<Label>& labels) {
-  return std::any_of(truth.garments.begin(), truth.garments.end(), [&](const TruthGarment& one) {
-    return std::find(labels.begin(), labels.end(), one.label) != labels.end();
-  });
+bool wears(const GroundTruth& truth, const std::vector<Label>& labels) {
+  return std::any_of(truth.garments.begin(), truth.garments.end(),
+                     [&](const GroundTruthGarment& one) {
+                       return std::find(labels.begin(), labels.end(), one.label) != labels.end();
+                     });
 }
 
 }  // namespace
@@ -227,7 +229,7 @@ bool wears(const CaptureTruth& truth, const std::vector<Label>& labels) {
 std::string personalize_problem(const fs::path& workspace, const fs::path& capture) {
   const fs::path file = workspace / "personalize" / "current" / "person.npz";
   if (!fs::exists(file) ||
-      read_personal_body(file).model.skeleton.names == read_capture_truth(capture).skeleton.names) {
+      read_personal_body(file).model.skeleton.names == read_ground_truth(capture).skeleton.names) {
     return "";
   }
   return "the person's body model has another rest pose than the ground truth's, so that their "
@@ -241,7 +243,7 @@ std::vector<Measure> measure_personalize(const fs::path& workspace, const fs::pa
     return measures;
   }
   const PersonalBody person = read_personal_body(file);
-  const CaptureTruth truth = read_capture_truth(capture);
+  const GroundTruth truth = read_ground_truth(capture);
   const NamedJoints found = named_joints(person.model.skeleton);
   const NamedJoints real = named_joints(truth.skeleton);
   const Points found_rest = rest_positions(person.model.skeleton);
@@ -288,7 +290,7 @@ std::vector<Measure> measure_track(const fs::path& workspace, const fs::path& ca
   if (!fs::exists(result)) {
     return measures;
   }
-  const CaptureTruth truth = read_capture_truth(capture);
+  const GroundTruth truth = read_ground_truth(capture);
   const auto options = options_of_result<TrackStageOptions>(current_manifest(workspace, "track"));
   const fs::path reconstructed = workspace / "reconstruct" / "current";
   const PersonFiles files{capture, reconstructed, reconstructed};

@@ -54,7 +54,7 @@ OptionTable describe(PersonalizeStageOptions& options) {
   table.add(describe(options.fit));
   table.add("sequence", options.sequence, std::vector<std::string>{},
             "Name of the sequence to measure on; empty: the first minimally clothed one");
-  table.add("most_frames", options.most_frames, 1, 1000, "",
+  table.add("max_frames", options.max_frames, 1, 1000, "",
             "Maximum number of frames that are fitted, evenly spread over the sequence");
   return table;
 }
@@ -79,7 +79,7 @@ void run_personalize(StageRun& run) {
     throw DataError(run.input("capture").string(), "sequences", "none", "at least one");
   }
   const CaptureSequence sequence =
-      thinned(measured_sequence(info, options.sequence), options.most_frames);
+      thinned(measured_sequence(info, options.sequence), options.max_frames);
   const bool minimal = sequence.kind == "minimal";
   if (!minimal) {
     run.warn("not minimally clothed: shape from skin and keypoints of '" + sequence.name +

@@ -16,7 +16,7 @@ struct PersonalizeStageOptions {
   PersonalizeOptions fit;
   std::string sequence;  ///< name of the sequence to measure on; "": the first minimally clothed
                          ///< one, or the first
-  int most_frames = 12;  ///< of a sequence that are fitted, spread evenly, [1, 1000]
+  int max_frames = 12;   ///< of a sequence that are fitted, spread evenly, [1, 1000]
 };
 OptionTable describe(PersonalizeStageOptions& options);
 

@@ -38,8 +38,8 @@ std::vector<char> painted_region(const BodyModel& model, const std::string& name
                     "--region with a JSON list of vertices or one of the body's groups: " +
                         (groups.empty() ? "it has none" : groups.substr(2)));
   }
-  constexpr std::size_t kMostText = 1 << 26;
-  const std::string text = read_file_text(name, kMostText);
+  constexpr std::size_t kMaxText = 1 << 26;
+  const std::string text = read_file_text(name, kMaxText);
   const nlohmann::json parsed = parse_json(text, name);
   const JsonPlace place(parsed, name);
   for (const double value : place.numbers()) {

@@ -32,10 +32,10 @@ OptionTable describe(AnimationViewOptions& options);
 /// kAnimationViews as texts.
 std::vector<std::string> animation_views();
 
-/// How pictures of a motion are taken: one light and floor for all of them, so that nothing
+/// How images of a motion are taken: one light and floor for all of them, so that nothing
 /// flickers.
 struct AnimationView {
-  std::vector<Camera> cameras;  ///< [F] one for each picture
+  std::vector<Camera> cameras;  ///< [F] one for each image
   Scene studio;                 ///< without meshes
   bool alpha = false;
 };
@@ -55,7 +55,7 @@ AnimationView animation_view(const Points& points, double facing, int frames,
 /// Corners of the boxes round the points of each frame: enough for animation_view.
 Points box_corners(const Points& points);
 
-/// One picture, tone mapped: linear RGB, or RGBA with premultiplied colour.
+/// One image, tone mapped: linear RGB, or RGBA with premultiplied colour.
 Image animation_picture(const AnimationView& view, int frame, std::vector<RenderMesh> meshes,
                         const AnimationViewOptions& options);
 

@@ -15,7 +15,7 @@
 namespace atelier {
 namespace {
 
-constexpr double kMostShown = 0.06;  // strain at the end of the colour map
+constexpr double kMaxShown = 0.06;  // strain at the end of the colour map
 constexpr int kSheetHeight = 640;
 
 /// The panels side by side, filled with the colours of their triangles, seams drawn over them.
@@ -74,7 +74,7 @@ Image flat_picture(const Garment& garment, const Colors& colors) {
 
 Image stretch_picture(const Mesh& mesh, const FlatPattern& pattern, const FlatMeasures& measures,
                       const Eigen::Vector3d& facing) {
-  const Colors colors = map_colors(ColorMap::Viridis, measures.strain, 0, kMostShown);
+  const Colors colors = map_colors(ColorMap::Viridis, measures.strain, 0, kMaxShown);
   // A vertex for each panel's corner, so that colours and seams do not blur into each other.
   Mesh shown;
   shown.vertices.resize(3 * mesh.faces.rows(), 3);
@@ -95,12 +95,12 @@ Image stretch_picture(const Mesh& mesh, const FlatPattern& pattern, const FlatMe
   std::snprintf(caption, sizeof caption, "stretch p50 %.2f%%, p99 %.2f%%",
                 100 * measures.strain_p50, 100 * measures.strain_p99);
   const auto [front, back] = two_sides(facing, facing_of(mesh));
-  // One row each, so that narrow pictures do not stand in cells as wide as the widest.
+  // One row each, so that narrow images do not stand in cells as wide as the widest.
   const Image flat = flat_picture(garment_of(mesh, pattern), colors);
   const Image views =
       contact_sheet({{picture_of(shown, front.view, options), front.name},
                      {picture_of(shown, back.view, options), back.name},
-                     {color_bar(ColorMap::Viridis, 0, kMostShown, "stretch", kSheetHeight), ""}},
+                     {color_bar(ColorMap::Viridis, 0, kMaxShown, "stretch", kSheetHeight), ""}},
                     {.columns = 3});
   return contact_sheet({{views, ""}, {flat, caption}},
                        {.columns = 1, .even_rows = false, .title = "Stretch of the flat panels"});

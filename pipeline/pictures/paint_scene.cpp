@@ -5,7 +5,7 @@
 
 #include "appearance/joined_surfaces.h"
 #include "appearance/painted_picture.h"
-#include "appearance/tuck_skin.h"
+#include "appearance/remove_penetration.h"
 #include "core/archive.h"
 #include "core/io/child_program.h"
 #include "core/io/temporary_folder.h"
@@ -31,8 +31,8 @@ PaintedScene tucked(PaintedScene scene) {
     }
     if (vertices[b].rows() > 0) {
       const JoinedSurfaces cloth = joined_surfaces(worn);
-      vertices[b] =
-          tucked_skin(vertices[b], scene.layers[b].faces, cloth.vertices, cloth.faces, kReach);
+      vertices[b] = remove_penetration(vertices[b], scene.layers[b].faces, cloth.vertices,
+                                       cloth.faces, kReach);
     }
   }
   return scene;

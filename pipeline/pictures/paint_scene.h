@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// Who gets the pictures of a scene, in the order of its frames. All may be empty.
+/// Who gets the images of a scene, in the order of its frames. All may be empty.
 struct PaintHooks {
   /// [H,W,4] linear light; the fourth channel is 1, or with `alpha` the coverage, the colour then
   /// premultiplied.
@@ -18,8 +18,8 @@ struct PaintHooks {
 
 /// Draws every frame of a scene, each garment and the body by its network (`SceneLayer::model`, the
 /// <name>/model.safetensors of the stage `appearance`), composed by depth; skin that stands out
-/// of cloth is tucked under it first (appearance/tuck_skin.h). The program
-/// `atelier-appearance` works beside this one; pictures are handed out as they come, and it waits
+/// of cloth is tucked under it first (appearance/remove_penetration.h). The program
+/// `atelier-appearance` works beside this one; images are handed out as they come, and it waits
 /// where nobody takes them, so that no more than four are on the disk. True if all were drawn,
 /// false if it was stopped.
 ///

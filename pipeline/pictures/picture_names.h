@@ -2,7 +2,7 @@
 
 namespace atelier {
 
-/// The extensions of pictures that can be written, as an error says them.
+/// The extensions of images that can be written, as an error says them.
 inline constexpr const char* kPictureNames = ".png, .jpg, .tif, .webp, .bmp or .avif";
 
 }  // namespace atelier

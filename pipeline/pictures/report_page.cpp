@@ -170,7 +170,7 @@ void attend_to(const StageStatus& status, std::vector<Attention>& items) {
   }
 }
 
-/// What stands below a picture: words where a stage's own say nothing to a reader, else its path.
+/// What stands below an image: words where a stage's own say nothing to a reader, else its path.
 std::string caption_of(const std::string& path) {
   constexpr std::string_view kFolder = "pictures/";
   constexpr std::string_view kRegion = "_region.png";
@@ -181,9 +181,9 @@ std::string caption_of(const std::string& path) {
 }
 
 std::string picture(const std::filesystem::path& file, const std::string& name,
-                    const std::string& type, std::int64_t most_bytes) {
+                    const std::string& type, std::int64_t max_bytes) {
   const std::string data =
-      "data:" + type + ";base64," + base64_text(read_file_bytes(file, most_bytes));
+      "data:" + type + ";base64," + base64_text(read_file_bytes(file, max_bytes));
   const std::string shown = type.starts_with("video")
                                 ? "<video controls loop muted src=\"" + data + "\"></video>"
                                 : "<img alt=\"" + html_text(name) + "\" src=\"" + data + "\">";
@@ -199,7 +199,7 @@ bool is_plot(const std::string& path) {
 /// Frames in their folder fill no page, and push out none of what shows all of them.
 std::string pictures_of(const StageStatus& status, const std::filesystem::path& folder,
                         const ReportOptions& options) {
-  std::vector<std::string> top;     // strips, sheets and films
+  std::vector<std::string> top;     // strips, sheets and videos
   std::vector<std::string> single;  // one a frame, or a garment
   for (const ManifestOutput& output : status.manifest->outputs) {
     if (!is_plot(output.path) && !media_type(output.path).empty() &&

@@ -22,7 +22,7 @@ struct ReportOptions {
 
 OptionTable describe(ReportOptions& options);
 
-/// A figure against the truth, as the page shows it.
+/// A figure against the ground truth, as the page shows it.
 struct ReportFigure {
   std::string name;
   std::string value;    ///< with its unit
@@ -54,15 +54,15 @@ struct ReportContent {
 
 /// The report on a workspace as one HTML page that needs no other file: what asks for attention
 /// first (what failed and is damaged before all else: outdated results, ended or missing consent,
-/// findings; one text of several stages once), then for each stage its figures, pictures, videos,
+/// findings; one text of several stages once), then for each stage its figures, images, videos,
 /// the options that somebody set, its inputs and files; figures, where there are any, in a section
 /// of their own before the stages, and before them what the last run came to, or first of what asks
 /// for attention why that cannot be said. Every text that came from a file is escaped; the page
 /// runs no script and loads nothing.
 ///
-/// Pictures and videos of sound results are shown as far as the options allow, the others only
+/// Images and videos of sound results are shown as far as the options allow, the others only
 /// named: what lies at the result's top first (strips, sheets), then some of each folder's,
-/// evenly. Throws EnvironmentError or DataError if a picture cannot be read.
+/// evenly. Throws EnvironmentError or DataError if an image cannot be read.
 std::string report_page(std::span<const StageStatus> stages, const std::filesystem::path& workspace,
                         const ReportOptions& options = {}, const ReportContent& content = {});
 

@@ -4,7 +4,7 @@
 
 namespace atelier {
 
-/// A premultiplied picture of four channels for files, which want colours that are not.
+/// A premultiplied image of four channels for files, which want colours that are not.
 inline Image straight_alpha(const Image& picture) {
   Image straight = picture;
   for (std::size_t i = 0; i + 3 < straight.data.size(); i += 4) {

@@ -13,14 +13,14 @@
 
 namespace atelier {
 
-/// A picture that is to be drawn as it was taken.
+/// An image that is to be drawn as it was taken.
 struct TakenView {
   Camera camera;
   int frame_id = 0;
   Image picture;  ///< [H,W,3] linear light
 };
 
-/// Pictures, each beside what networks draw of the same camera and frame, three pairs in a row;
+/// Images, each beside what networks draw of the same camera and frame, three pairs in a row;
 /// linear light. Nothing if it was stopped.
 /// @param models  network of each surface that has one, by its place among the subject's
 /// @param views   one or more

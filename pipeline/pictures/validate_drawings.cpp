@@ -269,13 +269,13 @@ std::string bars(const std::string& title, const std::vector<Bar>& all) {
              kLeft, y + 1, std::max(length, 1.0), error_colour(*bar.value));
     content +=
         label(kLeft + length + 6, y + 11,
-              *bar.value > 999 ? std::string("beside the picture") : text("%.1f px", *bar.value));
+              *bar.value > 999 ? std::string("beside the image") : text("%.1f px", *bar.value));
     y += kRow;
   }
   return svg(kLeft + kWidth + 110, y + 8, content);
 }
 
-/// A picture a few hundred pixels wide, with the outline of a mask.
+/// An image a few hundred pixels wide, with the outline of a mask.
 ByteImage thumbnail(const ByteImage& image, const std::optional<ByteImage>& mask, int width) {
   const int step = std::max(1, image.width / width);
   ByteImage small(std::max(1, image.width / step), std::max(1, image.height / step), 3);
@@ -513,7 +513,7 @@ std::string contact_sheet_html(FrameReader& reader, const KeypointCheck& keypoin
     html += colour_of(camera.id, findings);
     html += "\">";
     html += html_text(camera.id);
-    html += picture.empty() ? " (no picture)" : "";
+    html += picture.empty() ? " (no image)" : "";
     html += "</figcaption></figure>\n";
   }
   return html;

@@ -20,7 +20,7 @@ std::string camera_error_svg(const Dataset& dataset, const KeypointCheck& keypoi
 std::string joint_error_svg(const Dataset& dataset, const KeypointCheck& keypoints);
 std::string frame_error_svg(const Dataset& dataset, const KeypointCheck& keypoints);
 
-/// Contact sheet of one frame: each camera's picture (a small JPEG in the page), its mask's
+/// Contact sheet of one frame: each camera's image (a small JPEG in the page), its mask's
 /// outline, detections as dots, the joints in space projected back as crosses joined by the
 /// skeleton, and the epipolar lines of the nose of the first camera that sees it.
 std::string contact_sheet_html(FrameReader& reader, const KeypointCheck& keypoints, int frame_id,

@@ -145,7 +145,7 @@ std::optional<Tracked> tracked_of(const ReportPlaces& places, const Dataset& dat
         dataset.frames[c].images.empty()) {
       continue;
     }
-    double facing = 0;  // the left hip on the right of the picture: the person looks here
+    double facing = 0;  // the left hip on the right of the image: the person looks here
     if (left >= 0 && right >= 0 && !tracked.motion.joints.empty()) {
       const Points& joints = tracked.motion.joints.front();
       const auto a = project(camera, joints.row(left).transpose());
@@ -256,8 +256,8 @@ std::string size_text(int width, int height) {
   return std::to_string(width) + "x" + std::to_string(height);
 }
 
-/// Some frames' pictures of the front camera, each drawn over; a picture that `draw` has nothing
-/// for is left out. Of cameras whose pictures are as large as their calibration says: nobody knows
+/// Some frames' images of the front camera, each drawn over; an image that `draw` has nothing
+/// for is left out. Of cameras whose images are as large as their calibration says: nobody knows
 /// what of others was cut off. Where there are none, a sentence says so.
 std::string front_pictures(
     const ReportPlaces& places, const std::string& what,
@@ -293,12 +293,12 @@ std::string front_pictures(
     }
     if (agree && !cells.empty()) {
       return figure(contact_sheet(cells, {.columns = static_cast<int>(kPictures)}),
-                    what + " over the pictures of camera " + camera.id);
+                    what + " over the images of camera " + camera.id);
     }
   }
   return other_size.empty() ? ""
                             : "<p class=\"warning\">" + what +
-                                  " over pictures is left out: no camera's are as large as its "
+                                  " over images is left out: no camera's are as large as its "
                                   "calibration says (" +
                                   html_text(other_size) + ")</p>\n";
 }

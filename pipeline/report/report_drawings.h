@@ -14,7 +14,7 @@ struct ReportPlaces {
   std::span<const StageStatus> stages;
 };
 
-/// The rendered pictures of a stage (report_pictures.h), as HTML; "" of a stage that has none.
+/// The rendered images of a stage (report_pictures.h), as HTML; "" of a stage that has none.
 /// Throws DataError where a result or the capture cannot be read.
 std::string drawings_of(const std::string& stage, const ReportPlaces& places);
 

@@ -73,7 +73,7 @@ std::string subject_of([[maybe_unused]] std::span<const StageStatus> stages) {
   return "";
 }
 
-/// Figures of the workspace's results against the truth of their capture; none without one.
+/// Figures of the workspace's results against the ground truth of their capture; none without one.
 ReportFigures figures_of([[maybe_unused]] const std::filesystem::path& workspace,
                          const std::string& truth) {
   ReportFigures figures;

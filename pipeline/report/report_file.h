@@ -10,9 +10,10 @@
 namespace atelier {
 
 /// Makes the report on a workspace and writes it: every byte of the results is compared first, a
-/// picture that is shown as a result must be that result's.
+/// image that is shown as a result must be that result's.
 /// @param page   file to write; its folder is made if it is WORKSPACE/report
-/// @param truth  synthetic capture that the results were made from: figures against its truth are
+/// @param truth  synthetic capture that the results were made from: figures against its ground
+/// truth are
 ///               shown; "": none
 /// Returns what the page says of each stage. Throws as `report_page`, `workspace_figures` and
 /// `require_file_place` do.

@@ -34,7 +34,7 @@ std::string register_plots(const fs::path& result) {
     const JsonPlace frames = JsonPlace(garment, file.string(), name).at("frames");
     std::vector<FramePlot> plots = {{"distance to the scan, mm rms", {}, {}},
                                     {"edge strain, p95", {}, {}},
-                                    {"correlation with pictures", {}, {}},
+                                    {"correlation with images", {}, {}},
                                     {"inside the body, %", {}, {}}};
     constexpr std::pair<const char*, double> kNumbers[] = {
         {"scan_rms", 1e3}, {"strain_p95", 1}, {"correlation", 1}, {"inside", 100}};
@@ -186,9 +186,10 @@ std::string simulation_plots(const fs::path& result) {
 /// Of each garment the nearest trial, what is within a tenth of it and within the band, and what is
 /// taken, with why that is not the nearest.
 std::string material_tables(const StageStatus& status, const fs::path& result) {
-  double band = 0;
+  double likelihood_width = 0;
   for (const ManifestOption& option : status.manifest->options) {
-    band = option.name == "search.band" ? std::atof(option.json.c_str()) : band;
+    likelihood_width = option.name == "search.likelihood_width" ? std::atof(option.json.c_str())
+                                                                : likelihood_width;
   }
   std::string html;
   for (const auto& one : read_materials(result)) {
@@ -205,14 +206,14 @@ std::string material_tables(const StageStatus& status, const fs::path& result) {
       };
       return std::string("<tr><th>") + what + "</th>" + cell(number_text(nearest.stiffness.*axis)) +
              cell(range_text(range_within(found.trials, kTenth, axis))) +
-             cell(range_text(range_within(found.trials, band, axis))) +
-             cell(number_text(found.likely_low.*axis) + " to " +
-                  number_text(found.likely_high.*axis)) +
+             cell(range_text(range_within(found.trials, likelihood_width, axis))) +
+             cell(number_text(found.credible_low.*axis) + " to " +
+                  number_text(found.credible_high.*axis)) +
              cell(number_text(taken)) + "</tr>\n";
     };
     html += "<table><tr><th>" + html_text(name) + "</th><th>nearest trial, " +
             number_text(1e3 * nearest.distance) + " mm</th><th>within 10 % of it</th><th>within " +
-            number_text(100 * band) +
+            number_text(100 * likelihood_width) +
             " % (likelihood width)</th><th>90% credible interval</th><th>estimate</th></tr>\n" +
             row("stretching", "N/m", &Stiffness::stretch, found.material.stretch_warp) +
             row("bending", "N m", &Stiffness::bending, found.material.bending) + "</table>\n";
@@ -271,7 +272,7 @@ std::map<std::string, std::string> stage_pictures(std::span<const StageStatus> s
     }
     try {
       pictures[status.stage] = pictures_of(status, workspace, stages);
-    } catch (const DataError& error) {  // a picture less is no reason for no report
+    } catch (const DataError& error) {  // an image less is no reason for no report
       pictures[status.stage] =
           "<p class=\"warning\">Pictures could not be drawn: " + html_text(error.what()) + "</p>\n";
     }

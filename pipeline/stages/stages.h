@@ -22,7 +22,7 @@ const StageRow* find_row(std::string_view stage);
 /// Refuses at once, in the stage's own words, what it would refuse once it has its inputs: files
 /// cameras and frames that options name and that are not there, a device that does not answer.
 /// Quick, and not all that it may find wrong. Of a request without a workspace, whose results are
-/// made anew before, nothing that those say. Throws DataError, EnvironmentError.
+/// recomputed before, nothing that those say. Throws DataError, EnvironmentError.
 void require_startable(const Stage& stage, const StageRequest& request);
 
 }  // namespace atelier

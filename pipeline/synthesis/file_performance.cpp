@@ -88,13 +88,13 @@ FilePerformance read_performance(const SynthesisOptions& options) {
   return performance;
 }
 
-CaptureTruth truth_of(const FilePerformance& performance, const SynthesisOptions& options) {
-  CaptureTruth truth;
+GroundTruth truth_of(const FilePerformance& performance, const SynthesisOptions& options) {
+  GroundTruth truth;
   truth.body = performance.body.shared;
   truth.body.vertices = frame(performance.body.sequence, 0).vertices;
   truth.body.vertices.rowwise() += performance.shift;
   if (performance.cloth.shared.faces.rows() > 0) {
-    TruthGarment garment;
+    GroundTruthGarment garment;
     garment.garment.name = "cloth";
     garment.garment.mesh = performance.cloth.shared;
     garment.garment.mesh.labels.clear();

@@ -20,7 +20,7 @@ struct FilePerformance {
 FilePerformance read_performance(const SynthesisOptions& options);
 
 /// As the functions of performance.h.
-CaptureTruth truth_of(const FilePerformance& performance, const SynthesisOptions& options);
+GroundTruth truth_of(const FilePerformance& performance, const SynthesisOptions& options);
 PerformedFrame performed_frame(const FilePerformance& performance, const SynthesisOptions& options,
                                int i, bool clothed);
 

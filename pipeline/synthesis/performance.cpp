@@ -133,7 +133,7 @@ std::string motion_of(const SynthesisOptions& options) {
 }
 
 Performance cast_performance(const SynthesisOptions& options,
-                             const std::vector<TruthGarment>& dressed) {
+                             const std::vector<GroundTruthGarment>& dressed) {
   Performance performance;
   const auto seed = static_cast<std::uint64_t>(options.seed);
   performance.subject = make_subject(options.subject, seed);
@@ -171,8 +171,8 @@ Performance cast_performance(const SynthesisOptions& options,
   return performance;
 }
 
-CaptureTruth truth_of(const Performance& performance, const SynthesisOptions& options) {
-  CaptureTruth truth;
+GroundTruth truth_of(const Performance& performance, const SynthesisOptions& options) {
+  GroundTruth truth;
   const BodyModel& model = performance.subject.model;
   truth.skeleton = model.skeleton;
   truth.shape_names = performance.subject.shape_names;

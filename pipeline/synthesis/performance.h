@@ -15,10 +15,10 @@ namespace atelier {
 
 /// A frame before it is photographed: where everything is, and how fast it moves (for blur).
 struct PerformedFrame {
-  TruthFrame truth;
+  GroundTruthFrame truth;
   Points body_velocity;                    ///< [V,3] m/s
-  std::vector<Points> layer_velocities;    ///< as TruthFrame::layers
-  std::vector<Points> garment_velocities;  ///< as TruthFrame::garments
+  std::vector<Points> layer_velocities;    ///< as GroundTruthFrame::layers
+  std::vector<Points> garment_velocities;  ///< as GroundTruthFrame::garments
 };
 
 /// Who, wearing what, does what.
@@ -39,13 +39,13 @@ struct Performance {
 /// and continuous_motion do. `dressed`: the clothes of an earlier cast of the same subject and
 /// outfit; they are not draped again.
 Performance cast_performance(const SynthesisOptions& options,
-                             const std::vector<TruthGarment>& dressed = {});
+                             const std::vector<GroundTruthGarment>& dressed = {});
 
 /// The motion that the options name, "auto" by what is worn.
 std::string motion_of(const SynthesisOptions& options);
 
-/// What the capture's truth says of it, without cameras, lights and uvs of others.
-CaptureTruth truth_of(const Performance& performance, const SynthesisOptions& options);
+/// What the capture's ground truth says of it, without cameras, lights and uvs of others.
+GroundTruth truth_of(const Performance& performance, const SynthesisOptions& options);
 
 /// Plays the minimal sequence: `take(i, frame)` for each frame in order.
 void perform_minimal(const Performance& performance, const SynthesisOptions& options,

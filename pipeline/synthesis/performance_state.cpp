@@ -15,7 +15,7 @@
 namespace atelier {
 namespace {
 
-constexpr double kMostSteps = 1e9;
+constexpr double kMaxSteps = 1e9;
 
 /// The arrays of a state by their names, cloth first.
 constexpr std::array kOfCloth = {std::pair{"cloth/positions", &ClothState::positions},
@@ -32,7 +32,7 @@ std::int64_t whole_number(const Archive& archive, const std::string& name,
     throw DataError(file, name, "no such number", "a state of a synthesis");
   }
   const double value = found->second;
-  if (!(value >= 0 && value <= kMostSteps && value == std::floor(value))) {
+  if (!(value >= 0 && value <= kMaxSteps && value == std::floor(value))) {
     std::array<char, 32> text{};
     std::snprintf(text.data(), text.size(), "%g", value);
     throw DataError(file, name, text.data(), "a whole number from 0 to 1e+09");

@@ -12,14 +12,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Is it the same person, as far as the truth's rounding goes?
+/// Is it the same person, as far as the ground truth's rounding goes?
 bool same_body(const Mesh& one, const Mesh& other) {
   constexpr double kRounding = 1e-5;  // m
   return one.vertices.rows() == other.vertices.rows() &&
          (one.vertices - other.vertices).cwiseAbs().maxCoeff() < kRounding;
 }
 
-SimulatedMotion simulated(SynthesisOptions options, const CaptureTruth& truth,
+SimulatedMotion simulated(SynthesisOptions options, const GroundTruth& truth,
                           const std::vector<Camera>& cameras) {
   SimulatedMotion result;
   result.motion = motion_of(options) == "stride" ? "twist" : "stride";
@@ -47,7 +47,7 @@ SimulatedMotion simulated(SynthesisOptions options, const CaptureTruth& truth,
 
 }  // namespace
 
-std::optional<SimulatedMotion> simulate_motion(const fs::path& capture, const CaptureTruth& truth,
+std::optional<SimulatedMotion> simulate_motion(const fs::path& capture, const GroundTruth& truth,
                                                const std::vector<Camera>& cameras) {
   const std::optional<SynthesisOptions> options = synthesis_options_of(capture);
   if (!options || !options->body_sequence.empty() || truth.garments.empty()) {

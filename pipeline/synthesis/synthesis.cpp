@@ -78,11 +78,11 @@ void claim(const Work& work, const std::string& key) {
 struct Stopped {};
 
 /// Keeps a frame until it is photographed.
-void keep(const Work& work, const CaptureTruth& truth, const SynthesisOptions& options, int id,
+void keep(const Work& work, const GroundTruth& truth, const SynthesisOptions& options, int id,
           PerformedFrame frame) {
   frame.truth.frame_id = id;
   if (options.shutter > 0) {
-    TruthFrame speed;
+    GroundTruthFrame speed;
     speed.frame_id = id;
     speed.joints = frame.truth.joints;
     speed.keypoints = frame.truth.keypoints;
@@ -95,7 +95,7 @@ void keep(const Work& work, const CaptureTruth& truth, const SynthesisOptions& o
 }
 
 /// Plays both sequences into hidden frames, as far as they are not there.
-void perform(const Work& work, const Performance& performance, const CaptureTruth& truth,
+void perform(const Work& work, const Performance& performance, const GroundTruth& truth,
              const SynthesisOptions& options, const SynthesisEvents& events) {
   const auto stop_if_asked = [&] {
     if (events.stop()) {
@@ -138,14 +138,14 @@ void perform(const Work& work, const Performance& performance, const CaptureTrut
   }
 }
 
-PerformedFrame read_performed(const Work& work, const CaptureTruth& truth, int id,
+PerformedFrame read_performed(const Work& work, const GroundTruth& truth, int id,
                               const SynthesisOptions& options) {
   PerformedFrame frame;
-  frame.truth = truth_frame_of(read_archive(work.frame(id), "atelier.truth.frame", 1), truth,
-                               work.frame(id).string());
+  frame.truth = ground_truth_frame_of(read_archive(work.frame(id), "atelier.truth.frame", 1), truth,
+                                      work.frame(id).string());
   if (options.shutter > 0) {
-    TruthFrame speed = truth_frame_of(read_archive(work.speed(id), "atelier.truth.frame", 1), truth,
-                                      work.speed(id).string());
+    GroundTruthFrame speed = ground_truth_frame_of(
+        read_archive(work.speed(id), "atelier.truth.frame", 1), truth, work.speed(id).string());
     frame.body_velocity = std::move(speed.body);
     frame.layer_velocities = std::move(speed.layers);
     frame.garment_velocities = std::move(speed.garments);
@@ -153,7 +153,7 @@ PerformedFrame read_performed(const Work& work, const CaptureTruth& truth, int i
   return frame;
 }
 
-CaptureInfo info_of(const SynthesisOptions& options, const CaptureTruth& truth) {
+CaptureInfo info_of(const SynthesisOptions& options, const GroundTruth& truth) {
   CaptureInfo info;
   const auto subject = truth.texts.find("subject");
   info.subject = subject == truth.texts.end() ? "synthetic" : "synthetic: " + subject->second;
@@ -192,7 +192,7 @@ SynthesisStage played(const Work& work, const SynthesisOptions& options,
   const Performance performance = cast_performance(options);
   claim(work, key_of(options));
   events.say("subject: " + performance.subject.description);
-  for (const TruthGarment& garment : performance.outfit.garments) {
+  for (const GroundTruthGarment& garment : performance.outfit.garments) {
     events.say("worn: " + garment.garment.name + ", " +
                std::to_string(garment.garment.mesh.vertices.rows()) + " vertices");
   }
@@ -217,10 +217,10 @@ SynthesisStage taken_from_files(const Work& work, const SynthesisOptions& option
 void make_folders(const Work& work, const std::vector<Camera>& cameras,
                   const SynthesisOptions& options) {
   std::vector<std::string> folders = {"images", "labels", "keypoints2d", "truth/labels"};
-  if (options.truth_images) {
+  if (options.ground_truth_images) {
     folders.emplace_back("truth/images");
   }
-  if (options.truth_maps) {
+  if (options.ground_truth_maps) {
     folders.emplace_back("truth/maps");
   }
   make_private_directory(work.folder / "truth" / "frames");
@@ -272,7 +272,7 @@ bool synthesize_capture(const fs::path& folder, const SynthesisOptions& options,
         return false;
       }
       events.say("frame " + std::to_string(id) + ": " + std::to_string(stage.cameras.size()) +
-                 " pictures");
+                 " images");
     }
     if (options.plates) {
       photograph_plates(folder, stage, options);

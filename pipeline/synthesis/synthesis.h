@@ -12,7 +12,7 @@ namespace atelier {
 /// What a long synthesis tells and asks.
 struct SynthesisEvents {
   std::function<void(const std::string& line)> say;
-  std::function<bool()> stop;  ///< true: end at the next picture
+  std::function<bool()> stop;  ///< true: end at the next image
 };
 
 /// Makes a synthetic capture in `folder` (docs/reference/formats.md): casts and dresses a subject,

@@ -49,9 +49,10 @@ OptionTable describe(SynthesisOptions& options) {
       .add("perfect", options.perfect,
            "Ideal capture: no noise, exact detections, labels and calibration, equal exposure of "
            "all cameras")
-      .add("truth_images", options.truth_images, "Writing of noise-free images as ground truth")
+      .add("ground_truth_images", options.ground_truth_images,
+           "Writing of noise-free images as ground truth")
       .add("plates", options.plates, "Writing of images of the empty stage, plates/<camera>.png")
-      .add("truth_maps", options.truth_maps,
+      .add("ground_truth_maps", options.ground_truth_maps,
            "Writing of the ground-truth depth and surface position of every pixel")
       .add("image_format", options.image_format, std::vector<std::string>{"png", "jpg"},
            "Format of the images; JPEG at quality 95")
@@ -113,7 +114,7 @@ SynthesisOptions preset_options(const std::string& preset) {
   options.fabric.resolution = 4096;
   options.skin_resolution = 4096;
   options.image_format = "jpg";
-  options.truth_images = false;
+  options.ground_truth_images = false;
   return options;
 }
 
@@ -153,7 +154,7 @@ std::vector<std::string> impossible_options(const SynthesisOptions& options) {
   }
   const double pixels = static_cast<double>(options.dome.width) * options.dome.height;
   if (pixels > 64e6) {
-    say("pictures of more than 64 million pixels");
+    say("images of more than 64 million pixels");
   }
   return wrong;
 }

@@ -37,10 +37,10 @@ struct SynthesisOptions {
   int miscalibrated = 0;           ///< cameras whose calibration is off by 2 degrees
   int held_out_cameras = 1;        ///< spread over the dome
   double held_out_share = 0.25;    ///< last share of the clothed frames
-  bool perfect = false;      ///< no noise, perfect detections and calibration, equal exposures
-  bool truth_images = true;  ///< noise-free images
-  bool plates = false;       ///< pictures of the empty stage: plates/<camera>.png
-  bool truth_maps = false;   ///< depth and surface position of every pixel
+  bool perfect = false;  ///< no noise, perfect detections and calibration, equal exposures
+  bool ground_truth_images = true;  ///< noise-free images
+  bool plates = false;              ///< images of the empty stage: plates/<camera>.png
+  bool ground_truth_maps = false;   ///< depth and surface position of every pixel
   std::string image_format = "png";
   int samples = 4;             ///< rays a pixel
   int light_samples = 96;      ///< rays to the surroundings from every vertex, [3, 65536]

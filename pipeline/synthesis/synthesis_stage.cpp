@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kAtOnce = 2;  // cameras whose pictures are in memory together
+constexpr int kAtOnce = 2;  // cameras whose images are in memory together
 
 // Streams of random numbers, one per purpose.
 constexpr std::uint64_t kCameras = 100;
@@ -88,7 +88,8 @@ ByteImage seen_image(const std::vector<std::vector<bool>>& seen, Index vertices)
   return image;
 }
 
-/// Points of the schema out of the truth's, by name; far behind every camera where it has none.
+/// Points of the schema out of the ground truth's, by name; far behind every camera where it has
+/// none.
 Points schema_points(const KeypointSchema& schema, const std::vector<std::string>& names,
                      const Points& points) {
   Points result(static_cast<Index>(schema.points.size()), 3);
@@ -204,7 +205,7 @@ RenderOptions rays_of(const SynthesisOptions& options) {
 
 }  // namespace
 
-SynthesisStage set_stage(CaptureTruth truth, const std::vector<WornLayer>& layers,
+SynthesisStage set_stage(GroundTruth truth, const std::vector<WornLayer>& layers,
                          const SynthesisOptions& options) {
   const auto seed = static_cast<std::uint64_t>(options.seed);
   SynthesisStage stage;
@@ -277,7 +278,7 @@ StageInstant instant_of(const SynthesisStage& stage, const PerformedFrame& frame
   }
   for (std::size_t i = 0; i < frame.truth.garments.size(); ++i) {
     if (frame.truth.garments[i].rows() > 0) {
-      const TruthGarment& garment = stage.truth.garments[i];
+      const GroundTruthGarment& garment = stage.truth.garments[i];
       const Points velocity =
           i < frame.garment_velocities.size() ? frame.garment_velocities[i] : Points();
       add(garment.garment.name, garment.garment.mesh,
@@ -383,11 +384,11 @@ bool photograph_instant(const fs::path& folder, const SynthesisStage& stage,
       taken.light = mean_of(parts);
     }
     const Image light = exposed(taken.light, camera.gain, sensor);
-    if (options.truth_images) {
+    if (options.ground_truth_images) {
       write_image(clean, light);
     }
     write_labels(true_labels, taken.labels);
-    if (options.truth_maps) {
+    if (options.ground_truth_maps) {
       write_archive(maps, maps_archive(taken.maps));
     }
     write_labels(labels,
@@ -409,7 +410,7 @@ bool photograph_instant(const fs::path& folder, const SynthesisStage& stage,
       }
     });
   }
-  TruthFrame truth = frame.truth;
+  GroundTruthFrame truth = frame.truth;
   truth.body_seen = seen_image(body_seen, truth.body.rows());
   truth.garments_seen.clear();  // a performed frame that was read back has empty ones
   for (std::size_t g = 0; g < cloth_seen.size(); ++g) {

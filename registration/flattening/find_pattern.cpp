@@ -11,11 +11,11 @@
 #include "core/normals.h"
 #include "core/topology.h"
 #include "core/tree.h"
-#include "registration/blunt_corners.h"
 #include "registration/edge_paths.h"
 #include "registration/flattening/front_and_back.h"
 #include "registration/flattening/straight_seams.h"
 #include "registration/flattening/unstretched_surface.h"
+#include "registration/remove_slivers.h"
 
 namespace atelier {
 namespace {
@@ -66,7 +66,7 @@ class PatternTrial {
     surface_.vertices = straightened_seams(surface_, seams.cut, rounds);
     moved_.vertices = surface_.vertices;
     constexpr int kTimes = 2;  // the pattern follows the surface, which follows the pattern
-    for (int i = 0; i < kTimes && options_.give > 0; ++i) {
+    for (int i = 0; i < kTimes && options_.tolerance > 0; ++i) {
       unstretch(flatten_surface(moved_, seams.cut, quick_));
     }
   }
@@ -80,7 +80,7 @@ class PatternTrial {
       return measures.strain_p99 > bound && measures.strain_p99 < kNearlyKept * bound;
     };
     constexpr int kTimes = 3;
-    for (int i = 0; i < kTimes && options_.give > 0 && nearly(); ++i) {
+    for (int i = 0; i < kTimes && options_.tolerance > 0 && nearly(); ++i) {
       unstretch(pattern);
       pattern = flatten_surface(moved_, seams.cut, options_.flatten);
       measures = measure_flat(moved_, pattern);
@@ -174,9 +174,9 @@ class PatternTrial {
   }
 
   void unstretch(const FlatPattern& pattern) {
-    moved_.vertices = unstretched_surface(surface_, pattern, options_.find.stretch, options_.give,
-                                          moved_.vertices);
-    moved_ = with_blunt_corners(moved_, {.flips = false});
+    moved_.vertices = unstretched_surface(surface_, pattern, options_.find.stretch,
+                                          options_.tolerance, moved_.vertices);
+    moved_ = remove_slivers(moved_, {.flips = false});
   }
 
   void say(const char* what, const FlatPattern& pattern, const FlatMeasures& measures) const {

@@ -8,8 +8,8 @@ namespace atelier {
 /// How a surface gets seams and a pattern.
 struct FindPatternOptions {
   FindSeamsOptions find;
-  FlattenOptions flatten;  ///< its panels stiffen at stiffening_of(find.stretch) whatever it says
-  double give = 0.005;     ///< m: what the surface is in doubt by, 0 to 0.02; 0: it stays
+  FlattenOptions flatten;    ///< its panels stiffen at stiffening_of(find.stretch) whatever it says
+  double tolerance = 0.005;  ///< m: what the surface is in doubt by, 0 to 0.02; 0: it stays
 };
 
 /// A surface with its seams and panels.
@@ -24,7 +24,7 @@ struct FoundPattern {
 
 /// Seams of a surface that keep a bound of stretch, short and straight, and the pattern of them.
 ///
-/// 1. A front and a back (front_and_back.h), opened to discs; their seams straightened by sliding
+/// 1. A front and a back (front_and_back.h), opened to disks; their seams straightened by sliding
 ///    vertices along the surface (straight_seams.h), and what of the surface would need stretch
 ///    taken out within `give` (unstretched_surface.h).
 /// 2. Seams and darts as find_seams, for a little less stretch, since equal seams cost some.
@@ -39,7 +39,7 @@ struct FoundPattern {
 ///    its back stay two, but for what is small, as a sleeve; with `find.join` only. It ends where
 ///    24 in a row are needed.
 ///
-/// Corners are kept above 10 degrees where they are in `mesh` (blunt_corners.h), so that a
+/// Corners are kept above 10 degrees where they are in `mesh` (remove_slivers.h), so that a
 /// simulation takes the panels as a rest shape.
 ///
 /// Of all patterns on the way that keep the bound, with both sides of seams equal, the one of the

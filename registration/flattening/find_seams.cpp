@@ -12,10 +12,10 @@
 #include "core/error.h"
 #include "core/normals.h"
 #include "core/parallel.h"
+#include "registration/flattening/cut_to_disks.h"
 #include "registration/flattening/flat_pattern.h"
 #include "registration/flattening/flat_seams.h"
 #include "registration/flattening/front_and_back.h"
-#include "registration/flattening/open_to_discs.h"
 #include "registration/flattening/seam_piece.h"
 #include "registration/flattening/surface_cut.h"
 
@@ -90,7 +90,7 @@ class Search {
       : mesh_(mesh),
         options_(options),
         topology_(topology_of(mesh.faces, mesh.vertices.rows())),
-        sides_(side_costs(mesh, topology_, facing, options.sides)),
+        sides_(side_costs(mesh, topology_, facing, options.front_back_cost)),
         lengths_(edge_lengths(topology_, mesh.vertices)) {
     whole_.vertices = mesh.vertices;
     whole_.faces = mesh.faces;
@@ -108,7 +108,7 @@ class Search {
     for (std::size_t e = 0; e < costs.size(); ++e) {
       costs[e] *= sides_[e];
     }
-    return opened_to_discs(topology_, given, costs);
+    return cut_to_disks(topology_, given, costs);
   }
 
   /// Every panel of a cut laid flat anew.
@@ -163,7 +163,7 @@ class Search {
         tried[w] = parts_of(piece, cut);
         double after = 0;
         for (SeamPiece& part : tried[w]) {
-          if (!is_disc(part)) {
+          if (!is_disk(part)) {
             after = std::numeric_limits<double>::infinity();
             break;
           }
@@ -206,7 +206,7 @@ class Search {
   /// What sewing a seam again would do.
   struct Sewn {
     SeamPiece piece;
-    bool possible = false;  ///< a disc that does not lie over itself
+    bool possible = false;  ///< a disk that does not lie over itself
     double excess = 0;      ///< more of it, m2
     double strained = 0;    ///< more area that is stretched too far, m2
   };
@@ -315,7 +315,7 @@ class Search {
   }
 
  private:
-  static bool is_disc(const SeamPiece& piece) {
+  static bool is_disk(const SeamPiece& piece) {
     return boundary_loops(piece.topology).size() == 1 && euler_characteristic(piece.topology) == 1;
   }
 
@@ -395,7 +395,7 @@ class Search {
     }
     std::vector<SeamPiece> parts = parts_of(both, flags);
     Sewn result;
-    if (parts.size() != 1 || !is_disc(parts.front())) {
+    if (parts.size() != 1 || !is_disk(parts.front())) {
       return result;
     }
     result.piece = std::move(parts.front());
@@ -428,7 +428,7 @@ OptionTable describe(FindSeamsOptions& options) {
             "Stretch below which 99% of the area must lie; seams are added until it does");
   table.add("cuts", options.cuts, 0, 1000, "", "Maximum number of seams and darts added");
   table.add("front_and_back", options.front_and_back, "Initial cut into a front and a back");
-  table.add("sides", options.sides, 0, 100, "",
+  table.add("front_back_cost", options.front_back_cost, 0, 100, "",
             "Relative cost of seams in front and at the back compared with the sides; raise it to "
             "keep seams at the sides");
   table.add("join", options.join, "Removal of seams that turn out to be unnecessary");

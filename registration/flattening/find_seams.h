@@ -15,7 +15,8 @@ struct FindSeamsOptions {
   double stretch = 0.03;  ///< stretch that 99 hundredths of the area shall keep below, 0.001 to 1
   int cuts = 400;         ///< seams and darts added at most, 0 to 1000
   bool front_and_back = true;  ///< begin with a front and a back (front_and_back.h)
-  double sides = 1;  ///< how much dearer seams are in front and at the back than at the sides
+  double front_back_cost =
+      1;  ///< how much dearer seams are in front and at the back than at the sides
   /// Where the front looks, horizontal, of length 1; zero: as far as the shape says (facing_of).
   Eigen::Vector3d facing = Eigen::Vector3d::Zero();
   bool join = true;  ///< seams that turn out not to be needed are sewn again
@@ -27,7 +28,7 @@ struct FoundSeams {
   std::vector<char> cut;    ///< [E] edges of the mesh's topology
   std::vector<char> sides;  ///< [E] those between front and back that it began with
   bool reached = false;     ///< the stretch is within bounds and no panel lies over itself
-  int added = 0;            ///< seams and darts beyond those that make discs
+  int added = 0;            ///< seams and darts beyond those that make disks
   int joined = 0;           ///< seams sewn again
 };
 
@@ -36,8 +37,8 @@ using SeamWatch = std::function<void(const std::string&)>;
 
 /// Seams and darts for a surface, beginning with those in `given` (one flag for each edge).
 ///
-/// Begins with a front and a back, if asked to. Panels that are no discs are opened along the
-/// shortest ways (open_to_discs.h), dearer in front and at the back than at the sides, under the
+/// Begins with a front and a back, if asked to. Panels that are no disks are opened along the
+/// shortest ways (cut_to_disks.h), dearer in front and at the back than at the sides, under the
 /// arms and over the shoulders. Then, while more than a hundredth of the area is stretched too far
 /// or a panel lies over itself, the panel that has most of it is cut: of ways from its most
 /// stretched places to its boundary (darts) and right through it (seams), along what is stretched

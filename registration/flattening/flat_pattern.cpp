@@ -20,7 +20,7 @@ namespace {
 
 // Softly at first, so that the cloth beside a seam finds its place before lengths are held.
 constexpr std::array kSeamWeights = {0.5, 20.0, 1e3};
-constexpr double kMostSeamWeight = 1e6;
+constexpr double kMaxSeamWeight = 1e6;
 constexpr double kEqual = 0.002;     // of a seam's length: what its two sides may differ by
 constexpr double kSeamReach = 0.15;  // m
 
@@ -298,7 +298,7 @@ FlatPattern flatten_surface(const Mesh& mesh, const std::vector<char>& cut,
       lay(held, equal_lengths(pattern, local));
     }
     // Where much is stretched, it takes more to hold a length.
-    while (worst_mismatch(pattern) > kEqual && held.length_weight < kMostSeamWeight) {
+    while (worst_mismatch(pattern) > kEqual && held.length_weight < kMaxSeamWeight) {
       held.length_weight *= 10;
       lay(held, equal_lengths(pattern, local));
     }

@@ -43,8 +43,8 @@ OptionTable describe(FlattenOptions& options);
 /// more than 0.2%. The grain is
 /// where the world's up lies on most of the panel; along its longest direction where up is nowhere.
 ///
-/// `cut` has one flag for each edge of the topology of `mesh.faces`; panels must be discs
-/// (opened_to_discs makes them so). Throws DataError as flatten_panel does, naming the panel;
+/// `cut` has one flag for each edge of the topology of `mesh.faces`; panels must be disks
+/// (cut_to_disks makes them so). Throws DataError as flatten_panel does, naming the panel;
 /// LogicError for another number of flags.
 FlatPattern flatten_surface(const Mesh& mesh, const std::vector<char>& cut,
                             const FlattenOptions& options = {});

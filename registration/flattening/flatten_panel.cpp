@@ -35,7 +35,7 @@ void check_face_shapes(const Points& vertices, const Triangles& faces) {
   }
 }
 
-/// The one boundary loop of a disc, counter-clockwise.
+/// The one boundary loop of a disk, counter-clockwise.
 std::vector<int> disc_boundary(const Triangles& faces, Index vertex_count) {
   if (faces.rows() == 0) {
     throw DataError("", "panel", "no triangle", "a surface");
@@ -61,7 +61,7 @@ std::vector<int> disc_boundary(const Triangles& faces, Index vertex_count) {
   }
   if (loops.size() != 1 || euler_characteristic(topology) != 1) {
     throw DataError("", "panel", std::to_string(loops.size()) + " boundary loops",
-                    "a disc, with one: cut it open");
+                    "a disk, with one: cut it open");
   }
   return std::move(loops.front());
 }
@@ -286,7 +286,7 @@ Points2 first_map(const Points& vertices, const Triangles& faces,
     }
   }
   throw DataError("", "panel", "triangles too uneven to be laid flat without turning one over",
-                  "a surface with more even triangles");
+                  "a surface with more isotropic triangles");
 }
 
 }  // namespace

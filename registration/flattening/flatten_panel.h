@@ -36,10 +36,10 @@ struct FlatPanel {
   double energy = 0;      ///< symmetric Dirichlet, a mean over the area; 2 if nothing is stretched
 };
 
-/// Lays a panel (a surface that is a disc: one piece, one boundary loop) flat with least stretch.
+/// Lays a panel (a surface that is a disk: one piece, one boundary loop) flat with least stretch.
 ///
 /// Starts from the least squares conformal map (Levy et al., "Least squares conformal maps", 2002)
-/// where that turns no face over, else from Tutte's embedding on a disc with mean value weights
+/// where that turns no face over, else from Tutte's embedding on a disk with mean value weights
 /// (Floater, "Mean value coordinates", 2003), which never does. Then minimises the symmetric
 /// Dirichlet energy (Smith and Schaefer, "Bijective parameterization with free boundaries", 2015),
 /// the mean over the area of (s1^2 + s2^2 + 1/s1^2 + 1/s2^2) / 2 with s1, s2 the principal

@@ -14,10 +14,10 @@
 #include "core/printable.h"
 #include "core/topology.h"
 #include "registration/flattening/flat_pattern.h"
-#include "registration/flattening/flatten_doubts.h"
+#include "registration/flattening/flatten_diagnostics.h"
 #include "registration/flattening/needless_triangles.h"
+#include "registration/flattening/rest_surface.h"
 #include "registration/flattening/seam_input.h"
-#include "registration/flattening/taut_surface.h"
 #include "registration/loose_vertices.h"
 #include "registration/orient_faces.h"
 
@@ -128,7 +128,7 @@ FlattenSurface read_flatten_surface(const fs::path& file, const std::string& sea
                                              : " vertices without a triangle were left out"));
   }
   read.mesh.vertices = surface.mesh.vertices;
-  if (const auto doubt = garment_size_doubt(read, file.string())) {
+  if (const auto doubt = garment_size_finding(read, file.string())) {
     watcher.warn(*doubt);
   }
   return surface;
@@ -167,14 +167,14 @@ TemplateNote template_note(const fs::path& file, const std::string& label) {
     if (const std::optional<JsonPlace> frame = one.find("frame")) {
       note.frame = static_cast<int>(frame->integer(0, std::numeric_limits<int>::max()));
     }
-    note.taut = one.boolean_or("taut", false);
+    note.rest = one.boolean_or("rest", false);
   }
   return note;
 }
 
-bool is_taut(const FlattenGarment& garment) {
-  return garment.note.taut || garment.file.filename() == kTautFile ||
-         template_note(template_file(garment.file), garment.file.stem().string()).taut;
+bool is_rest(const FlattenGarment& garment) {
+  return garment.note.rest || garment.file.filename() == kRestFile ||
+         template_note(template_file(garment.file), garment.file.stem().string()).rest;
 }
 
 }  // namespace atelier

@@ -36,7 +36,7 @@ inline constexpr const char* kTemplateGarments = "garments";
 struct TemplateNote {
   Eigen::Vector3d facing = Eigen::Vector3d::Zero();  ///< where its wearer looks; zero: not known
   std::optional<int> frame;                          ///< in whose pose it is
-  bool taut = false;  ///< without what folds took (registration/flattening/taut_surface.h): it
+  bool rest = false;  ///< without what folds took (registration/flattening/rest_surface.h): it
                       ///< hangs nowhere
 };
 
@@ -56,7 +56,7 @@ std::filesystem::path template_file(const std::filesystem::path& mesh);
 TemplateNote template_note(const std::filesystem::path& file, const std::string& label);
 
 /// Whether a garment is such a surface: by its note, by one that its INPUT leaves unread, or by its
-/// name (kTautFile). Throws as template_note.
-bool is_taut(const FlattenGarment& garment);
+/// name (kRestFile). Throws as template_note.
+bool is_rest(const FlattenGarment& garment);
 
 }  // namespace atelier

@@ -11,7 +11,7 @@ bool is_without_area(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const E
 /// The mesh without triangles that are nothing of its surface: those with a vertex twice, those
 /// that are there twice (the first stays), and those without area at the rim, where what is left
 /// hangs together as before. Triangles without area elsewhere stay: what lies around them is moved
-/// (blunt_corners.h). The others keep their order, vertices and texture coordinates their numbers.
+/// (remove_slivers.h). The others keep their order, vertices and texture coordinates their numbers.
 /// O(F log F) for each layer of such triangles.
 Mesh without_needless_triangles(const Mesh& mesh);
 

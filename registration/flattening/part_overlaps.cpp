@@ -8,8 +8,8 @@
 #include "core/error.h"
 #include "core/topology.h"
 #include "registration/edge_paths.h"
+#include "registration/flattening/cut_to_disks.h"
 #include "registration/flattening/flat_overlaps.h"
-#include "registration/flattening/open_to_discs.h"
 
 namespace atelier {
 namespace {
@@ -138,7 +138,7 @@ std::vector<char> cut_where_overlapping(const Mesh& mesh, const std::vector<char
       further[static_cast<std::size_t>(e)] = 1;
     }
   }
-  return opened_to_discs(topology, further, edge_lengths(topology, mesh.vertices));
+  return cut_to_disks(topology, further, edge_lengths(topology, mesh.vertices));
 }
 
 FlatPattern flatten_apart(const Mesh& mesh, std::vector<char> cut, const FlattenOptions& options,

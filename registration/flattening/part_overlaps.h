@@ -12,7 +12,7 @@ namespace atelier {
 /// Of two triangles that lie over each other (flat_overlaps.h) each is to be in another panel: what
 /// of the panel is nearer to one of them, along the surface, is parted from what is nearer to the
 /// other; and so on, until no two of those that lie over each other are together. Panels that are
-/// no discs then are opened (open_to_discs.h). Panels that only touch themselves, without two
+/// no disks then are opened (cut_to_disks.h). Panels that only touch themselves, without two
 /// triangles over each other, are parted in their middle. Our choice.
 ///
 /// `pattern` is flatten_surface's of this mesh and cut. Throws LogicError for other numbers.

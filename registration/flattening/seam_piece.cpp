@@ -144,14 +144,14 @@ std::vector<std::vector<int>> ways_to_cut(const SeamPiece& piece, const std::vec
   const std::vector<std::vector<int>> loops = boundary_loops(topology);
   const std::vector<int>& boundary = loops.front();
   const std::vector<double> places = stretched_places(piece);
-  const double most_bent = *std::max_element(piece.bends.begin(), piece.bends.end());
+  const double max_bent = *std::max_element(piece.bends.begin(), piece.bends.end());
   const std::vector<double> lengths = edge_lengths(topology, piece.vertices);
   std::vector<double> costs(lengths.size());
   for (Index e = 0; e < topology.edges.rows(); ++e) {
     const auto a = static_cast<std::size_t>(topology.edges(e, 0));
     const auto b = static_cast<std::size_t>(topology.edges(e, 1));
     const double stretched = std::min(1.0, (places[a] + places[b]) / (4 * bound));
-    const double bent = (piece.bends[a] + piece.bends[b]) / (2 * std::max(most_bent, 1e-12));
+    const double bent = (piece.bends[a] + piece.bends[b]) / (2 * std::max(max_bent, 1e-12));
     costs[static_cast<std::size_t>(e)] = corners_of_edge(topology, e).size() != 2
                                              ? kNever
                                              : lengths[static_cast<std::size_t>(e)] *

@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// A panel while seams are sought: a disc with its flat shape. Private to registration.
+/// A panel while seams are sought: a disk with its flat shape. Private to registration.
 struct SeamPiece {
   Points vertices;
   Triangles faces;
@@ -24,7 +24,7 @@ struct SeamPiece {
 /// Lays it flat from where it is (or anew) and measures. `iterations` of Newton's method at most.
 void lay_flat(SeamPiece& piece, double bound, int iterations, double tolerance);
 
-/// The discs that a cut along some of its edges leaves of a piece, with its flat shape to go on
+/// The disks that a cut along some of its edges leaves of a piece, with its flat shape to go on
 /// from.
 std::vector<SeamPiece> parts_of(const SeamPiece& piece, const std::vector<char>& cut);
 

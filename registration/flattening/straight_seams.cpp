@@ -8,7 +8,7 @@
 #include "core/normals.h"
 #include "core/topology.h"
 #include "core/tree.h"
-#include "registration/blunt_corners.h"
+#include "registration/remove_slivers.h"
 
 namespace atelier {
 namespace {
@@ -114,8 +114,7 @@ Points straightened_seams(const Mesh& mesh, const std::vector<char>& cut, int ro
   const auto corner_around = [&](Index v) {
     double smallest = 180;
     for (const int face : around[v]) {
-      smallest =
-          std::min(smallest, least_corner(corner(face, 0), corner(face, 1), corner(face, 2)));
+      smallest = std::min(smallest, min_corner(corner(face, 0), corner(face, 1), corner(face, 2)));
     }
     return smallest;
   };

@@ -90,8 +90,8 @@ Eigen::SparseMatrix<double> moving_apart(const Mesh& mesh, const Eigen::VectorXd
 }  // namespace
 
 Points unstretched_surface(const Mesh& mesh, const FlatPattern& pattern, double stretch,
-                           double give, const Points& start) {
-  ATELIER_CHECK(stretch > 0 && give > 0, "a stretch and a give of more than zero");
+                           double tolerance, const Points& start) {
+  ATELIER_CHECK(stretch > 0 && tolerance > 0, "a stretch and a give of more than zero");
   ATELIER_CHECK(
       pattern.cut.faces.rows() == mesh.faces.rows() && start.rows() == mesh.vertices.rows(),
       "a pattern of the mesh's triangles, and a place for each vertex");
@@ -112,9 +112,9 @@ Points unstretched_surface(const Mesh& mesh, const FlatPattern& pattern, double 
       }
     }
   }
-  const double hold = std::pow(stretch / (give / 2), 2);
+  const double hold = std::pow(stretch / (tolerance / 2), 2);
   const Eigen::SparseMatrix<double> bending =
-      std::pow(stretch * kMoveTogether * kMoveTogether / give, 2) * moving_apart(mesh, areas);
+      std::pow(stretch * kMoveTogether * kMoveTogether / tolerance, 2) * moving_apart(mesh, areas);
   Eigen::SparseMatrix<double> system(count, count);
   system.setFromTriplets(entries.begin(), entries.end());
   system += bending;
@@ -149,7 +149,7 @@ Points unstretched_surface(const Mesh& mesh, const FlatPattern& pattern, double 
     }
     for (Index v = 0; v < count; ++v) {
       const Eigen::RowVector3d way = points.row(v) - mesh.vertices.row(v);
-      const double within = std::min(1.0, give / std::max(way.norm(), 1e-12));
+      const double within = std::min(1.0, tolerance / std::max(way.norm(), 1e-12));
       right.row(v) += hold * areas[v] * (mesh.vertices.row(v) + within * way);
     }
     points = solver.solve(right);

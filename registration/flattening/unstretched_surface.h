@@ -22,6 +22,6 @@ namespace atelier {
 /// `pattern` is one of the same triangles. Throws LogicError unless it is, `start` has a row for
 /// each vertex, and `stretch` and `give` are positive. A sparse Cholesky factorisation.
 Points unstretched_surface(const Mesh& mesh, const FlatPattern& pattern, double stretch,
-                           double give, const Points& start);
+                           double tolerance, const Points& start);
 
 }  // namespace atelier

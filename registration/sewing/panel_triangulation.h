@@ -10,8 +10,8 @@ struct FlatMesh {
   Triangles faces;   ///< [F,3] counter-clockwise
 };
 
-/// Fills a simple counter-clockwise outline with even triangles of about `edge_length` metres; no
-/// point is added on the outline. Constrained Delaunay triangulation (CGAL) of the outline and a
+/// Fills a simple counter-clockwise outline with isotropic triangles of about `edge_length` metres;
+/// no point is added on the outline. Constrained Delaunay triangulation (CGAL) of the outline and a
 /// triangular lattice, relaxed. Throws DataError if the outline is not simple or encloses nothing.
 FlatMesh triangulate_outline(const Points2& outline, double edge_length);
 

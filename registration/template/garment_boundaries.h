@@ -26,7 +26,7 @@ struct GarmentBoundaries {
 /// Where the pelvis lies beyond, as for a short top, head and hands behind the loop make it the
 /// hem, feet the waist. Any other combination is "opening". Names that come twice are numbered,
 /// "ankle left 2", the longest loop first. Of loops that no axis passes through, those up to
-/// `largest_hole` metres round are holes; longer ones are "opening".
+/// `max_hole` metres round are holes; longer ones are "opening".
 ///
 /// Throws LogicError as check_anatomy.
 GarmentBoundaries garment_boundaries(const Points& vertices, const Triangles& faces,

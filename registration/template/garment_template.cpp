@@ -9,13 +9,14 @@
 #include "core/intersection.h"
 #include "core/median.h"
 #include "core/normals.h"
-#include "core/remesh/even_mesh.h"
+#include "core/remesh/isotropic_remeshing.h"
 #include "core/topology.h"
 #include "core/tree.h"
 #include "core/winding_number.h"
 #include "registration/attach_to_body.h"
-#include "registration/blunt_corners.h"
 #include "registration/part_crossings.h"
+#include "registration/remove_handles.h"
+#include "registration/remove_slivers.h"
 #include "registration/template/garment_boundaries.h"
 #include "registration/template/garment_cover.h"
 #include "registration/template/surface_through_points.h"
@@ -23,21 +24,20 @@
 #include "registration/template/trim_surface.h"
 #include "registration/tracking/cut_rim_folds.h"
 #include "registration/tracking/register_garment.h"
-#include "registration/without_handles.h"
 
 namespace atelier {
 namespace {
 
-constexpr double kLeastArea = 0.01;    // m2
-constexpr double kMostUnseen = 0.6;    // of the surface
+constexpr double kMinArea = 0.01;      // m2
+constexpr double kMaxUnseen = 0.6;     // of the surface
 constexpr double kMuchUnseen = 0.2;    // from here on it is said
 constexpr double kFacingLimb = 0.05;   // m
 constexpr double kFacingWeight = 1.0;  // of the share that faces a limb, against that of the area
 constexpr double kSlideWeight = 0.02;  // of a frame that follows: what slides adds up
-constexpr Index kMostFollow = 24;      // frames, as in a window
+constexpr Index kMaxFollow = 24;       // frames, as in a window
 constexpr int kPushRounds = 3;
 constexpr double kCoarsest = 0.03;  // m: coarser edges are made of a surface as fine as for these
-constexpr double kBridge = 0.15;    // m round it: longer ones carry even triangles, or are none
+constexpr double kBridge = 0.15;  // m round it: longer ones carry isotropic triangles, or are none
 constexpr double kEdgesRound = 12;  // edges that an opening needs: remeshing draws rims in
 
 std::string of_area(const char* format, double value) {
@@ -126,7 +126,7 @@ Overview overview_of(const ClothedFrames& frames, std::uint8_t label,
   double best = -1e300;
   for (std::size_t i = 0; i < areas.size() && options.frame < 0; ++i) {
     const Index last = static_cast<Index>(frames.frame_ids.size()) - 1;
-    const Index follow = std::min(kMostFollow, std::max(all.rows[i], last - all.rows[i]));
+    const Index follow = std::min(kMaxFollow, std::max(all.rows[i], last - all.rows[i]));
     const double score = areas[i] / std::max(all.area, 1e-9) - kFacingWeight * facing[i] -
                          kSlideWeight * static_cast<double>(follow);
     if (score > best) {
@@ -139,7 +139,7 @@ Overview overview_of(const ClothedFrames& frames, std::uint8_t label,
 
 /// Throws DataError where no frame shows enough of the label: nothing could follow the garment.
 void require_seen(const Overview& all, const std::string& name) {
-  if (all.area < kLeastArea) {
+  if (all.area < kMinArea) {
     throw DataError("", name, of_area("%.0f cm2 of its label at most in a frame", 1e4 * all.area),
                     "100 cm2: labels that cover the garment, or leave it out");
   }
@@ -172,7 +172,7 @@ int push_out(Mesh& mesh, const Points& body, const Triangles& body_faces, double
   return static_cast<int>(std::count(pushed.begin(), pushed.end(), 1));
 }
 
-/// 1 where riding on the body misses what the frames show, or the body is far away.
+/// 1 where moving with the body misses what the frames show, or the body is far away.
 std::vector<char> dynamic_region(const GarmentTemplate& made, const ClothedFrames& frames,
                                  const std::vector<Index>& rows, const Points& body,
                                  std::uint8_t label, double dynamic) {
@@ -195,7 +195,7 @@ std::vector<char> dynamic_region(const GarmentTemplate& made, const ClothedFrame
     }
     const std::vector<ClosestPoint> nearest =
         closest_points(build_point_tree(points),
-                       ride_on_body(made.garment.attachments, frame.body, frames.body_faces));
+                       body_driven(made.garment.attachments, frame.body, frames.body_faces));
     for (std::size_t v = 0; v < misses.size(); ++v) {
       misses[v].push_back(std::sqrt(nearest[v].squared_distance));
     }
@@ -241,7 +241,7 @@ void dress(GarmentTemplate& made, const GarmentBoundaries& boundaries, const Clo
     if (opening.starts_with("opening")) {
       made.findings.push_back({Severity::Warning, "opening-unnamed", garment.name,
                                "an opening that is no neck, cuff, waist, hem or ankle: part of the "
-                               "garment may never be seen, or it leaves the pictures",
+                               "garment may never be seen, or it leaves the images",
                                "look at the template; another --template.frame may show more"});
     }
   }
@@ -413,18 +413,18 @@ GarmentTemplate garment_template(const ClothedFrames& frames, std::uint8_t label
                     "a frame that shows it; --template.frame takes another");
   }
   // What the cut leaves open is closed with the holes.
-  trimmed.mesh = without_handles(std::move(trimmed.mesh), kBridge).mesh;
+  trimmed.mesh = remove_handles(std::move(trimmed.mesh), kBridge).mesh;
   const GarmentBoundaries seen = garment_boundaries(trimmed.mesh.vertices, trimmed.mesh.faces,
                                                     frames.anatomy, frame.body, frames.body_faces);
   made.holes_closed = trimmed.holes_closed + static_cast<int>(seen.holes.size());
   made.garment.mesh =
-      even_mesh(trimmed.mesh, {.edge_length = options.edge_length, .holes = seen.holes});
+      isotropic_remeshing(trimmed.mesh, {.edge_length = options.edge_length, .holes = seen.holes});
   made.pushed_out = push_out(made.garment.mesh, frame.body, frames.body_faces, options.clearance);
   // Parting may bring a vertex back to the body, pushing it out may cross again: the last counts.
   // Corners are widened before: what that crosses is parted too.
   constexpr int kRounds = 3;
   for (int round = 0; round < kRounds; ++round) {
-    made.garment.mesh = cut_rim_folds(part_crossings(with_blunt_corners(made.garment.mesh)).mesh);
+    made.garment.mesh = cut_rim_folds(part_crossings(remove_slivers(made.garment.mesh)).mesh);
     Mesh& mesh = made.garment.mesh;
     mesh.vertices = turned_back(topology_of(mesh.faces, mesh.vertices.rows()), mesh.vertices);
     push_out(made.garment.mesh, frame.body, frames.body_faces, options.clearance);
@@ -433,7 +433,7 @@ GarmentTemplate garment_template(const ClothedFrames& frames, std::uint8_t label
   const double seen_area = face_areas(trimmed.mesh.vertices, trimmed.mesh.faces).sum() -
                            trimmed.area_closed - trimmed.area_made_up;
   made.area_unseen = std::max(0.0, area - seen_area);
-  if (made.area_unseen > kMostUnseen * area) {
+  if (made.area_unseen > kMaxUnseen * area) {
     throw DataError(
         "", name,
         of_area("%.0f%% of the surface unseen in its best frame", 100 * made.area_unseen / area),

@@ -34,7 +34,7 @@ struct GarmentTemplateOptions {
   double reach = 0.05;         ///< m: unseen patches up to twice as wide are closed, 0.01 to 0.5
   double stiffness = 0.02;     ///< of the surface against its points, 1e-6 to 1e3
   double clearance = 0.002;    ///< m that it keeps from the body, 0 to 0.1
-  double dynamic = 0.03;       ///< m off from riding on the body: more hangs free, 0.001 to 1
+  double dynamic = 0.03;       ///< m off from moving with the body: more hangs free, 0.001 to 1
   TextureAtlasOptions atlas;
 };
 OptionTable describe(GarmentTemplateOptions& options);
@@ -58,11 +58,11 @@ struct GarmentTemplate {
 /// body face another limb within 5 cm (arms away, legs apart). Its points, and where it shows
 /// nothing the cover of the body by all frames (garment_points), get a surface that goes on
 /// smoothly (surface_through_points), which is cut off where the garment ends (trim_surface) and
-/// where parts of it are bridged (without_handles, loops up to 15 cm). Remaining loops that no limb
-/// passes through are closed (garment_boundaries), the mesh is made even (even_mesh), without
-/// slivers (blunt_corners.h), and pushed out of the body. Vertices ride on the body's nearest
-/// triangles (attach_to_body); where riding misses the scans of the frames by more than `dynamic`
-/// (median), or the body is twice as far away, the garment hangs free. Warns
+/// where parts of it are bridged (remove_handles, loops up to 15 cm). Remaining loops that no limb
+/// passes through are closed (garment_boundaries), the mesh is made even (isotropic_remeshing),
+/// without slivers (remove_slivers.h), and pushed out of the body. Vertices move with the body's
+/// nearest triangles (attach_to_body); where riding misses the scans of the frames by more than
+/// `dynamic` (median), or the body is twice as far away, the garment hangs free. Warns
 /// (`opening-lost`) where the mesh is too coarse for an opening of the surface.
 ///
 /// Throws DataError where no frame shows 0.01 m2 of the label, where more than 0.6 of the surface

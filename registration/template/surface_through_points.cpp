@@ -21,7 +21,7 @@ using Cell = Eigen::Vector3i;
 constexpr double kThickness = 2.5;  // cells on either side of the surface
 constexpr double kSpread = 0.25;    // and so much more for each metre away from the points
 constexpr double kGradientWeight = 0.3;
-constexpr double kMostCells = 268435456.0;
+constexpr double kMaxCells = 268435456.0;
 
 /// Nodes of a box of cells, of which some have unknowns.
 struct Grid {
@@ -58,7 +58,7 @@ Grid grid_near(const Points& points, const Points& normals, const ThroughPointsO
       points.colwise().minCoeff().transpose() - Eigen::Vector3d::Constant(margin * options.cell);
   const Eigen::Vector3d extent = points.colwise().maxCoeff().transpose() - grid.low;
   const Eigen::Vector3d count = (extent / options.cell).array().ceil() + margin + 1;
-  if (count.prod() > kMostCells) {
+  if (count.prod() > kMaxCells) {
     throw DataError("", "cell", std::to_string(options.cell) + " m",
                     "larger cells for points that lie so far apart");
   }

@@ -19,7 +19,7 @@ constexpr double kLoosest = 0.04;       // m, gap at which the body says where c
 constexpr double kCoverWeight = 0.1;    // of a point that is made up
 constexpr double kInsideReach = 0.5;    // m
 constexpr double kThickest = 0.03;      // m between the two sides of a layer of cloth in a scan
-constexpr int kMostSteps = 64;          // along an edge of a face
+constexpr int kMaxSteps = 64;           // along an edge of a face
 constexpr double kUnsupportedAt = 5.0;  // spacings
 
 /// Faces all of whose corners have the label and were seen, without small islands.
@@ -70,7 +70,7 @@ void sample(GarmentPoints& cloud, const Mesh& scan, const Triangles& faces, cons
     }
     const double longest = std::max({(at.row(0) - at.row(1)).norm(), (at.row(1) - at.row(2)).norm(),
                                      (at.row(2) - at.row(0)).norm()});
-    const int steps = std::clamp(static_cast<int>(std::ceil(longest / spacing)), 1, kMostSteps);
+    const int steps = std::clamp(static_cast<int>(std::ceil(longest / spacing)), 1, kMaxSteps);
     for (int i = 0; i <= steps; ++i) {
       for (int j = 0; i + j <= steps; ++j) {
         const Eigen::RowVector3d weights = Eigen::RowVector3d(i, j, steps - i - j) / steps;

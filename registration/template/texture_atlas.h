@@ -7,7 +7,7 @@ namespace atelier {
 
 struct TextureAtlasOptions {
   double stretch = 0.25;  ///< that 99 hundredths of the area keep below, 0.01 to 1
-  int cuts = 12;          ///< at most, beyond those that make charts discs, 0 to 1000
+  int cuts = 12;          ///< at most, beyond those that make charts disks, 0 to 1000
   double gap = 0.01;      ///< between charts, of the atlas's side, 0 to 0.1
 };
 OptionTable describe(TextureAtlasOptions& options);

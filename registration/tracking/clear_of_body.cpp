@@ -4,7 +4,7 @@
 
 #include "core/depths_inside.h"
 #include "core/intersection.h"
-#include "registration/tracking/ride_on_body.h"
+#include "registration/tracking/body_driven_prediction.h"
 #include "registration/tracking/unfolded.h"
 
 namespace atelier {

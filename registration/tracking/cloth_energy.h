@@ -17,7 +17,7 @@ namespace atelier {
 /// + sum_e  edge_weights_e |x_i - x_j - edge_vectors_e|^2     edges keep their vectors
 /// + sum_v  anchor_weights_v |x_v - anchors_v|^2              vertices keep to places
 /// + sum_r  weight_r rho_r(normal_r . sum_k b_rk x_k - offset_r)   points keep to planes
-/// + sum_f  d' H_f d + 2 g_f' d,  d = corners - origin        what pictures say of each face
+/// + sum_f  d' H_f d + 2 g_f' d,  d = corners - origin        what images say of each face
 /// with rho(r) = r^2, or Geman and McClure's r^2 / (1 + r^2 / s^2), which saturates at s^2.
 /// Bending is the quadratic form of isometric deformations (Bergou et al., "A quadratic bending
 /// model for inextensible surfaces", SGP 2006), about bend times the integral of the squared
@@ -67,7 +67,7 @@ struct ClothTerms {
   Eigen::VectorXd anchor_weights;         ///< [V] m2, or empty
   Points anchors;                         ///< [V,3] m
   std::vector<SurfaceRow> rows;           ///< what the scan and the body say
-  std::vector<FaceQuadratic> quadratics;  ///< what pictures say
+  std::vector<FaceQuadratic> quadratics;  ///< what images say
   Points origin;                          ///< [V,3] m, where the quadratics were made; or empty
 };
 

@@ -9,7 +9,7 @@ namespace atelier {
 namespace {
 
 constexpr int kVersion = 1;
-constexpr int kMostLevels = 16;
+constexpr int kMaxLevels = 16;
 
 double number_at(const Archive& archive, const std::string& name, const std::string& file) {
   const auto found = archive.numbers.find(name);
@@ -31,7 +31,7 @@ int count_at(const Archive& archive, const std::string& name, int most, const st
 
 TextureGain gain_of(const Archive& archive, Index samples, const std::string& file) {
   TextureGain gain;
-  gain.levels = count_at(archive, "gain_levels", kMostLevels, file);
+  gain.levels = count_at(archive, "gain_levels", kMaxLevels, file);
   gain.channels = count_at(archive, "gain_channels", 3, file);
   const Tensor* rows = find_array(archive, "gain_samples");
   if (rows == nullptr) {

@@ -31,7 +31,7 @@ void add_gain(GarmentTexture& texture, const TextureGain& gain, std::size_t samp
 struct FollowedFrame {
   RegisteredGarment garment;
   Points drift;      ///< [V,3] m, its motion against the body that it rides on; no rows: unknown
-  TextureGain gain;  ///< what its pictures were the first to show
+  TextureGain gain;  ///< what its images were the first to show
 };
 
 /// A followed frame as an archive of schema "atelier.followed_frame", version 1, and back.

@@ -121,7 +121,7 @@ GarmentScan garment_scan(const Mesh& scan, const std::vector<std::uint8_t>& labe
   for (Index f = 0; f < faces.rows(); ++f) {
     piece_area[pieces.of_face[static_cast<std::size_t>(f)]] += face_area[f];
   }
-  const double least = options.least_piece * face_area.sum();
+  const double least = options.min_component_area * face_area.sum();
   const Points all_normals = vertex_normals(scan.vertices, scan.faces);
   std::vector<int> to(static_cast<std::size_t>(scan.vertices.rows()), -1);
   std::vector<int> from;

@@ -24,7 +24,8 @@ struct GarmentScan {
 };
 
 struct GarmentScanOptions {
-  double least_piece = 0.01;  ///< share of the garment's area below which a loose piece is dropped
+  double min_component_area =
+      0.01;  ///< share of the garment's area below which a loose piece is dropped
 };
 
 /// Faces all of whose corners have one of the labels, or the scan no labels, and were seen: where

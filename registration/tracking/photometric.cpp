@@ -17,7 +17,7 @@ using Vector3 = Eigen::Vector3d;
 using Jacobian = Eigen::Matrix<double, 2, 3>;
 
 constexpr int kMaxChannels = 3;
-constexpr double kLeastCosine = 0.25;  // flatter views see too little
+constexpr double kMinCosine = 0.25;  // flatter views see too little
 constexpr double kSaturated =
     0.5;  // standard deviations of a patch: the scale of Geman and McClure
 constexpr float kInside = 0.2F;
@@ -128,7 +128,7 @@ Vector2 pixel_of(const FaceView& view, const Eigen::Vector3f& barycentric) {
          barycentric[2] * view.corners[2];
 }
 
-/// Sums over a patch, of the picture I and the texture R.
+/// Sums over a patch, of the image I and the texture R.
 struct PatchSums {
   double count = 0;
   std::array<double, kMaxChannels> I{}, R{};
@@ -183,10 +183,10 @@ PatchMoments moments_of(const PatchSums& sums, int channels, double noise) {
 
 ViewPyramid view_pyramid(const PhotoView& view, int levels) {
   ATELIER_CHECK(view.image.width == view.camera.width && view.image.height == view.camera.height,
-                "a picture of another size than its camera's");
+                "an image of another size than its camera's");
   ATELIER_CHECK(view.mask.data.empty() ||
                     (view.mask.width == view.image.width && view.mask.height == view.image.height),
-                "a mask of another size than its picture");
+                "a mask of another size than its image");
   ATELIER_CHECK(view.image.channels == 1 || view.image.channels == 3, "one or three channels");
   ViewPyramid pyramid;
   pyramid.camera = view.camera;
@@ -247,7 +247,7 @@ std::vector<std::vector<float>> vertex_views(const Points& x, const Triangles& f
         const Vector3 normal = normals.row(v).transpose();
         const Vector3 to = centre - here;
         const double cosine = to.dot(normal) / to.norm();
-        if (!(cosine > kLeastCosine)) {
+        if (!(cosine > kMinCosine)) {
           continue;
         }
         const auto pixel = project(view.camera, here);
@@ -308,7 +308,7 @@ void add_texture(GarmentTexture& texture, const ClothSamples& samples, const Vie
       for (std::size_t c = 0; c < views.size(); ++c) {
         best = std::max(best, face_view(faces, f, pixels[c], seen[c]).cosine);
       }
-      if (!(best > kLeastCosine)) {
+      if (!(best > kMinCosine)) {
         continue;
       }
       for (int s = samples.offsets[static_cast<std::size_t>(f)];
@@ -414,8 +414,8 @@ struct Alignment {
 Alignment alignment_of(const ViewedCloth& cloth, const ClothSamples& samples,
                        const GarmentTexture& texture, int level,
                        const PhotometricOptions& options) {
-  constexpr double kLeastNoise = 0.002;  // what averaging does not take away
-  const double noise = std::max(std::ldexp(options.noise, -level), kLeastNoise);
+  constexpr double kMinNoise = 0.002;  // what averaging does not take away
+  const double noise = std::max(std::ldexp(options.noise, -level), kMinNoise);
   ATELIER_CHECK(level >= 0 && level < static_cast<int>(texture.levels.size()), "no such size");
   Alignment align{cloth, samples, texture, {}, level, std::ldexp(1.0, -level), noise};
   for (std::size_t c = 0; c < cloth.views.size(); ++c) {

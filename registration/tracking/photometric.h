@@ -9,7 +9,7 @@
 
 namespace atelier {
 
-/// What pictures say of where cloth is: the texture that it had where it was known is compared with
+/// What images say of where cloth is: the texture that it had where it was known is compared with
 /// what cameras see of it now, patch by patch, each patch's brightness and contrast taken out, so
 /// that shade, exposure and noise do not matter (the zero-mean normalised correlation of Lucas and
 /// Kanade's image alignment, 1981, on a surface and over all cameras at once).
@@ -49,7 +49,7 @@ struct GarmentTexture {
   std::vector<char> known;                 ///< [S] 0: no camera has seen it yet
 };
 
-/// Which vertices each view sees: facing it, hidden by nothing, inside its picture and mask.
+/// Which vertices each view sees: facing it, hidden by nothing, inside its image and mask.
 /// @param occluders  trees over all that may stand before the garment, itself included
 /// @return [views][V], cosine between normal and view, 0: not seen
 std::vector<std::vector<float>> vertex_views(const Points& x, const Triangles& faces,
@@ -65,7 +65,7 @@ struct ViewedCloth {
 };
 
 /// Fills in what is not known yet of the texture, from those views that see it best.
-/// @param sizes  how many sizes of the pictures, the largest first; 0: all
+/// @param sizes  how many sizes of the images, the largest first; 0: all
 void add_texture(GarmentTexture& texture, const ClothSamples& samples, const ViewedCloth& cloth,
                  int sizes = 0);
 
@@ -76,7 +76,7 @@ struct PhotometricOptions {
   double bad = 0.2;      ///< correlation at which it does not count at all
 };
 
-/// What pictures say of cloth at its x.
+/// What images say of cloth at its x.
 struct PhotometricTerm {
   std::vector<FaceQuadratic> quadratics;  ///< of the energy's second order, at origin x
   double energy = 0;                      ///< m4, at x, views and patches weighted as they are

@@ -24,7 +24,7 @@ constexpr int kRingCount = static_cast<int>(kRings.size());
 constexpr int kPoints = kRingCount * kDirections;
 constexpr int kHues = 2;
 constexpr int kTurns = 2;  // of 15 degrees, to either side
-constexpr float kLeastKnown = 0.75F;
+constexpr float kMinKnown = 0.75F;
 constexpr double kApart = 0.03;  // m: another place, not the same one again
 
 Vector3 corner(const Points& x, const Triangles& faces, int face, int k) {
@@ -69,12 +69,12 @@ struct Ground {
 /// straight on the surface: it crosses an edge at the angle at which it comes.
 void walk(const Ground& ground, int face, Vector3 point, Vector3 direction,
           std::array<int, kRingCount>& found) {
-  constexpr int kMostFaces = 100;
+  constexpr int kMaxFaces = 100;
   found.fill(-1);
   double gone = 0;
   std::size_t ring = 0;
   int entered = -1;
-  for (int step = 0; step < kMostFaces; ++step) {
+  for (int step = 0; step < kMaxFaces; ++step) {
     const Vector3 normal = ground.normals.row(face).transpose();
     double exit = std::numeric_limits<double>::infinity();
     int edge = -1;
@@ -192,10 +192,10 @@ Eigen::Matrix<float, Eigen::Dynamic, kHues> hues_of(const GarmentTexture& textur
   return hues;
 }
 
-/// The word around a place: hues less their means, of unit length; nothing where too little is
-/// known, or too little differs.
+/// The descriptor around a place: hues less their means, of unit length; nothing where too little
+/// is known, or too little differs.
 bool add_word(const int* points, const Eigen::Matrix<float, Eigen::Dynamic, kHues>& hues,
-              const std::vector<char>& known, double contrast, float* word) {
+              const std::vector<char>& known, double contrast, float* descriptor) {
   float all = 0;
   float sum = 0;
   std::array<float, kHues> means{};
@@ -211,8 +211,8 @@ bool add_word(const int* points, const Eigen::Matrix<float, Eigen::Dynamic, kHue
       }
     }
   }
-  std::fill(word, word + kHues * kPoints, 0.0F);
-  if (!(sum >= kLeastKnown * all)) {
+  std::fill(descriptor, descriptor + kHues * kPoints, 0.0F);
+  if (!(sum >= kMinKnown * all)) {
     return false;
   }
   float squares = 0;
@@ -221,27 +221,27 @@ bool add_word(const int* points, const Eigen::Matrix<float, Eigen::Dynamic, kHue
       for (int h = 0; h < kHues; ++h) {
         const float off = hues(points[i], h) - means[static_cast<std::size_t>(h)] / sum;
         squares += weight_of(i) * off * off;
-        word[h * kPoints + i] = std::sqrt(weight_of(i)) * off;
+        descriptor[h * kPoints + i] = std::sqrt(weight_of(i)) * off;
       }
     }
   }
   if (!(squares >= static_cast<float>(contrast * contrast) * sum)) {
-    std::fill(word, word + kHues * kPoints, 0.0F);
+    std::fill(descriptor, descriptor + kHues * kPoints, 0.0F);
     return false;
   }
   const float length = std::sqrt(squares);
   for (int i = 0; i < kHues * kPoints; ++i) {
-    word[i] /= length;
+    descriptor[i] /= length;
   }
   return true;
 }
 
-/// A word as it is read when the cloth is turned by steps of a direction.
-Eigen::VectorXf turned_word(const Eigen::VectorXf& word, int steps) {
-  Eigen::VectorXf turned(word.size());
-  for (int i = 0; i < static_cast<int>(word.size()); ++i) {
+/// A descriptor as it is read when the cloth is turned by steps of a direction.
+Eigen::VectorXf turned_word(const Eigen::VectorXf& descriptor, int steps) {
+  Eigen::VectorXf turned(descriptor.size());
+  for (int i = 0; i < static_cast<int>(descriptor.size()); ++i) {
     const int d = i % kDirections;
-    turned[i] = word[i - d + (d + steps + kDirections) % kDirections];
+    turned[i] = descriptor[i - d + (d + steps + kDirections) % kDirections];
   }
   return turned;
 }
@@ -262,16 +262,16 @@ struct Candidate {
   float correlation = 0;
 };
 
-/// The most of what a word has in common with one that is turned by several steps.
+/// The most of what a descriptor has in common with one that is turned by several steps.
 /// @param turned  [2 kTurns + 1, kHues kPoints]
-[[gnu::always_inline]] inline float most_product(const float* word, const float* turned) {
+[[gnu::always_inline]] inline float max_product(const float* descriptor, const float* turned) {
   constexpr int kWords = 2 * kTurns + 1;
   constexpr int kLanes = 8;
   constexpr int kLength = kHues * kPoints;
   static_assert(kLength % kLanes == 0);
   EightFloats sums[kWords] = {};
   for (int i = 0; i < kLength; i += kLanes) {
-    const EightFloats part = *reinterpret_cast<const EightFloats*>(word + i);
+    const EightFloats part = *reinterpret_cast<const EightFloats*>(descriptor + i);
     for (int k = 0; k < kWords; ++k) {
       sums[k] += part * *reinterpret_cast<const EightFloats*>(turned + k * kLength + i);
     }
@@ -287,21 +287,21 @@ struct Candidate {
   return most;
 }
 
-ATELIER_AVX2 float most_product_avx2(const float* word, const float* turned) {
-  return most_product(word, turned);
+ATELIER_AVX2 float max_product_avx2(const float* descriptor, const float* turned) {
+  return max_product(descriptor, turned);
 }
 
-float most_product_plain(const float* word, const float* turned) {
-  return most_product(word, turned);
+float max_product_plain(const float* descriptor, const float* turned) {
+  return max_product(descriptor, turned);
 }
 
-/// What a site's word says within reach, or no place.
-Candidate looked_up(const PrintedCode& code, int site, const Eigen::VectorXf& word) {
-  Eigen::MatrixXf turns(word.size(), 2 * kTurns + 1);
+/// What a site's descriptor says within reach, or no place.
+Candidate looked_up(const PrintedCodebook& code, int site, const Eigen::VectorXf& descriptor) {
+  Eigen::MatrixXf turns(descriptor.size(), 2 * kTurns + 1);
   for (int steps = -kTurns; steps <= kTurns; ++steps) {
-    turns.col(steps + kTurns) = turned_word(word, steps);
+    turns.col(steps + kTurns) = turned_word(descriptor, steps);
   }
-  const auto product = has_avx2() ? most_product_avx2 : most_product_plain;
+  const auto product = has_avx2() ? max_product_avx2 : max_product_plain;
   Candidate best;
   best.site = site;
   std::vector<std::pair<int, float>> all;
@@ -310,7 +310,7 @@ Candidate looked_up(const PrintedCode& code, int site, const Eigen::VectorXf& wo
           code.options.reach * code.options.reach)) {
       continue;
     }
-    const float most = product(code.words.col(i).data(), turns.data());
+    const float most = product(code.descriptors.col(i).data(), turns.data());
     all.emplace_back(static_cast<int>(i), most);
     if (most > best.correlation) {
       best.correlation = most;
@@ -331,14 +331,14 @@ Candidate looked_up(const PrintedCode& code, int site, const Eigen::VectorXf& wo
   return best;
 }
 
-/// Readings with which most of those around them agree: cloth keeps its lengths, so that places
+/// Matches with which most of those around them agree: cloth keeps its lengths, so that places
 /// that were read are as far apart as those that they were read at.
-std::vector<Candidate> agreeing(const PrintedCode& code, const std::vector<Candidate>& read,
+std::vector<Candidate> agreeing(const PrintedCodebook& code, const std::vector<Candidate>& read,
                                 int& contradicted) {
   constexpr double kAround = 0.1;  // m
   constexpr double kLoose = 0.01;  // m
   constexpr double kShare = 0.2;   // of the distance between them
-  constexpr int kLeastAround = 3;
+  constexpr int kMinAround = 3;
   std::vector<Candidate> kept;
   for (const Candidate& one : read) {
     int agree = 0;
@@ -352,9 +352,9 @@ std::vector<Candidate> agreeing(const PrintedCode& code, const std::vector<Candi
       ++around;
       agree += std::abs(far - apart) < kLoose + kShare * apart ? 1 : 0;
     }
-    if (around >= kLeastAround && 2 * agree > around) {
+    if (around >= kMinAround && 2 * agree > around) {
       kept.push_back(one);
-    } else if (around >= kLeastAround) {
+    } else if (around >= kMinAround) {
       ++contradicted;
     }
   }
@@ -363,9 +363,9 @@ std::vector<Candidate> agreeing(const PrintedCode& code, const std::vector<Candi
 
 }  // namespace
 
-PrintedCode printed_code(const ViewedCloth& cloth, const CodeOptions& options) {
+PrintedCodebook printed_codebook(const ViewedCloth& cloth, const CodeOptions& options) {
   const auto& [topology, x, views, seen] = cloth;
-  PrintedCode code;
+  PrintedCodebook code;
   code.options = options;
   if (views.empty() || views.front().levels.front().channels != 3) {
     return code;
@@ -407,22 +407,22 @@ PrintedCode printed_code(const ViewedCloth& cloth, const CodeOptions& options) {
   }
   code.sites = thinned(code.rest, options.site);
   code.points.assign(static_cast<std::size_t>(count_places) * kPoints, -1);
-  code.words = Eigen::MatrixXf::Zero(kHues * kPoints, count_places);
+  code.descriptors = Eigen::MatrixXf::Zero(kHues * kPoints, count_places);
   parallel_for(count_places, 64, [&](Index begin, Index end) {
     for (Index i = begin; i < end; ++i) {
       int* points = &code.points[static_cast<std::size_t>(i) * kPoints];
       add_fan(ground, code.places[static_cast<std::size_t>(i)], points);
-      add_word(points, hues, texture.known, options.contrast, code.words.col(i).data());
+      add_word(points, hues, texture.known, options.contrast, code.descriptors.col(i).data());
     }
   });
   return code;
 }
 
-CodeReadings read_code(const PrintedCode& code, const ViewedCloth& cloth) {
+CodeMatches match_code(const PrintedCodebook& code, const ViewedCloth& cloth) {
   const auto& [topology, x, views, seen] = cloth;
-  CodeReadings readings;
-  if (code.words.cols() == 0 || views.empty() || views.front().levels.front().channels != 3) {
-    return readings;
+  CodeMatches matches;
+  if (code.descriptors.cols() == 0 || views.empty() || views.front().levels.front().channels != 3) {
+    return matches;
   }
   ATELIER_CHECK(code.samples.offsets.size() == static_cast<std::size_t>(topology.faces.rows()) + 1,
                 "a code of another garment");
@@ -433,39 +433,39 @@ CodeReadings read_code(const PrintedCode& code, const ViewedCloth& cloth) {
   parallel_for(static_cast<Index>(code.sites.size()), 4, [&](Index begin, Index end) {
     for (Index i = begin; i < end; ++i) {
       const int site = code.sites[static_cast<std::size_t>(i)];
-      Eigen::VectorXf word(kHues * kPoints);
+      Eigen::VectorXf descriptor(kHues * kPoints);
       if (add_word(&code.points[static_cast<std::size_t>(site) * kPoints], hues, texture.known,
-                   code.options.contrast, word.data())) {
-        all[static_cast<std::size_t>(i)] = looked_up(code, site, word);
+                   code.options.contrast, descriptor.data())) {
+        all[static_cast<std::size_t>(i)] = looked_up(code, site, descriptor);
       }
     }
   });
   std::erase_if(all, [](const Candidate& candidate) { return candidate.place < 0; });
   const std::vector<int> faces = faces_of_samples(code.samples);
-  for (const Candidate& one : agreeing(code, all, readings.contradicted)) {
+  for (const Candidate& one : agreeing(code, all, matches.contradicted)) {
     const auto read = static_cast<std::size_t>(code.places[static_cast<std::size_t>(one.place)]);
     const auto at = static_cast<std::size_t>(code.places[static_cast<std::size_t>(one.site)]);
-    CodeReading reading;
-    reading.face = faces[read];
-    reading.barycentric = code.samples.barycentric[read].cast<double>();
-    reading.seen_face = faces[at];
-    reading.seen_barycentric = code.samples.barycentric[at].cast<double>();
-    reading.correlation = one.correlation;
-    readings.kept.push_back(reading);
+    CodeMatch match;
+    match.face = faces[read];
+    match.barycentric = code.samples.barycentric[read].cast<double>();
+    match.seen_face = faces[at];
+    match.seen_barycentric = code.samples.barycentric[at].cast<double>();
+    match.correlation = one.correlation;
+    matches.kept.push_back(match);
   }
-  return readings;
+  return matches;
 }
 
-std::vector<SurfaceRow> code_rows(const PrintedCode& code, const CodeReadings& readings,
+std::vector<SurfaceRow> code_rows(const PrintedCodebook& code, const CodeMatches& matches,
                                   const Topology& topology, const Points& x, double weight) {
   constexpr double kWrong = 0.1;  // m; what is still farther off is hardly believed
   std::vector<SurfaceRow> rows;
   const Triangles& faces = topology.faces;
   const Points normals = vertex_normals(x, faces);
-  for (const CodeReading& reading : readings.kept) {
-    const Vector3 target = point_of(x, faces, reading.seen_face, reading.seen_barycentric);
+  for (const CodeMatch& match : matches.kept) {
+    const Vector3 target = point_of(x, faces, match.seen_face, match.seen_barycentric);
     const Vector3 normal =
-        point_of(normals, faces, reading.seen_face, reading.seen_barycentric).normalized();
+        point_of(normals, faces, match.seen_face, match.seen_barycentric).normalized();
     if (normal.isZero(0)) {  // folded flat: no surface to slide along
       continue;
     }
@@ -473,9 +473,9 @@ std::vector<SurfaceRow> code_rows(const PrintedCode& code, const CodeReadings& r
     for (const Vector3& along : {first, Vector3(normal.cross(first))}) {
       SurfaceRow row;
       for (int k = 0; k < 3; ++k) {
-        row.vertices[static_cast<std::size_t>(k)] = faces(reading.face, k);
+        row.vertices[static_cast<std::size_t>(k)] = faces(match.face, k);
       }
-      row.barycentric = reading.barycentric;
+      row.barycentric = match.barycentric;
       row.normal = along;
       row.offset = along.dot(target);
       row.weight = weight * code.options.site * code.options.site;

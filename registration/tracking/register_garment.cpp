@@ -55,12 +55,12 @@ Eigen::VectorXd add_geometry(ClothTerms& terms, const RegistrationModel& model, 
 }
 
 /// Rows that keep vertices from sliding along the surface at `start`.
-std::vector<SurfaceRow> holding_rows(const RegistrationModel& model, const Points& start,
-                                     const Eigen::VectorXd& hold) {
+std::vector<SurfaceRow> body_prior_rows(const RegistrationModel& model, const Points& start,
+                                        const Eigen::VectorXd& body_prior) {
   std::vector<SurfaceRow> rows;
   constexpr double kLetGo = 0.008;  // m; cloth that must slide farther is held no more
   const Points normals = vertex_normals(start, model.cloth.topology.faces);
-  for (Index v = 0; v < hold.size(); ++v) {
+  for (Index v = 0; v < body_prior.size(); ++v) {
     const Eigen::Vector3d normal = normals.row(v).transpose();
     if (normal.isZero(0)) {  // folded flat: no surface to slide along
       continue;
@@ -72,7 +72,7 @@ std::vector<SurfaceRow> holding_rows(const RegistrationModel& model, const Point
       row.vertices = {vertex, vertex, vertex};
       row.normal = along;
       row.offset = start.row(v).dot(along);
-      row.weight = hold[v] * model.cloth.areas[v];
+      row.weight = body_prior[v] * model.cloth.areas[v];
       row.scale = kLetGo;
       rows.push_back(row);
     }
@@ -257,7 +257,7 @@ RegisteredGarment register_garment(ShapeSolver& solver, const RegistrationModel&
   RegisteredGarment result;
   Points x = start;
   TriangleTree tree = build_tree(x, faces);
-  const std::vector<SurfaceRow> held = holding_rows(model, start, frame.hold);
+  const std::vector<SurfaceRow> held = body_prior_rows(model, start, frame.body_prior);
   Eigen::VectorXd support = Eigen::VectorXd::Zero(x.rows());
   for (int round = 0; round < options.rounds; ++round) {
     const double share = options.rounds > 1 ? static_cast<double>(round) / (options.rounds - 1) : 1;
@@ -268,12 +268,12 @@ RegisteredGarment register_garment(ShapeSolver& solver, const RegistrationModel&
     tree = refit_tree(std::move(tree), x);
   }
   std::vector<SurfaceRow> read;
-  if (options.code && model.code.words.cols() > 0 && !frame.views.empty()) {
+  if (options.code && model.code.descriptors.cols() > 0 && !frame.views.empty()) {
     // The second time also what lay too far off, or was not seen from there.
     constexpr int kReadings = 2;
     constexpr int kSteps = 6;
     for (int reading = 0; reading < kReadings; ++reading) {
-      const CodeReadings readings = read_code(
+      const CodeMatches readings = match_code(
           model.code, {model.cloth.topology, x, frame.views, garment_views(model, x, frame)});
       read = code_rows(model.code, readings, model.cloth.topology, x, options.code_weight);
       result.code_read = static_cast<int>(readings.kept.size());
@@ -289,7 +289,7 @@ RegisteredGarment register_garment(ShapeSolver& solver, const RegistrationModel&
       }
     }
   }
-  // Places are millimetres apart: what is finer, pictures say.
+  // Places are millimetres apart: what is finer, images say.
   constexpr double kFiner = 0.1;
   for (SurfaceRow& row : read) {
     row.weight *= kFiner;

@@ -6,17 +6,17 @@
 #include "core/finding.h"
 #include "core/garment.h"
 #include "core/options.h"
+#include "registration/tracking/body_driven_prediction.h"
 #include "registration/tracking/clear_of_body.h"
 #include "registration/tracking/photometric.h"
 #include "registration/tracking/printed_code.h"
-#include "registration/tracking/ride_on_body.h"
 
 namespace atelier {
 
 /// Registers a garment's template to one frame: where each of its vertices is in a labelled scan,
-/// on a body, in pictures (Xiang et al., "Dressing avatars", 2022; Pons-Moll et al., "ClothCap",
+/// on a body, in images (Xiang et al., "Dressing avatars", 2022; Pons-Moll et al., "ClothCap",
 /// 2017; Halimi et al., "Pattern-based cloth registration", 2022). Gauss-Newton from coarse to
-/// fine: first the shape alone, then pictures too, which find what slides along the surface.
+/// fine: first the shape alone, then images too, which find what slides along the surface.
 struct RegisterOptions {
   int rounds = 10;             ///< of nearest points and one step each, for the shape
   double reach = 0.10;         ///< m, of nearest points in the first round
@@ -30,8 +30,8 @@ struct RegisterOptions {
   double border_weight = 1;    ///< of openings against surfaces
   bool collision = true;       ///< keep cloth out of the body
   double gap = 0.002;          ///< m, between cloth and body
-  bool photometric = true;     ///< let pictures say what slides along the surface
-  int photometric_levels = 4;  ///< sizes of pictures, each half of the one before
+  bool photometric = true;     ///< let images say what slides along the surface
+  int photometric_levels = 4;  ///< sizes of images, each half of the one before
   int photometric_steps = 8;   ///< steps at each size, fewer where it settles
   double settled = 5e-5;       ///< m: it has settled where a step moves cloth less (mean); 0: never
   double photometric_weight = 3e-4;  ///< m2
@@ -47,7 +47,7 @@ struct RegistrationModel {
   ClothModel cloth;
   Points vertices;  ///< [V,3] m, in its own frame
   ClothSamples samples;
-  PrintedCode code;  ///< what its print says in the frame where it is known; or empty
+  PrintedCodebook code;  ///< what its print says in the frame where it is known; or empty
 };
 
 /// Throws DataError as cloth_model does.
@@ -62,17 +62,17 @@ struct RegistrationFrame {
   TriangleTree other;              ///< what else hides the garment (the rest of the scan), or empty
   /// [V] against the scan's 1: what keeps the start from sliding where it is known to be right; or
   /// empty
-  Eigen::VectorXd hold;
+  Eigen::VectorXd body_prior;
 };
 
 struct RegisteredGarment {
   Points vertices;             ///< [V,3] m
-  Eigen::VectorXf confidence;  ///< [V] in [0,1]: 0 nothing says where it is, 1 scan and pictures
+  Eigen::VectorXf confidence;  ///< [V] in [0,1]: 0 nothing says where it is, 1 scan and images
   double scan_rms = 0;         ///< m, of vertices to the scan they were matched with
   double support = 0;          ///< share of the garment's area that the scan speaks of
   double correlation = 0;      ///< mean over vertices that views see; 0 without
   double seen = 0;             ///< share of vertices that two views compare
-  int picture_steps = 0;       ///< that pictures took, of all sizes
+  int picture_steps = 0;       ///< that images took, of all sizes
   int code_read = 0;           ///< places whose print said which they are
   int code_contradicted = 0;   ///< places whose print said otherwise than those around them
   Eigen::VectorXd told;        ///< [V] correlation, 0 where no view compares; empty without views

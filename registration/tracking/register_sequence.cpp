@@ -19,7 +19,7 @@ struct ChainEnd {
   Index last = -1;       ///< row that was registered last
   Points vertices;       ///< of that row
   Points drift;          ///< of that row; no rows: unknown
-  Eigen::VectorXd told;  ///< correlation of that row's pictures at each vertex, 0 where none sees
+  Eigen::VectorXd told;  ///< correlation of that row's images at each vertex, 0 where none sees
                          ///< it; empty before any were compared
 };
 
@@ -30,9 +30,9 @@ struct Chain {
   ChainEnd end;
 };
 
-/// How much firmer each vertex is held on the body by how badly pictures agreed around it, 4 cm
+/// How much firmer each vertex is held on the body by how badly images agreed around it, 4 cm
 /// about, in the frame before. Nearest points do not know what slides, but their errors add up to a
-/// way along the surface: where no picture speaks against it, trousers turn round the hips by
+/// way along the surface: where no image speaks against it, trousers turn round the hips by
 /// degrees a frame, and the side of a sleeve that no camera sees round the arm.
 Eigen::VectorXd firmness(const ClothModel& model, Eigen::VectorXd told) {
   constexpr double kMost = 20;
@@ -71,7 +71,7 @@ OptionTable describe(RegisterSequenceOptions& options) {
   table.add(
       "home", options.predict.home, 0, 1, "",
       "Fraction by which cloth on the body returns to its place in the template in each frame");
-  table.add("hold", options.predict.hold, 0, 100, "",
+  table.add("body_prior", options.predict.body_prior, 0, 100, "",
             "Weight of the body prior, which keeps cloth on the body from sliding, relative to the "
             "scan at 1; up to 20 times as much where the images of the frame before disagreed or "
             "do not show the cloth");
@@ -112,7 +112,7 @@ struct RegisteredSequence::State {
     return std::clamp(source.template_row, first_row(row), end_row(row) - 1);
   }
 
-  /// Whether a kept frame can be of this sequence: pictures have one number of sizes, and what the
+  /// Whether a kept frame can be of this sequence: images have one number of sizes, and what the
   /// template's frame showed says how many channels. That one itself shows nothing new.
   bool may_be_of(Index row, const TextureGain& gain) const {
     if (gain.levels == 0 || row == source.template_row) {
@@ -147,7 +147,7 @@ struct RegisteredSequence::State {
     return done.insert_or_assign(row, std::move(frame)).first->second;
   }
 
-  /// Registers the template's own frame, once. It has the shape already; the pictures say nothing,
+  /// Registers the template's own frame, once. It has the shape already; the images say nothing,
   /// since they are what the texture is made of.
   void begin() {
     const std::lock_guard lock(beginning);
@@ -158,7 +158,7 @@ struct RegisteredSequence::State {
     model.cloth.goes_on = covered_rim(model.cloth.topology, model.vertices, frame.scan);
     const FollowedFrame* kept = finished(source.template_row);
     if (kept == nullptr) {
-      frame.hold = Eigen::VectorXd::Constant(model.vertices.rows(), 10);
+      frame.body_prior = Eigen::VectorXd::Constant(model.vertices.rows(), 10);
       RegisterOptions fine = options.fit;
       fine.photometric = false;
       fine.rounds = 3;
@@ -184,7 +184,7 @@ struct RegisteredSequence::State {
       const ViewedCloth cloth{model.cloth.topology, origin.vertices, frame.views, seen};
       add_texture(texture, model.samples, cloth);
       if (options.fit.code) {
-        model.code = printed_code(cloth, {.reach = options.fit.code_reach});
+        model.code = printed_codebook(cloth, {.reach = options.fit.code_reach});
       }
     }
     begun = true;
@@ -211,15 +211,15 @@ struct RegisteredSequence::State {
   /// A frame as it is registered from the end of a chain, without what it adds to the texture.
   FollowedFrame registered(const ChainEnd& end, RegistrationFrame& frame) const {
     ShapeSolver solver(model.cloth);
-    const RiddenCloth ridden =
-        ride_on_body(end.vertices, source.body_faces, source.body(end.last), frame.body.vertices);
-    const RiddenCloth home = ride_on_body(origin.vertices, source.body_faces,
-                                          source.body(source.template_row), frame.body.vertices);
+    const BodyDrivenCloth ridden =
+        body_driven(end.vertices, source.body_faces, source.body(end.last), frame.body.vertices);
+    const BodyDrivenCloth home = body_driven(origin.vertices, source.body_faces,
+                                             source.body(source.template_row), frame.body.vertices);
     const Points start = predicted_cloth(solver, model.cloth,
                                          {end.vertices, ridden, home, end.drift}, options.predict);
-    frame.hold = options.predict.hold * closeness(ridden, options.predict.near / 2);
+    frame.body_prior = options.predict.body_prior * closeness(ridden, options.predict.near / 2);
     if (end.told.size() > 0) {
-      frame.hold = frame.hold.cwiseProduct(firmness(model.cloth, end.told));
+      frame.body_prior = frame.body_prior.cwiseProduct(firmness(model.cloth, end.told));
     }
     FollowedFrame result;
     result.garment = register_garment(solver, model, start, frame, end.texture, options.fit);

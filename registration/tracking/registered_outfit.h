@@ -14,7 +14,7 @@ namespace atelier {
 struct RegisteredGarmentSequence {
   std::string name;  ///< its label's
   Label label = Label::Unknown;
-  Garment garment;         ///< the template; every vertex rides on the body by an attachment
+  Garment garment;         ///< the template; every vertex moves with the body by an attachment
   int template_frame = 0;  ///< in whose pose the template is
   Sequence registered;
 };

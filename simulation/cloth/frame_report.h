@@ -35,7 +35,7 @@ struct FrameReport {
   /// itself (core/depths_inside.h).
   int inside = -1;
   double inside_depth = -1;  ///< m, the deepest of them; 0: none
-  /// Least distance of cloth and body, and of cloth and cloth (simulation/contact/least_gap.h),
+  /// Least distance of cloth and body, and of cloth and cloth (simulation/contact/min_gap.h),
   /// over what contact keeps there; 1: it is kept everywhere; 0: something is through or inside. -1
   /// also where no thickness is kept, or the frame was written before this was measured.
   double body_gap = -1;

@@ -13,8 +13,8 @@ void rest_on_median_lengths(Garment& garment, const std::vector<Points>& frames)
   for (const Points& frame : frames) {
     ATELIER_CHECK(frame.rows() == garment.mesh.vertices.rows(), "a frame of another mesh");
   }
-  constexpr double kFlattest = 0.2;     // height over edge, of what is no sliver
-  constexpr double kLeastWidth = 0.05;  // of a sliver, by its longest edge
+  constexpr double kFlattest = 0.2;   // height over edge, of what is no sliver
+  constexpr double kMinWidth = 0.05;  // of a sliver, by its longest edge
   const Triangles& faces = garment.mesh.faces;
   garment.rest.resize(3 * faces.rows(), 2);
   garment.rest_faces.resize(faces.rows(), 3);
@@ -41,8 +41,8 @@ void rest_on_median_lengths(Garment& garment, const std::vector<Points>& frames)
       apex = corner(base, length(0, 2), length(1, 2));
     }
     // One that is a sliver there too is given some width, as no solver takes it otherwise.
-    base = std::max(base, kLeastWidth * apex.norm());
-    apex.y() = std::max(apex.y(), kLeastWidth * std::max(base, std::abs(apex.x())));
+    base = std::max(base, kMinWidth * apex.norm());
+    apex.y() = std::max(apex.y(), kMinWidth * std::max(base, std::abs(apex.x())));
     const auto first = static_cast<int>(3 * f);
     garment.rest.row(first) << 0, 0;
     garment.rest.row(first + 1) << base, 0;

@@ -19,12 +19,12 @@ namespace atelier {
 /// one; a substep asks the tree for those and for whose particles left their flights, so nothing is
 /// missed.
 ///
-/// Pushes. Those of self_push_math.h, the body's points with an inverse mass of 0: a pair keeps the
-/// side that it had at the substep's start, by half of the thickness, with friction; pushes are
-/// extremes of integers, whose order does not matter. A feature pushes only where it is what lies
-/// nearest of its body, or where the pair would pass in the substep. Who has come through a little
-/// all the same goes out along the feature's normal, if the face of the body that lies nearest
-/// looks that way too: not to the palm what lies on the back of a hand.
+/// Pushes. Those of collision_response_math.h, the body's points with an inverse mass of 0: a pair
+/// keeps the side that it had at the substep's start, by half of the thickness, with friction;
+/// pushes are extremes of integers, whose order does not matter. A feature pushes only where it is
+/// what lies nearest of its body, or where the pair would pass in the substep. Who has come through
+/// a little all the same goes out along the feature's normal, if the face of the body that lies
+/// nearest looks that way too: not to the palm what lies on the back of a hand.
 ///
 /// A body that overlaps itself: a feature within another limb pushes nothing, nor is cloth pushed
 /// that lies in one; and the cloth's vertices meet the body's faces after its features, so that in
@@ -73,8 +73,8 @@ ATELIER_HOST_DEVICE inline Vec3<T> body_point(const BodyView<T>& body, int v, T 
 /// How long an edge of cloth has to be [m] to dip over an edge of the body, as the frame begins, by
 /// more than half of `thickness`; 1e15 where none does.
 template <class T>
-ATELIER_HOST_DEVICE inline T least_length_over(const BodyView<T>& body, const ClothEdge& edge,
-                                               T thickness) {
+ATELIER_HOST_DEVICE inline T min_length_over(const BodyView<T>& body, const ClothEdge& edge,
+                                             T thickness) {
   const T never = T(1e15);
   if (edge.face[1] < 0) {
     return never;

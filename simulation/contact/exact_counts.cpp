@@ -2,7 +2,7 @@
 
 #include "core/depths_inside.h"
 #include "simulation/contact/crossings.h"
-#include "simulation/contact/least_gap.h"
+#include "simulation/contact/min_gap.h"
 
 namespace atelier {
 
@@ -11,8 +11,8 @@ FrameReport with_exact_counts(FrameReport report, const CountedCloth& cloth,
   report.crossings = count_crossings(positions, cloth.faces);
   if (cloth.self_thickness > 0) {
     report.self_gap = report.crossings > 0 ? 0
-                                           : least_gap(positions, cloth.faces, cloth.self_thickness,
-                                                       {&cloth.rest_positions, &cloth.layer});
+                                           : min_gap(positions, cloth.faces, cloth.self_thickness,
+                                                     {&cloth.rest_positions, &cloth.layer});
   }
   if (control.body_end.rows() > 0 && cloth.body_faces.rows() > 0) {
     report.body_crossings =
@@ -24,8 +24,8 @@ FrameReport with_exact_counts(FrameReport report, const CountedCloth& cloth,
     if (cloth.thickness > 0) {
       report.body_gap = report.inside > 0 || report.body_crossings > 0
                             ? 0
-                            : least_gap(positions, cloth.faces, control.body_end, cloth.body_faces,
-                                        cloth.thickness);
+                            : min_gap(positions, cloth.faces, control.body_end, cloth.body_faces,
+                                      cloth.thickness);
     }
   }
   return report;

@@ -11,9 +11,9 @@ namespace atelier {
 double resting_gap(const Points& cloth, const Points& body, const Triangles& body_faces,
                    double otherwise) {
   constexpr double kUp = 0.7;
-  constexpr double kNear = 0.02;        // m
-  constexpr double kLeastShare = 0.01;  // of the vertices, but
-  constexpr double kEnough = 20;        // of them say it
+  constexpr double kNear = 0.02;      // m
+  constexpr double kMinShare = 0.01;  // of the vertices, but
+  constexpr double kEnough = 20;      // of them say it
   const Points normals = face_normals(body, body_faces);
   std::vector<double> gaps;
   const std::vector<ClosestPoint> nearest =
@@ -27,7 +27,7 @@ double resting_gap(const Points& cloth, const Points& body, const Triangles& bod
     const double gap = off.norm();
     gaps.push_back(off.dot(normals.row(skin.face)) < 0 ? -gap : gap);
   }
-  const double least = std::min(kEnough, kLeastShare * static_cast<double>(cloth.rows()));
+  const double least = std::min(kEnough, kMinShare * static_cast<double>(cloth.rows()));
   if (gaps.empty() || static_cast<double>(gaps.size()) < least) {
     return otherwise;
   }

@@ -9,19 +9,19 @@ namespace atelier {
 /// Contact of cloth with itself and between layers: vertex against triangle and edge against edge.
 ///
 /// Pairs (self_search_math.h). A search lists every pair that may come nearer than its gap while
-/// each particle stays within `slack` of a straight flight (the displacement bound of Chen et al.
-/// 2025, "Offset geometric contact", measured from the flight and not from a point, so that cloth
-/// that is carried along keeps its pairs). Who leaves it gets a new flight and more slack until the
-/// frame ends, and the pairs of those particles alone are looked for again; all are where the list
-/// has grown too old and where many left. So nothing is missed, and how often is searched changes
-/// no bit of what comes out.
+/// each particle stays within `slack` of a straight swept motion (the displacement bound of Chen et
+/// al. 2025, "Offset geometric contact", measured from the swept motion and not from a point, so
+/// that cloth that is carried along keeps its pairs). Who leaves it gets a new swept motion and
+/// more slack until the frame ends, and the pairs of those particles alone are looked for again;
+/// all are where the list has grown too old and where many left. So nothing is missed, and how
+/// often is searched changes no bit of what comes out.
 ///
-/// Pushes (self_push_math.h). In a substep a pair keeps the side on which it was at the substep's
-/// start. Pairs are solved at once (Jacobi); a particle takes in each direction the largest push
-/// and the largest against it. These are integers of 2^-30 m and extremes, so their order does not
-/// matter and every run gives the same bits. A corner or an edge pushes only where it is what lies
-/// nearest (the normal cones of the same paper): else the edges of two flat sheets would lock like
-/// the teeth of a rack.
+/// Pushes (collision_response_math.h). In a substep a pair keeps the side on which it was at the
+/// substep's start. Pairs are solved at once (Jacobi); a particle takes in each direction the
+/// largest push and the largest against it. These are integers of 2^-30 m and extremes, so their
+/// order does not matter and every run gives the same bits. A corner or an edge pushes only where
+/// it is what lies nearest (the normal cones of the same paper): else the edges of two flat sheets
+/// would lock like the teeth of a rack.
 ///
 /// Passes (self_crossing_math.h). After pushes and the body, a pair that would pass goes back to
 /// where the substep began, carried along by the body or the pin that holds one of its particles
@@ -54,7 +54,7 @@ struct SelfView {
   const int* layer;          ///< of particles, or null
   const int* tangled;        ///< of particles: 1 where a piece around it is crossed
   const T* slack = nullptr;  ///< m, of particles, at least the rule's; null: the rule's
-  T past = T(0);             ///< share of the flights that lies behind
+  T past = T(0);             ///< share of the swept motions that lies behind
 };
 
 template <class T>
@@ -62,23 +62,24 @@ struct SelfRule {
   T thickness;  ///< m
   T friction;
   T old_overlap;  ///< m per substep at most off an overlap that was there before
-  T slack;        ///< m, by which a particle may leave its flight before a new search
+  T slack;        ///< m, by which a particle may leave its swept motion before a new search
   T untangle;     ///< m per substep by which crossed pieces are pulled
   int horizon;    ///< substeps for which a search looks ahead
 };
 
-constexpr int kSelfPushes = 10;  ///< passes of pushes in a substep, at most
-constexpr int kSelfKeeps = 30;   ///< and of keeping back what would pass
-constexpr int kSelfSlides = 6;   ///< of these the first, in which a pair may slide on itself
-constexpr int kSelfRides = 8;    ///< and the next, in which who is kept rides on the body near it
-constexpr int kSelfStays = 8;    ///< and the next, in which the body leaves it half of its distance
+constexpr int kSelfResponses = 10;  ///< passes of pushes in a substep, at most
+constexpr int kSelfKeeps = 30;      ///< and of keeping back what would pass
+constexpr int kSelfSlides = 6;      ///< of these the first, in which a pair may slide on itself
+constexpr int kSelfRides = 8;  ///< and the next, in which who is kept moves with the body near it
+constexpr int kSelfStays = 8;  ///< and the next, in which the body leaves it half of its distance
 /// Share of its way that a pair may not pass beyond it either: who ended in contact, to the last
 /// digit, would have no side in the next substep.
 constexpr double kSelfMargin = 0.25;
 constexpr double kSelfRest = 0.02;  ///< of the gap: a push below it needs no further pass
-/// Where more than one in so many left their flights, all pairs are looked for again.
+/// Where more than one in so many left their swept motions, all pairs are looked for again.
 constexpr int kSelfFew = 8;
-constexpr double kSelfNearly = 0.75;  ///< of its slack: who is as far from its flight may leave it
+constexpr double kSelfNearly =
+    0.75;  ///< of its slack: who is as far from its swept motion may leave it
 
 /// How who was kept back in pass `keep` meets the body.
 ATELIER_HOST_DEVICE inline Meeting meeting_in_pass(int keep) {
@@ -88,7 +89,7 @@ ATELIER_HOST_DEVICE inline Meeting meeting_in_pass(int keep) {
                                                         : Meeting::Leaves;
 }
 
-constexpr int kSupportLevels = 64;  ///< of particles that rest on one another, see PushSum
+constexpr int kSupportLevels = 64;  ///< of particles that rest on one another, see ResponseSum
 
 /// A pair that may meet: particle (or edge) and face (or edge), and the gap that it keeps.
 template <class T>
@@ -99,22 +100,22 @@ struct alignas(16) SelfPair {
 };
 
 template <class T>
-ATELIER_HOST_DEVICE inline Vec3<T> flight(const SelfView<T>& cloth, int i) {
+ATELIER_HOST_DEVICE inline Vec3<T> swept_motion(const SelfView<T>& cloth, int i) {
   return xyz(cloth.surface.end[i]) - xyz(cloth.surface.start[i]);
 }
 
-/// A particle on its flight now, and how it goes on.
+/// A particle on its swept motion now, and how it goes on.
 template <class T>
 struct FlyingPoint {
   Vec3<T> at, on;
 };
 template <class T>
 ATELIER_HOST_DEVICE inline FlyingPoint<T> flying(const SelfView<T>& cloth, int i) {
-  const Vec3<T> whole = flight(cloth, i);
+  const Vec3<T> whole = swept_motion(cloth, i);
   return {xyz(cloth.surface.start[i]) + cloth.past * whole, (T(1) - cloth.past) * whole};
 }
 
-/// By how much a particle may leave its flight [m].
+/// By how much a particle may leave its swept motion [m].
 template <class T>
 ATELIER_HOST_DEVICE inline T slack_of(const SelfView<T>& cloth, int i, const SelfRule<T>& rule) {
   return cloth.slack == nullptr ? rule.slack : cloth.slack[i];

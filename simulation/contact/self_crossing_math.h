@@ -1,6 +1,6 @@
 #pragma once
 
-#include "simulation/contact/self_push_math.h"
+#include "simulation/contact/collision_response_math.h"
 
 namespace atelier {
 

@@ -6,8 +6,8 @@
 
 namespace atelier {
 
-/// How far around its flight a primitive's pairs are looked for: boxes inflated by this much meet
-/// where the primitives may come nearer than the gap. `slack`: of its particles.
+/// How far around its swept motion a primitive's pairs are looked for: boxes inflated by this much
+/// meet where the primitives may come nearer than the gap. `slack`: of its particles.
 template <class T>
 ATELIER_HOST_DEVICE inline T search_margin(const SelfRule<T>& rule, T slack) {
   return T(0.5) * rule.thickness + slack;
@@ -26,7 +26,7 @@ ATELIER_HOST_DEVICE inline T face_slack(const SelfView<T>& cloth, const FaceIndi
 
 /// Where a particle, an edge or a face flies from now on.
 template <class T>
-ATELIER_HOST_DEVICE inline Box<T> flight_box(const SelfView<T>& cloth, int i) {
+ATELIER_HOST_DEVICE inline Box<T> swept_bound(const SelfView<T>& cloth, int i) {
   const FlyingPoint<T> p = flying(cloth, i);
   Box<T> box = empty_box<T>();
   grow(box, p.at);
@@ -34,16 +34,16 @@ ATELIER_HOST_DEVICE inline Box<T> flight_box(const SelfView<T>& cloth, int i) {
   return box;
 }
 template <class T>
-ATELIER_HOST_DEVICE inline Box<T> flight_box(const SelfView<T>& cloth, const ClothEdge& e) {
-  return united(flight_box(cloth, e.a), flight_box(cloth, e.b));
+ATELIER_HOST_DEVICE inline Box<T> swept_bound(const SelfView<T>& cloth, const ClothEdge& e) {
+  return united(swept_bound(cloth, e.a), swept_bound(cloth, e.b));
 }
 template <class T>
-ATELIER_HOST_DEVICE inline Box<T> flight_box(const SelfView<T>& cloth, const FaceIndices& f) {
-  return united(united(flight_box(cloth, f.a), flight_box(cloth, f.b)), flight_box(cloth, f.c));
+ATELIER_HOST_DEVICE inline Box<T> swept_bound(const SelfView<T>& cloth, const FaceIndices& f) {
+  return united(united(swept_bound(cloth, f.a), swept_bound(cloth, f.b)), swept_bound(cloth, f.c));
 }
 
 /// Calls `found(pair)` if particle `i` may meet the face, which it is no corner of, within the
-/// flight.
+/// swept motion.
 template <class T, class Found>
 ATELIER_HOST_DEVICE inline void offer_face(const SelfView<T>& cloth, int i, int face,
                                            const SelfRule<T>& rule, const Found& found) {
@@ -69,7 +69,8 @@ ATELIER_HOST_DEVICE inline void offer_face(const SelfView<T>& cloth, int i, int 
   found(SelfPair<T>{i, face, min_of(rule.thickness, apart)});
 }
 
-/// Calls `found(pair)` if edges `e` < `o`, which share no particle, may meet within the flight.
+/// Calls `found(pair)` if edges `e` < `o`, which share no particle, may meet within the swept
+/// motion.
 template <class T, class Found>
 ATELIER_HOST_DEVICE inline void offer_edge(const SelfView<T>& cloth, int e, int o,
                                            const SelfRule<T>& rule, const Found& found) {
@@ -131,11 +132,11 @@ struct SearchAge {
   int age, ahead;
 };
 
-/// A new flight for a particle that left its own, or may soon, and more slack: then true. `origin`:
-/// where the substep began.
+/// A new swept motion for a particle that left its own, or may soon, and more slack: then true.
+/// `origin`: where the substep began.
 template <class T>
-ATELIER_HOST_DEVICE inline bool renew_flight(SearchAge search, Vec3<T> x, Vec3<T> origin,
-                                             Vec4<T>& start, Vec4<T>& end, T& slack) {
+ATELIER_HOST_DEVICE inline bool renew_swept_bound(SearchAge search, Vec3<T> x, Vec3<T> origin,
+                                                  Vec4<T>& start, Vec4<T>& end, T& slack) {
   const auto [age, ahead] = search;
   const T share = static_cast<T>(age) / static_cast<T>(ahead);
   const T away = norm(x - xyz(start) - share * (xyz(end) - xyz(start)));
@@ -149,12 +150,12 @@ ATELIER_HOST_DEVICE inline bool renew_flight(SearchAge search, Vec3<T> x, Vec3<T
   return true;
 }
 
-/// True if a particle left the flight of the list's search too far: `age` is the time since, 1 at
-/// the list's end.
+/// True if a particle left the swept motion of the list's search too far: `age` is the time since,
+/// 1 at the list's end.
 template <class T>
-ATELIER_HOST_DEVICE inline bool left_flight(const SelfView<T>& cloth, int i, Vec3<T> x, T age,
-                                            const SelfRule<T>& rule) {
-  const Vec3<T> away = x - xyz(cloth.surface.start[i]) - age * flight(cloth, i);
+ATELIER_HOST_DEVICE inline bool left_swept_bound(const SelfView<T>& cloth, int i, Vec3<T> x, T age,
+                                                 const SelfRule<T>& rule) {
+  const Vec3<T> away = x - xyz(cloth.surface.start[i]) - age * swept_motion(cloth, i);
   const T slack = slack_of(cloth, i, rule);
   return squared_norm(away) > slack * slack;
 }

@@ -69,8 +69,8 @@ std::string materials_text(const std::vector<GarmentMaterial>& garments) {
     if (one.fit) {
       json["distance"] = one.fit->distance;
       json["nearest"] = json_of(one.fit->best);
-      json["likely_low"] = json_of(one.fit->likely_low);
-      json["likely_high"] = json_of(one.fit->likely_high);
+      json["credible_low"] = json_of(one.fit->credible_low);
+      json["credible_high"] = json_of(one.fit->credible_high);
       json["stretch_range"] = json_of(one.fit->stretch);
       json["bending_range"] = json_of(one.fit->bending);
       json["stretch_within_tenth"] =
@@ -105,9 +105,9 @@ std::map<std::string, FoundMaterial> parse_materials(std::string_view text,
     }
     FoundMaterial& found = materials[name];
     found.material = material;
-    if (all.at(name).has("likely_low")) {  // it was not given
-      found.likely_low = stiffness_at(all.at(name).at("likely_low"));
-      found.likely_high = stiffness_at(all.at(name).at("likely_high"));
+    if (all.at(name).has("credible_low")) {  // it was not given
+      found.credible_low = stiffness_at(all.at(name).at("credible_low"));
+      found.credible_high = stiffness_at(all.at(name).at("credible_high"));
     }
     for (const JsonPlace& trial : all.at(name).items("trials")) {
       const double distance = trial.at("distance").value().is_null()

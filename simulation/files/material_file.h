@@ -35,8 +35,8 @@ std::string materials_text(const std::vector<GarmentMaterial>& garments);
 /// A garment's material as it was found or given.
 struct FoundMaterial {
   Material material;
-  Stiffness likely_low;                ///< nine in ten are between this and
-  Stiffness likely_high;               ///< this; both 0 where it was given
+  Stiffness credible_low;              ///< nine in ten are between this and
+  Stiffness credible_high;             ///< this; both 0 where it was given
   std::vector<StiffnessTrial> trials;  ///< none where it was given
 };
 

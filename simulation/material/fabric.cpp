@@ -94,14 +94,14 @@ Material fabric_material(std::string_view name) {
   throw LogicError("no fabric is called '" + std::string(name) + "'");
 }
 
-UsualStiffness usual_stiffness() {
+StiffnessPrior stiffness_prior() {
   std::vector<double> stretch;
   std::vector<double> bending;
   for (const Fabric& fabric : all_fabrics()) {
     stretch.push_back(std::sqrt(fabric.material.stretch_warp * fabric.material.stretch_weft));
     bending.push_back(fabric.material.bending);
   }
-  UsualStiffness usual;
+  StiffnessPrior usual;
   fit_logarithms(stretch, usual.stretch, usual.stretch_spread);
   fit_logarithms(bending, usual.bending, usual.bending_spread);
   return usual;

@@ -53,7 +53,7 @@ Material fabric_material(std::string_view name);
 
 /// What is usual: the logarithms of the fabrics' stiffnesses are about a mean, as if normal. One
 /// stretching stiffness of a fabric is the geometric mean of warp and weft.
-struct UsualStiffness {
+struct StiffnessPrior {
   double stretch = 0;         ///< N/m, median
   double stretch_spread = 0;  ///< standard deviation of its natural logarithm; 0: nothing is usual
   double bending = 0;         ///< N m, median
@@ -61,6 +61,6 @@ struct UsualStiffness {
 };
 
 /// That of the fabrics that have a name.
-UsualStiffness usual_stiffness();
+StiffnessPrior stiffness_prior();
 
 }  // namespace atelier

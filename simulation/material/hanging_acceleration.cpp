@@ -10,8 +10,8 @@ namespace atelier {
 
 std::optional<double> hanging_acceleration(const Sequence& registered, int frame_id,
                                            const Points& body, const Triangles& body_faces) {
-  constexpr double kFree = 0.03;        // m
-  constexpr double kLeastShare = 0.05;  // of the vertices
+  constexpr double kFree = 0.03;      // m
+  constexpr double kMinShare = 0.05;  // of the vertices
   const std::vector<int>& ids = registered.frame_ids;
   const auto at = std::lower_bound(ids.begin(), ids.end(), frame_id);
   if (at == ids.begin() || at == ids.end() || at + 1 == ids.end() || *at != frame_id ||
@@ -31,7 +31,7 @@ std::optional<double> hanging_acceleration(const Sequence& registered, int frame
       lengths.push_back(second.row(v).norm());
     }
   }
-  if (static_cast<double>(lengths.size()) < kLeastShare * static_cast<double>(here.rows()) ||
+  if (static_cast<double>(lengths.size()) < kMinShare * static_cast<double>(here.rows()) ||
       lengths.empty()) {
     return std::nullopt;
   }

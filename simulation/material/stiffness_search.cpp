@@ -82,7 +82,7 @@ void run_level(std::vector<Level>& levels, const StiffnessObjective& objective) 
 /// where the best trial lies at an end of what was tried, there.
 Stiffness refined_best(const std::vector<StiffnessTrial>& trials, const StiffnessTrial& best,
                        const Stiffness& step, const StiffnessSearchOptions& options) {
-  constexpr double kLeastCurve = 1e-3;  // of the largest: in such a direction nothing is known
+  constexpr double kMinCurve = 1e-3;  // of the largest: in such a direction nothing is known
   Eigen::Matrix<double, 6, 6> normal = Eigen::Matrix<double, 6, 6>::Zero();
   Eigen::Matrix<double, 6, 1> right = Eigen::Matrix<double, 6, 1>::Zero();
   for (const StiffnessTrial& trial : trials) {
@@ -105,7 +105,7 @@ Stiffness refined_best(const std::vector<StiffnessTrial>& trials, const Stiffnes
   Eigen::Vector2d way = Eigen::Vector2d::Zero();
   for (int k = 0; k < 2; ++k) {
     const double value = axes.eigenvalues()[k];
-    if (value > kLeastCurve * axes.eigenvalues().cwiseAbs().maxCoeff() && value > 0) {
+    if (value > kMinCurve * axes.eigenvalues().cwiseAbs().maxCoeff() && value > 0) {
       const Eigen::Vector2d axis = axes.eigenvectors().col(k);
       way -= axis.dot(fit.segment<2>(1)) / value * axis;
     }
@@ -167,7 +167,7 @@ double distance_at(const Level& level, const Stiffness& at) {
 }
 
 /// How much less usual a value is than the median: minus its squared deviation over two.
-double usual_logarithm(double value, double median, double spread) {
+double prior_logarithm(double value, double median, double spread) {
   return spread > 0 ? -std::pow(std::log(value / median) / spread, 2) / 2 : 0;
 }
 
@@ -183,16 +183,16 @@ void summarize(const std::vector<double>& values, const std::vector<double>& wei
   }
   fit.expected.*axis = std::exp(mean / total);
   double below = 0;
-  fit.likely_low.*axis = values.front();
-  fit.likely_high.*axis = values.back();
+  fit.credible_low.*axis = values.front();
+  fit.credible_high.*axis = values.back();
   for (std::size_t i = 0; i < values.size(); ++i) {
     const double before = below;
     below += weights[i] / total;
     if (before < kTail && below >= kTail) {
-      fit.likely_low.*axis = values[i];
+      fit.credible_low.*axis = values[i];
     }
     if (before < 1 - kTail && below >= 1 - kTail) {
-      fit.likely_high.*axis = values[i];
+      fit.credible_high.*axis = values[i];
     }
   }
 }
@@ -205,7 +205,7 @@ void weigh(const Level& coarse, const Level& fine, const StiffnessSearchOptions&
       grid_values(options.stretch_low, options.stretch_high, kRaster);
   const std::vector<double> bending =
       grid_values(options.bending_low, options.bending_high, kRaster);
-  const double band = std::max(options.band, 1e-3) * fit.distance;
+  const double likelihood_width = std::max(options.likelihood_width, 1e-3) * fit.distance;
   std::vector<double> of_stretch(kRaster, 0);
   std::vector<double> of_bending(kRaster, 0);
   for (std::size_t j = 0; j < kRaster; ++j) {
@@ -216,11 +216,13 @@ void weigh(const Level& coarse, const Level& fine, const StiffnessSearchOptions&
       if (!std::isfinite(distance)) {
         continue;
       }
-      const double off = band > 0 ? (distance - fit.distance) / band : distance > 0 ? kInfinity : 0;
-      const UsualStiffness& usual = options.usual;
+      const double off = likelihood_width > 0 ? (distance - fit.distance) / likelihood_width
+                         : distance > 0       ? kInfinity
+                                              : 0;
+      const StiffnessPrior& usual = options.prior;
       const double weight = std::exp(
-          -off * off / 2 + usual_logarithm(at.stretch, usual.stretch, usual.stretch_spread) +
-          usual_logarithm(at.bending, usual.bending, usual.bending_spread));
+          -off * off / 2 + prior_logarithm(at.stretch, usual.stretch, usual.stretch_spread) +
+          prior_logarithm(at.bending, usual.bending, usual.bending_spread));
       of_stretch[i] += weight;
       of_bending[j] += weight;
     }
@@ -229,7 +231,7 @@ void weigh(const Level& coarse, const Level& fine, const StiffnessSearchOptions&
   for (const double weight : of_stretch) {
     total += weight;
   }
-  fit.expected = fit.likely_low = fit.likely_high = fit.best;
+  fit.expected = fit.credible_low = fit.credible_high = fit.best;
   if (total > 0) {  // else the nearest trial is a peak between broken ones
     summarize(stretch, of_stretch, &Stiffness::stretch, fit);
     summarize(bending, of_bending, &Stiffness::bending, fit);
@@ -252,7 +254,7 @@ OptionTable describe(StiffnessSearchOptions& options) {
             "Number of values of each stiffness over the whole range");
   table.add("fine", options.fine, 0, 31, "",
             "Number of values of each stiffness around the best ones");
-  table.add("band", options.band, 0, 10, "",
+  table.add("likelihood_width", options.likelihood_width, 0, 10, "",
             "Likelihood width: relative excess over the smallest distance within which a trial is "
             "as good");
   return table;
@@ -260,13 +262,14 @@ OptionTable describe(StiffnessSearchOptions& options) {
 
 std::vector<StiffnessFit> search_stiffness(int garments, const StiffnessObjective& objective,
                                            const StiffnessSearchOptions& options) {
-  ATELIER_CHECK(garments > 0 && options.coarse >= 2 && options.fine >= 0 && options.band >= 0 &&
-                    options.stretch_low > 0 && options.stretch_low < options.stretch_high &&
-                    options.bending_low > 0 && options.bending_low < options.bending_high &&
-                    (options.usual.stretch_spread == 0 ||
-                     (options.usual.stretch_spread > 0 && options.usual.stretch > 0)) &&
-                    (options.usual.bending_spread == 0 ||
-                     (options.usual.bending_spread > 0 && options.usual.bending > 0)),
+  ATELIER_CHECK(garments > 0 && options.coarse >= 2 && options.fine >= 0 &&
+                    options.likelihood_width >= 0 && options.stretch_low > 0 &&
+                    options.stretch_low < options.stretch_high && options.bending_low > 0 &&
+                    options.bending_low < options.bending_high &&
+                    (options.prior.stretch_spread == 0 ||
+                     (options.prior.stretch_spread > 0 && options.prior.stretch > 0)) &&
+                    (options.prior.bending_spread == 0 ||
+                     (options.prior.bending_spread > 0 && options.prior.bending > 0)),
                 "stiffness search options out of range");
   Level all;
   all.stretch = grid_values(options.stretch_low, options.stretch_high, options.coarse);
@@ -304,8 +307,8 @@ std::vector<StiffnessFit> search_stiffness(int garments, const StiffnessObjectiv
                              std::log(all.bending[1] / all.bending[0]) / steps},
                             options);
     fit.distance = nearest.distance;
-    fit.stretch = range_within(fit.trials, options.band, &Stiffness::stretch);
-    fit.bending = range_within(fit.trials, options.band, &Stiffness::bending);
+    fit.stretch = range_within(fit.trials, options.likelihood_width, &Stiffness::stretch);
+    fit.bending = range_within(fit.trials, options.likelihood_width, &Stiffness::bending);
     weigh(coarse[g], fine[g], options, fit);
     fits.push_back(std::move(fit));
   }

@@ -16,9 +16,10 @@ struct StiffnessSearchOptions {
   double bending_high = 1e-3;  ///< N m
   int coarse = 4;              ///< values of each over the whole range, 2 to 32
   int fine = 3;                ///< values of each around the best of those, 0 to 31
-  double band = 0.1;  ///< share of the least distance within which a trial is as good, 0 to 10
+  double likelihood_width =
+      0.1;  ///< share of the least distance within which a trial is as good, 0 to 10
   /// Decides where the distances do not; the default says nothing.
-  UsualStiffness usual;
+  StiffnessPrior prior;
 };
 OptionTable describe(StiffnessSearchOptions& options);
 
@@ -28,9 +29,9 @@ struct StiffnessFit {
   double distance = 0;  ///< m, of the nearest trial
   StiffnessRange stretch;
   StiffnessRange bending;
-  Stiffness expected;     ///< by the distances and what is usual: the mean of the logarithms
-  Stiffness likely_low;   ///< nine in ten are between this,
-  Stiffness likely_high;  ///< and this, for each of the two by itself
+  Stiffness expected;       ///< by the distances and what is usual: the mean of the logarithms
+  Stiffness credible_low;   ///< nine in ten are between this,
+  Stiffness credible_high;  ///< and this, for each of the two by itself
   std::vector<StiffnessTrial> trials;  ///< the coarse grid, bending by bending, then the fine one
 };
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "simulation/xpbd/cuda_contacts.cuh"
-#include "simulation/xpbd/cuda_push_sums.cuh"
+#include "simulation/xpbd/cuda_response_sums.cuh"
 
 namespace atelier {
 
@@ -40,7 +40,7 @@ __device__ __noinline__ void push_features(const CudaFrame<T>& frame, int blocks
   const auto motion = motion_of(load, load_start);
   const PushedFaces<T> faces{f.edge_of, f.length};
   const auto add = [&](int i, Vec3<T> fresh, Vec3<T> calm, int level) {
-    add_push(f.sums + offset + i, fresh, calm, level);
+    add_response(f.sums + offset + i, fresh, calm, level);
   };
   const auto left = [&](int k) {
     const int i = offset + k;
@@ -76,12 +76,12 @@ __device__ __noinline__ void take_features(const CudaFrame<T>& frame, int blocks
   const int offset = static_cast<int>(blockIdx.x) / blocks * frame.count;
   for (int k = scene_thread(blocks); k < frame.count; k += blocks * static_cast<int>(blockDim.x)) {
     const int i = offset + k;
-    PushSum* const sum = frame.features.sums + i;
+    ResponseSum* const sum = frame.features.sums + i;
     if (__ldcg(&sum->used) == 0) {
       continue;
     }
     SelfParticle<T> p{load_shared_cache(frame.x + i), load_shared_cache(frame.start + i), {}};
-    take_push(load_sum(sum), p.start, p);
+    take_response(load_sum(sum), p.start, p);
     store_shared_cache(frame.x + i, p.x);
     store_shared_cache(frame.start + i, p.start);
     __stcg(frame.features.pushed + i, 1);

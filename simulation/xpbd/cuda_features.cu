@@ -6,22 +6,22 @@ namespace atelier {
 namespace {
 
 template <class T>
-__global__ void least_kernel(BodyView<T> body, const ClothEdge* edges, int count, T thickness,
-                             T* least) {
+__global__ void min_kernel(BodyView<T> body, const ClothEdge* edges, int count, T thickness,
+                           T* least) {
   const int e = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
   if (e < count) {
-    least[e] = least_length_over(body, edges[e], thickness);
+    least[e] = min_length_over(body, edges[e], thickness);
   }
 }
 
 template <class T>
-__global__ void sharp_kernel(BodyFeatures<T> features, int count, const T* least_edge, T longest,
+__global__ void sharp_kernel(BodyFeatures<T> features, int count, const T* min_edge, T longest,
                              int* sharp, T* least, int* any) {
   const int f = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
   if (f >= count) {
     return;
   }
-  const SharpOfFace<T> found = sharp_of_face(features, f, least_edge, longest);
+  const SharpOfFace<T> found = sharp_of_face(features, f, min_edge, longest);
   sharp[f] = found.bits;
   least[f] = found.least;
   if (found.bits != 0) {
@@ -80,14 +80,14 @@ CudaFeatures<T>::CudaFeatures(const Cloth& cloth, const PreparedCloth<T>& prepar
   body_corner_of_ = CudaBuffer<int>(features.corner_of);
   body_ring_begin_ = CudaBuffer<int>(features.ring_begin);
   body_ring_ = CudaBuffer<int>(features.ring);
-  least_edge_ = CudaBuffer<T>(features.edges.size());
+  min_edge_ = CudaBuffer<T>(features.edges.size());
   least_ = CudaBuffer<T>(body_faces.size());
   sharp_ = CudaBuffer<int>(body_faces.size());
   any_ = CudaBuffer<int>(1);
   near_ = CudaBuffer<int>(s * surface.faces.size());
   pushed_ = CudaBuffer<int>(s * prepared.external.size());
   pressed_ = CudaBuffer<int>(s);
-  sums_ = CudaBuffer<PushSum>(s * prepared.external.size());
+  sums_ = CudaBuffer<ResponseSum>(s * prepared.external.size());
   sums_.clear();
 }
 
@@ -128,12 +128,12 @@ void CudaFeatures<T>::begin_frame(CudaBody<T>& body, CudaFrame<T>& frame, const 
   any_.clear();
   pressed_.clear();
   pushed_.clear();
-  least_kernel<<<cuda_blocks(edges), kCudaBlock>>>(
-      frame.body, body_edges_.data(), edges, T(2) * frame.features.rule.gap, least_edge_.data());
-  ATELIER_CUDA_LAUNCHED(least_kernel);
-  sharp_kernel<<<cuda_blocks(faces), kCudaBlock>>>(frame.features.features, faces,
-                                                   least_edge_.data(), longest_, sharp_.data(),
-                                                   least_.data(), any_.data());
+  min_kernel<<<cuda_blocks(edges), kCudaBlock>>>(frame.body, body_edges_.data(), edges,
+                                                 T(2) * frame.features.rule.gap, min_edge_.data());
+  ATELIER_CUDA_LAUNCHED(min_kernel);
+  sharp_kernel<<<cuda_blocks(faces), kCudaBlock>>>(frame.features.features, faces, min_edge_.data(),
+                                                   longest_, sharp_.data(), least_.data(),
+                                                   any_.data());
   ATELIER_CUDA_LAUNCHED(sharp_kernel);
   body.refit_where(sharp_.data(), nodes_);
   frame.features.features.nodes = nodes_.data();

@@ -32,11 +32,11 @@ class CudaFeatures {
   CudaBuffer<int> across_, ring_begin_, ring_, edge_of_;
   CudaBuffer<T> length_;
   CudaBuffer<int> body_edge_of_, body_corner_of_, body_ring_begin_, body_ring_;
-  CudaBuffer<T> least_edge_, least_;
+  CudaBuffer<T> min_edge_, least_;
   CudaBuffer<int> sharp_, any_;
   CudaBuffer<BoxNode<T>> nodes_;
   CudaBuffer<int> near_, pushed_, pressed_;
-  CudaBuffer<PushSum> sums_;
+  CudaBuffer<ResponseSum> sums_;
 };
 
 extern template class CudaFeatures<float>;

@@ -9,7 +9,7 @@ struct JacobiView {
   const JacobiEdge<T>* edges;
   const JacobiTriangle<T>* triangles;
   const int* begin;
-  const int* push_of;
+  const int* response_of;
   const EdgeRule<T>* rules;
   const StrainRest<T>* strains;
   int edge_count, triangle_count, particles;
@@ -73,7 +73,7 @@ __global__ void jacobi_particle_kernel(JacobiView<T> j) {
   const Vec4<T> before = j.first ? now : j.x_before[i];
   const int first = j.begin[i];
   j.x[i] =
-      jacobi_particle(now, before, j.push, j.push_of + first, j.begin[i + 1] - first, j.weight);
+      jacobi_particle(now, before, j.push, j.response_of + first, j.begin[i + 1] - first, j.weight);
   j.x_before[i] = now;
 }
 
@@ -105,7 +105,7 @@ void CudaJacobi<T>::sweep(const CudaFrame<T>& frame, const std::vector<CudaScene
     j.edges = edges_.data();
     j.triangles = triangles_.data();
     j.begin = begin_.data();
-    j.push_of = push_of_.data();
+    j.response_of = push_of_.data();
     j.rules = frame.edge_rules;
     j.strains = frame.strains;
     j.edge_count = frame.edge_count;

@@ -154,9 +154,9 @@ CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& o
     widest = std::max(widest, prepared.colours[k + 1].edge_begin - prepared.colours[k].edge_begin);
   }
   const bool crowded = static_cast<long>(patches) * scene_count > multiprocessors;
-  const int most_threads = crowded ? kFrameThreads / 2 : kFrameThreads;
+  const int max_threads = crowded ? kFrameThreads / 2 : kFrameThreads;
   threads_ = static_cast<unsigned>(
-      !parts_.body ? std::clamp((widest + 31) / 32 * 32, 128, most_threads) : most_threads);
+      !parts_.body ? std::clamp((widest + 31) / 32 * 32, 128, max_threads) : max_threads);
   int resident = 0;
   ATELIER_CUDA_CHECK(cudaOccupancyMaxActiveBlocksPerMultiprocessor(
       &resident, kernel_of<T>(parts_.full, parts_.self, CudaBarrier::Grid),

@@ -2,7 +2,7 @@
 
 #include "simulation/contact/body_contact_math.h"
 #include "simulation/contact/body_feature_math.h"
-#include "simulation/contact/self_push_math.h"
+#include "simulation/contact/collision_response_math.h"
 #include "simulation/xpbd/edge_math.h"
 #include "simulation/xpbd/near_groups.h"
 #include "simulation/xpbd/sweep_math.h"
@@ -67,11 +67,11 @@ struct CudaSelfFrame {
                                          ///< particle or it passed something, from 1
   BoxGroups<T> particles, edges, faces;  ///< of flights, with their search margin
   BoxGroups<T> edges_now, faces_now;     ///< where the substep began
-  PushSum* sums;                         ///< [particles], or null: no contact with itself
+  ResponseSum* sums;                     ///< [particles], or null: no contact with itself
   Vec4<T>* origin;                       ///< where the substep began
   Vec4<T>* carry;                        ///< see SelfParticle
   int* emerges;                          ///< of particles: 1 comes out of the body in this frame
-  int* support;                          ///< levels of particles, see PushSum
+  int* support;                          ///< levels of particles, see ResponseSum
   SelfPair<T>* face_pairs;               ///< [scenes][room]
   SelfPair<T>* edge_pairs;
   int2* crossings;  ///< edge, face
@@ -94,12 +94,12 @@ struct CudaFeatureFrame {
   FeatureRule<T> rule;
   const int* edge_of;  ///< of the cloth, see push_off_face
   const T* length;
-  const int* any;  ///< 1: the frame has something sharp
-  int face_count;  ///< of the cloth; 0: none of this
-  int* near;       ///< [scenes][faces] 1: may meet something sharp in the frame
-  int* pushed;     ///< [particles] 1: a feature did in this iteration
-  int* pressed;    ///< [scenes] number of the last pass after which another was needed, from 1
-  PushSum* sums;   ///< [particles]
+  const int* any;     ///< 1: the frame has something sharp
+  int face_count;     ///< of the cloth; 0: none of this
+  int* near;          ///< [scenes][faces] 1: may meet something sharp in the frame
+  int* pushed;        ///< [particles] 1: a feature did in this iteration
+  int* pressed;       ///< [scenes] number of the last pass after which another was needed, from 1
+  ResponseSum* sums;  ///< [particles]
 };
 
 /// Everything a frame needs, by value to the kernel. Arrays of particles hold the scenes one after

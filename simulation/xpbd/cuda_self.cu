@@ -119,7 +119,7 @@ CudaSelf<T>::CudaSelf(const Cloth& cloth, const PreparedCloth<T>& prepared,
   stirred_ = CudaBuffer<int>(n);
   emerges_ = CudaBuffer<int>(n);
   support_ = CudaBuffer<int>(n);
-  sums_ = CudaBuffer<PushSum>(n);
+  sums_ = CudaBuffer<ResponseSum>(n);
   sums_.clear();
   counts_ = CudaBuffer<SelfCounts>(s);
   make_room(std::max(1024, 2 * particles_));

@@ -57,7 +57,7 @@ class CudaSelf {
   CudaBuffer<int> tangled_, emerges_, support_;
   CudaBuffer<T> slack_;  ///< m, of particles
   CudaBuffer<int> flown_, stirred_;
-  CudaBuffer<PushSum> sums_;
+  CudaBuffer<ResponseSum> sums_;
   CudaBuffer<SelfPair<T>> face_pairs_, edge_pairs_;
   CudaBuffer<int2> crossings_;
   CudaBuffer<SelfCounts> counts_;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "simulation/xpbd/cuda_push_sums.cuh"
+#include "simulation/xpbd/cuda_response_sums.cuh"
 #include "simulation/xpbd/cuda_self_search.cuh"
 
 namespace atelier {
@@ -26,7 +26,7 @@ struct SelfWork {
   Vec4<T>* start;
   Vec4<T>* origin;
   Vec4<T>* carry;
-  PushSum* sums;
+  ResponseSum* sums;
   int* support;
   int* touched;  ///< null: no body
   int* flown;
@@ -78,25 +78,25 @@ struct SelfWork {
     return touched != nullptr && __ldcg(touched + i) != 0 ? kSupportLevels : given;
   }
 
-  /// Asks for a new search where a particle left its flight.
+  /// Asks for a new search where a particle left its swept motion.
   __device__ void watch(int i, Vec3<T> xi, const SelfClock& clock) const {
     if (clock.age >= 0 &&
-        left_flight(cloth, i, xi, static_cast<T>(clock.age) / static_cast<T>(clock.ahead),
-                    frame.self.rule)) {
+        left_swept_bound(cloth, i, xi, static_cast<T>(clock.age) / static_cast<T>(clock.ahead),
+                         frame.self.rule)) {
       atomicMax(&counts->stale, clock.serial);
     }
   }
 
-  /// New flights for who left theirs, or may soon (renew_flight), and counts them. The next search
-  /// is theirs.
-  __device__ void renew_flights(const SelfClock& clock) const {
+  /// New swept motions for who left theirs, or may soon (renew_swept_bound), and counts them. The
+  /// next search is theirs.
+  __device__ void renew_swept_bounds(const SelfClock& clock) const {
     const CudaSelfFrame<T>& s = frame.self;
     const std::int64_t n = static_cast<std::int64_t>(scene) * frame.count;
     int left = 0;
     for (int i = thread; i < frame.count; i += threads) {
       const Vec3<T> origin = xyz(load_origin(i));
-      if (renew_flight({clock.age, clock.ahead}, xyz(load(i)), origin, s.start[n + i], s.end[n + i],
-                       s.slack[n + i])) {
+      if (renew_swept_bound({clock.age, clock.ahead}, xyz(load(i)), origin, s.start[n + i],
+                            s.end[n + i], s.slack[n + i])) {
         flown[i] = clock.search + 1;
         ++left;
       }
@@ -188,8 +188,8 @@ struct SelfWork {
     }
   }
 
-  /// True for a pair that a later search has found again, as one of its particles left its flight.
-  /// Twice in the list does no harm: pushes are extremes.
+  /// True for a pair that a later search has found again, as one of its particles left its swept
+  /// motion. Twice in the list does no harm: pushes are extremes.
   __device__ bool found_again(const SelfPair<T>& pair, bool edges) const {
     int particle[4];
     pair_particles(cloth, pair, edges, particle);
@@ -208,7 +208,7 @@ struct SelfWork {
     const auto motion = motion_of(load_x, load_o);
     const auto level = [&](int i) { return __ldcg(support + i); };
     const auto add = [&](int i, Vec3<T> fresh, Vec3<T> off, int given) {
-      add_push(sums + i, fresh, off, given);
+      add_response(sums + i, fresh, off, given);
     };
     int active = 0;
     bool presses = false;
@@ -232,15 +232,15 @@ struct SelfWork {
     }
   }
 
-  /// Gives every particle what pairs wanted of it, and watches its flight.
+  /// Gives every particle what pairs wanted of it, and watches its swept motion.
   __device__ void apply(const SelfClock& clock) const {
     for (int i = thread; i < frame.count; i += threads) {
       int given = 0;
       if (__ldcg(&sums[i].used) != 0) {
-        const PushSum sum = load_sum(sums + i);
+        const ResponseSum sum = load_sum(sums + i);
         given = sum.support;
         SelfParticle<T> p = load_particle(i);
-        take_push(sum, load_origin(i), p);
+        take_response(sum, load_origin(i), p);
         store(i, p);
         clear_sum(sums + i, kPushed);
         watch(i, xyz(p.x), clock);

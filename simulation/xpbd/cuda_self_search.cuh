@@ -262,7 +262,7 @@ struct SelfSearch {
         plan(of_plan),
         warp(of_warp) {}
 
-  /// Boxes over primitives and groups, from the flights.
+  /// Boxes over primitives and groups, from the swept motions.
   __device__ void box_groups() const {
     const int count = edges.groups() + faces.groups() + particles.groups();
     for (int at = warp.index; at < count; at += warp.count) {
@@ -285,7 +285,7 @@ struct SelfSearch {
       const int i = slot < particles.count ? particles.item[slot].index : -1;
       if (plan.pairs != Wanted::None && any_of(particles, k, plan.pairs, flown, plan.number)) {
         const Box<T> box =
-            i >= 0 ? inflated(flight_box(cloth, i), search_margin(rule, slack_of(cloth, i, rule)))
+            i >= 0 ? inflated(swept_bound(cloth, i), search_margin(rule, slack_of(cloth, i, rule)))
                    : empty_box<T>();
         store_group(particles, k, box, warp.lane);
       }
@@ -386,8 +386,8 @@ struct SelfSearch {
     }
     return fresh != 0;
   }
-  /// Boxes over a group of edges or faces, of flights and where the substep began. `at(slot)` is
-  /// the primitive, `slack(primitive)` that of its particles.
+  /// Boxes over a group of edges or faces, of swept motions and where the substep began. `at(slot)`
+  /// is the primitive, `slack(primitive)` that of its particles.
   template <class At, class Slack>
   __device__ void box_group(const BoxGroups<T>& flights, const BoxGroups<T>& now, int k,
                             const At& at, const Slack& slack) const {
@@ -397,7 +397,7 @@ struct SelfSearch {
       Box<T> box = empty_box<T>();
       if (has) {
         const auto primitive = at(flights.item[slot].index);
-        box = inflated(flight_box(cloth, primitive), search_margin(rule, slack(primitive)));
+        box = inflated(swept_bound(cloth, primitive), search_margin(rule, slack(primitive)));
       }
       store_group(flights, k, box, warp.lane);
     }

@@ -44,7 +44,7 @@ __device__ inline void move_particle(const SelfWork<T>& work, int i, int s, Meet
   }
   const Vec4<T> origin = work.load_origin(i);
   SelfParticle<T> p = work.load_particle(i);
-  take_push(load_sum(work.sums + i), origin, p);
+  take_response(load_sum(work.sums + i), origin, p);
   clear_sum(work.sums + i, as);
   meet_body(work.frame, work.scene, work.scene * work.frame.count + i, s, meeting, p);
   work.store(i, p);
@@ -126,7 +126,7 @@ __device__ __noinline__ void touch_before_pairs(const CudaFrame<T>& frame, int b
   wait();
 }
 
-/// `past`: share of the flights that lies behind.
+/// `past`: share of the swept motions that lies behind.
 template <class T>
 __device__ inline SelfSearch<T> search_of(const SelfWork<T>& work, T past, const SearchPlan& plan) {
   SelfView<T> cloth = work.cloth;
@@ -198,7 +198,7 @@ __device__ inline void renew_pairs(const SelfWork<T>& work, int blocks, int s, S
   if (clock.age < 0) {
     plan.pairs = Wanted::All;
   } else if (__ldcg(&work.counts->stale) == clock.serial) {
-    work.renew_flights(clock);
+    work.renew_swept_bounds(clock);
     scene_barrier<kBarrier>(arrived, goal, static_cast<unsigned>(blocks));
     const int left = __ldcg(&work.counts->left);
     if (left > 0) {  // else the body brought it back
@@ -229,7 +229,7 @@ __device__ __noinline__ void push_apart_all(const CudaFrame<T>& frame, int block
     wait();
     const bool pressed = __ldcg(&work.counts->pressed) == clock.serial;
     ++clock.serial;
-    if (!pressed || pass + 1 == kSelfPushes) {
+    if (!pressed || pass + 1 == kSelfResponses) {
       break;
     }
     work.apply(clock);

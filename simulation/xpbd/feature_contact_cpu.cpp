@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/parallel.h"
-#include "simulation/xpbd/push_sums.h"
+#include "simulation/xpbd/response_sums.h"
 
 namespace atelier {
 namespace {
@@ -20,7 +20,7 @@ FeatureContactCpu<T>::FeatureContactCpu(const Cloth& cloth, const PreparedCloth<
       features_(prepare_features(body_faces)),
       length_(longest_edges(surface_)),
       longest_(*std::max_element(length_.begin(), length_.end())),
-      least_edge_(features_.edges.size()),
+      min_edge_(features_.edges.size()),
       least_(body_faces.size()),
       sharp_(body_faces.size()),
       near_(surface_.faces.size()),
@@ -46,7 +46,7 @@ FeatureContactCpu<T>::FeatureContactCpu(const Cloth& cloth, const PreparedCloth<
 template <class T>
 void FeatureContactCpu<T>::find_sharp(const Box<T>& around) {
   const BodyView<T>& body = step_.body;
-  parallel_for(static_cast<Index>(least_edge_.size()), kFeatureGrain, [&](Index begin, Index end) {
+  parallel_for(static_cast<Index>(min_edge_.size()), kFeatureGrain, [&](Index begin, Index end) {
     for (Index e = begin; e < end; ++e) {
       const ClothEdge& edge = features_.edges[e];
       Box<T> box = empty_box<T>();
@@ -54,12 +54,12 @@ void FeatureContactCpu<T>::find_sharp(const Box<T>& around) {
         grow(box, xyz(body.start[v]));
         grow(box, xyz(body.end[v]));
       }
-      least_edge_[e] =
-          overlap(box, around) ? least_length_over(body, edge, T(2) * step_.rule.gap) : T(1e15);
+      min_edge_[e] =
+          overlap(box, around) ? min_length_over(body, edge, T(2) * step_.rule.gap) : T(1e15);
     }
   });
-  any_ = std::any_of(least_edge_.begin(), least_edge_.end(),
-                     [&](T least) { return least <= longest_; });
+  any_ =
+      std::any_of(min_edge_.begin(), min_edge_.end(), [&](T least) { return least <= longest_; });
   if (!any_) {
     return;
   }
@@ -67,8 +67,7 @@ void FeatureContactCpu<T>::find_sharp(const Box<T>& around) {
   parallel_for(static_cast<Index>(sharp_.size()), kFeatureGrain, [&](Index begin, Index end) {
     for (Index f = begin; f < end; ++f) {
       const int face = static_cast<int>(f);
-      const SharpOfFace<T> sharp =
-          sharp_of_face(step_.features, face, least_edge_.data(), longest_);
+      const SharpOfFace<T> sharp = sharp_of_face(step_.features, face, min_edge_.data(), longest_);
       sharp_[f] = sharp.bits;
       least_[f] = sharp.least;
       boxes[f] = sharp.bits != 0 ? swept_box(body, face) : empty_box<T>();
@@ -161,7 +160,7 @@ void FeatureContactCpu<T>::push(std::vector<Vec4<T>>& x, std::vector<Vec4<T>>& s
   const auto motion = motion_of(load, load_start);
   const PushedFaces<T> faces{edge_of_.data(), length_.data()};
   const auto add = [&](int i, Vec3<T> fresh, Vec3<T> calm, int level) {
-    add_push(sums_[i], fresh, calm, level);
+    add_response(sums_[i], fresh, calm, level);
   };
   for (int pass = 0; pass < kFeaturePasses; ++pass) {
     std::atomic<bool> pressed{false};
@@ -190,7 +189,7 @@ void FeatureContactCpu<T>::push(std::vector<Vec4<T>>& x, std::vector<Vec4<T>>& s
       for (int i : {face.a, face.b, face.c}) {
         if (sums_[i].used != 0) {
           SelfParticle<T> p{x[i], start[i], {}};
-          take_push(sums_[i], start[i], p);
+          take_response(sums_[i], start[i], p);
           x[i] = p.x;
           start[i] = p.start;
           touched[i] = 1;

@@ -34,7 +34,7 @@ class FeatureContactCpu {
   PreparedFeatures features_;
   std::vector<T> length_;  ///< of the cloth's faces, their longest edges
   T longest_ = T(0);
-  std::vector<T> least_edge_, least_;  ///< see BodyFeatures, of edges and faces
+  std::vector<T> min_edge_, least_;  ///< see BodyFeatures, of edges and faces
   std::vector<int> sharp_;
   ContactTree<T> tree_;  ///< over faces with sharp features
   bool any_ = false;     ///< there is something sharp
@@ -45,7 +45,7 @@ class FeatureContactCpu {
   std::vector<char> left_;
   std::vector<char> near_;  ///< of faces: may meet something sharp in the frame
   std::vector<int> active_;
-  std::vector<PushSum> sums_;
+  std::vector<ResponseSum> sums_;
 };
 
 extern template class FeatureContactCpu<float>;

@@ -6,7 +6,7 @@
 #include "core/parallel.h"
 #include "simulation/contact/self_crossing_math.h"
 #include "simulation/contact/self_search_math.h"
-#include "simulation/xpbd/push_sums.h"
+#include "simulation/xpbd/response_sums.h"
 
 namespace atelier {
 namespace {
@@ -48,7 +48,7 @@ SelfContactCpu<T>::SelfContactCpu(const Cloth& cloth, const PreparedCloth<T>& pr
   tangled_.resize(n);
   support_.resize(n);
   moved_.resize(n);
-  sums_.assign(n, PushSum{});
+  sums_.assign(n, ResponseSum{});
   view_.surface = {surface_.faces.data(), start_.data(), end_.data(), nullptr,
                    static_cast<int>(surface_.faces.size())};
   view_.edges = surface_.edges.data();
@@ -108,7 +108,7 @@ void SelfContactCpu<T>::begin_substep(int left) {
 }
 
 template <class T>
-int SelfContactCpu<T>::renew_flights(const SelfMotion<T>& motion) {
+int SelfContactCpu<T>::renew_swept_bounds(const SelfMotion<T>& motion) {
   const Index n = static_cast<Index>(motion.x.size());
   const T age = static_cast<T>(age_) / static_cast<T>(ahead_);
   const auto count = [&](const auto& is) {
@@ -120,12 +120,12 @@ int SelfContactCpu<T>::renew_flights(const SelfMotion<T>& motion) {
       return sum;
     });
   };
-  if (count([&](int i) { return left_flight(view_, i, xyz(motion.x[i]), age, rule_); }) == 0) {
+  if (count([&](int i) { return left_swept_bound(view_, i, xyz(motion.x[i]), age, rule_); }) == 0) {
     return 0;
   }
   return count([&](int i) {
-    fresh_[i] = renew_flight({age_, ahead_}, xyz(motion.x[i]), xyz(motion.origin[i]), start_[i],
-                             end_[i], slack_[i])
+    fresh_[i] = renew_swept_bound({age_, ahead_}, xyz(motion.x[i]), xyz(motion.origin[i]),
+                                  start_[i], end_[i], slack_[i])
                     ? 1
                     : 0;
     return fresh_[i] != 0;
@@ -142,9 +142,9 @@ void SelfContactCpu<T>::search(const SelfMotion<T>& motion) {
     const Vec3<T> moved = xyz(motion.x[i]) - xyz(motion.origin[i]);
     end_[i] = with_w(xyz(motion.origin[i]) + static_cast<T>(ahead_) * moved, motion.x[i].w);
   }
-  near_edges_.fill([&](int e) { return flight_box_with_margin(surface_.edges[e]); });
-  near_faces_.fill([&](int f) { return flight_box_with_margin(surface_.faces[f]); });
-  near_particles_.fill([&](int i) { return flight_box_with_margin(i); });
+  near_edges_.fill([&](int e) { return swept_bound_with_margin(surface_.edges[e]); });
+  near_faces_.fill([&](int f) { return swept_bound_with_margin(surface_.faces[f]); });
+  near_particles_.fill([&](int i) { return swept_bound_with_margin(i); });
   gather(near_edges_.groups(), 8, edge_pairs_, [&](int k, std::vector<SelfPair<T>>& out) {
     near_edges_.template visit_near<true>(k, near_edges_,
                                           [&](int e, int o) { try_edges(e, o, out); });
@@ -237,10 +237,10 @@ void SelfContactCpu<T>::search_fresh() {
     return fresh(face.a, face.b, face.c);
   };
   near_edges_.fill_where(fresh_edge,
-                         [&](int e) { return flight_box_with_margin(surface_.edges[e]); });
+                         [&](int e) { return swept_bound_with_margin(surface_.edges[e]); });
   near_faces_.fill_where(fresh_face,
-                         [&](int f) { return flight_box_with_margin(surface_.faces[f]); });
-  near_particles_.fill_where(fresh, [&](int i) { return flight_box_with_margin(i); });
+                         [&](int f) { return swept_bound_with_margin(surface_.faces[f]); });
+  near_particles_.fill_where(fresh, [&](int i) { return swept_bound_with_margin(i); });
   const auto replace = [&](std::vector<SelfPair<T>>& pairs, bool edges,
                            const std::vector<SelfPair<T>>& found) {
     std::erase_if(pairs, [&](const SelfPair<T>& pair) {
@@ -254,7 +254,7 @@ void SelfContactCpu<T>::search_fresh() {
   gather(static_cast<Index>(surface_.edges.size()), kGrain, found,
          [&](int e, std::vector<SelfPair<T>>& out) {
            if (fresh_edge(e)) {
-             near_edges_.visit_near(flight_box_with_margin(surface_.edges[e]), [&](int o) {
+             near_edges_.visit_near(swept_bound_with_margin(surface_.edges[e]), [&](int o) {
                if (o > e || (o < e && !fresh_edge(o))) {
                  try_edges(e, o, out);
                }
@@ -262,17 +262,17 @@ void SelfContactCpu<T>::search_fresh() {
            }
          });
   replace(edge_pairs_, true, found);
-  gather(static_cast<Index>(fresh_.size()), kGrain, found,
-         [&](int i, std::vector<SelfPair<T>>& out) {
-           if (fresh(i)) {
-             near_faces_.visit_near(flight_box_with_margin(i), [&](int f) { try_face(i, f, out); });
-           }
-         });
+  gather(
+      static_cast<Index>(fresh_.size()), kGrain, found, [&](int i, std::vector<SelfPair<T>>& out) {
+        if (fresh(i)) {
+          near_faces_.visit_near(swept_bound_with_margin(i), [&](int f) { try_face(i, f, out); });
+        }
+      });
   std::vector<SelfPair<T>> of_faces;
   gather(static_cast<Index>(surface_.faces.size()), kGrain, of_faces,
          [&](int f, std::vector<SelfPair<T>>& out) {
            if (fresh_face(f)) {
-             near_particles_.visit_near(flight_box_with_margin(surface_.faces[f]), [&](int i) {
+             near_particles_.visit_near(swept_bound_with_margin(surface_.faces[f]), [&](int i) {
                if (!fresh(i)) {
                  try_face(i, f, out);
                }
@@ -303,7 +303,7 @@ void SelfContactCpu<T>::try_face(int i, int f, std::vector<SelfPair<T>>& out) co
 template <class T>
 bool SelfContactCpu<T>::renew(const SelfMotion<T>& motion) {
   if (age_ >= 0) {
-    const int left = renew_flights(motion);
+    const int left = renew_swept_bounds(motion);
     if (left == 0) {
       return false;
     }
@@ -351,7 +351,7 @@ bool SelfContactCpu<T>::push_once(const SelfMotion<T>& motion, int pass, bool ev
   const auto from_origin = motion_of(load, load_origin);
   const auto support = [&](int i) { return support_[i]; };
   const auto add = [&](int i, Vec3<T> fresh, Vec3<T> calm, int level) {
-    add_push(sums_[i], fresh, calm, level);
+    add_response(sums_[i], fresh, calm, level);
   };
   std::atomic<int> active{0};
   std::atomic<bool> pressed{false};
@@ -390,7 +390,7 @@ bool SelfContactCpu<T>::keep_once(const SelfMotion<T>& motion, int pass, bool ev
     raise_to(sums_[i].stay, 1);
     slide(i, held);
   };
-  const bool slides = pass < kSelfPushes + kSelfSlides;
+  const bool slides = pass < kSelfResponses + kSelfSlides;
   std::atomic<bool> kept{false};
   std::atomic<bool> passed{false};
   visit_pairs(pass, every, [&](const SelfPair<T>& pair, bool edges) {
@@ -421,7 +421,7 @@ void SelfContactCpu<T>::take(const SelfMotion<T>& motion, int pass) {
       if (sums_[i].used != 0) {
         moved_[i] = static_cast<char>(pass + 1);
         SelfParticle<T> p{motion.x[i], motion.start[i], motion.carry[i]};
-        take_push(sums_[i], motion.origin[i], p);
+        take_response(sums_[i], motion.origin[i], p);
         motion.x[i] = p.x;
         motion.start[i] = p.start;
         motion.carry[i] = p.carry;
@@ -449,7 +449,7 @@ void SelfContactCpu<T>::push(const SelfMotion<T>& motion) {
     }
   };
   support(true);
-  for (int pass = 0; pass < kSelfPushes; ++pass) {
+  for (int pass = 0; pass < kSelfResponses; ++pass) {
     const bool anew = renew(motion);
     const bool pressed = push_once(motion, pass, anew || pass == 0);
     take(motion, pass);
@@ -463,12 +463,12 @@ void SelfContactCpu<T>::push(const SelfMotion<T>& motion) {
 template <class T>
 bool SelfContactCpu<T>::keep_back(const SelfMotion<T>& motion, int pass) {
   const bool anew = renew(motion);
-  moved_from_ = kSelfPushes + pass + 1;
-  if (!keep_once(motion, kSelfPushes + pass, anew || pass == 0)) {
+  moved_from_ = kSelfResponses + pass + 1;
+  if (!keep_once(motion, kSelfResponses + pass, anew || pass == 0)) {
     return false;
   }
-  take(motion, kSelfPushes + pass);
-  std::fill(sums_.begin(), sums_.end(), PushSum{});
+  take(motion, kSelfResponses + pass);
+  std::fill(sums_.begin(), sums_.end(), ResponseSum{});
   return true;
 }
 

@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "simulation/contact/self_push_math.h"
+#include "simulation/contact/collision_response_math.h"
 #include "simulation/contact/self_search_math.h"
 #include "simulation/xpbd/box_groups.h"
 #include "simulation/xpbd/prepared_surface.h"
@@ -41,7 +41,7 @@ class SelfContactCpu {
     return atelier::comes_out(view_, outlook.data(), i);
   }
   /// From now on `moved` is of everything that was kept back in the substep.
-  void all_kept() { moved_from_ = kSelfPushes + 1; }
+  void all_kept() { moved_from_ = kSelfResponses + 1; }
   int candidate_count() const { return static_cast<int>(face_pairs_.size() + edge_pairs_.size()); }
   int search_count() const { return searches_; }
   int renewal_count() const { return renewals_; }
@@ -52,19 +52,20 @@ class SelfContactCpu {
     int edge, face;
   };
 
-  /// Where a particle left its flight: new flights for those and who may soon. How many.
-  int renew_flights(const SelfMotion<T>& motion);
+  /// Where a particle left its swept motion: new swept motions for those and who may soon. How
+  /// many.
+  int renew_swept_bounds(const SelfMotion<T>& motion);
   /// Where an edge, a face or a particle flies, with its search margin.
-  Box<T> flight_box_with_margin(const ClothEdge& e) const {
-    return inflated(flight_box(view_, e), search_margin(rule_, edge_slack(view_, e, rule_)));
+  Box<T> swept_bound_with_margin(const ClothEdge& e) const {
+    return inflated(swept_bound(view_, e), search_margin(rule_, edge_slack(view_, e, rule_)));
   }
-  Box<T> flight_box_with_margin(const FaceIndices& f) const {
-    return inflated(flight_box(view_, f), search_margin(rule_, face_slack(view_, f, rule_)));
+  Box<T> swept_bound_with_margin(const FaceIndices& f) const {
+    return inflated(swept_bound(view_, f), search_margin(rule_, face_slack(view_, f, rule_)));
   }
-  Box<T> flight_box_with_margin(int i) const {
-    return inflated(flight_box(view_, i), search_margin(rule_, slack_of(view_, i, rule_)));
+  Box<T> swept_bound_with_margin(int i) const {
+    return inflated(swept_bound(view_, i), search_margin(rule_, slack_of(view_, i, rule_)));
   }
-  /// Appends a pair that may meet within the flight.
+  /// Appends a pair that may meet within the swept motion.
   void try_edges(int e, int o, std::vector<SelfPair<T>>& out) const;
   void try_face(int i, int f, std::vector<SelfPair<T>>& out) const;
   /// A new search where the list does not hold; true if there was one.
@@ -73,7 +74,7 @@ class SelfContactCpu {
   /// At a substep's start: what is crossed, where something may have passed.
   void look_for_crossings(const std::vector<Vec4<T>>& origin);
   void set_crossings(std::vector<Crossing> crossings);
-  /// Looks for the pairs of who has a new flight, in place of those that they had.
+  /// Looks for the pairs of who has a new swept motion, in place of those that they had.
   void search_fresh();
   /// One pass of pushes over the pairs; `every`: also over those of which nothing moved since the
   /// last one. True if another is needed.
@@ -95,13 +96,13 @@ class SelfContactCpu {
   std::vector<int> tangled_;
   std::vector<T> slack_;
   std::vector<int> stirred_;  ///< 1: contacts moved it since the last look, or it passed something
-  std::vector<char> fresh_;   ///< 1: got a new flight in the last renewal
-  GroupedBoxes<T> near_particles_, near_edges_, near_faces_;  ///< of flights, with margins
+  std::vector<char> fresh_;   ///< 1: got a new swept motion in the last renewal
+  GroupedBoxes<T> near_particles_, near_edges_, near_faces_;  ///< of swept motions, with margins
   GroupedBoxes<T> edges_now_, faces_now_;  ///< where the last look for crossings was
   std::vector<int> support_;
   std::vector<char> moved_;  ///< the last pass in which a particle was pushed, from 1; 0: none
   int moved_from_ = 1;
-  std::vector<PushSum> sums_;
+  std::vector<ResponseSum> sums_;
   int age_ = -1;   ///< substeps since the search, this one included; -1: none
   int left_ = 0;   ///< substeps to come in the frame
   int ahead_ = 1;  ///< substeps that the search looked ahead

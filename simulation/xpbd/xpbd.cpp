@@ -75,9 +75,9 @@ void check_control(const Control& control, const Cloth& cloth, Index body_vertic
   if (control.body_start.rows() > 0) {
     // Nothing that a cloth could follow moves a metre in a frame, and no part of a person moves at
     // 40 m/s (a pitcher's hand comes near): below 40 frames a second the metre decides.
-    constexpr double kMostMetres = 1.0;
-    constexpr double kMostSpeed = 40.0;
-    const double most = std::min(kMostMetres, kMostSpeed * time_step);
+    constexpr double kMaxMetres = 1.0;
+    constexpr double kMaxSpeed = 40.0;
+    const double most = std::min(kMaxMetres, kMaxSpeed * time_step);
     Index worst = 0;
     const double jump =
         (control.body_end - control.body_start).rowwise().squaredNorm().maxCoeff(&worst);

@@ -109,7 +109,7 @@ TEST(Occlusion, UnderHalfASkyIsHalfOfTheCosineLobe) {
   const SurfaceFrame point = upward_points(1);
   const TransferRows transfer =
       light_transfer(point, build_tree(wall.vertices, wall.faces), finest());
-  // Integrals over the half of the unit disc where z < 0, over pi: directions are (x, y, z) with
+  // Integrals over the half of the unit disk where z < 0, over pi: directions are (x, y, z) with
   // y^2 = 1 - x^2 - z^2.
   constexpr double kY = 1.0 / 3;
   constexpr double kZ = -2 / (3 * std::numbers::pi);

@@ -166,7 +166,7 @@ TEST(PrepareAppearanceRefused, WhatDoesNotFit) {
   refused({ByteImage(kSide, 20, 3), {}}, "as calibrated");
   refused({ByteImage(kSide, kSide, 1), {}}, "channels");
   refused({studio.picture, ByteImage(9, 9, 1)}, "label image");
-  refused({}, "none at all; expected pictures of the frames");
+  refused({}, "none at all; expected images of the frames");
   studio.subject.load = [&](int) { return std::vector<Points>{studio.lid.vertices, Points(0, 3)}; };
   refused({studio.picture, {}}, "no cloth");
   studio.surface.which = 7;

@@ -12,7 +12,7 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 
 /// Five cameras that see every texel of 16 x 16 in two frames, of a print that light changes by a
-/// tenth. `shifts` says by how many texels each camera's pictures are off.
+/// tenth. `shifts` says by how many texels each camera's images are off.
 AppearanceData printed(const std::vector<int>& shifts) {
   constexpr int kSide = 16;
   AppearanceData data;
@@ -46,17 +46,17 @@ TEST(StaticFit, ExplainsWhatCamerasAgreeOn) {
     EXPECT_GT(explained, 0.9);
   }
   EXPECT_THAT(contradicting_cameras(fit), IsEmpty());
-  EXPECT_FALSE(most_contradict(fit));
+  EXPECT_FALSE(max_contradict(fit));
 }
 
 TEST(StaticFit, NamesCamerasOfOtherPictures) {
   const StaticFit fit = static_fit(printed({0, 1, 0, 0, 2}), 16);
   EXPECT_THAT(contradicting_cameras(fit), ElementsAre(1, 4));
-  EXPECT_FALSE(most_contradict(fit));
+  EXPECT_FALSE(max_contradict(fit));
 }
 
 TEST(StaticFit, FindsThatMostContradict) {
-  EXPECT_TRUE(most_contradict(static_fit(printed({0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}), 16)));
+  EXPECT_TRUE(max_contradict(static_fit(printed({0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}), 16)));
 }
 
 TEST(StaticFit, ATexelIsJudgedByManyPixels) {

@@ -11,7 +11,7 @@ namespace atelier::fixtures {
 
 /// A small garment that brightens where its normal is along x, with a highlight towards the camera:
 /// three frames of a waving sheet, two cameras of different gain, every texel of 16 x 16 seen in
-/// every picture, from outside.
+/// every image, from outside.
 inline AppearanceData small_data() {
   constexpr int kResolution = 16;
   AppearanceData data;

@@ -497,7 +497,7 @@ TEST(AppearanceDataRefused, ArraysThatDoNotAgree) {
                              64 * 64);
         a.datasets["pixels/place"] = tensor_of(far);
       },
-      "outside of the picture");
+      "outside of the image");
 }
 
 TEST(AppearanceModelRefused, WhatIsNoModelOfThisArchitecture) {

@@ -36,7 +36,7 @@ class Animate : public ::testing::Test {
     all.insert(all.end(), more.begin(), more.end());
     return run(all);
   }
-  /// Without pictures, which take most of the time.
+  /// Without images, which take most of the time.
   ChildResult animate(const std::vector<std::string>& more = {}) const {
     return stage("animate",
                  with_usual({"--pictures", "false", "--cloth.xpbd.substeps", "6"}, more));

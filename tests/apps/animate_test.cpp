@@ -135,8 +135,8 @@ TEST_F(Animate, AMaterialIsFittedOrTakenAndThenUsed) {
     const double best = lower["material"][found].get<double>();
     EXPECT_GT(best, low);
     EXPECT_LT(best, high);
-    EXPECT_LT(lower["likely_low"][tried].get<double>(), best);
-    EXPECT_GT(lower["likely_high"][tried].get<double>(), best);
+    EXPECT_LT(lower["credible_low"][tried].get<double>(), best);
+    EXPECT_GT(lower["credible_high"][tried].get<double>(), best);
     const nlohmann::json& tenth = lower[std::string(tried) + "_within_tenth"];
     const nlohmann::json& range = lower[std::string(tried) + "_range"];  // within a fifth
     EXPECT_GE(tenth["low"].get<double>(), range["low"].get<double>());
@@ -287,7 +287,7 @@ TEST_F(Animate, RunTellsItTheFabricAndThatMaterialGoesBefore) {
               HasSubstr("animate      would run: after material"));
 }
 
-TEST_F(Animate, RunShowsNoFilmOfAnotherRun) {
+TEST_F(Animate, RunWithoutVideo_ShowsNoneOfEarlierRun) {
   write_dressed_workspace(capture(), workspace());
   const auto animated = [&](const std::string& start) {
     return stage(
@@ -368,8 +368,8 @@ TEST_F(Animate, OptionsThatDoNotGoTogetherAreRefusedAtTheStart) {
        "search.bending_low cannot be 1e-05 with search.bending_high 1e-05: it takes less"},
       {{"run", "--material.search.stretch-low", "2e4"},
        "material.search.stretch_low cannot be 20000 with material.search.stretch_high"},
-      {{"reconstruct", "--hull.cell", "0.5", "--hull.reach", "0.1"},
-       "with hull.reach 0.1: it takes less"},
+      {{"reconstruct", "--hull.voxel_size", "0.5", "--hull.half_extent", "0.1"},
+       "with hull.half_extent 0.1: it takes less"},
       {{"track", "--window", "3", "--overlap", "2"},
        "overlap cannot be 2 with window 3: it takes at most half"},
       {{"appearance", "--resolution", "100"}, "resolution cannot be 100"},
@@ -378,7 +378,7 @@ TEST_F(Animate, OptionsThatDoNotGoTogetherAreRefusedAtTheStart) {
        "width does nothing with camera 01, which is the capture's"},
       {{"animate", "--camera", "01", "--framing.margin", "0.1"}, "framing.margin does nothing"},
       {{"animate", "--pictures", "false", "--background", "white"},
-       "background does nothing with pictures false: leave it out, or say --pictures"},
+       "background does nothing with images false: leave it out, or say --pictures"},
       {{"run", "--animate.pictures", "false", "--animate.camera", "orbit"},
        "animate.camera does nothing with animate.pictures false"}};
   write_dressed_workspace(capture(), workspace());

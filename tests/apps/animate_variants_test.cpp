@@ -187,7 +187,7 @@ TEST_F(AnimateVariants, ItsReportLoadsInABrowserWithEveryPicture) {
   const ChildResult done = run({"report", workspace().string()});
   ASSERT_EQ(done.exit_code, 0) << done.err;
   const BrowsedPage found = browse(workspace() / "report" / "index.html", root_.path());
-  EXPECT_GE(found.images, 3) << "grid.png, strip.png, pictures";
+  EXPECT_GE(found.images, 3) << "grid.png, strip.png, images";
   EXPECT_EQ(found.broken, 0);
   for (const char* one : {"personalize", "track", "template", "register", "material", "animate"}) {
     EXPECT_THAT(found.text, HasSubstr(one));
@@ -300,7 +300,7 @@ class AnimateDrawn : public AnimateVariants {
   static bool has_networks() {
     return fs::exists(fs::path(program_path()).parent_path() / "atelier-appearance");
   }
-  /// How many pixels of the first picture are of the networks' texture.
+  /// How many pixels of the first image are of the networks' texture.
   int textured_pixels() const {
     const ByteImage picture = read_byte_image(result() / "pictures" / "000000.png");
     int count = 0;
@@ -313,7 +313,7 @@ class AnimateDrawn : public AnimateVariants {
   }
 };
 
-constexpr const char* kOneColour = "pictures have one colour each: ";
+constexpr const char* kOneColour = "images have one colour each: ";
 
 TEST_F(AnimateDrawn, WithoutNetworksInOneColourWhichIsSaid) {
   const auto refused = [&](const std::vector<std::string>& more, const std::string& words,
@@ -332,7 +332,7 @@ TEST_F(AnimateDrawn, WithoutNetworksInOneColourWhichIsSaid) {
   ASSERT_EQ(unsaid.exit_code, 0) << unsaid.err;
   EXPECT_THAT(unsaid.out + unsaid.err, HasSubstr(kOneColour + std::string("no network of lower")));
   const ChildResult none = animate();
-  EXPECT_THAT(none.out + none.err, Not(HasSubstr(kOneColour))) << "no pictures are made";
+  EXPECT_THAT(none.out + none.err, Not(HasSubstr(kOneColour))) << "no images are made";
 }
 
 TEST_F(AnimateDrawn, ByTheNetworksOfWhatIsWorn) {

@@ -1,4 +1,4 @@
-// From where pictures of a motion are taken.
+// From where images of a motion are taken.
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL)
 
 #include <numbers>
@@ -24,7 +24,7 @@ class AnimateViews : public Animate {
       write_body(root_ / "stout.npz", stout);
     }
   }
-  /// The first picture of somebody who stands turned to the left by `yaw`, radians.
+  /// The first image of somebody who stands turned to the left by `yaw`, radians.
   ByteImage picture(double yaw, const std::string& camera) const {
     MotionClip clip = person_clip();
     for (Pose& pose : clip.motion.poses) {

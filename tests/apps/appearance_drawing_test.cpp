@@ -1,4 +1,4 @@
-// `draw`: what networks that `appearance` has learnt show, as pictures and films, and what it
+// `draw`: what networks that `appearance` has learnt show, as images and videos, and what it
 // refuses.
 #if defined(ATELIER_HAS_CAPTURE)
 
@@ -69,7 +69,7 @@ class AppearanceDrawing : public Appearance {
 };
 std::unique_ptr<TemporaryDirectory> AppearanceDrawing::shared_;
 
-/// Mean difference of two pictures, in steps of 8 bits.
+/// Mean difference of two images, in steps of 8 bits.
 double mean_difference(const ByteImage& one, const ByteImage& other) {
   EXPECT_EQ(one.data.size(), other.data.size());
   double differ = 0;
@@ -102,8 +102,9 @@ TEST_F(AppearanceDrawing, ShowsClothAndBodyAsACameraTookThemThatNobodyLearntFrom
 }
 
 TEST_F(AppearanceDrawing, ItsBodyIsMeasuredToo) {
-  const ChildResult figures = run_child({program_path(), "evaluate", workspace().string(),
-                                         "--truth", capture().string(), "--stage", "appearance"});
+  const ChildResult figures =
+      run_child({program_path(), "evaluate", workspace().string(), "--ground-truth",
+                 capture().string(), "--stage", "appearance"});
   EXPECT_THAT(figures.exit_code, ::testing::AnyOf(0, 1)) << figures.err;
   for (const char* key : {"appearance.psnr_db", "appearance.body_psnr_db",
                           "appearance.body_static_psnr_db", "appearance.body_covered"}) {
@@ -138,8 +139,9 @@ TEST_F(AppearanceDrawing, AnyMeshesOfTheNetworksFacesAreDrawn) {
   }
 }
 
-/// Seconds that a film says it lasts: the duration in the header of its movie, over its time scale.
-double seconds_of_film(const std::string& bytes) {
+/// Seconds that a video says it lasts: the duration in the header of its movie, over its time
+/// scale.
+double seconds_of_video(const std::string& bytes) {
   const std::size_t at = bytes.find("mvhd");
   if (at == std::string::npos || bytes.size() < at + 24) {
     return 0;
@@ -154,13 +156,13 @@ double seconds_of_film(const std::string& bytes) {
   return number(at + 20) / number(at + 16);
 }
 
-TEST_F(AppearanceDrawing, AFilmIsPlayedAsFastAsItsMeshesSay) {
+TEST_F(AppearanceDrawing, VideoOfMeshes_HasTheirFrameRate) {
   for (const auto& [more, rate] :
        {std::pair{std::vector<std::string>{}, 12.0}, {{"--video.fps", "20"}, 20.0}}) {
     const std::string name = "film" + std::to_string(more.size()) + ".mp4";
-    const ChildResult film = drawn(name, more);
-    ASSERT_EQ(film.exit_code, 0) << film.err;
-    EXPECT_NEAR(seconds_of_film(bytes_of(out(name))), kFrames / rate, 2e-3);
+    const ChildResult video = drawn(name, more);
+    ASSERT_EQ(video.exit_code, 0) << video.err;
+    EXPECT_NEAR(seconds_of_video(bytes_of(out(name))), kFrames / rate, 2e-3);
   }
   // A dress that goes at another rate than its body is another motion's.
   Sequence fast = open_sequence(workspace() / "register" / "current" / "registered" / "dress");
@@ -239,8 +241,9 @@ TEST_F(AppearanceDrawing, WhatIsMisspeltOrDoesNothingIsRefused) {
             "--background does nothing with --alpha");
   expect_no(draw(workspace(), "none", {"--capture", capture().string(), "--camera", "99"}), 2,
             "no camera '99'; it has 00, 01, 02");
-  const ChildResult figures = run_child({program_path(), "evaluate", workspace().string(),
-                                         "--truth", capture().string(), "--stage", "apearance"});
+  const ChildResult figures =
+      run_child({program_path(), "evaluate", workspace().string(), "--ground-truth",
+                 capture().string(), "--stage", "apearance"});
   EXPECT_EQ(figures.exit_code, 2);
   EXPECT_THAT(figures.err, HasSubstr("did you mean 'appearance'?"));
 }
@@ -298,8 +301,9 @@ TEST_F(AppearanceDrawing, WithoutASoundNetworkAGarmentIsNotDrawn) {
   const fs::path network = copy / "appearance" / "current" / "dress" / "model.safetensors";
   flip_last_bit(network);
   for (const ChildResult& refused :
-       {draw(copy, "none", {}), run_child({program_path(), "evaluate", copy.string(), "--truth",
-                                           capture().string(), "--stage", "appearance"})}) {
+       {draw(copy, "none", {}),
+        run_child({program_path(), "evaluate", copy.string(), "--ground-truth", capture().string(),
+                   "--stage", "appearance"})}) {
     expect_no(refused, 3, "dress/model.safetensors");
     EXPECT_THAT(refused.err, HasSubstr("run 'atelier appearance' again"));
     EXPECT_EQ(refused.err.find("expected"), refused.err.rfind("expected")) << refused.err;
@@ -370,11 +374,11 @@ TEST_F(AppearanceDrawing, ANetworkInPlaceOfACheckpointIsRefusedWithWhatAStageTak
               HasSubstr("name another --checkpoint, or give --force to the stage that trains it"));
 }
 
-TEST_F(Appearance, NetworksOfTheCeilingDrawTheTruth) {
-  ASSERT_EQ(ceiling("ws").exit_code, 0);
+TEST_F(Appearance, OracleNetworks_RenderGroundTruth) {
+  ASSERT_EQ(oracle("ws").exit_code, 0);
   const auto draw = [&](const std::string& name, std::vector<std::string> more) {
     more.insert(more.begin(), {program_path(), "render", "--neural", (folder_ / "ws").string(),
-                               "--networks", "ceiling", "--out", (folder_ / name).string()});
+                               "--networks", "oracle", "--out", (folder_ / name).string()});
     return run_child(more);
   };
   const std::vector<std::string> camera = {"--capture", capture_.string(), "--camera", "09"};
@@ -402,9 +406,9 @@ TEST_F(Appearance, NetworksOfTheCeilingDrawTheTruth) {
   fs::resize_file(result("ws", "model.safetensors"), 100);
   const ChildResult torn = draw("none", camera);
   EXPECT_EQ(torn.exit_code, 3);
-  EXPECT_THAT(torn.err, HasSubstr("run 'atelier ceiling' again"));
-  fs::remove_all(folder_ / "ws" / "ceiling");
-  EXPECT_THAT(draw("none", camera).err, HasSubstr("run 'atelier ceiling' first"));
+  EXPECT_THAT(torn.err, HasSubstr("run 'atelier oracle' again"));
+  fs::remove_all(folder_ / "ws" / "oracle");
+  EXPECT_THAT(draw("none", camera).err, HasSubstr("run 'atelier oracle' first"));
   EXPECT_FALSE(fs::exists(folder_ / "none"));
 }
 

@@ -101,7 +101,7 @@ struct WavingCapture {
     return vertices;
   }
 
-  /// A picture as a light from the left would make it of a checked cloth over a grey ball, and its
+  /// An image as a light from the left would make it of a checked cloth over a grey ball, and its
   /// labels.
   static void take_picture(const std::filesystem::path& capture, const Mesh& cloth,
                            const Mesh& ball, const Camera& camera, int frame) {
@@ -152,7 +152,7 @@ struct WavingCapture {
   }
 
   static void make_capture(const std::filesystem::path& capture) {
-    CaptureTruth truth;
+    GroundTruth truth;
     truth.skeleton.names = {"pelvis"};
     truth.skeleton.parents = {-1};
     truth.skeleton.offsets = Points::Zero(1, 3);
@@ -160,7 +160,7 @@ struct WavingCapture {
     truth.shape_names = {"stature"};
     truth.shape = Eigen::VectorXd::Constant(1, 1.7);
     truth.keypoint_names = {"nose"};
-    TruthGarment garment;
+    GroundTruthGarment garment;
     garment.garment.name = "cloth";
     Mesh& cloth = garment.garment.mesh;
     cloth = waving_cloth();
@@ -185,7 +185,7 @@ struct WavingCapture {
       for (const Camera& camera : truth.cameras) {
         take_picture(capture, cloth, truth.body, camera, f);
       }
-      TruthFrame frame;
+      GroundTruthFrame frame;
       frame.frame_id = f;
       frame.joints = Points::Zero(1, 3);
       frame.keypoints = Points::Zero(1, 3);
@@ -202,7 +202,7 @@ struct WavingCapture {
     write_file_atomically(capture / "capture.toml", capture_toml(info));
   }
 
-  /// The truth of the capture as if stages had found it.
+  /// The ground truth of the capture as if stages had found it.
   static void write_found(StageRun& run, const std::string& folder, const Mesh& mesh,
                           const std::function<Points(int)>& at) {
     SequenceHeader header;
@@ -228,7 +228,7 @@ inline OptionTable describe(NoWavingOptions&) {
   return {};
 }
 
-/// Its truth, as if stages had found it.
+/// Its ground truth, as if stages had found it.
 inline constexpr std::array kWavingStages = {
     Stage{.name = "body",
           .summary = "the ball",
@@ -254,8 +254,8 @@ inline constexpr std::array kWavingStages = {
               }},
 };
 
-/// `ceiling`, which is `appearance` on true garments, and `appearance` and `draw` on what could be
-/// its registered garment and body.
+/// `ceiling`, which is `appearance` on ground-truth garments, and `appearance` and `draw` on what
+/// could be its registered garment and body.
 class Appearance : public ::testing::Test, protected WavingCapture {
  protected:
   /// A network of a moment.
@@ -306,9 +306,9 @@ class Appearance : public ::testing::Test, protected WavingCapture {
       run_stage(all, stage, request);
     }
   }
-  ChildResult ceiling(const std::string& workspace,
-                      const std::vector<std::string>& more = {}) const {
-    return learn("ceiling", capture_, folder_ / workspace, more);
+  ChildResult oracle(const std::string& workspace,
+                     const std::vector<std::string>& more = {}) const {
+    return learn("oracle", capture_, folder_ / workspace, more);
   }
   ChildResult appearance(const std::filesystem::path& workspace,
                          const std::vector<std::string>& more = {}) const {
@@ -319,10 +319,10 @@ class Appearance : public ::testing::Test, protected WavingCapture {
     return folder_ / "found";
   }
   /// Nothing half done, and nothing that the next run would find.
-  void expect_nothing_of_ceiling(const std::string& workspace) const {
-    EXPECT_FALSE(std::filesystem::exists(folder_ / workspace / "ceiling")) << "nothing was made";
+  void expect_nothing_of_oracle(const std::string& workspace) const {
+    EXPECT_FALSE(std::filesystem::exists(folder_ / workspace / "oracle")) << "nothing was made";
   }
-  /// Moves pictures of a camera to another; labels go, without which nothing but the pictures says
+  /// Moves images of a camera to another; labels go, without which nothing but the images says
   /// that they are of something else.
   void give_pictures(const std::vector<std::pair<int, int>>& from_to) const {
     std::filesystem::remove_all(capture_ / "labels");
@@ -338,7 +338,7 @@ class Appearance : public ::testing::Test, protected WavingCapture {
     std::filesystem::remove_all(capture_ / "taken");
   }
   std::filesystem::path result(const std::string& workspace, const char* file) const {
-    return folder_ / workspace / "ceiling" / "current" / "cloth" / file;
+    return folder_ / workspace / "oracle" / "current" / "cloth" / file;
   }
   std::vector<std::string> train(const std::string& model, const std::string& checkpoint,
                                  const std::string& channels = "2") const {

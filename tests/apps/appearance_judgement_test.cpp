@@ -1,4 +1,4 @@
-// Figures of networks with known answers: pictures, motion and what networks draw are made by hand.
+// Figures of networks with known answers: images, motion and what networks draw are made by hand.
 #include "pipeline/appearance/appearance_judgement.h"
 
 #if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_APPEARANCE) &&      \
@@ -22,22 +22,22 @@ namespace {
 
 /// A flat sheet of cloth under two cameras, in two frames of a motion: it turns and slides.
 struct JudgedSheet {
-  CaptureTruth truth;
+  GroundTruth truth;
   std::vector<Camera> cameras = {WavingCapture::camera_of(3), WavingCapture::camera_of(7)};
   SimulatedMotion motion;
   WornSubject in_truth;
 
   JudgedSheet() {
     truth.body = WavingCapture::ball();
-    TruthGarment garment;
+    GroundTruthGarment garment;
     garment.garment.name = "cloth";
     garment.garment.mesh = sheet(8);
     garment.label = Label::Dress;
     truth.garments = {garment};
-    in_truth = worn_in_truth("", std::make_shared<const CaptureTruth>(truth));
+    in_truth = worn_in_truth("", std::make_shared<const GroundTruth>(truth));
     motion.motion = "slide";
     for (int f = 0; f < 2; ++f) {
-      TruthFrame frame;
+      GroundTruthFrame frame;
       frame.frame_id = f;
       frame.body = truth.body.vertices;
       frame.garments = {moved(truth.garments[0].garment.mesh.vertices, f)};
@@ -63,7 +63,7 @@ struct JudgedSheet {
     all.rowwise() += middle + Eigen::RowVector3d(0.05 * frame, 0.1, 0);
     return all;
   }
-  /// Pictures in which every pixel of the sheet has the byte that its u says, as the camera's gain
+  /// Images in which every pixel of the sheet has the byte that its u says, as the camera's gain
   /// makes it; grey round it.
   void take_pictures(const std::function<double(double u)>& byte) {
     const Mesh& mesh = truth.garments[0].garment.mesh;
@@ -191,7 +191,7 @@ TEST(AppearanceJudgement, TemplatesRideOnTheTrueTriangles) {
   EXPECT_GT(figures.at("appearance.simulated_psnr_db").value, 50);
   EXPECT_LT(figures.at("appearance.simulated_static_psnr_db").value, 25);
   EXPECT_GT(figures.at("appearance.covered").value, 0.99);
-  // Pictures of the other moment are none of it.
+  // Images of the other moment are none of it.
   std::swap(sheet.motion.pictures[0], sheet.motion.pictures[1]);
   EXPECT_LT(sheet.figures(scenes, 1, own, ramp, flat).at("appearance.simulated_psnr_db").value, 25);
 }
@@ -257,8 +257,8 @@ TEST(AppearanceJudgement, ShadowIsTheQuarterThatSeesLeastOfTheSky) {
   // A wall along u = 0, which goes with the sheet and hides the sky from what is near to it.
   sheet.truth.body = mesh_of({{-0.01, 1, -1}, {-0.01, 1, 2}, {-0.01, 1.4, 2}, {-0.01, 1.4, -1}},
                              {{0, 1, 2}, {0, 2, 3}});
-  sheet.in_truth = worn_in_truth("", std::make_shared<const CaptureTruth>(sheet.truth));
-  for (TruthFrame& frame : sheet.motion.frames) {
+  sheet.in_truth = worn_in_truth("", std::make_shared<const GroundTruth>(sheet.truth));
+  for (GroundTruthFrame& frame : sheet.motion.frames) {
     frame.body = JudgedSheet::moved(sheet.truth.body.vertices, frame.frame_id);
   }
   const auto flat = [](double) { return 100.0; };

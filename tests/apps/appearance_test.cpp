@@ -1,4 +1,4 @@
-// The stages `appearance` and `ceiling`, from pictures to networks and figures.
+// The stages `appearance` and `ceiling`, from images to networks and figures.
 #if defined(ATELIER_HAS_CAPTURE)
 
 #include <filesystem>
@@ -22,24 +22,24 @@ using ::testing::MatchesRegex;
 using ::testing::Not;
 
 TEST_F(Appearance, LearnsWithoutWhatIsHeldOutAndIsMeasuredOnIt) {
-  const ChildResult done = ceiling("ws");
+  const ChildResult done = oracle("ws");
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.err, MatchesRegex("(.|\n)*ceiling  24/24 steps  [^\n]*/s  [^\n]* left  "
+  EXPECT_THAT(done.err, MatchesRegex("(.|\n)*oracle  24/24 steps  [^\n]*/s  [^\n]* left  "
                                      "loss [0-9.e-]+  psnr_db [0-9.]+\n(.|\n)*"));
-  // Three pictures of the training, each beside what is drawn of it.
-  const ByteImage pairs = read_byte_image(folder_ / "ws" / "ceiling" / "current" / "pictures.png");
+  // Three images of the training, each beside what is drawn of it.
+  const ByteImage pairs = read_byte_image(folder_ / "ws" / "oracle" / "current" / "pictures.png");
   EXPECT_GE(pairs.width, 6 * 300);
   EXPECT_GE(pairs.height, 300);
   EXPECT_GT(std::set<std::uint8_t>(pairs.data.begin(), pairs.data.end()).size(), 50U);
   const ChildResult figures = run_child({program_path(), "evaluate", (folder_ / "ws").string(),
-                                         "--truth", capture_.string(), "--stage", "ceiling"});
+                                         "--ground-truth", capture_.string(), "--stage", "oracle"});
   ASSERT_THAT(figures.exit_code, ::testing::AnyOf(0, 1)) << figures.err;
-  for (const char* key : {"ceiling.psnr_db", "ceiling.gain_db", "ceiling.shadow_psnr_db",
-                          "ceiling.shadow_ssim", "ceiling.ssim", "ceiling.covered"}) {
+  for (const char* key : {"oracle.psnr_db", "oracle.gain_db", "oracle.shadow_psnr_db",
+                          "oracle.shadow_ssim", "ceiling.ssim", "ceiling.covered"}) {
     EXPECT_THAT(figures.out, HasSubstr(key));
   }
   EXPECT_THAT(figures.out, HasSubstr("; small: 32 texels, 24 steps"));
-  // Without the pictures that are held out: the same network, bit for bit.
+  // Without the images that are held out: the same network, bit for bit.
   for (int c = 0; c < kCameras; ++c) {
     for (int f = 0; f < kFrames; ++f) {
       if (c == kCameras - 1 || f == kFrames - 1) {
@@ -49,41 +49,42 @@ TEST_F(Appearance, LearnsWithoutWhatIsHeldOutAndIsMeasuredOnIt) {
     }
   }
   fs::remove_all(capture_ / "truth" / "images");
-  const ChildResult again = ceiling("without");
+  const ChildResult again = oracle("without");
   ASSERT_EQ(again.exit_code, 0) << again.err;
   EXPECT_EQ(bytes_of(result("without", "model.safetensors")),
             bytes_of(result("ws", "model.safetensors")));
 }
 
-TEST_F(Appearance, WhatRegistrationCostsIsTheCeilingLessWhatIsReached) {
+TEST_F(Appearance, AppearanceBelowOracle_IsCostOfRegistration) {
   const fs::path workspace = found();
   ASSERT_EQ(appearance(workspace).exit_code, 0);
   const auto figures = [&](const std::string& stage) {
-    const ChildResult result = run_child({program_path(), "evaluate", workspace.string(), "--truth",
-                                          capture_.string(), "--stage", stage, "--json"});
+    const ChildResult result =
+        run_child({program_path(), "evaluate", workspace.string(), "--ground-truth",
+                   capture_.string(), "--stage", stage, "--json"});
     EXPECT_EQ(result.exit_code, 0) << result.err;
     return nlohmann::json::parse(result.out);
   };
-  EXPECT_FALSE(figures("appearance").contains("appearance.below_ceiling_db")) << "no ceiling yet";
-  ASSERT_EQ(ceiling("found").exit_code, 0);
+  EXPECT_FALSE(figures("appearance").contains("appearance.below_oracle_db")) << "no oracle yet";
+  ASSERT_EQ(oracle("found").exit_code, 0);
   const nlohmann::json both = figures("appearance");
-  const nlohmann::json alone = figures("ceiling");
-  EXPECT_EQ(alone.at("ceiling.psnr_db"), both.at("ceiling.psnr_db"));
+  const nlohmann::json alone = figures("oracle");
+  EXPECT_EQ(alone.at("oracle.psnr_db"), both.at("oracle.psnr_db"));
   EXPECT_FALSE(alone.contains("appearance.psnr_db"));
-  const double ceiling_db = both.at("ceiling.psnr_db");
+  const double oracle_db = both.at("oracle.psnr_db");
   const double reached_db = both.at("appearance.psnr_db");
-  EXPECT_GT(ceiling_db, 10);
+  EXPECT_GT(oracle_db, 10);
   EXPECT_GT(reached_db, 10);
-  EXPECT_NEAR(both.at("appearance.below_ceiling_db"), ceiling_db - reached_db, 1e-9);
-  EXPECT_NEAR(ceiling_db, reached_db, 1.5) << "what was found is the truth";
-  // Another network than the ceiling's: what lies between them is not what registration costs.
+  EXPECT_NEAR(both.at("appearance.below_oracle_db"), oracle_db - reached_db, 1e-9);
+  EXPECT_NEAR(oracle_db, reached_db, 1.5) << "what was found is the ground truth";
+  // Another network than the oracle's: what lies between them is not what registration costs.
   const auto text = [&] {
-    return run_child({program_path(), "evaluate", workspace.string(), "--truth", capture_.string(),
-                      "--stage", "appearance"})
+    return run_child({program_path(), "evaluate", workspace.string(), "--ground-truth",
+                      capture_.string(), "--stage", "appearance"})
         .out;
   };
   EXPECT_THAT(text(), HasSubstr("below the same network on ground-truth geometry"));
-  ASSERT_EQ(ceiling("found", {"--channels", "3"}).exit_code, 0);
+  ASSERT_EQ(oracle("found", {"--channels", "3"}).exit_code, 0);
   EXPECT_THAT(text(),
               HasSubstr("below another network on ground-truth geometry: channels 2 and 3"));
   EXPECT_FALSE(figures("appearance").at("appearance.psnr_db").is_null());
@@ -96,13 +97,13 @@ TEST_F(Appearance, PicturesThatContradictTheGeometryAreRefused) {
       write_labels(entry.path(), ByteImage(kSide, kSide, 1, 1));
     }
   }
-  const ChildResult refused = ceiling("ws");
+  const ChildResult refused = oracle("ws");
   EXPECT_EQ(refused.exit_code, 3);
   EXPECT_THAT(refused.err, HasSubstr("of one capture"));
 }
 
 TEST_F(Appearance, ACameraWhoseLabelsAreElsewhereIsNamed) {
-  ChildResult done = ceiling("ws");
+  ChildResult done = oracle("ws");
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.err, Not(HasSubstr("label images of camera")));
   // Labels of one camera that have a third of the garment.
@@ -115,7 +116,7 @@ TEST_F(Appearance, ACameraWhoseLabelsAreElsewhereIsNamed) {
     }
     write_labels(entry.path(), labels);
   }
-  done = ceiling("strange");
+  done = oracle("strange");
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.err, HasSubstr("label images of camera 02 show it in"));
   EXPECT_THAT(done.err, Not(HasSubstr("label images of camera 01")));
@@ -123,11 +124,11 @@ TEST_F(Appearance, ACameraWhoseLabelsAreElsewhereIsNamed) {
 
 TEST_F(Appearance, CamerasWhosePicturesContradictAreNamedWithoutLabelsToo) {
   give_pictures({});
-  ChildResult done = ceiling("ws");
+  ChildResult done = oracle("ws");
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.err, Not(HasSubstr("contradict")));
   give_pictures({{0, 3}, {3, 0}});
-  done = ceiling("exchanged");
+  done = oracle("exchanged");
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.err, HasSubstr("images of camera 00 contradict the geometry"));
   EXPECT_THAT(done.err, HasSubstr("images of camera 03 contradict the geometry"));
@@ -138,7 +139,7 @@ TEST_F(Appearance, CamerasWhosePicturesContradictAreNamedWithoutLabelsToo) {
 
 TEST_F(Appearance, PicturesOfWhichMostContradictAreRefusedWithoutLabelsToo) {
   give_pictures({{0, 8}, {1, 7}, {2, 6}, {3, 5}, {5, 3}, {6, 2}, {7, 1}, {8, 0}});
-  const ChildResult refused = ceiling("ws");
+  const ChildResult refused = oracle("ws");
   EXPECT_EQ(refused.exit_code, 3) << refused.err;
   EXPECT_THAT(refused.err, HasSubstr("of one capture"));
 }
@@ -146,10 +147,10 @@ TEST_F(Appearance, PicturesOfWhichMostContradictAreRefusedWithoutLabelsToo) {
 TEST_F(Appearance, ACameraWithoutPicturesIsNamed) {
   fs::remove_all(capture_ / "images" / "01");
   fs::remove(capture_ / "images" / "03" / "000000.png");
-  const ChildResult done = ceiling("ws");
+  const ChildResult done = oracle("ws");
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.err, HasSubstr("camera 01 has no picture of 3 of 3 frames"));
-  EXPECT_THAT(done.err, HasSubstr("camera 03 has no picture of 1 of 3 frames"));
+  EXPECT_THAT(done.err, HasSubstr("camera 01 has no image of 3 of 3 frames"));
+  EXPECT_THAT(done.err, HasSubstr("camera 03 has no image of 1 of 3 frames"));
   EXPECT_THAT(done.err, Not(HasSubstr("camera 09")));  // it is held out
 }
 
@@ -167,7 +168,7 @@ TEST_F(Appearance, OutdatedResultsAreNamedBeforeATrainingAndADrawingThatReadThem
   const ChildResult done = appearance(workspace);
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.out, HasSubstr(warning));
-  EXPECT_LT(done.err.find(warning), done.err.find("camera 03 has no picture")) << done.err;
+  EXPECT_LT(done.err.find(warning), done.err.find("camera 03 has no image")) << done.err;
   const ChildResult drawn =
       run_child({program_path(), "render", "--neural", workspace.string(), "--out",
                  (folder_ / "drawn").string(), "--width", "32", "--height", "32"});
@@ -184,43 +185,43 @@ TEST_F(Appearance, OutdatedResultsAreNamedBeforeATrainingAndADrawingThatReadThem
 
 TEST_F(Appearance, AStageWithoutAResultHasNoFigures) {
   const fs::path workspace = found();
-  const std::vector<std::string> words = {program_path(), "evaluate",        workspace.string(),
-                                          "--truth",      capture_.string(), "--stage",
-                                          "ceiling"};
+  const std::vector<std::string> words = {program_path(),   "evaluate",        workspace.string(),
+                                          "--ground-truth", capture_.string(), "--stage",
+                                          "oracle"};
   const ChildResult plain = run_child(words);
   EXPECT_EQ(plain.exit_code, 0) << plain.err;
-  EXPECT_THAT(plain.out, HasSubstr("there is no result of ceiling; run 'atelier ceiling' first"));
+  EXPECT_THAT(plain.out, HasSubstr("there is no result of oracle; run 'atelier oracle' first"));
   std::vector<std::string> checked = words;
   checked.emplace_back("--check");
   const ChildResult check = run_child(checked);
   EXPECT_EQ(check.exit_code, 1);
-  EXPECT_THAT(check.err, HasSubstr("no figure of 'ceiling' was measured"));
+  EXPECT_THAT(check.err, HasSubstr("no figure of 'oracle' was measured"));
 }
 
 TEST_F(Appearance, CamerasThatAreNotThereAreRefusedByADryRunToo) {
   for (const char* flag : {"--dry-run", "--force"}) {
-    const ChildResult refused = ceiling("ws", {"--capture.leave-out", "99", flag});
+    const ChildResult refused = oracle("ws", {"--capture.leave-out", "99", flag});
     EXPECT_EQ(refused.exit_code, 3) << flag;
     EXPECT_THAT(refused.err, HasSubstr("99")) << flag;
   }
 }
 
 TEST_F(Appearance, OptionsThatNoNetworkCanHaveAreRefusedAtOnce) {
-  ChildResult refused = ceiling("ws", {"--resolution", "100"});
+  ChildResult refused = oracle("ws", {"--resolution", "100"});
   EXPECT_EQ(refused.exit_code, 2) << refused.err;
   EXPECT_THAT(refused.err, HasSubstr("resolution cannot be 100: it takes powers of 2"));
   EXPECT_THAT(refused.err, HasSubstr("as 64 or 128"));
-  refused = ceiling("ws", {"--resolution", "4096"});
+  refused = oracle("ws", {"--resolution", "4096"});
   EXPECT_EQ(refused.exit_code, 2) << refused.err;
   EXPECT_THAT(refused.err, HasSubstr("2048"));
-  refused = ceiling("ws", {"--resolution", "32", "--shading", "16"});
+  refused = oracle("ws", {"--resolution", "32", "--shading", "16"});
   EXPECT_EQ(refused.exit_code, 2) << refused.err;
   EXPECT_THAT(refused.err, HasSubstr("leaves branches of 2 texels a side; 8 are the fewest"));
-  refused = ceiling(
+  refused = oracle(
       "ws", {"--view-independent", "false", "--view-dependent", "false", "--pixel-bias", "true"});
   EXPECT_EQ(refused.exit_code, 2) << refused.err;
   EXPECT_THAT(refused.err, HasSubstr("--pixel-bias is of the branches"));
-  refused = ceiling("ws", {"--shading", "3"});
+  refused = oracle("ws", {"--shading", "3"});
   EXPECT_EQ(refused.exit_code, 2) << refused.err;
   EXPECT_THAT(refused.err,
               HasSubstr("shading cannot be 3: it takes powers of 2 from 1 to 16, as 2 or 4"));
@@ -229,24 +230,24 @@ TEST_F(Appearance, OptionsThatNoNetworkCanHaveAreRefusedAtOnce) {
     if (when != std::string("now")) {
       half.emplace_back(when);
     }
-    refused = ceiling("ws", half);
+    refused = oracle("ws", half);
     EXPECT_EQ(refused.exit_code, 2) << refused.err;
     EXPECT_THAT(refused.err, HasSubstr("--half works on a GPU alone")) << when;
   }
-  expect_nothing_of_ceiling("ws");
+  expect_nothing_of_oracle("ws");
   if (!cuda_available()) {
-    refused = ceiling("ws", {"--device", "cuda"});
+    refused = oracle("ws", {"--device", "cuda"});
     EXPECT_EQ(refused.exit_code, 5) << refused.err;
-    expect_nothing_of_ceiling("ws");
+    expect_nothing_of_oracle("ws");
   }
 }
 
 TEST_F(Appearance, ATrainingThatDivergesIsNoResult) {
-  const ChildResult diverged = ceiling("ws", {"--learning-rate", "1"});
+  const ChildResult diverged = oracle("ws", {"--learning-rate", "1"});
   EXPECT_EQ(diverged.exit_code, 4) << diverged.err;
   EXPECT_THAT(diverged.err, HasSubstr("below the"));
   EXPECT_THAT(diverged.err, HasSubstr("a smaller --learning-rate may help"));
-  EXPECT_FALSE(fs::exists(folder_ / "ws" / "ceiling" / "current"));
+  EXPECT_FALSE(fs::exists(folder_ / "ws" / "oracle" / "current"));
 }
 
 }  // namespace

@@ -22,7 +22,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 TEST_F(Appearance, GoesOnAfterAKillToTheSameBits) {
-  ASSERT_EQ(ceiling("ws").exit_code, 0);
+  ASSERT_EQ(oracle("ws").exit_code, 0);
   ASSERT_EQ(run_child(train("whole.safetensors", "whole.checkpoint")).exit_code, 0);
   {
     const ChildProcess half(train("half.safetensors", "half.checkpoint"));
@@ -73,8 +73,8 @@ TEST_F(Appearance, GoesOnAfterAKillToTheSameBits) {
 
 TEST_F(Appearance, AStageThatWasKilledGoesOnWithWhatItHadPrepared) {
   const std::vector<std::string> longer = {"--iterations", "120"};
-  ASSERT_EQ(ceiling("whole", longer).exit_code, 0);
-  const fs::path stage = folder_ / "killed" / "ceiling";
+  ASSERT_EQ(oracle("whole", longer).exit_code, 0);
+  const fs::path stage = folder_ / "killed" / "oracle";
   const auto left = [&] {  // the file of a training that has begun
     for (const fs::path& file : all_files(stage)) {
       if (file.filename() == "checkpoint.safetensors") {
@@ -84,7 +84,7 @@ TEST_F(Appearance, AStageThatWasKilledGoesOnWithWhatItHadPrepared) {
     return fs::path();
   };
   {
-    const ChildProcess half(learning("ceiling", capture_, folder_ / "killed", longer));
+    const ChildProcess half(learning("oracle", capture_, folder_ / "killed", longer));
     while (left().empty() && !half.has_ended()) {
       std::this_thread::yield();
     }
@@ -96,12 +96,12 @@ TEST_F(Appearance, AStageThatWasKilledGoesOnWithWhatItHadPrepared) {
   // A damaged checkpoint inside of a stage is nobody's to take away.
   const fs::path checkpoint = left();
   flip_last_bit(checkpoint);
-  const ChildResult damaged = ceiling("killed", longer);
+  const ChildResult damaged = oracle("killed", longer);
   EXPECT_EQ(damaged.exit_code, 3) << damaged.err;
   EXPECT_THAT(damaged.err, HasSubstr("give --force to train from the beginning"));
   EXPECT_THAT(damaged.err, Not(HasSubstr("remove that file")));
   flip_last_bit(checkpoint);
-  const ChildResult again = ceiling("killed", longer);
+  const ChildResult again = oracle("killed", longer);
   EXPECT_EQ(again.exit_code, 0) << again.err;
   EXPECT_THAT(again.err, HasSubstr("continuing with the data prepared before"));
   EXPECT_EQ(bytes_of(result("killed", "data.h5")), prepared);
@@ -111,7 +111,7 @@ TEST_F(Appearance, AStageThatWasKilledGoesOnWithWhatItHadPrepared) {
 }
 
 TEST_F(Appearance, ALossThatIsNoNumberLeavesTheLastCheckpoint) {
-  ASSERT_EQ(ceiling("ws").exit_code, 0);
+  ASSERT_EQ(oracle("ws").exit_code, 0);
   {
     const ChildProcess half(train("half.safetensors", "half.checkpoint"));
     while (!fs::exists(folder_ / "half.checkpoint") && !half.has_ended()) {
@@ -188,13 +188,13 @@ TEST_F(Appearance, ATrainingReplacesNothingButItsOwnFiles) {
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they need the address space
 TEST_F(Appearance, ATrainingThatFindsNoMemorySaysWhatTakesLess) {
-  const ChildResult made = ceiling("ws", {"--iterations", "1"});
+  const ChildResult made = oracle("ws", {"--iterations", "1"});
   ASSERT_EQ(made.exit_code, 0) << made.err;
   const std::string model = (folder_ / "m.safetensors").string();
   const ChildResult refused =
       run_child({"bash", "-c",
                  "ulimit -v 1500000; exec '" + network_program().string() + "' train '" +
-                     (folder_ / "ws" / "ceiling" / "current" / "cloth" / "data.h5").string() +
+                     (folder_ / "ws" / "oracle" / "current" / "cloth" / "data.h5").string() +
                      "' '" + model + "' --resolution 2048 --shading 1"});
   EXPECT_EQ(refused.exit_code, 5) << refused.err;
   EXPECT_THAT(refused.err, HasSubstr("memory: there is not enough; a network takes less with"));

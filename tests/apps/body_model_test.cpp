@@ -150,8 +150,8 @@ TEST_F(BodyModelCommand, ShowAndPoseMakePictures) {
     EXPECT_GE(json["width"], 3 * 64) << name;
     EXPECT_GE(json["height"], 96) << name;
   }
-  const ChildResult film = with_small({"pose", "female", still_bvh(), "--out", png("still.mp4")});
-  ASSERT_EQ(film.exit_code, 0) << film.err;
+  const ChildResult video = with_small({"pose", "female", still_bvh(), "--out", png("still.mp4")});
+  ASSERT_EQ(video.exit_code, 0) << video.err;
   EXPECT_GT(std::filesystem::file_size(png("still.mp4")), 500u);
 }
 
@@ -292,7 +292,7 @@ TEST_F(BodyModelCommand, RefusesFlagsThatHaveNoEffect) {
   refused({"measure", "body.npz", "--weights", "a.mhw"}, 2, "for MakeHuman's base.obj");
   refused({"measure", "female", "--motion.up", "z"}, 2, "it is for a motion");
   refused({"measure", "female", "--retarget.fps", "30"}, 2, "it is for pose");
-  refused({"measure", "female", "--width", "100"}, 2, "it is for pictures and videos");
+  refused({"measure", "female", "--width", "100"}, 2, "it is for images and videos");
   refused({"measure", "female", "--out", "a.json"}, 2, "measure prints");
   refused({"show", "female", "--json", "--out", "a.png"}, 2, "it is for measure");
   refused({"show", "female", "--pictures", "4", "--out", "a.png"}, 2, "for pose with a contact");
@@ -301,8 +301,8 @@ TEST_F(BodyModelCommand, RefusesFlagsThatHaveNoEffect) {
 }
 
 TEST_F(BodyModelCommand, RefusesFrameRatesThatAreNone) {
-  const std::string film = (folder_ / "a.mp4").string();
-  refused({"pose", "female", still_bvh(), "--retarget.fps", "0.001", "--out", film}, 2,
+  const std::string video = (folder_ / "a.mp4").string();
+  refused({"pose", "female", still_bvh(), "--retarget.fps", "0.001", "--out", video}, 2,
           "retarget.fps cannot be 0.001: it takes 0 or 0.1 to 1000");
   refused({"convert", still_bvh(), "--motion.fps", "0.01", "--out", "a.npz"}, 2,
           "motion.fps cannot be 0.01");

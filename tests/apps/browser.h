@@ -21,7 +21,7 @@ inline bool has_browser() {
   return run_child({"sh", "-c", "command -v chromium"}).exit_code == 0;
 }
 
-/// Opens a page within another one whose script counts its pictures: the page itself runs none.
+/// Opens a page within another one whose script counts its images: the page itself runs none.
 inline BrowsedPage browse(const std::filesystem::path& page, const std::filesystem::path& scratch) {
   const std::filesystem::path frame = scratch / "frame.html";
   std::ofstream(frame) << "<iframe id='page' src='file://" << page.string() << R"('></iframe>

@@ -42,7 +42,7 @@ TEST(CalibrateCommand, StereoChessboardsBecomeCameras) {
   EXPECT_THAT(again.err,
               HasSubstr("already exists, and no flag replaces it; choose another --out"));
 
-  // The lenses that were found, given back, are kept to the bit; a picture of another size is left
+  // The lenses that were found, given back, are kept to the bit; an image of another size is left
   // out and said.
   fs::copy(pictures, folder / "more", fs::copy_options::recursive);
   write_image(folder / "more" / "left99.png", ByteImage(32, 24, 3, 90));
@@ -76,20 +76,20 @@ TEST(CalibrateCommand, RefusesNoPicturesNoBoardAndNoPlace) {
   const ChildResult none =
       calibrate({(folder / "empty").string(), "--out", (folder / "x").string()});
   EXPECT_EQ(none.exit_code, 3);
-  EXPECT_THAT(none.err, HasSubstr("no pictures of a board"));
+  EXPECT_THAT(none.err, HasSubstr("no images of a board"));
   const ChildResult nowhere =
       calibrate({(folder / "nowhere").string(), "--out", (folder / "x").string()});
   EXPECT_EQ(nowhere.exit_code, 3);
   EXPECT_THAT(nowhere.err, HasSubstr("nowhere: nothing is there"));
   EXPECT_EQ(calibrate({(folder / "empty").string()}).exit_code, 2);
-  // Pictures of two sizes without a board.
+  // Images of two sizes without a board.
   fs::create_directories(folder / "grey" / "a");
   write_image(folder / "grey" / "a" / "000001.png", ByteImage(64, 48, 3, 90));
   write_image(folder / "grey" / "a" / "000002.png", ByteImage(48, 64, 3, 90));
   const ChildResult grey =
       calibrate({(folder / "grey").string(), "--out", (folder / "x").string()});
   EXPECT_EQ(grey.exit_code, 3);
-  EXPECT_THAT(grey.err, HasSubstr("no picture shows the board"));
+  EXPECT_THAT(grey.err, HasSubstr("no image shows the board"));
   EXPECT_EQ(calibrate({(folder / "grey").string(), "--out", (folder / "x").string(),
                        "--board.columns", "1"})
                 .exit_code,

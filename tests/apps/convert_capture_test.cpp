@@ -96,7 +96,7 @@ TEST(ConvertCapture, WhatWasEndedLeavesNoHalfCapture) {
         program_path(), "convert-capture", (folder / "capture").string(), out.string(), "--to",
         layout};
     const std::vector<SystemCall> calls = record_calls(command, {"rename"});
-    ASSERT_GE(calls.size(), 6U) << "a picture of each frame and camera";
+    ASSERT_GE(calls.size(), 6U) << "an image of each frame and camera";
     const std::size_t files = files_in(out).size();
     fs::remove_all(out);
     for (const int signal : {SIGTERM, SIGINT, SIGKILL}) {

@@ -134,7 +134,7 @@ TEST_F(Crash, KilledAtRandomTimes) {
   const bool soak = injection_stride(0) == 1;
   const int frames = soak ? 40 : 12;
   const int trials = soak ? 500 : 60;  // each ends in a run that completes
-  constexpr std::uint64_t kMostCount = 500'000;
+  constexpr std::uint64_t kMaxCount = 500'000;
   write_boxes(input(), frames);
   const auto expected = undisturbed();
   ASSERT_EQ(expected.size(), static_cast<std::size_t>(frames) + 1);
@@ -164,7 +164,7 @@ TEST_F(Crash, KilledAtRandomTimes) {
     // Two of three trials kill the run that goes on, too, once or twice, at later frames.
     for (int kill = 0; kill <= trial % 3 && frame < frames; ++kill) {
       const Moment moment{frame < 0 ? stage_folder() / ".lock" : file_of_frame(staging, frame),
-                          uniform_index(random, kMostCount)};
+                          uniform_index(random, kMaxCount)};
       while (!kill_at(moment)) {
         ++too_late;
         ASSERT_LT(too_late, 20 * trials) << "no kill came within the work";

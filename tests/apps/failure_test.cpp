@@ -31,7 +31,7 @@ TEST(FailureOf, DeviceMemoryThatRanOutSaysWhatToDo) {
     EXPECT_EQ(failure.text,
               "CUDA device memory: " + error.reason +
                   "; use --device cpu, end other programs on the device, or take less "
-                  "at a time: a coarser garment, smaller pictures");
+                  "at a time: a coarser garment, smaller images");
     EXPECT_EQ(failure.found, "out of memory: 36.0 MB asked for, 1.0 MB free of 80.0 MB");
     EXPECT_THAT(failure.expected, HasSubstr("--device cpu"));
     EXPECT_EQ(failure.text.find('\n'), std::string::npos);

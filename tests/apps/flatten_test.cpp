@@ -586,9 +586,9 @@ TEST_F(FlattenOutfit, WhatHasNoFoldsIsNotRelaxedHoweverItIsNamed) {
     EXPECT_EQ(result.exit_code, 3) << how[0] << how[1];
     EXPECT_THAT(result.err, HasSubstr("a rest surface, which is in no captured pose"));
   };
-  std::filesystem::copy_file(surfaces() / "upper.obj", root_.path() / "taut.obj");
-  refused({(root_.path() / "taut.obj").string(), workspace});
-  refused({"--mesh", (root_.path() / "taut.obj").string(), "--out", out().string()});
+  std::filesystem::copy_file(surfaces() / "upper.obj", root_.path() / "rest.obj");
+  refused({(root_.path() / "rest.obj").string(), workspace});
+  refused({"--mesh", (root_.path() / "rest.obj").string(), "--out", out().string()});
   std::ofstream(surfaces() / "template.json")
       << R"({"garments": [{"label": "upper", "facing": [1, 0, 0], "taut": true}]})";
   refused({surfaces().string(), workspace});
@@ -617,7 +617,7 @@ TEST_F(FlattenOutfit, ANoteOfATemplateThatSaysNothingOfTheKindIsRefused) {
   refused(R"("frame": 4294967303)", "frame");
   refused(R"("frame": -1)", "frame");
   refused(R"("frame": 1.5)", "frame");
-  refused(R"("taut": "yes")", "taut");
+  refused(R"("taut": "yes")", "rest");
 }
 
 TEST_F(Flatten, RefusesWhatIsNoGarment) {
@@ -697,7 +697,7 @@ TEST_F(Flatten, NamesWhereSurfacesOfARunAre) {
 }
 
 TEST_F(Flatten, RefusesWhatDoesNothingWhereSeamsAreGiven) {
-  for (const std::vector<std::string>& idle : {std::vector<std::string>{"--give", "0.01"},
+  for (const std::vector<std::string>& idle : {std::vector<std::string>{"--tolerance", "0.01"},
                                                {"--find.stretch", "0.1"},
                                                {"--find.cuts", "3"}}) {
     std::vector<std::string> all = idle;

@@ -118,7 +118,7 @@ const std::map<std::string, std::set<std::string>>& sound_alone() {
       {"panoptic", {"list.json", "no_cameras.json"}},
       {"pattern", {"list.json"}},
       {"run_account", {"no_object.json"}},
-      // Of another size than the picture that was asked for, or beyond the base mesh, or another
+      // Of another size than the image that was asked for, or beyond the base mesh, or another
       // mesh's.
       {"seams",
        {"empty.json", "list.json", "no_edge.json", "panels_few.json", "vertex_range.json"}},
@@ -333,7 +333,7 @@ TEST(InspectConsent, ThatEndedIsAWarningWhereverItIsStated) {
   fs::remove(folder / "consent.toml");
   EXPECT_THAT(codes(folder.path()), ::testing::ElementsAre("consent-ended"));
 #ifdef ATELIER_HAS_CAPTURE_LAYOUTS
-  // A layout that has no place for it: pictures alone.
+  // A layout that has no place for it: images alone.
   fs::remove(folder / "capture.toml");
   std::ofstream(folder / "consent.toml") << kEnded;
   fs::create_directories(folder / "images/a");
@@ -412,7 +412,7 @@ TEST(InspectCapture, AMeshBesideItsFilesIsNoSequence) {
   EXPECT_THAT(kind(), HasSubstr("capture"));
   std::ofstream(folder / "scan_1.obj") << kTriangle;
   EXPECT_THAT(kind(), HasSubstr("capture"));
-  // Beside pictures alone, which may be textures, meshes with numbers are frames.
+  // Beside images alone, which may be textures, meshes with numbers are frames.
   fs::remove_all(folder / "calibration");
   fs::create_directories(folder / "images/a");
   write_bytes(folder / "images/a/000000.png",

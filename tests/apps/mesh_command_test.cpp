@@ -41,7 +41,7 @@ TEST_F(MeshCommand, NamesThatATerminalObeysAreNotShown) {
   EXPECT_THAT(mesh.out, HasSubstr("a?[31m.ply: 8 vertices"));
   const ChildResult picture = run({"render", box, "--width", "16", "--height", "16", "--out",
                                    (root_ / "a\x1b[31m.png").string()});
-  if (picture.exit_code == 0) {  // else it is built without pictures
+  if (picture.exit_code == 0) {  // else it is built without images
     EXPECT_THAT(picture.out, HasSubstr("a?[31m.png: 16 x 16"));
   }
 }

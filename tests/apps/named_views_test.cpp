@@ -1,4 +1,4 @@
-// What pictures call the sides of somebody, whichever way they face.
+// What images call the sides of somebody, whichever way they face.
 #if defined(ATELIER_HAS_CORE_RENDER) && defined(ATELIER_HAS_REGISTRATION)
 
 #include "pipeline/pictures/named_views.h"

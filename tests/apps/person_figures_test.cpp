@@ -80,7 +80,7 @@ TEST_F(Person, AReferenceThatExcludesNothingIsNone) {
 
 TEST_F(Person, FiguresAreJudgedAlikeWithATableAndWithout) {
   const std::string plain = evaluate({"--stage", "personalize"}).out;
-  EXPECT_THAT(plain, HasSubstr("(at most 7)")) << "small pictures: the range of demo";
+  EXPECT_THAT(plain, HasSubstr("(at most 7)")) << "small images: the range of demo";
   EXPECT_THAT(evaluate({"--stage", "personalize", "--check"}).out, StartsWith(plain));
 }
 
@@ -105,15 +105,17 @@ TEST_F(Person, ResultsOfAnotherCaptureAreRefused) {
                 .exit_code,
             0);
   const auto judged = [&](const char* command) {
-    return run_child({program_path(), command, workspace_.string(), "--truth", other.string()});
+    return run_child(
+        {program_path(), command, workspace_.string(), "--ground-truth", other.string()});
   };
   EXPECT_EQ(judged("evaluate").exit_code, 0);
   fs::remove(other / "images" / "00" / "000000.png");
   for (const char* command : {"evaluate", "report"}) {
     const ChildResult refused = judged(command);
     EXPECT_EQ(refused.exit_code, 3);
-    EXPECT_THAT(refused.err, AllOf(HasSubstr("another capture than the one that the result of"),
-                                   HasSubstr("--truth " + fs::canonical(capture()).string())));
+    EXPECT_THAT(refused.err,
+                AllOf(HasSubstr("another capture than the one that the result of"),
+                      HasSubstr("--ground-truth " + fs::canonical(capture()).string())));
     EXPECT_THAT(refused.out, ::testing::IsEmpty());
   }
   for (const char* stage : {"personalize", "track", "body"}) {
@@ -131,7 +133,7 @@ TEST_F(Person, FromTrueScansIsJudgedMoreSharply) {
     return evaluate({"--stage", "personalize", "--targets", "accuracy"}).out;
   };
   EXPECT_THAT(figures(), HasSubstr("at most 3"));
-  ASSERT_EQ(run_stage("personalize", {"--input.scans", "truth", "--samples", "800",
+  ASSERT_EQ(run_stage("personalize", {"--input.scans", "ground_truth", "--samples", "800",
                                       "--shape-rounds", "1", "--surface-rounds", "1"})
                 .exit_code,
             0);
@@ -177,10 +179,10 @@ TEST_F(Person, WhatRestsOnAResultOfAnotherVersionIsNotMeasured) {
   const ChildResult judged = evaluate({"--stage", "body", "--check", "--complete"});
   EXPECT_EQ(judged.exit_code, 1);
   EXPECT_THAT(judged.out, AllOf(HasSubstr("not measured  " + mended), Not(HasSubstr("met "))));
-  ASSERT_EQ(
-      run_child({program_path(), "report", workspace_.string(), "--truth", capture().string()})
-          .exit_code,
-      0);
+  ASSERT_EQ(run_child({program_path(), "report", workspace_.string(), "--ground-truth",
+                       capture().string()})
+                .exit_code,
+            0);
   EXPECT_THAT(read_text(workspace_ / "report" / "index.html"), HasSubstr("--from track --to body"));
   age(workspace_, "reconstruct");
   const nlohmann::json all = nlohmann::json::parse(evaluate({"--json"}).out);
@@ -196,7 +198,7 @@ TEST_F(Person, WhatRestsOnAResultOfAnotherVersionIsNotMeasured) {
 /// @param device  that it says it was made on: another one is another result
 void register_true_garment(const fs::path& workspace, const fs::path& capture,
                            const std::string& device = "cpu") {
-  const CaptureTruth truth = read_capture_truth(capture);
+  const GroundTruth truth = read_ground_truth(capture);
   const fs::path staging = workspace / "register" / ".staging-true";
   fs::create_directories(staging / "frames");
   SequenceHeader header;
@@ -204,7 +206,7 @@ void register_true_garment(const fs::path& workspace, const fs::path& capture,
   header.shared.faces = truth.garments[0].garment.mesh.faces;
   header.frame_ids = {0};
   Mesh mesh;
-  mesh.vertices = read_truth_frame(capture, truth, 0).garments[0];
+  mesh.vertices = read_ground_truth_frame(capture, truth, 0).garments[0];
   write_mesh_archive(staging / sequence_frame_path("", 0), mesh);
   write_archive(staging / "sequence.h5", archive_of(header));
   Manifest manifest = read_manifest(fs::canonical(workspace / "body" / "current"), "body");
@@ -239,7 +241,7 @@ TEST_F(Person, OnceTheGarmentIsRegisteredAnewRefineIsOutdatedToEveryCommand) {
       words.push_back(workspace_.string());
     }
     if (command == "evaluate") {
-      words.insert(words.end(), {"--truth", capture().string(), "--stage", "refine"});
+      words.insert(words.end(), {"--ground-truth", capture().string(), "--stage", "refine"});
     }
     const ChildResult result = run_child(words);
     EXPECT_EQ(result.exit_code, 0) << command << result.err;

@@ -120,8 +120,8 @@ class Person : public ::testing::Test {
     return run_child(command);
   }
   ChildResult evaluate(std::vector<std::string> more) const {
-    std::vector<std::string> command = {program_path(), "evaluate", workspace_.string(), "--truth",
-                                        capture().string()};
+    std::vector<std::string> command = {program_path(), "evaluate", workspace_.string(),
+                                        "--ground-truth", capture().string()};
     command.insert(command.end(), more.begin(), more.end());
     return run_child(command);
   }

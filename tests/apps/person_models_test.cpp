@@ -43,11 +43,11 @@ TEST(PersonOfMakeHuman, IsMeasuredFollowedAndFoundUnderClothes) {
   ASSERT_EQ(made.exit_code, 0) << made.err;
   const std::vector<std::vector<std::string>> steps = {
       person_scans(capture, workspace),
-      {"personalize", capture, workspace, "--body", model.string(), "--input.scans", "truth",
+      {"personalize", capture, workspace, "--body", model.string(), "--input.scans", "ground_truth",
        "--samples", "800", "--shape-rounds", "3", "--surface-rounds", "2"},
-      {"track", capture, workspace, "--input.scans", "truth", "--samples", "800", "--compare",
-       "false"},
-      {"body", capture, workspace, "--truth-scans", "true"}};
+      {"track", capture, workspace, "--input.scans", "ground_truth", "--samples", "800",
+       "--compare", "false"},
+      {"body", capture, workspace, "--ground-truth-scans", "true"}};
   for (const std::vector<std::string>& step : steps) {
     const ChildResult result = run(step);
     ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -60,7 +60,7 @@ TEST(PersonOfMakeHuman, IsMeasuredFollowedAndFoundUnderClothes) {
   EXPECT_EQ(bodies.faces.rows(), person.model.mesh.faces.rows());
   EXPECT_GT(person.model.mesh.faces.rows(), 20000) << "MakeHuman's, not the default human's";
   EXPECT_EQ(read_manifest(body, "body").metrics.at("untrusted"), 0);
-  const ChildResult judged = run({"evaluate", workspace, "--truth", capture, "--json"});
+  const ChildResult judged = run({"evaluate", workspace, "--ground-truth", capture, "--json"});
   ASSERT_EQ(judged.exit_code, 0) << judged.err;
   const nlohmann::json figures = nlohmann::json::parse(judged.out);
   std::printf("tracked %.1f mm, body %.1f mm, covered %.1f mm, outside %.4f\n",

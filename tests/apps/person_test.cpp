@@ -71,8 +71,8 @@ TEST_F(Person, IsFollowedMeasuredAndReported) {
     ASSERT_EQ(result.exit_code, 0) << result.err;
   }
   const std::string workspace = workspace_.string();
-  const ChildResult figures =
-      run_child({program_path(), "evaluate", workspace, "--truth", capture().string(), "--json"});
+  const ChildResult figures = run_child(
+      {program_path(), "evaluate", workspace, "--ground-truth", capture().string(), "--json"});
   ASSERT_EQ(figures.exit_code, 0) << figures.err;
   for (const char* key : {"personal.mean_mm", "personal.joints_mm", "track.mean_mm",
                           "track.legs_mm", "body.mean_mm", "body.covered_mean_mm",
@@ -82,16 +82,17 @@ TEST_F(Person, IsFollowedMeasuredAndReported) {
   const nlohmann::json values = nlohmann::json::parse(figures.out);
   EXPECT_LT(values.at("track.mean_mm"), 60);
   EXPECT_LT(values.at("body.mean_mm"), 30);
-  const ChildResult one = run_child({program_path(), "evaluate", workspace, "--truth",
+  const ChildResult one = run_child({program_path(), "evaluate", workspace, "--ground-truth",
                                      capture().string(), "--stage", "body", "--json"});
   EXPECT_THAT(one.out, HasSubstr("body.mean_mm"));
   EXPECT_THAT(one.out, Not(HasSubstr("track.mean_mm")));
-  const ChildResult none = run_child(
-      {program_path(), "evaluate", workspace, "--truth", capture().string(), "--stage", "export"});
+  const ChildResult none = run_child({program_path(), "evaluate", workspace, "--ground-truth",
+                                      capture().string(), "--stage", "export"});
   EXPECT_EQ(none.exit_code, 2);
   EXPECT_THAT(none.err, HasSubstr("personalize"));
-  ASSERT_EQ(
-      run_child({program_path(), "report", workspace, "--truth", capture().string()}).exit_code, 0);
+  ASSERT_EQ(run_child({program_path(), "report", workspace, "--ground-truth", capture().string()})
+                .exit_code,
+            0);
   const std::string page = read_text(workspace_ / "report" / "index.html");
   for (const char* words : {"Errors against the ground truth", "track.legs_mm", "certificates.png",
                             "pictures/clothed_frames.png"}) {
@@ -140,8 +141,9 @@ TEST_F(Person, WhatIsExcludedByLabelOrRegionIsShown) {
   std::ofstream(own_ / "region.json") << "[0, 1, 2, 3]";
   EXPECT_TRUE(fs::exists(result / "pictures" / "clothed_region.png"));
   const std::string workspace = workspace_.string();
-  ASSERT_EQ(
-      run_child({program_path(), "report", workspace, "--truth", capture().string()}).exit_code, 0);
+  ASSERT_EQ(run_child({program_path(), "report", workspace, "--ground-truth", capture().string()})
+                .exit_code,
+            0);
   const std::string page = read_text(workspace_ / "report" / "index.html");
   for (const char* words :
        {"clothed: the part of the body whose clothing does not count", "clothed_region.png",
@@ -158,7 +160,7 @@ TEST_F(Person, RefinesUnderARegisteredGarment) {
   }
   ASSERT_EQ(evaluate({"--check", "--json"}).out.find("refine."), std::string::npos)
       << "nobody asked for it";
-  const CaptureTruth truth = read_capture_truth(capture());
+  const GroundTruth truth = read_ground_truth(capture());
   const auto write_garment = [&](const std::string& name, const std::vector<int>& ids, int shift,
                                  bool turned = false) {
     SequenceHeader header;
@@ -171,7 +173,7 @@ TEST_F(Person, RefinesUnderARegisteredGarment) {
     for (const int id : ids) {
       header.frame_ids.push_back(id + shift);
       Mesh mesh;
-      mesh.vertices = read_truth_frame(capture(), truth, id).garments[0];
+      mesh.vertices = read_ground_truth_frame(capture(), truth, id).garments[0];
       write_mesh_archive(own_ / name / sequence_frame_path("", id + shift), mesh);
     }
     write_archive(own_ / name / "sequence.h5", archive_of(header));
@@ -733,7 +735,7 @@ TEST_F(Person, ADryRunRefusesWhatTheRunWould) {
   }
   EXPECT_THAT(run_stage("track", {"--input.person", "0", "--samples", "500", "--dry-run"}).out,
               HasSubstr("would run"));
-  // Where surfaces and keypoints are made anew first, nobody knows yet who they show.
+  // Where surfaces and keypoints are recomputed first, nobody knows yet who they show.
   const ChildResult chain =
       run_child({program_path(), "run", capture().string(), workspace_.string(), "--to", "track",
                  "--dry-run", "--track.input.person", "5"});

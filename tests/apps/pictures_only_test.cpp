@@ -1,5 +1,5 @@
-// What a user with nothing but pictures needs: masks, a network of one's own, cameras put to
-// pictures, as commands; and what they refuse.
+// What a user with nothing but images needs: masks, a network of one's own, cameras put to
+// images, as commands; and what they refuse.
 #ifdef ATELIER_HAS_CAPTURE
 
 #include <fstream>
@@ -80,7 +80,7 @@ TEST(MasksCommand, RefusesMissingPlatesSmallPlatesAndGreyScreens) {
   const TemporaryDirectory folder;
   write_walker(folder / "capture");
   const std::string capture = (folder / "capture").string();
-  EXPECT_EQ(atelier({"masks", capture, "--way", "plates"}).exit_code, 2);
+  EXPECT_EQ(atelier({"masks", capture, "--method", "plates"}).exit_code, 2);
   fs::create_directory(folder / "plates");
   const ChildResult none = atelier({"masks", capture, "--plates", (folder / "plates").string(),
                                     "--out", (folder / "a").string()});
@@ -93,7 +93,7 @@ TEST(MasksCommand, RefusesMissingPlatesSmallPlatesAndGreyScreens) {
                                      "--out", (folder / "b").string()});
   EXPECT_EQ(small.exit_code, 3);
   EXPECT_THAT(small.err, HasSubstr("a background of 8 x 8 pixels"));
-  const ChildResult grey = atelier({"masks", capture, "--way", "chroma", "--chroma.key",
+  const ChildResult grey = atelier({"masks", capture, "--method", "chroma", "--chroma.key",
                                     "[0, 0, 0]", "--out", (folder / "c").string()});
   EXPECT_EQ(grey.exit_code, 3);
   EXPECT_THAT(grey.err, HasSubstr("nearly grey"));
@@ -126,14 +126,15 @@ TEST(DetectCommand, ANetworkOfOnesOwnFillsTheCapture) {
   const TemporaryDirectory folder;
   write_walker(folder / "capture");
   const std::string capture = (folder / "capture").string();
-  // 17 points, all where the picture is reddest.
+  // 17 points, all where the image is reddest.
   write_network(folder / "points.onnx",
                 mixing_network(std::vector<std::vector<float>>(17, {1, -1, 0}), 64, 80));
-  const ChildResult done = atelier({"detect", capture, "--model", (folder / "points.onnx").string(),
-                                    "--kind", "heatmap", "--width", "64", "--height", "80",
-                                    "--mean", "[0, 0, 0]", "--deviation", "[255, 255, 255]"});
+  const ChildResult done =
+      atelier({"detect", capture, "--model", (folder / "points.onnx").string(), "--kind", "heatmap",
+               "--width", "64", "--height", "80", "--mean", "[0, 0, 0]", "--standard-deviation",
+               "[255, 255, 255]"});
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.out, HasSubstr("18 pictures, 18 people, points in the order coco_17"));
+  EXPECT_THAT(done.out, HasSubstr("18 images, 18 people, points in the order coco_17"));
   EXPECT_EQ(read_capture_info(folder / "capture").keypoint_schema, "coco_17");
   const std::string camera = SmallCapture{}.cameras[0].id;
   const auto people = parse_openpose(
@@ -150,9 +151,10 @@ TEST(DetectCommand, ANetworkOfOnesOwnFillsTheCapture) {
   classes[0] = {0.3F, 0.3F, 0.3F};
   classes[22] = {1, -0.5F, 0};
   write_network(folder / "classes.onnx", mixing_network(classes, 64, 80));
-  const ChildResult parsed = atelier(
-      {"detect", capture, "--model", (folder / "classes.onnx").string(), "--kind", "parsing",
-       "--width", "64", "--height", "80", "--mean", "[0, 0, 0]", "--deviation", "[255, 255, 255]"});
+  const ChildResult parsed =
+      atelier({"detect", capture, "--model", (folder / "classes.onnx").string(), "--kind",
+               "parsing", "--width", "64", "--height", "80", "--mean", "[0, 0, 0]",
+               "--standard-deviation", "[255, 255, 255]"});
   ASSERT_EQ(parsed.exit_code, 0) << parsed.err;
   EXPECT_THAT(parsed.out, HasSubstr("classes of goliath_28"));
   const ByteImage labels = read_labels(folder / "capture" / "labels" / camera / "000003.png");
@@ -175,7 +177,7 @@ TEST(DetectCommand, RefusesHostileNetworksAndWrongOrders) {
   const ChildResult means = atelier({"detect", capture, "--model", (folder / "bad.onnx").string(),
                                      "--out", out, "--mean", "[1, 2]"});
   EXPECT_EQ(means.exit_code, 2);
-  EXPECT_THAT(means.err, HasSubstr("--mean and --deviation take three numbers"));
+  EXPECT_THAT(means.err, HasSubstr("--mean and --standard-deviation take three numbers"));
   write_network(folder / "five.onnx",
                 mixing_network(std::vector<std::vector<float>>(5, {1, 0, 0}), 64, 80));
   const std::vector<std::string> five = {

@@ -111,8 +111,8 @@ TEST_F(Reconstruct, ScansAndKeypointsAreMeasuredAgainstTheTruth) {
       nlohmann::json::parse(read_text(workspace_ / "reconstruct" / "current" / "holes.json"));
   ASSERT_GT(holes.at("000000").size(), 0U);
   EXPECT_GT(holes["000000"][0]["area"], 0);
-  const ChildResult measured = run_child(
-      {program_path(), "evaluate", workspace_.string(), "--truth", capture_.string(), "--json"});
+  const ChildResult measured = run_child({program_path(), "evaluate", workspace_.string(),
+                                          "--ground-truth", capture_.string(), "--json"});
   ASSERT_EQ(measured.exit_code, 0) << measured.err;
   for (const char* key :
        {"surface.chamfer_mm", "surface.completeness", "labels.miou", "keypoints.mean_mm"}) {
@@ -123,22 +123,22 @@ TEST_F(Reconstruct, ScansAndKeypointsAreMeasuredAgainstTheTruth) {
 TEST_F(Reconstruct, MasksAndGainsAreMeasuredAgainstTheTruth) {
   const std::string capture = capture_.string();
   const auto evaluate = [&](const std::string& flag, const fs::path& file) {
-    return run_child(
-        {program_path(), "evaluate", capture, "--truth", capture, flag, file.string(), "--json"});
+    return run_child({program_path(), "evaluate", capture, "--ground-truth", capture, flag,
+                      file.string(), "--json"});
   };
   // The true labels are the best masks that there can be, and the true gains have no error.
   const ChildResult masks = evaluate("--masks", capture_ / "truth");
   ASSERT_EQ(masks.exit_code, 0) << masks.err;
   EXPECT_EQ(nlohmann::json::parse(masks.out).at("masks.iou"), 1);
   const TemporaryDirectory folder;
-  std::vector<Camera> cameras = read_capture_truth(capture_).cameras;
+  std::vector<Camera> cameras = read_ground_truth(capture_).cameras;
   std::ofstream(folder / "cameras.json") << cameras_json(cameras);
   const ChildResult gains = evaluate("--cameras", folder / "cameras.json");
   ASSERT_EQ(gains.exit_code, 0) << gains.err;
   EXPECT_LT(nlohmann::json::parse(gains.out).at("calibration.gain_largest"), 1e-12);
   const ChildResult none = evaluate("--masks", folder.path());
   EXPECT_EQ(none.exit_code, 3);
-  EXPECT_THAT(none.err, HasSubstr("no mask of a picture of the capture"));
+  EXPECT_THAT(none.err, HasSubstr("no mask of an image of the capture"));
   cameras[0].id = "left";
   std::ofstream(folder / "cameras.json") << cameras_json(cameras);
   const ChildResult other = evaluate("--cameras", folder / "cameras.json");
@@ -170,13 +170,13 @@ TEST_F(Reconstruct, TwoMachinesShareTheDepthMapsOfAFrame) {
   EXPECT_EQ(again.exit_code, 2);  // before any work
   EXPECT_THAT(again.err, HasSubstr("scan.ply is there already"));
   const ChildResult measured =
-      run_child({program_path(), "evaluate", capture_.string(), "--truth", capture_.string(),
+      run_child({program_path(), "evaluate", capture_.string(), "--ground-truth", capture_.string(),
                  "--surface", surface.string(), "--json"});
   ASSERT_EQ(measured.exit_code, 0) << measured.err;
   EXPECT_THAT(measured.out, HasSubstr("surface.completeness"));
-  const ChildResult smaller = depth({"--memory", "0.02"});  // which makes other pictures
+  const ChildResult smaller = depth({"--memory", "0.02"});  // which makes other images
   EXPECT_EQ(smaller.exit_code, 2);
-  EXPECT_THAT(smaller.err, AllOf(HasSubstr("1/2 of their size"), HasSubstr("other pictures"),
+  EXPECT_THAT(smaller.err, AllOf(HasSubstr("1/2 of their size"), HasSubstr("other images"),
                                  HasSubstr("give a new folder")));
   const ChildResult other = depth({"--stereo.seed", "2"});
   EXPECT_EQ(other.exit_code, 2);
@@ -285,7 +285,7 @@ TEST_F(Reconstruct, AMissingPictureLeavesTheOtherViews) {
   fs::remove(picture("05"));
   const ChildResult result = reconstruct();
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.err, AllOf(HasSubstr("view-missing [05]: no picture of any of the 1 frames"),
+  EXPECT_THAT(result.err, AllOf(HasSubstr("view-missing [05]: no image of any of the 1 frames"),
                                 HasSubstr("it is not used")));
   EXPECT_GT(scan().faces.rows(), 500);
 }

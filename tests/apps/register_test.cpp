@@ -91,12 +91,12 @@ const std::array<Stage, 3> kBeforeRegister = {
 };
 
 /// A tube sewn along one line, whose flat panel is a rectangle.
-TruthGarment sewn_tube(const std::string& name, Label label, double height) {
+GroundTruthGarment sewn_tube(const std::string& name, Label label, double height) {
   constexpr int kRound = 12;
   constexpr int kRings = 4;
   constexpr double kRadius = 0.2;
   const double chord = 2 * kRadius * std::sin(std::numbers::pi / kRound);
-  TruthGarment truth;
+  GroundTruthGarment truth;
   truth.label = label;
   Garment& garment = truth.garment;
   garment.name = name;
@@ -225,18 +225,18 @@ class Register : public ::testing::Test {
     return nlohmann::json::parse(
         read_file_text(root_ / workspace / "register" / "current" / "manifest.json", 1 << 20));
   }
-  void write_truth(const std::vector<TruthGarment>& garments) const {
-    CaptureTruth truth;
+  void write_truth(const std::vector<GroundTruthGarment>& garments) const {
+    GroundTruth truth;
     truth.cameras = SmallCapture{}.cameras;
     truth.body = trunk_body().mesh;
     truth.garments = garments;
     fs::create_directories(capture() / "truth" / "frames");
     write_archive(capture() / "truth" / "truth.h5", archive_of(truth));
     for (int id = 0; id < 3; ++id) {
-      TruthFrame frame;
+      GroundTruthFrame frame;
       frame.frame_id = id;
       frame.body = walking_trunk()[static_cast<std::size_t>(id)];
-      for (const TruthGarment& garment : garments) {
+      for (const GroundTruthGarment& garment : garments) {
         frame.garments.push_back(garments.size() == 1
                                      ? walking_skirt()[static_cast<std::size_t>(id)]
                                      : garment.garment.mesh.vertices);
@@ -247,8 +247,8 @@ class Register : public ::testing::Test {
   }
   nlohmann::json evaluated(const std::string& stage, int code) const {
     const ChildResult result =
-        run({"evaluate", (root_ / "work").string(), "--truth", capture().string(), "--stage", stage,
-             "--check", "--targets", "accuracy", "--json"});
+        run({"evaluate", (root_ / "work").string(), "--ground-truth", capture().string(), "--stage",
+             stage, "--check", "--targets", "accuracy", "--json"});
     EXPECT_EQ(result.exit_code, code) << result.err;
     return nlohmann::json::parse(result.out);
   }
@@ -282,7 +282,7 @@ TEST_F(Register, WithoutOneCamerasPicturesItSaysSoAndGoesOn) {
   fs::remove_all(capture() / "images" / "01");
   const ChildResult done = registered();
   EXPECT_EQ(done.exit_code, 0) << done.err;
-  const std::string said = "camera 01: no picture with a mask in 3 of 3 frames";
+  const std::string said = "camera 01: no image with a mask in 3 of 3 frames";
   EXPECT_THAT(manifest()["warnings"].dump(), HasSubstr(said));
   const std::size_t once = done.err.find(said);
   ASSERT_NE(once, std::string::npos) << done.err;
@@ -320,7 +320,7 @@ TEST_F(Register, WithoutThePicturesThatAreHeldOutItComesToTheSameDigests) {
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.err, Not(HasSubstr("cameras")));
   EXPECT_EQ(manifest("without")["outputs"], expected);
-  // Pictures do say something here: those of another camera are missed.
+  // Images do say something here: those of another camera are missed.
   fs::remove_all(capture() / "images" / SmallCapture{}.cameras[0].id);
   ASSERT_EQ(registered(quick, "less").exit_code, 0);
   EXPECT_NE(manifest("less")["outputs"], expected);
@@ -335,14 +335,14 @@ TEST_F(Register, AFrameWithoutAScanIsPredictedAndSaidToBeLost) {
   EXPECT_EQ(manifest()["metrics"]["frames"], 3);
 }
 
-// With enough frames it is what taut_surface makes of them:
+// With enough frames it is what rest_surface makes of them:
 // FlattensWhatIsRegisteredWithoutItsFolds.
 TEST_F(Register, OfFewFramesWhatIsLaidFlatIsTheTemplateAndThatIsSaid) {
   const ChildResult done = registered();
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.out + done.err, HasSubstr("3 frames, too few to estimate the rest surface"));
   const fs::path garment = root_ / "work" / "register" / "current" / "registered" / "lower";
-  EXPECT_LT((read_mesh(garment / "taut.obj").vertices -
+  EXPECT_LT((read_mesh(garment / "rest.obj").vertices -
              read_mesh_archive(garment / "template.h5").vertices)
                 .rowwise()
                 .norm()
@@ -517,7 +517,7 @@ TEST_F(Register, NoTemplateIsMadeOfScansWithoutClothing) {
 }
 
 TEST_F(Register, IsMeasuredByWhereEachPointOfTheClothIs) {
-  TruthGarment skirt;
+  GroundTruthGarment skirt;
   skirt.garment = tube_skirt();
   skirt.label = Label::Lower;
   write_truth({skirt});
@@ -537,7 +537,7 @@ TEST_F(Register, IsMeasuredByWhereEachPointOfTheClothIs) {
 }
 
 TEST_F(Register, IsNotJudgedOnPlainCloth) {
-  TruthGarment skirt;
+  GroundTruthGarment skirt;
   skirt.garment = tube_skirt();
   skirt.label = Label::Lower;
   write_truth({skirt});
@@ -551,14 +551,14 @@ TEST_F(Register, IsNotJudgedOnPlainCloth) {
 }
 
 TEST_F(Register, ACheckThatMeasuresNothingIsNotMet) {
-  TruthGarment skirt;
+  GroundTruthGarment skirt;
   skirt.garment = tube_skirt();
   skirt.label = Label::Lower;
   write_truth({skirt});
   make(kMeasured, root_ / "work");
   const auto check = [&](std::vector<std::string> more) {
     more.insert(more.begin(),
-                {"evaluate", (root_ / "work").string(), "--truth", capture().string()});
+                {"evaluate", (root_ / "work").string(), "--ground-truth", capture().string()});
     return run(more);
   };
   EXPECT_EQ(check({"--stage", "body"}).exit_code, 0) << "no check was asked for";
@@ -578,7 +578,7 @@ TEST_F(Register, ACheckThatMeasuresNothingIsNotMet) {
 }
 
 TEST_F(Register, OfADamagedResultItIsSaidWhatMendsIt) {
-  TruthGarment skirt;
+  GroundTruthGarment skirt;
   skirt.garment = tube_skirt();
   skirt.label = Label::Lower;
   write_truth({skirt});
@@ -590,8 +590,9 @@ TEST_F(Register, OfADamagedResultItIsSaidWhatMendsIt) {
     }
   }
   const auto evaluate = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> words = {
-        "evaluate", (root_ / "work").string(), "--truth", capture().string(), "--stage", "flatten"};
+    std::vector<std::string> words = {"evaluate",       (root_ / "work").string(),
+                                      "--ground-truth", capture().string(),
+                                      "--stage",        "flatten"};
     words.insert(words.end(), more.begin(), more.end());
     return run(words);
   };
@@ -622,7 +623,7 @@ TEST_F(Register, APatternThatTheTruthDoesNotHaveWidensNoBound) {
   write_truth({sewn_tube("skirt", Label::Lower, 0.5)});
   make(kMeasured, root_ / "work");
   const ChildResult result =
-      run({"evaluate", (root_ / "work").string(), "--truth", capture().string(), "--stage",
+      run({"evaluate", (root_ / "work").string(), "--ground-truth", capture().string(), "--stage",
            "flatten", "--check", "--targets", "accuracy", "--json"});
   const nlohmann::json all = nlohmann::json::parse(result.out);
   EXPECT_EQ(all.at("flatten.panels"), 1);  // of the skirt: the other pattern is nobody's

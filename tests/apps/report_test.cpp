@@ -250,7 +250,7 @@ TEST(ReportPage, ErrorsStandBeforeWarningsAndOneTextOfSeveralStagesOnce) {
   StageStatus second = first;
   second.stage = second.manifest->stage = "reconstruct";
   const std::vector<StageStatus> stages = {first, second};
-  const std::string reason = "no frame has pictures with masks";
+  const std::string reason = "no frame has images with masks";
   const RunAccount account{"c",
                            "",
                            1,

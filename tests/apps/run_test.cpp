@@ -29,7 +29,7 @@
 #include "core/store/result.h"
 #include "pipeline/evaluation/targets.h"
 #include "pipeline/pictures/run_account.h"
-#include "registration/flattening/taut_surface.h"
+#include "registration/flattening/rest_surface.h"
 #include "tests/apps/browser.h"
 #include "tests/apps/dressed_workspace.h"
 #include "tests/capture/small_capture.h"
@@ -89,7 +89,7 @@ TEST_F(Run, ADryRunSaysWhatWouldBeDoneAndChangesNothing) {
               AllOf(HasSubstr("3 cameras, 2 frames, 0 with masks"), HasSubstr("about "),
                     HasSubstr("reconstruct  would run: it has no result in this workspace"),
                     HasSubstr("track        would run: after reconstruct"),
-                    HasSubstr("body         skipped: no frame has pictures with masks")));
+                    HasSubstr("body         skipped: no frame has images with masks")));
   EXPECT_FALSE(fs::exists(workspace_));
 }
 
@@ -233,7 +233,7 @@ TEST(RunOnARealTrial, DoesWhatThereAreDataForAndSaysWhyTheRestIsSkipped) {
   ASSERT_EQ(plan.exit_code, 0) << plan.err;
   for (const char* stage : {"body", "template", "register", "flatten", "material", "appearance"}) {
     EXPECT_THAT(plan.out + plan.err,
-                HasSubstr(std::string(stage) + " is skipped: no frame has pictures with masks"))
+                HasSubstr(std::string(stage) + " is skipped: no frame has images with masks"))
         << stage;
   }
   EXPECT_THAT(plan.out + plan.err, HasSubstr("simulate is skipped: no garment was captured"));
@@ -328,7 +328,7 @@ TEST_F(Run, WhatAnErrorOfAStageTakesAlongIsSkippedAndTheReportIsMade) {
   // Two people who are no people: bodies cannot be measured on them.
   const ChildResult result = run({"--from", "reconstruct"});
   EXPECT_THAT(result.exit_code, ::testing::AnyOf(0, 3)) << result.err;
-  EXPECT_THAT(result.out, AllOf(HasSubstr("body was skipped: no frame has pictures with masks"),
+  EXPECT_THAT(result.out, AllOf(HasSubstr("body was skipped: no frame has images with masks"),
                                 HasSubstr("report: ")));
   const RunAccount account = read_run_account(workspace_).value();
   const bool failed = std::any_of(account.stages.begin(), account.stages.end(),
@@ -524,9 +524,9 @@ TEST_F(Run, FlattensWhatIsRegisteredWithoutItsFolds) {
   });
   make_result(workspace_, "register", [](const fs::path& folder) {
     fs::create_directories(folder / "registered" / "upper");
-    write_patch(folder / "registered" / "upper" / "taut.obj", 0.06);
+    write_patch(folder / "registered" / "upper" / "rest.obj", 0.06);
     fs::create_directory(folder / "registered" / "upper" / "frames");
-    for (std::size_t i = 0; i < kTautFrames; ++i) {
+    for (std::size_t i = 0; i < kRestFrames; ++i) {
       std::ofstream(folder / "registered" / "upper" / "frames" / std::to_string(i)) << i;
     }
   });
@@ -534,7 +534,7 @@ TEST_F(Run, FlattensWhatIsRegisteredWithoutItsFolds) {
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const Mesh flat = read_mesh(workspace_ / "flatten/current/upper/garment.obj");
   EXPECT_NEAR(face_areas(flat.vertices, flat.faces).sum(), 0.36 * 0.3, 1e-3);
-  EXPECT_LT(manifest("flatten").metrics.at("gave_way_most"), 1e-3);  // it lies flat already
+  EXPECT_LT(manifest("flatten").metrics.at("deviation_max"), 1e-3);  // it lies flat already
   const auto note = nlohmann::json::parse(
       read_file_text(workspace_ / "surfaces" / "template.json", 1 << 16))["garments"][0];
   EXPECT_EQ(note["facing"], nlohmann::json({0.6, 0, 0.8}));
@@ -560,7 +560,7 @@ TEST_F(Run, ARegistrationOfAnEarlierVersionIsNamed) {
   });
   const ChildResult result = run({"--from", "flatten", "--to", "flatten"});
   EXPECT_EQ(result.exit_code, 3);
-  EXPECT_THAT(result.err, AllOf(HasSubstr((registered / "registered/upper: taut.obj").string()),
+  EXPECT_THAT(result.err, AllOf(HasSubstr((registered / "registered/upper: rest.obj").string()),
                                 HasSubstr("run 'atelier register' again")));
 }
 
@@ -576,7 +576,7 @@ TEST_F(Run, SurfacesOfAnEarlierTemplateAreSpokenOf) {
     return result.out + result.err;
   };
   EXPECT_THAT(flatten({"--dry-run"}), Not(HasSubstr("no longer the current one")));
-  // Another result takes its place, as where a template is made anew.
+  // Another result takes its place, as where a template is recomputed.
   const std::string other = std::string(16, '0');
   const fs::path made = workspace_ / "template" / fs::read_symlink(workspace_ / "template/current");
   fs::copy(made, workspace_ / "template" / other, fs::copy_options::recursive);
@@ -675,7 +675,7 @@ TEST_F(Run, RefusesWhatTheLastStageWouldRefuseBeforeTheFirst) {
     }
   }
   expect_refusal(run({"--animate.garment", (root_ / "none.json").string()}), 3, "none.json");
-  expect_refusal(run({"--animate.camera", "ceiling"}), 3, "'ceiling'");
+  expect_refusal(run({"--animate.camera", "oracle"}), 3, "'ceiling'");
   if (!cuda_available()) {
     expect_refusal(run({"--device", "cuda"}), 5, "; use --device cpu");
     expect_refusal(run({"--device", "cuda", "--dry-run"}), 5, "; use --device cpu");
@@ -754,7 +754,7 @@ TEST_F(Run, ASecondOneLeavesTheAccountAndTheReportOfTheFirst) {
   EXPECT_EQ(read_file_text(account, 1 << 20), account_before);
 }
 
-/// Pictures of one camera in another size than it is calibrated for.
+/// Images of one camera in another size than it is calibrated for.
 void crop_pictures(const fs::path& folder) {
   for (const auto& entry : fs::directory_iterator(folder)) {
     const ImageHeader header = read_image_header(entry.path());
@@ -773,7 +773,7 @@ TEST_F(Run, ItsReportDrawsOverTheCamerasWhosePicturesAreAsCalibrated) {
   const auto camera = [&] {
     EXPECT_EQ(run_child({program_path(), "report", workspace_.string()}).exit_code, 0);
     const std::string page = read_file_text(workspace_ / "report" / "index.html", 1 << 26);
-    constexpr std::string_view kCaption = "<figcaption>The skeleton over the pictures of camera ";
+    constexpr std::string_view kCaption = "<figcaption>The skeleton over the images of camera ";
     const std::size_t at = page.find(kCaption);
     return at == std::string::npos
                ? page
@@ -792,7 +792,7 @@ TEST_F(Run, ItsReportDrawsOverTheCamerasWhosePicturesAreAsCalibrated) {
     }
   }
   EXPECT_THAT(camera(),
-              AllOf(HasSubstr("The skeleton over pictures is left out: no camera's are as large"),
+              AllOf(HasSubstr("The skeleton over images is left out: no camera's are as large"),
                     HasSubstr(first + ": 56x80 pixels, calibrated for 64x80")));
 }
 
@@ -851,8 +851,8 @@ TEST_F(Run, DamageCountsMoreThanAMissedTargetAlsoInAFileThatNoFigureIsOf) {
     ASSERT_EQ(run_child(all).exit_code, 0) << command;
   }
   const auto evaluate = [&](std::vector<std::string> more) {
-    more.insert(more.begin(),
-                {program_path(), "evaluate", workspace_.string(), "--truth", capture_.string()});
+    more.insert(more.begin(), {program_path(), "evaluate", workspace_.string(), "--ground-truth",
+                               capture_.string()});
     return run_child(more);
   };
   EXPECT_EQ(evaluate({"--check", "--targets", "accuracy"}).exit_code, 1);
@@ -867,9 +867,9 @@ TEST_F(Run, DamageCountsMoreThanAMissedTargetAlsoInAFileThatNoFigureIsOf) {
 
 TEST_F(Run, ARealCaptureIsNoTruth) {
   ASSERT_EQ(run({"--from", "reconstruct", "--to", "reconstruct"}).exit_code, 0);
-  expect_refusal(
-      run_child({program_path(), "evaluate", workspace_.string(), "--truth", capture_.string()}), 3,
-      "truth: none: only synthetic captures have it");
+  expect_refusal(run_child({program_path(), "evaluate", workspace_.string(), "--ground-truth",
+                            capture_.string()}),
+                 3, "truth: none: only synthetic captures have it");
 }
 
 TEST_F(Run, IsKilledAndGoesOnToTheSameDigests) {

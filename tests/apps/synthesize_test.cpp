@@ -1,4 +1,4 @@
-// A small synthetic capture: whole, private, repeatable, and its truth agrees with itself.
+// A small synthetic capture: whole, private, repeatable, and its ground truth agrees with itself.
 #ifdef ATELIER_HAS_CAPTURE
 
 #include <cmath>
@@ -39,12 +39,34 @@ using ::testing::HasSubstr;
 
 std::vector<std::string> small(const fs::path& out, std::vector<std::string> more = {}) {
   std::vector<std::string> command = {program_path(), "synthesize", out.string()};
-  const std::vector<std::string> sizes = {
-      "--dome.cameras", "2",    "--dome.width",      "240", "--dome.height",       "320",
-      "--frames",       "2",    "--minimal_frames",  "1",   "--held_out_cameras",  "0",
-      "--edge_length",  "0.05", "--substeps",        "6",   "--fabric.resolution", "256",
-      "--start",        "0",    "--skin_resolution", "256", "--samples",           "2",
-      "--truth_maps",   "true", "--light-samples",   "6"};
+  const std::vector<std::string> sizes = {"--dome.cameras",
+                                          "2",
+                                          "--dome.width",
+                                          "240",
+                                          "--dome.height",
+                                          "320",
+                                          "--frames",
+                                          "2",
+                                          "--minimal_frames",
+                                          "1",
+                                          "--held_out_cameras",
+                                          "0",
+                                          "--edge_length",
+                                          "0.05",
+                                          "--substeps",
+                                          "6",
+                                          "--fabric.resolution",
+                                          "256",
+                                          "--start",
+                                          "0",
+                                          "--skin_resolution",
+                                          "256",
+                                          "--samples",
+                                          "2",
+                                          "--ground_truth_maps",
+                                          "true",
+                                          "--light-samples",
+                                          "6"};
   more = fixtures::with_usual(sizes, more);
   command.insert(command.end(), more.begin(), more.end());
   return command;
@@ -108,10 +130,10 @@ TEST_F(Synthesize, WritesAWholePrivateCapture) {
 }
 
 TEST_F(Synthesize, TruthAgreesWithItself) {
-  const CaptureTruth truth = read_capture_truth(capture());
+  const GroundTruth truth = read_ground_truth(capture());
   ASSERT_EQ(truth.garments.size(), 1U);
   for (const int id : {0, 1, 2}) {
-    const TruthFrame frame = read_truth_frame(capture(), truth, id);
+    const GroundTruthFrame frame = read_ground_truth_frame(capture(), truth, id);
     for (std::size_t c = 0; c < truth.cameras.size(); ++c) {
       const Camera& camera = truth.cameras[c];
       const std::string name = frame_name(id);
@@ -244,7 +266,7 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
 
 TEST_F(Synthesize, UvLookupGivesThePicturesColour) {
   // Hue and not brightness: light differs from place to place, the cloth's redness does not.
-  const Camera camera = read_capture_truth(capture()).cameras[0];
+  const Camera camera = read_ground_truth(capture()).cameras[0];
   const Redness right = redness_of_dress(capture(), camera, 0);
   ASSERT_GT(right.seen.size(), 300U);
   const double agree = correlation(right.seen, right.looked_up);
@@ -270,16 +292,17 @@ TEST_F(Synthesize, ClothIsOutsideTheBodyAndSeamsAreEqual) {
 }
 
 TEST_F(Synthesize, EvaluatePrintsAndChecks) {
-  const ChildResult printed = run_child(
-      {program_path(), "evaluate", capture().string(), "--truth", capture().string(), "--json"});
+  const ChildResult printed = run_child({program_path(), "evaluate", capture().string(),
+                                         "--ground-truth", capture().string(), "--json"});
   EXPECT_EQ(printed.exit_code, 0) << printed.err;
   EXPECT_THAT(printed.out, HasSubstr("capture.seam_mismatch"));
   EXPECT_EQ(
-      run_child({program_path(), "evaluate", "/nowhere", "--truth", capture().string()}).exit_code,
+      run_child({program_path(), "evaluate", "/nowhere", "--ground-truth", capture().string()})
+          .exit_code,
       3);
   // Another folder that is no workspace holds no results to measure.
-  const ChildResult truth = run_child(
-      {program_path(), "evaluate", (capture() / "truth").string(), "--truth", capture().string()});
+  const ChildResult truth = run_child({program_path(), "evaluate", (capture() / "truth").string(),
+                                       "--ground-truth", capture().string()});
   EXPECT_EQ(truth.exit_code, 3);
   EXPECT_THAT(truth.err, HasSubstr("expected a workspace"));
 }
@@ -327,15 +350,15 @@ TEST_F(Synthesize, ItsSubjectIsSimulatedAnewAndNetworksAreJudgedByThat) {
   std::ofstream(held / "capture.toml") << capture_toml(info);
   const auto train = [&](const std::string& body) {
     const ChildResult trained = run_child(
-        {program_path(), "ceiling", held.string(), (root / "ws").string(), "--resolution", "64",
+        {program_path(), "oracle", held.string(), (root / "ws").string(), "--resolution", "64",
          "--channels", "2", "--iterations", "10", "--occlusion.strata", "3", "--body", body});
     ASSERT_EQ(trained.exit_code, 0) << trained.err;
   };
   train("true");
-  EXPECT_TRUE(fs::exists(root / "ws" / "ceiling" / "current" / "body" / "model.safetensors"));
+  EXPECT_TRUE(fs::exists(root / "ws" / "oracle" / "current" / "body" / "model.safetensors"));
   const auto figures = [&] {
     const ChildResult result = run_child({program_path(), "evaluate", (root / "ws").string(),
-                                          "--truth", held.string(), "--stage", "ceiling"});
+                                          "--ground-truth", held.string(), "--stage", "oracle"});
     EXPECT_THAT(result.exit_code, ::testing::AnyOf(0, 1)) << result.err;
     return result.out;
   };
@@ -346,22 +369,22 @@ TEST_F(Synthesize, ItsSubjectIsSimulatedAnewAndNetworksAreJudgedByThat) {
   };
   // The network knows as much of one motion as of the other: a scene that is shifted, or lit or
   // exposed otherwise than the capture's, would be far off.
-  EXPECT_GT(value("ceiling.psnr_db"), 10) << first;
-  EXPECT_NEAR(value("ceiling.simulated_psnr_db"), value("ceiling.psnr_db"), 1.5) << first;
+  EXPECT_GT(value("oracle.psnr_db"), 10) << first;
+  EXPECT_NEAR(value("oracle.simulated_psnr_db"), value("oracle.psnr_db"), 1.5) << first;
   EXPECT_THAT(first, HasSubstr("a simulated motion that the capture does not show: stride"));
   // What does not say how it was made cannot be played again; the rest is measured as before.
   fs::remove(held / "synthesis.json");
   EXPECT_THAT(figures(), HasSubstr("ceiling: not measured: outdated: input capture changed"));
   train("false");
   const std::string without = figures();
-  EXPECT_THAT(without, HasSubstr("ceiling.psnr_db"));
+  EXPECT_THAT(without, HasSubstr("oracle.psnr_db"));
   EXPECT_THAT(without, ::testing::Not(HasSubstr("simulated")));
 }
 
 TEST_F(Synthesize, PerfectMeansNoErrorAtAll) {
   const fs::path out = folder_->path() / "perfect";
   const ChildResult result =
-      run_child(small(out, {"--perfect", "true", "--frames", "0", "--truth_maps", "false"}));
+      run_child(small(out, {"--perfect", "true", "--frames", "0", "--ground_truth_maps", "false"}));
   ASSERT_EQ(result.exit_code, 0) << result.err;
   std::map<std::string, double> values;
   for (const Measure& measure : measure_capture(out)) {
@@ -371,16 +394,16 @@ TEST_F(Synthesize, PerfectMeansNoErrorAtAll) {
   EXPECT_LT(values.at("capture.keypoint_median_px"), 0.01);
   EXPECT_EQ(values.at("capture.keypoint_found"), 1);
   EXPECT_EQ(values.at("capture.label_miou"), 1);
-  const CaptureTruth truth = read_capture_truth(out);
+  const GroundTruth truth = read_ground_truth(out);
   for (const Camera& camera : truth.cameras) {
     EXPECT_EQ(camera.gain, Eigen::Vector3d::Ones());
-    // Without noise the picture is the noise-free one.
+    // Without noise the image is the noise-free one.
     const std::string name = frame_name(0) + ".png";
     EXPECT_EQ(read_byte_image(out / "images" / camera.id / name).data,
               read_byte_image(out / "truth/images" / camera.id / name).data);
   }
   // The shot, the rig and the calibration alone, where the rest is to stay.
-  const CaptureTruth noisy = read_capture_truth(capture());
+  const GroundTruth noisy = read_ground_truth(capture());
   EXPECT_NE(noisy.cameras[0].gain, Eigen::Vector3d(Eigen::Vector3d::Ones()));
 }
 
@@ -455,9 +478,9 @@ void write_obj(const fs::path& file, const Points& vertices, const Triangles& fa
 }
 
 TEST_F(Synthesize, TakesMeshSequencesOfOtherPrograms) {
-  const CaptureTruth truth = read_capture_truth(capture());
+  const GroundTruth truth = read_ground_truth(capture());
   for (const int id : {0, 1}) {
-    const TruthFrame frame = read_truth_frame(capture(), truth, id);
+    const GroundTruthFrame frame = read_ground_truth_frame(capture(), truth, id);
     const std::string name = "frame" + std::to_string(id) + ".obj";
     write_obj(folder_->path() / "bodies" / name, frame.body, truth.body.faces);
     write_obj(folder_->path() / "cloths" / name, frame.garments[0],
@@ -470,10 +493,10 @@ TEST_F(Synthesize, TakesMeshSequencesOfOtherPrograms) {
       run_child(small(out, {"--body_sequence", bodies, "--cloth_sequence", cloths, "--shutter",
                             "0.02", "--dome.width", "60", "--dome.height", "80"}));
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  const CaptureTruth taken = read_capture_truth(out);
+  const GroundTruth taken = read_ground_truth(out);
   ASSERT_EQ(taken.garments.size(), 1U);
   EXPECT_EQ(taken.garments[0].label, Label::Dress);
-  const TruthFrame frame = read_truth_frame(out, taken, 1);
+  const GroundTruthFrame frame = read_ground_truth_frame(out, taken, 1);
   EXPECT_EQ(frame.garments[0].rows(), truth.garments[0].garment.mesh.vertices.rows());
   const std::string camera = taken.cameras[0].id;
   EXPECT_TRUE(fs::exists(out / "images" / camera / "000001.png"));
@@ -509,7 +532,7 @@ TEST_F(Synthesize, AnInterruptedCaptureIsNoCapture) {
 }
 
 TEST(GarmentFabric, TrousersUnderAPrintAreWovenUnlessAllIsPrinted) {
-  std::vector<TruthGarment> worn(2);
+  std::vector<GroundTruthGarment> worn(2);
   worn[0].label = Label::Upper;
   worn[1].label = Label::Lower;
   const auto kind = [&](FabricKind outfit, std::size_t garment) {

@@ -78,7 +78,7 @@ TEST_F(TableScripts, BodyTableGivesARowForEachVariant) {
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(commands(), HasSubstr("synthesize capture --preset tiny --garment tee --seed 7\n"
                                     "reconstruct capture work\n"));
-  for (const char* surfaces : {"reconstructed", "truth"}) {
+  for (const char* surfaces : {"reconstructed", "ground_truth"}) {
     EXPECT_THAT(done.out, HasSubstr(std::string("| ") + surfaces + " surfaces: tracking |"));
   }
   EXPECT_EQ(rows_with(done.out, "| 2.50 |"), 4) << "persons measured on two sequences";
@@ -95,8 +95,8 @@ TEST_F(TableScripts, ThoseOfRegistrationAndAppearanceToo) {
   ASSERT_EQ(cloth.exit_code, 0) << cloth.err;
   EXPECT_EQ(rows_with(cloth.out, "| 1.25 |"), 8);
   const ChildResult look =
-      run("appearance-table", {"capture", (folder_ / "work").string(), "ceiling", "--body", "true"},
-          R"({"ceiling.psnr_db": 26.5, "ceiling.gain_db": 3, "ceiling.shadow_psnr_db": 25,
+      run("appearance-table", {"capture", (folder_ / "work").string(), "oracle", "--body", "true"},
+          R"({"oracle.psnr_db": 26.5, "oracle.gain_db": 3, "oracle.shadow_psnr_db": 25,
           "ceiling.ssim": 0.9})");
   ASSERT_EQ(look.exit_code, 0) << look.err;
   EXPECT_EQ(rows_with(look.out, "| 26.50 |"), 6);
@@ -117,7 +117,7 @@ TEST_F(TableScripts, RegistrationIsComparedWithTheSameCaptureInACodedPrint) {
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_EQ(rows_with(done.out, "| 1.25 |"), 12);
   EXPECT_EQ(rows_with(done.out, "| coded print | scans |"), 1);
-  EXPECT_EQ(rows_with(done.out, "| coded print | truth |"), 1);
+  EXPECT_EQ(rows_with(done.out, "| coded print | ground truth |"), 1);
   EXPECT_THAT(
       commands(),
       HasSubstr(
@@ -128,7 +128,7 @@ TEST_F(TableScripts, RegistrationIsComparedWithTheSameCaptureInACodedPrint) {
 
 TEST_F(TableScripts, AnOptionThatThereIsNotEndsThem) {
   const ChildResult refused =
-      run("appearance-table", {"capture", (folder_ / "work").string(), "ceiling", "--bodi", "true"},
+      run("appearance-table", {"capture", (folder_ / "work").string(), "oracle", "--bodi", "true"},
           "{}");
   EXPECT_NE(refused.exit_code, 0);
   EXPECT_THAT(refused.err, HasSubstr("--bodi"));

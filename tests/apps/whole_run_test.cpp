@@ -1,6 +1,6 @@
 // Whole runs of the chain that are killed, that find the disk full, and whose files are damaged:
 // never a crash, never a silently wrong result, always resumable to the same digests. The ordinary
-// tests take few small pictures and keypoints of one person, and the stages that need no more;
+// tests take few small images and keypoints of one person, and the stages that need no more;
 // ATELIER_SOAK=1 takes the preset `tiny` and every stage, in full.
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING)
 
@@ -142,8 +142,8 @@ class WholeRun : public ::testing::Test {
   }
   static void TearDownTestSuite() { delete folder_; }
 
-  /// Makes the capture one of a real studio, whose runs measure nothing against the truth; the
-  /// small one without masks, of whose frames keypoints alone are reconstructed, in a moment.
+  /// Makes the capture one of a real studio, whose runs measure nothing against the ground truth;
+  /// the small one without masks, of whose frames keypoints alone are reconstructed, in a moment.
   static void make_real() {
     fs::remove_all(this_capture() / "truth");
     if (!soak()) {
@@ -171,7 +171,7 @@ class WholeRun : public ::testing::Test {
   }
 
   static fs::path this_capture() { return folder_->path() / "capture"; }
-  /// The one whose pictures nothing but `evaluate` opens.
+  /// The one whose images nothing but `evaluate` opens.
   static std::string held_out_camera() {
     return read_capture_info(this_capture()).held_out_cameras.at(0);
   }
@@ -250,11 +250,11 @@ ChildResult WholeRun::made_;
 TEST_F(WholeRun, KilledAtRandomInEveryStageItComesToTheSameDigests) {
   const int wanted = number("ATELIER_SOAK_KILLS", soak() ? 100 : 10);
   const int kills_in_a_stage = soak() ? 2 : 3;
-  constexpr int kMostRuns = 30;
+  constexpr int kMaxRuns = 30;
   Random random{static_cast<std::uint64_t>(number("ATELIER_SOAK_SEED", 1)), 0, 0};
   int kills = 0;
   int runs = 0;
-  for (; kills < wanted && runs < kMostRuns; ++runs) {
+  for (; kills < wanted && runs < kMaxRuns; ++runs) {
     const fs::path workspace = root_ / ("work" + std::to_string(runs));
     for (const std::string& stage : stages_) {
       for (int kill = 0; kill < kills_in_a_stage && !current_name(workspace / stage); ++kill) {
@@ -460,7 +460,7 @@ TEST_F(WholeRun, ADamagedFileOfTheCaptureIsFoundAndTheSoundOneLeadsBack) {
       found += result.exit_code == 3 ? 1 : 0;
       const bool held_out = path.find("/" + held_out_camera() + "/") != std::string::npos;
       if (path.ends_with(".png") && !held_out) {
-        EXPECT_EQ(result.exit_code, 3) << "pictures have checksums";
+        EXPECT_EQ(result.exit_code, 3) << "images have checksums";
       }
       if (result.exit_code == 0) {
         // What cannot be told from what it might have been is another capture: never the old

@@ -171,7 +171,7 @@ TEST_F(WorkspaceCommand, GcSaysWhatARunningStageKeeps) {
 TEST_F(WorkspaceCommand, AnErrorIsAnObjectOfJson) {
   const std::string missing = (root_ / "nothing").string();
   const std::string picture = (root_ / "bad.jpg").string();
-  std::ofstream(picture) << "no picture";
+  std::ofstream(picture) << "no image";
   for (const std::vector<std::string>& command :
        {std::vector<std::string>{"status", missing}, {"gc", missing}, {"inspect", picture}}) {
     SCOPED_TRACE(command[0]);

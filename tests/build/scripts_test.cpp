@@ -183,8 +183,8 @@ TEST_F(Demo, WorksInTheCallersFolderAndSaysHowItGoesOn) {
   const std::string capture = (caller_ / "out1/capture").string();
   const std::string workspace = (caller_ / "out1/workspace").string();
   EXPECT_THAT(again.err, HasSubstr(program + " run " + capture + " " + workspace + "\n"));
-  EXPECT_THAT(again.err,
-              HasSubstr(program + " evaluate " + workspace + " --truth " + capture + " --check\n"));
+  EXPECT_THAT(again.err, HasSubstr(program + " evaluate " + workspace + " --ground-truth " +
+                                   capture + " --check\n"));
 }
 
 TEST_F(Demo, GoesOnWithACaptureThatWasInterrupted) {

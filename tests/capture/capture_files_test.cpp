@@ -119,8 +119,8 @@ TEST(KeypointSchema, HasItsPointsAndMirrorsThem) {
   ATELIER_EXPECT_REFUSED(keypoint_schema("body_26"), DataError, "body_25");
 }
 
-CaptureTruth small_truth() {
-  CaptureTruth truth;
+GroundTruth small_truth() {
+  GroundTruth truth;
   truth.cameras = dome_cameras({.cameras = 2, .pairs = false}, {1, 1});
   truth.skeleton.names = {"pelvis", "head"};
   truth.skeleton.parents = {-1, 0};
@@ -131,7 +131,7 @@ CaptureTruth small_truth() {
   truth.shape_names = {"stature"};
   truth.shape = Eigen::VectorXd::Constant(1, 1.7);
   truth.keypoint_names = {"nose"};
-  TruthGarment garment;
+  GroundTruthGarment garment;
   garment.garment.name = "dress";
   garment.garment.mesh = truth.body;
   garment.garment.rest = Points2::Random(6, 2);
@@ -145,9 +145,9 @@ CaptureTruth small_truth() {
   return truth;
 }
 
-TEST(TruthArchive, ReadsBackWhatItWrote) {
-  const CaptureTruth truth = small_truth();
-  const CaptureTruth back = truth_of(archive_of(truth));
+TEST(GroundTruthArchive, ReadsBackWhatItWrote) {
+  const GroundTruth truth = small_truth();
+  const GroundTruth back = truth_of(archive_of(truth));
   EXPECT_EQ(back.cameras.size(), 2U);
   EXPECT_EQ(back.cameras[1].gain, truth.cameras[1].gain);
   EXPECT_EQ(back.skeleton.names, truth.skeleton.names);
@@ -162,7 +162,7 @@ TEST(TruthArchive, ReadsBackWhatItWrote) {
   EXPECT_EQ(back.numbers.at("seed"), 7);
   EXPECT_EQ(back.texts.at("motion"), "spin");
 
-  TruthFrame frame;
+  GroundTruthFrame frame;
   frame.frame_id = 12;
   frame.joints = Points::Random(2, 3);
   frame.pose.rotations = Points::Random(2, 3);
@@ -171,7 +171,7 @@ TEST(TruthArchive, ReadsBackWhatItWrote) {
   frame.garments = {Points::Random(4, 3)};
   frame.body_seen = ByteImage(4, 2, 1, 1);
   frame.garments_seen = {ByteImage(4, 2, 1, 0)};
-  const TruthFrame again = truth_frame_of(archive_of(frame, truth), truth);
+  const GroundTruthFrame again = ground_truth_frame_of(archive_of(frame, truth), truth);
   EXPECT_EQ(again.frame_id, 12);
   EXPECT_EQ(again.joints, frame.joints);
   EXPECT_EQ(again.pose.rotations, frame.pose.rotations);
@@ -179,8 +179,8 @@ TEST(TruthArchive, ReadsBackWhatItWrote) {
   EXPECT_EQ(again.body_seen.data, frame.body_seen.data);
 }
 
-TEST(TruthArchive, RefusesWhatDoesNotFit) {
-  const CaptureTruth truth = small_truth();
+TEST(GroundTruthArchive, RefusesWhatDoesNotFit) {
+  const GroundTruth truth = small_truth();
   Archive broken = archive_of(truth);
   broken.texts.erase("cameras");
   ATELIER_EXPECT_REFUSED(truth_of(broken), DataError, "cameras");
@@ -193,16 +193,16 @@ TEST(TruthArchive, RefusesWhatDoesNotFit) {
   broken = archive_of(truth);
   broken.datasets["skeleton/parents"] = tensor_of(std::vector<int>{-1, 5});
   EXPECT_THROW(truth_of(broken), DataError);
-  TruthFrame frame;
+  GroundTruthFrame frame;
   frame.keypoints = Points::Random(1, 3);
   frame.body = Points::Random(4, 3);
   frame.garments = {Points(0, 3)};
   Archive other = archive_of(frame, truth);
   other.datasets["body"] = tensor_of(Points(Points::Random(9, 3)));
-  ATELIER_EXPECT_REFUSED(truth_frame_of(other, truth), DataError, "9 rows");
+  ATELIER_EXPECT_REFUSED(ground_truth_frame_of(other, truth), DataError, "9 rows");
   other = archive_of(frame, truth);
   other.numbers["frame_id"] = -3;
-  ATELIER_EXPECT_REFUSED(truth_frame_of(other, truth), DataError, "frame_id");
+  ATELIER_EXPECT_REFUSED(ground_truth_frame_of(other, truth), DataError, "frame_id");
 }
 
 }  // namespace

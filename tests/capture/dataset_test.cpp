@@ -129,7 +129,7 @@ TEST_F(Datasets, PicturesOfAnotherShapeAreAFinding) {
   const Finding* finding = find_finding(dataset, "image-size");
   ASSERT_NE(finding, nullptr);
   EXPECT_EQ(finding->place, "01");
-  EXPECT_NE(finding->what.find("64 x 80, pictures are 60 x 80"), std::string::npos);
+  EXPECT_NE(finding->what.find("64 x 80, images are 60 x 80"), std::string::npos);
   EXPECT_NE(finding->what.find("4 px"), std::string::npos);
 }
 
@@ -170,7 +170,7 @@ TEST_F(Datasets, ABrokenPictureLeavesTheRest) {
   const fs::path picture = folder / "images" / "00" / "000000.png";
   EXPECT_EQ(fs::hard_link_count(picture), 1) << "the capture's own is another file";
   EXPECT_EQ(fs::status(picture).permissions(), fs::perms::owner_read | fs::perms::owner_write);
-  write_file_atomically(picture, "no picture");
+  write_file_atomically(picture, "no image");
   const Dataset dataset = open_dataset(folder);
   EXPECT_EQ(find_finding(dataset, "image-broken"), nullptr) << "the next one tells the size";
   EXPECT_GT(dataset.frames[0].image_width, 0);
@@ -179,7 +179,7 @@ TEST_F(Datasets, ABrokenPictureLeavesTheRest) {
   EXPECT_TRUE(reader.byte_image(0, 1).has_value());
   EXPECT_FALSE(reader.byte_image(0, 7).has_value());
   for (const auto& entry : fs::directory_iterator(folder / "images" / "00")) {
-    write_file_atomically(entry.path(), "no picture");
+    write_file_atomically(entry.path(), "no image");
   }
   EXPECT_NE(find_finding(open_dataset(folder), "image-broken"), nullptr);
 }
@@ -207,7 +207,7 @@ TEST_F(Datasets, NumbersOfFilesAreTheLastOnes) {
 
 TEST_F(Datasets, TwoPicturesOfOneFrameAreRefused) {
   fs::copy(capture() / "images/00/000003.png", capture() / "images/00/3.png");
-  ATELIER_EXPECT_REFUSED(open_dataset(capture()), DataError, "a second picture of frame 3");
+  ATELIER_EXPECT_REFUSED(open_dataset(capture()), DataError, "a second image of frame 3");
 }
 
 TEST_F(Datasets, PathsThatLeaveTheFolderAreRefused) {
@@ -302,7 +302,7 @@ TEST(RealDatasets, ThePose2SimDemoOpensWithItsFaultsNamed) {
   EXPECT_NEAR(dataset.info.sequences.front().fps, 60, 0.1);
   const Finding* size = find_finding(dataset, "image-size");
   ASSERT_NE(size, nullptr);
-  EXPECT_NE(size->what.find("1088 x 1920, pictures are 1080 x 1920"), std::string::npos);
+  EXPECT_NE(size->what.find("1088 x 1920, images are 1080 x 1920"), std::string::npos);
   const Finding* distortion = find_finding(dataset, "distortion-scaled");
   ASSERT_NE(distortion, nullptr);
   EXPECT_EQ(dataset.frames[0].keypoints.size(), 100U);

@@ -1,4 +1,4 @@
-// Where pictures come from: folders, zips, videos; keypoints and labels of every kind.
+// Where images come from: folders, zips, videos; keypoints and labels of every kind.
 
 #include <cmath>
 #include <fstream>

@@ -43,7 +43,7 @@ struct Crowd {
   std::vector<std::vector<std::vector<int>>> identity;  ///< [frame][camera][detection]
 };
 
-/// @param dropout  share of the pictures in which somebody is not found at all
+/// @param dropout  share of the images in which somebody is not found at all
 Crowd crowd_of(int people, std::uint64_t seed, double dropout) {
   Crowd crowd;
   constexpr int kFrames = 20;
@@ -183,7 +183,7 @@ TEST(Keypoints3d, PeopleInFilesOfBody25AreToldApart) {
   EXPECT_EQ(reader.dataset().info.keypoint_schema, "body_25");
   const Detections read = read_detections(reader, crowd.detections.frame_ids);
   EXPECT_TRUE(read.findings.empty());
-  EXPECT_EQ(most_people(read), kPeople);
+  EXPECT_EQ(max_people(read), kPeople);
   expect_apart(tell_apart(crowd, read), kPeople);
 }
 

@@ -1,4 +1,4 @@
-// Every layout: what is written reads back to the same projections, pictures, masks and detections.
+// Every layout: what is written reads back to the same projections, images, masks and detections.
 
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -223,7 +223,7 @@ TEST_P(EveryLayout, IsRefusedWhereItsCalibrationIsCutOff) {
   fixtures::write_small_capture(folder_ / "capture");
   const fs::path out =
       write_layout(folder_ / "capture", GetParam().layout, folder_ / "out").folders.front();
-  // The largest file that is no picture: the calibration.
+  // The largest file that is no image: the calibration.
   fs::path calibration;
   std::uintmax_t most = 0;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(out)) {

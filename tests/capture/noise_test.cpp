@@ -1,4 +1,5 @@
-// Detections, labels, sensors, fabrics: how far from the truth, and the same on any thread count.
+// Detections, labels, sensors, fabrics: how far from the ground truth, and the same on any thread
+// count.
 
 #include <cmath>
 #include <set>

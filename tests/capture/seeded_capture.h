@@ -37,8 +37,8 @@ struct SeededCapture {
 /// Joints of BODY_25 of somebody who walks and swings the arms, metres, at a time in frames.
 Points walking_person(const SeededRig& rig, double frame);
 
-/// Three rigs that have little in common: pictures upright and lying, lenses without and with
-/// distortion, near and far, and one of detections alone in pictures of 1000 rows.
+/// Three rigs that have little in common: images upright and lying, lenses without and with
+/// distortion, near and far, and one of detections alone in images of 1000 rows.
 std::vector<SeededRig> seeded_rigs();
 
 SeededCapture seeded_capture(const SeededRig& rig);
@@ -48,7 +48,7 @@ SeededCapture seeded_capture(const SeededRig& rig);
 std::vector<Keypoints2d> seeded_detections(const SeededRig& rig, const Camera& camera,
                                            std::size_t camera_idx, double later = 0, int from = 0);
 
-/// Picture, labels (LIP) of a camera at a time in frames.
+/// Image, labels (LIP) of a camera at a time in frames.
 struct SeededPicture {
   ByteImage picture;
   ByteImage labels;

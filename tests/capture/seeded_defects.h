@@ -27,7 +27,7 @@ struct SeededDefect {
   void (*spoil_files)(Spoiled& spoiled) = nullptr;  ///< after
 };
 
-/// Of calibrations, of pictures with masks and labels, of detections.
+/// Of calibrations, of images with masks and labels, of detections.
 std::vector<SeededDefect> calibration_defects();
 std::vector<SeededDefect> picture_defects();
 std::vector<SeededDefect> detection_defects();

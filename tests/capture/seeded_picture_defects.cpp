@@ -12,7 +12,7 @@ std::filesystem::path file(const Spoiled& spoiled, const char* kind, const char*
   return spoiled.folder / kind / camera / (frame_name(frame) + ".png");
 }
 
-/// Every value of a picture, times a factor for each channel.
+/// Every value of an image, times a factor for each channel.
 void tint(ByteImage& image, double red, double green, double blue) {
   const double factors[] = {red, green, blue};
   for (std::size_t i = 0; i < image.data.size(); ++i) {

@@ -43,7 +43,7 @@ SeededRig drawn_rig(SeededRig rig, std::uint64_t seed, bool more_cameras) {
     coefficient *= bent;
   }
   rig.noise = uniform(random, 1.5, 4);
-  rig.fps = uniform_index(random, 2) == 0 ? 30 : 50;  // nobody walks out of the picture
+  rig.fps = uniform_index(random, 2) == 0 ? 30 : 50;  // nobody walks out of the image
   rig.frames += static_cast<int>(uniform_index(random, 5));
   rig.stature = uniform(random, 1.5, 1.95);
   return rig;

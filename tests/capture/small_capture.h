@@ -21,7 +21,7 @@ struct SmallCapture {
       dome_cameras({.cameras = 3, .pairs = false, .width = 64, .height = 80, .gain = 0}, {1, 1});
   std::vector<int> frames = {3, 4};
   std::string extension = ".png";
-  bool detections = true;  ///< two people in each picture
+  bool detections = true;  ///< two people in each image
   std::vector<Consent> consent;
 };
 
@@ -44,7 +44,7 @@ inline std::vector<PersonKeypoints> small_people(int frame) {
   return people;
 }
 
-/// Writes it; a pixel of every picture tells its camera and frame, labels have an upper garment.
+/// Writes it; a pixel of every image tells its camera and frame, labels have an upper garment.
 inline void write_small_capture(const std::filesystem::path& folder,
                                 const SmallCapture& capture = {}) {
   CaptureInfo info;

@@ -1,4 +1,4 @@
-// What validate finds: cameras, pictures, masks and detections that were good, and then were not.
+// What validate finds: cameras, images, masks and detections that were good, and then were not.
 
 #include "capture/validate.h"
 
@@ -186,7 +186,7 @@ TEST(SurelyLess, IsMoreThanChance) {
   EXPECT_THROW(surely_less(better, as_good), LogicError);
 }
 
-/// Pictures of noise and masks of a box, on disk, and a data set that lists them.
+/// Images of noise and masks of a box, on disk, and a data set that lists them.
 class CheckFrames : public ::testing::Test {
  protected:
   CheckFrames() {

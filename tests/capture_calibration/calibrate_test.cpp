@@ -1,4 +1,4 @@
-// Calibration of rigs whose truth is known: what is found, how sure it is, what it refuses.
+// Calibration of rigs whose ground truth is known: what is found, how sure it is, what it refuses.
 
 #include "capture/calibration/calibrate.h"
 
@@ -26,7 +26,7 @@ bool has(const Calibration& calibration, const std::string& code, const std::str
                      });
 }
 
-/// b's camera as the first camera sees it, of the truth and of what was found.
+/// b's camera as the first camera sees it, of the ground truth and of what was found.
 RigidNumbers relative(const std::vector<Camera>& cameras, std::size_t a, std::size_t b) {
   const auto pose = [&](std::size_t c) {
     return rigid_of(cameras[c].camera_from_world_rotation,
@@ -286,7 +286,7 @@ TEST(Calibrate, FindingsNameWhatIsMissing) {
 }
 
 TEST(Calibrate, RefusesBoardsThatFaceTheCamera) {
-  // Parallel to the picture, a board says nothing about the focal length.
+  // Parallel to the image, a board says nothing about the focal length.
   Random random{37, 1};
   const std::vector<Camera> truth = arc_of_cameras(1, 0);
   std::vector<RigidNumbers> boards;
@@ -308,7 +308,7 @@ TEST(Calibrate, RefusesNoViewsFewViewsAndSymmetricBoards) {
   Random random{41, 1};
   const std::vector<Camera> truth = arc_of_cameras(2);
   ATELIER_EXPECT_REFUSED(calibrate(unknown_rig(truth), {}, kBoard), DataError,
-                         "no picture shows the board");
+                         "no image shows the board");
   const auto two = views_of(truth, kBoard, held_boards(kBoard, 2, random), 0, random);
   ATELIER_EXPECT_REFUSED(calibrate(unknown_rig(truth), two, kBoard), DataError, "of 4 at least");
   const BoardOptions symmetric{.columns = 8, .rows = 6};

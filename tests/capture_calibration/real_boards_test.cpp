@@ -1,4 +1,4 @@
-// Boards in pictures: drawn ones whose corners are known, and real sets against the calibrations
+// Boards in images: drawn ones whose corners are known, and real sets against the calibrations
 // that came with them.
 
 #include <Eigen/Cholesky>
@@ -27,7 +27,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-/// A flat picture of the board, `scale` pixels a square, one square of white round it.
+/// A flat image of the board, `scale` pixels a square, one square of white round it.
 cv::Mat drawn(const BoardOptions& board, int scale) {
   cv::Mat picture;
   if (board.kind == BoardKind::Chessboard) {

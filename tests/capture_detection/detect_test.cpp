@@ -1,4 +1,4 @@
-// From a picture through a network back to the picture: boxes, normalisation, every kind.
+// From an image through a network back to the image: boxes, normalisation, every kind.
 
 #include "capture/detection/detect.h"
 
@@ -16,7 +16,7 @@ namespace {
 
 const std::vector<std::vector<float>> kEach = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
-/// A dark picture with a red, a green and a blue disc.
+/// A dark image with a red, a green and a blue disk.
 ByteImage discs() {
   ByteImage image(120, 100, 3);
   const double at[3][2] = {{40, 30}, {70, 52}, {60, 80}};
@@ -37,7 +37,7 @@ DetectOptions small_options(NetworkKind kind) {
   options.width = 48;
   options.height = 64;
   options.mean = {0, 0, 0};
-  options.deviation = {255, 255, 255};
+  options.standard_deviation = {255, 255, 255};
   return options;
 }
 

@@ -1,4 +1,5 @@
-// Masks of drawn scenes whose truth is known: plates, a coloured screen, statistics over time.
+// Masks of drawn scenes whose ground truth is known: plates, a coloured screen, statistics over
+// time.
 
 #include "capture/masks/background.h"
 
@@ -152,7 +153,7 @@ TEST(CleanMask, OpensClosesKeepsTheLargeAndFillsSmallHoles) {
   for (int y = 20; y < 35; ++y) {
     mask.at(26, y) = 0;  // a crack
   }
-  const MaskOptions options{.opening = 16, .closing = 50, .largest_hole = 0.001};  // 1 and 3 px
+  const MaskOptions options{.opening = 16, .closing = 50, .max_hole = 0.001};  // 1 and 3 px
   const ByteImage clean = clean_mask(mask, options);
   EXPECT_EQ(clean.at(20, 20), 255);
   EXPECT_EQ(clean.at(50, 50), 0);
@@ -168,9 +169,9 @@ TEST(CleanMask, OpensClosesKeepsTheLargeAndFillsSmallHoles) {
 }
 
 TEST(Masks, RefuseBadInput) {
-  ATELIER_EXPECT_REFUSED(background_of_plates({}), DataError, "a picture of the empty stage");
+  ATELIER_EXPECT_REFUSED(background_of_plates({}), DataError, "an image of the empty stage");
   ATELIER_EXPECT_REFUSED(background_of_plates({Image(4, 4, 3), Image(5, 4, 3)}), DataError,
-                         "pictures of one size");
+                         "images of one size");
   ATELIER_EXPECT_REFUSED(background_over_time(std::vector<Image>(4, Image(8, 8, 3))), DataError,
                          "5 at least, or clean plates");
   const EmptyStage background = background_of_plates({Image(8, 8, 3)});

@@ -69,7 +69,7 @@ double volume(const VisualHull& hull) {
   for (const std::uint8_t cell : hull.occupied) {
     count += cell;
   }
-  return count * hull.cell * hull.cell * hull.cell;
+  return count * hull.voxel_size * hull.voxel_size * hull.voxel_size;
 }
 
 TEST(ChooseSources, NeighboursOfFifteenDegreesFirst) {
@@ -95,7 +95,7 @@ TEST(LookedAt, IsWhereTheAxesMeet) {
 
 TEST(VisualHull, HoldsTheBallAndLittleElse) {
   const Ring ring(16);
-  const VisualHull hull = visual_hull(ring.cameras, ring.masks, {.cell = 0.02});
+  const VisualHull hull = visual_hull(ring.cameras, ring.masks, {.voxel_size = 0.02});
   const double ball = 4.0 / 3 * 3.14159265 * 0.027;
   EXPECT_GT(volume(hull), ball);
   EXPECT_LT(volume(hull), 1.9 * ball);  // cameras are all near one height: caps stay
@@ -103,7 +103,7 @@ TEST(VisualHull, HoldsTheBallAndLittleElse) {
   for (int i = 0; i < 1000; ++i) {
     Eigen::Vector3d p(normal(random), normal(random), normal(random));
     p *= 0.299 / p.norm();
-    const Eigen::Vector3i cell = ((p - hull.origin) / hull.cell).array().floor().cast<int>();
+    const Eigen::Vector3i cell = ((p - hull.origin) / hull.voxel_size).array().floor().cast<int>();
     ASSERT_TRUE(hull.at(cell.x(), cell.y(), cell.z()));
   }
 }
@@ -113,9 +113,9 @@ TEST(VisualHull, OneWrongMaskCanBeTolerated) {
   for (std::uint8_t& pixel : ring.masks[3].data) {
     pixel = 1 - pixel;  // inverted
   }
-  const double right = volume(visual_hull(Ring(16).cameras, Ring(16).masks, {.cell = 0.03}));
-  EXPECT_LT(volume(visual_hull(ring.cameras, ring.masks, {.cell = 0.03})), 0.5 * right);
-  EXPECT_GT(volume(visual_hull(ring.cameras, ring.masks, {.cell = 0.03, .tolerated = 1})),
+  const double right = volume(visual_hull(Ring(16).cameras, Ring(16).masks, {.voxel_size = 0.03}));
+  EXPECT_LT(volume(visual_hull(ring.cameras, ring.masks, {.voxel_size = 0.03})), 0.5 * right);
+  EXPECT_GT(volume(visual_hull(ring.cameras, ring.masks, {.voxel_size = 0.03, .tolerated = 1})),
             0.9 * right);
 }
 
@@ -138,7 +138,7 @@ TEST(VisualHull, RefusesMasksOfOtherSizes) {
 TEST(DepthBounds, HoldTheTrueDepth) {
   const Ring ring(16);
   const TexturedBall ball;
-  const VisualHull hull = visual_hull(ring.cameras, ring.masks, {.cell = 0.02});
+  const VisualHull hull = visual_hull(ring.cameras, ring.masks, {.voxel_size = 0.02});
   const DepthBounds bounds = depth_bounds(hull, ring.cameras[2], ring.masks[2]);
   int looked = 0;
   int close = 0;
@@ -201,7 +201,7 @@ TEST(Undistorted, ShowsWhatTheStraightCameraSees) {
   Camera camera = Ring(3).cameras[0];
   camera.distortion_model = Distortion::Brown;
   camera.distortion = {-0.2, 0.05, 0.001, -0.002};
-  // A picture whose value is a linear function of the direction.
+  // An image whose value is a linear function of the direction.
   Image image(camera.width, camera.height, 2);
   for (int y = 0; y < camera.height; ++y) {
     for (int x = 0; x < camera.width; ++x) {

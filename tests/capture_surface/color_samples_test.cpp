@@ -1,4 +1,4 @@
-// Gains of cameras round a textured ball, from the pictures alone: stereo, samples, least squares.
+// Gains of cameras round a textured ball, from the images alone: stereo, samples, least squares.
 #include "capture/surface/color_samples.h"
 
 #include <cmath>

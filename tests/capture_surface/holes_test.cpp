@@ -40,13 +40,13 @@ struct HalfSeenBall {
   HalfSeenBall() {
     constexpr int kSide = 40;
     hull.origin = Eigen::Vector3d::Constant(-0.4);
-    hull.cell = 0.02;
+    hull.voxel_size = 0.02;
     hull.nx = hull.ny = hull.nz = kSide;
     for (int z = 0; z < kSide; ++z) {
       for (int y = 0; y < kSide; ++y) {
         for (int x = 0; x < kSide; ++x) {
           const Eigen::Vector3d centre =
-              hull.origin + hull.cell * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5);
+              hull.origin + hull.voxel_size * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5);
           hull.occupied.push_back(centre.norm() < radius ? 1 : 0);
         }
       }
@@ -76,7 +76,7 @@ TEST(HullSupport, StandsWhereStereoSeesNothing) {
   EXPECT_EQ(support.colors.rows(), support.vertices.rows());
   for (Index i = 0; i < support.vertices.rows(); ++i) {
     const Eigen::RowVector3d place = support.vertices.row(i);
-    ASSERT_NEAR(place.norm(), seen.radius, 2 * seen.hull.cell) << place;
+    ASSERT_NEAR(place.norm(), seen.radius, 2 * seen.hull.voxel_size) << place;
     ASSERT_GT(support.normals.row(i).dot(place), 0.7 * place.norm()) << place;
   }
 }

@@ -15,7 +15,7 @@
 namespace atelier {
 namespace {
 
-constexpr double kLimbRadius = 0.05;  // m, of the limb in the pictures
+constexpr double kLimbRadius = 0.05;  // m, of the limb in the images
 constexpr double kLimbHeight = 0.4;   // m
 constexpr int kLimbViews = 8;
 constexpr double kEroded = 1;  // px, by which masks are smaller than the limb
@@ -182,7 +182,7 @@ TEST(OccludingContours, SizesThatDisagreeAreRefused) {
                          LogicError, "every vertex moves or not");
   LimbViews fewer = views;
   fewer.images.pop_back();
-  ATELIER_EXPECT_REFUSED(moved(mesh, fewer), LogicError, "a picture and a mask for each camera");
+  ATELIER_EXPECT_REFUSED(moved(mesh, fewer), LogicError, "an image and a mask for each camera");
   LimbViews small = views;
   small.masks[0] = ByteImage(10, 10, 1, 255);
   ATELIER_EXPECT_REFUSED(moved(mesh, small), LogicError, "of another size");

@@ -107,7 +107,7 @@ TEST(ReconstructScan, GainsThatNobodyToldAreMeasured) {
       views[i].image.data[p] *= std::array{0.8f, 0.9f, 1.1f}[p % 3];
     }
   }
-  // The ball is of one colour. Which, no picture tells: gains are known up to a factor on all.
+  // The ball is of one colour. Which, no image tells: gains are known up to a factor on all.
   const auto tints = [](const ReconstructedScan& result) {
     const Eigen::ArrayXf tint =
         result.points.colors.col(0).array() / result.points.colors.col(2).array();
@@ -115,7 +115,7 @@ TEST(ReconstructScan, GainsThatNobodyToldAreMeasured) {
   };
   EXPECT_LT(tints(reconstruct_scan(views, small_options())), 0.02);
   ReconstructOptions as_told = small_options();
-  as_told.equalize = false;
+  as_told.exposure_compensation = false;
   EXPECT_GT(tints(reconstruct_scan(views, as_told)), 0.2);
 }
 

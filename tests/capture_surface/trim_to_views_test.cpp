@@ -115,9 +115,9 @@ std::vector<DepthMap> depths(const Views& views, double hem, double behind) {
 // Below the hem of a skirt masks show the subject still: its own inside.
 TEST(TrimToViews, ASurfaceEndsWhereViewsLookPastIt) {
   const Views views({1, 1, 1});
-  const auto end = [&](double behind, double least_confidence) {
+  const auto end = [&](double behind, double min_confidence) {
     return trimmed_to_views(sheet(), views.cameras, views.masks, depths(views, kHem, behind),
-                            least_confidence)
+                            min_confidence)
         .vertices.col(1)
         .maxCoeff();
   };

@@ -266,7 +266,7 @@ TEST(ReadImage, CeilingsAreCheckedBeforeAnythingIsDecoded) {
   limits = {};
   limits.image_file_bytes = 20;
   EXPECT_THAT(image_file_refusal(corpus("png/small.png"), limits), HasSubstr("at most 20"));
-  // A few bytes that promise a picture of 60 million pixels.
+  // A few bytes that promise an image of 60 million pixels.
   std::string bomb = corpus("png/small.png");
   bomb.replace(16, 8, std::string("\0\0\x1f\x40\0\0\x1f\x40", 8));
   EXPECT_THAT(image_file_refusal(bomb), HasSubstr("8000 x 8000 pixels in 188 bytes"));

@@ -228,7 +228,7 @@ TEST(ContactSheet, PicturesAreWhereTheGridPutsThem) {
   EXPECT_EQ(sheet.height, 4 + 2 * 14);
   EXPECT_NEAR(sheet.at(4 + 24 + 10, 4 + 5), 0.2, 1e-6);
   EXPECT_NEAR(sheet.at(4 + 24 + 10, 4 + 14 + 5), 0.5, 1e-6);
-  EXPECT_NEAR(sheet.at(4 + 48 + 10, 4 + 14 + 5), 0.93, 1e-6) << "no sixth picture";
+  EXPECT_NEAR(sheet.at(4 + 48 + 10, 4 + 14 + 5), 0.93, 1e-6) << "no sixth image";
 }
 
 TEST(ContactSheet, SmallPicturesAreCentredAndGreyOnesShown) {

@@ -1,4 +1,4 @@
-// The picture: edges, textures, lens, background, alpha, looks, determinism.
+// The image: edges, textures, lens, background, alpha, looks, determinism.
 
 #include "core/render/render.h"
 

@@ -8,7 +8,7 @@
 namespace atelier {
 namespace {
 
-/// How many pixels differ clearly from a picture of nothing to be seen at their place: the subject.
+/// How many pixels differ clearly from an image of nothing to be seen at their place: the subject.
 int covered(const Image& picture, const Image& other) {
   int count = 0;
   for (std::size_t i = 0; i < picture.data.size(); i += 3) {

@@ -121,7 +121,7 @@ TEST(Video, ABrowserDecodesIt) {
     GTEST_SKIP() << "no program chromium (scripts/setup)";
   }
   write_video(folder / "a.mp4", 10, [](Index i) { return moving(i); }, {.fps = 5});
-  // A page is loaded once its videos have their first picture (readyState 2 or more).
+  // A page is loaded once its videos have their first image (readyState 2 or more).
   std::ofstream(folder / "page.html")
       << "<video id=v muted preload=auto src=a.mp4></video><script>onload = () => {"
          "document.body.textContent = `ready ${v.readyState >= 2} size ${v.videoWidth}x"
@@ -255,7 +255,7 @@ TEST(VideoRefusal, FailingFrameLeavesTheOlderFile) {
   EXPECT_THROW(write_video(path, 3,
                            [](Index i) {
                              if (i == 2) {
-                               throw DataError("frame", "2", "nothing", "a picture");
+                               throw DataError("frame", "2", "nothing", "an image");
                              }
                              return moving(i);
                            }),

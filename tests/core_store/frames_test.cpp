@@ -129,7 +129,7 @@ TEST_F(Frames, OfVeryManyWarningsTheLastSaysHowMany) {
   std::iota(behaviour().frame_ids.begin(), behaviour().frame_ids.end(), 0);
   behaviour().warned_frames = behaviour().frame_ids;
   const std::vector<std::string> warnings = run(request()).manifest.warnings;
-  ASSERT_EQ(warnings.size(), kMostWarnings);
+  ASSERT_EQ(warnings.size(), kMaxWarnings);
   EXPECT_EQ(warnings.back(), "and 4 more");
   EXPECT_EQ(warnings.front(), "frame 0 is doubtful");
 }
@@ -465,7 +465,7 @@ TEST_F(Frames, RefusesWithoutSpaceForFrames) {
 
 TEST_F(Frames, RefusesMoreFramesThanAManifestNames) {
   std::vector<int>& frame_ids = behaviour().frame_ids;
-  frame_ids.resize(static_cast<std::size_t>(kMostFiles) + 1);
+  frame_ids.resize(static_cast<std::size_t>(kMaxFiles) + 1);
   std::iota(frame_ids.begin(), frame_ids.end(), 0);
   try {
     run(request(shard(0, 100'000)));

@@ -96,8 +96,8 @@ TEST(Manifest, MoreWarningsThanAMostAreRefused) {
   const auto with = [](std::size_t count) {
     return changed([&](auto& j) { j["warnings"] = std::vector<std::string>(count, "w"); });
   };
-  EXPECT_EQ(parse_manifest(with(kMostWarnings)).warnings.size(), kMostWarnings);
-  EXPECT_THAT(refusal(with(kMostWarnings + 1)), HasSubstr("at most 1000"));
+  EXPECT_EQ(parse_manifest(with(kMaxWarnings)).warnings.size(), kMaxWarnings);
+  EXPECT_THAT(refusal(with(kMaxWarnings + 1)), HasSubstr("at most 1000"));
 }
 
 TEST(Manifest, KeyDependsOnEachPart) {
@@ -322,8 +322,8 @@ TEST(Manifest, HasRoomForEveryOutputOfAResult) {
       {"statistics.of.a.garment/with-a-long-name/frames/1000000.json", 1LL << 40, sha256("more")});
   const auto one = static_cast<std::int64_t>(manifest_text(manifest).size() - some);
   const Limits limits = manifest_limits();
-  EXPECT_LT(one * kMostFiles, limits.text_file_bytes);
-  EXPECT_LT(4 * kMostFiles, limits.text_values);
+  EXPECT_LT(one * kMaxFiles, limits.text_file_bytes);
+  EXPECT_LT(4 * kMaxFiles, limits.text_values);
 }
 
 TEST(Manifest, RefusesUnknownFields) {

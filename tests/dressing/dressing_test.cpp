@@ -189,16 +189,16 @@ TEST(ExtremeMotion, ADressOutlastsIt) {
     const fixtures::Course course =
         fixtures::run_on(solver, woman().mesh.faces, frames, every, at, outfit.cloth.faces);
     EXPECT_TRUE(course.end.positions.allFinite());
-    EXPECT_LT(course.most_strain, 0.35);
+    EXPECT_LT(course.max_strain, 0.35);
     EXPECT_LT(course.deepest, fixtures::kDeepest);
     EXPECT_GT(course.end.positions.col(1).maxCoeff(), 1.2) << "it is still on her shoulders";
     RecordProperty(std::string("deepest_um_") + device_name(device),
                    static_cast<int>(1e6 * course.deepest));
     EXPECT_EQ(count_crossings(course.end.positions, outfit.cloth.faces), 0);
     if (!fixtures::soaking()) {
-      EXPECT_EQ(course.most_crossings, 0) << "nor on the way";
+      EXPECT_EQ(course.max_crossings, 0) << "nor on the way";
     }
-    RecordProperty(std::string("most_crossings_") + device_name(device), course.most_crossings);
+    RecordProperty(std::string("most_crossings_") + device_name(device), course.max_crossings);
   }
 }
 

@@ -49,11 +49,11 @@ constexpr double kDeepest = 1e-4;  // m, what the guard on contact with a body a
 
 /// What happened to cloth on a body.
 struct Course {
-  double deepest = 0;      ///< m, by the guard
-  double most_strain = 0;  ///< of 95 edges in 100
-  int excused = 0;         ///< at the end, where the body overlaps itself
-  int most_excused = 0;    ///< in all frames that the guard looks at
-  int most_crossings = 0;  ///< of the cloth with itself, where its faces are given
+  double deepest = 0;     ///< m, by the guard
+  double max_strain = 0;  ///< of 95 edges in 100
+  int excused = 0;        ///< at the end, where the body overlaps itself
+  int max_excused = 0;    ///< in all frames that the guard looks at
+  int max_crossings = 0;  ///< of the cloth with itself, where its faces are given
   ClothState end;
 };
 
@@ -67,16 +67,16 @@ Course run_on(ClothSolver& solver, const Triangles& faces, int frames, int every
     Control control;
     control.body_start = now;
     control.body_end = now = at(i + 1);
-    course.most_strain = std::max(course.most_strain, solver.advance(control).strain_p95);
+    course.max_strain = std::max(course.max_strain, solver.advance(control).strain_p95);
     if (i % every == every - 1 || i + 1 == frames) {
       course.end = solver.state();
       const Guard guard = contact_guard(course.end.positions, now, faces, 3e-3);
       course.deepest = std::max(course.deepest, guard.deepest);
       course.excused = guard.excused;
-      course.most_excused = std::max(course.most_excused, guard.excused);
+      course.max_excused = std::max(course.max_excused, guard.excused);
       if (cloth.rows() > 0) {
-        course.most_crossings =
-            std::max(course.most_crossings, count_crossings(course.end.positions, cloth));
+        course.max_crossings =
+            std::max(course.max_crossings, count_crossings(course.end.positions, cloth));
       }
     }
   }

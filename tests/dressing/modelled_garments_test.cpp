@@ -23,7 +23,7 @@ struct Worn {
   double scale;             ///< m per unit
   Eigen::RowVector3d move;  ///< m, of the scaled garment
   double arms;              ///< rad, upwards
-  double most_fall;         ///< m, of its upper edge until it hangs
+  double max_fall;          ///< m, of its upper edge until it hangs
 };
 
 class ModelledGarments : public ::testing::TestWithParam<Worn> {};
@@ -53,17 +53,17 @@ TEST_P(ModelledGarments, HangOnTheWoman) {
         fixtures::run_on(solver, woman().mesh.faces, 20, 10, still, cloth.faces);
     EXPECT_TRUE(course.end.positions.allFinite());
     EXPECT_LT(std::max(start.deepest, course.deepest), fixtures::kDeepest);
-    EXPECT_LT(std::max(start.most_strain, course.most_strain), 0.2);
+    EXPECT_LT(std::max(start.max_strain, course.max_strain), 0.2);
     EXPECT_LT(garment.mesh.vertices.col(1).maxCoeff() - course.end.positions.col(1).maxCoeff(),
-              worn.most_fall);
+              worn.max_fall);
     const int crossings = count_crossings(course.end.positions, cloth.faces);
     // A file's own sleeves may be crumpled through themselves, and those that begin inside her are
     // pushed through more of themselves as they come out (317, 1053 of the dress): a known gap.
     // They must not grow beyond that.
     const int of_file = count_crossings(garment.mesh.vertices, cloth.faces);
-    EXPECT_LE(crossings, of_file == 0 ? 0 : start.most_crossings);
+    EXPECT_LE(crossings, of_file == 0 ? 0 : start.max_crossings);
     RecordProperty(std::string("most_crossings_in_10_frames_") + device_name(device),
-                   start.most_crossings);
+                   start.max_crossings);
     RecordProperty("crossings_of_the_file", of_file);
     RecordProperty(std::string("crossings_") + device_name(device), crossings);
   }

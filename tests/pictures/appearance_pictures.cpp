@@ -1,6 +1,6 @@
 // Shows what networks draw: appearance_pictures CAPTURE WORKSPACE appearance|ceiling PICTURE.png.
 // One row for each of the first and the last held-out frame, seen by the first held-out camera: the
-// picture without noise, the same with every surface that has a network drawn by it, with the
+// image without noise, the same with every surface that has a network drawn by it, with the
 // texture that does not change, and four times the difference of the first two.
 #include <algorithm>
 #include <cmath>
@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The part of a picture where the surface is, with room round it.
+/// The part of an image where the surface is, with room round it.
 struct Crop {
   int x0, y0, x1, y1;
 };
@@ -41,9 +41,9 @@ Image cropped(const Image& image, const Crop& crop) {
 void make(const fs::path& capture, const fs::path& workspace, const std::string& stage,
           const fs::path& out) {
   const CaptureInfo info = read_capture_info(capture);
-  const auto truth_of_all = std::make_shared<const CaptureTruth>(read_capture_truth(capture));
+  const auto truth_of_all = std::make_shared<const GroundTruth>(read_ground_truth(capture));
   const WornSubject dressed =
-      stage == "ceiling"
+      stage == "oracle"
           ? worn_in_truth(capture, truth_of_all)
           : worn_in_workspace(workspace / "register" / "current", workspace / "body" / "current");
   Camera camera;

@@ -34,7 +34,7 @@ void make(const std::filesystem::path& capture, const std::filesystem::path& wor
       read_personal_body(workspace / "personalize" / "current" / "person.npz");
   const TrackedMotion tracked =
       read_tracked_motion(workspace / "track" / "current" / "tracked" / (sequence + ".h5"));
-  const CaptureTruth truth = read_capture_truth(capture);
+  const GroundTruth truth = read_ground_truth(capture);
   const std::size_t count = tracked.motion.poses.size();
   std::vector<CaptionedImage> pictures;
   for (const std::size_t f : {std::size_t{0}, count / 2, count - 1}) {
@@ -42,7 +42,7 @@ void make(const std::filesystem::path& capture, const std::filesystem::path& wor
     body.vertices = skin_vertices(person.model, tracked.motion.poses[f]);
     body.faces = person.model.mesh.faces;
     Mesh real;
-    real.vertices = read_truth_frame(capture, truth, tracked.motion.frame_ids[f]).body;
+    real.vertices = read_ground_truth_frame(capture, truth, tracked.motion.frame_ids[f]).body;
     real.faces = truth.body.faces;
     Mesh far = body;
     far.colors = Colors(body.vertices.rows(), 3);

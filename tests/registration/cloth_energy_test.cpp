@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
-#include "registration/tracking/ride_on_body.h"
+#include "registration/tracking/body_driven_prediction.h"
 #include "tests/support/finite_differences.h"
 #include "tests/support/refusals.h"
 #include "tests/support/shapes.h"
@@ -30,7 +30,7 @@ Eigen::VectorXd flat_of(const Points& points) {
 }
 
 /// A patch, a shape of it, and terms of which `which` alone are there: 0 lengths, 1 bending,
-/// 2 edges' vectors, 3 anchors, 4 rows, 5 saturating rows, 6 pictures; 7: all.
+/// 2 edges' vectors, 3 anchors, 4 rows, 5 saturating rows, 6 images; 7: all.
 struct Case {
   ClothModel model;
   ClothTerms terms;
@@ -217,7 +217,7 @@ TEST(ClothModel, BrokenMeshesAreRefused) {
   ATELIER_EXPECT_REFUSED(cloth_model(flat, mesh.faces), DataError, "no area");
 }
 
-TEST(RideOnBody, RigidMotionCarriesClothAlong) {
+TEST(BodyDrivenPrediction, RigidMotionCarriesClothAlong) {
   const Mesh body = fixtures::sphere(2);
   const Mesh cloth = fixtures::grid(3, 3);
   const Points above = cloth.vertices.rowwise() + Eigen::RowVector3d(-0.5, 1.2, -0.5);
@@ -225,7 +225,7 @@ TEST(RideOnBody, RigidMotionCarriesClothAlong) {
       Eigen::AngleAxisd(0.5, Eigen::Vector3d(0, 1, 1).normalized()).toRotationMatrix();
   const Eigen::RowVector3d shift(0.1, 0.2, 0.3);
   const Points moved = (body.vertices * turn.transpose()).rowwise() + shift;
-  const RiddenCloth ridden = ride_on_body(above, body.faces, body.vertices, moved);
+  const BodyDrivenCloth ridden = body_driven(above, body.faces, body.vertices, moved);
   const Points expected = (above * turn.transpose()).rowwise() + shift;
   EXPECT_LT((ridden.vertices - expected).cwiseAbs().maxCoeff(), 1e-9);
   const ClothModel model = cloth_model(cloth.vertices, cloth.faces);
@@ -234,9 +234,9 @@ TEST(RideOnBody, RigidMotionCarriesClothAlong) {
   EXPECT_LT((predicted - expected).cwiseAbs().maxCoeff(), 1e-6);
 }
 
-TEST(RideOnBody, OtherTopologyIsRefused) {
+TEST(BodyDrivenPrediction, OtherTopologyIsRefused) {
   const Mesh body = fixtures::sphere(1);
-  ATELIER_EXPECT_REFUSED(ride_on_body(body.vertices, body.faces, body.vertices, Points::Zero(3, 3)),
+  ATELIER_EXPECT_REFUSED(body_driven(body.vertices, body.faces, body.vertices, Points::Zero(3, 3)),
                          LogicError, "different topologies");
 }
 

@@ -5,7 +5,7 @@
 #include "core/mesh.h"
 #include "core/topology.h"
 #include "registration/edge_paths.h"
-#include "registration/flattening/open_to_discs.h"
+#include "registration/flattening/cut_to_disks.h"
 
 namespace atelier::fixtures {
 
@@ -19,7 +19,7 @@ inline Topology topology(const Mesh& mesh) {
 
 inline std::vector<char> opened(const Mesh& mesh) {
   const Topology whole = topology(mesh);
-  return opened_to_discs(whole, no_cut(whole), edge_lengths(whole, mesh.vertices));
+  return cut_to_disks(whole, no_cut(whole), edge_lengths(whole, mesh.vertices));
 }
 
 }  // namespace atelier::fixtures

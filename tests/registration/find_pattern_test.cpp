@@ -12,10 +12,10 @@
 #include "core/error.h"
 #include "core/normals.h"
 #include "core/tree.h"
-#include "registration/blunt_corners.h"
 #include "registration/flattening/straight_seams.h"
 #include "registration/flattening/surface_cut.h"
 #include "registration/flattening/unstretched_surface.h"
+#include "registration/remove_slivers.h"
 #include "tests/support/shapes.h"
 
 namespace atelier {
@@ -126,10 +126,10 @@ TEST(StraightSeams, MakeNoSlivers) {
     for (std::size_t e = 0; trial % 2 != 0 && e < sheet.cut.size(); ++e) {
       sheet.cut[e] = static_cast<char>(cut_here(random));
     }
-    const double before = least_corners(sheet.mesh.vertices, sheet.mesh.faces).minCoeff();
+    const double before = min_corners(sheet.mesh.vertices, sheet.mesh.faces).minCoeff();
     const Points straight = straightened_seams(sheet.mesh, sheet.cut);
     EXPECT_NE(straight, sheet.mesh.vertices);
-    EXPECT_GE(least_corners(straight, sheet.mesh.faces).minCoeff(), std::min(before, 10.0));
+    EXPECT_GE(min_corners(straight, sheet.mesh.faces).minCoeff(), std::min(before, 10.0));
   }
 }
 
@@ -243,9 +243,9 @@ TEST(FindPattern, NoiseWithinTheDoubtAsksForNoSeams) {
   }
   FindPatternOptions options;
   options.find.stretch = 0.01;
-  options.give = 0;
+  options.tolerance = 0;
   const FoundPattern as_it_is = find_pattern(mesh, options);
-  options.give = 0.004;
+  options.tolerance = 0.004;
   const FoundPattern found = find_pattern(mesh, options);
   EXPECT_TRUE(found.reached);
   EXPECT_LT(found.measures.seam_length, as_it_is.measures.seam_length);
@@ -280,10 +280,9 @@ TEST(FindPattern, PanelsOfRoughSurfacesHaveNoSlivers) {
     }
     FindPatternOptions options;
     options.find.stretch = 0.06;
-    const FoundPattern found = find_pattern(with_blunt_corners(mesh), options);
-    EXPECT_GE(least_corners(found.mesh.vertices, found.mesh.faces).minCoeff(), 10) << trial;
-    EXPECT_GE(least_corners(found.pattern.vertices, found.pattern.cut.faces).minCoeff(), 5)
-        << trial;
+    const FoundPattern found = find_pattern(remove_slivers(mesh), options);
+    EXPECT_GE(min_corners(found.mesh.vertices, found.mesh.faces).minCoeff(), 10) << trial;
+    EXPECT_GE(min_corners(found.pattern.vertices, found.pattern.cut.faces).minCoeff(), 5) << trial;
   }
 }
 
@@ -325,7 +324,7 @@ TEST(FindPattern, SaysWhereTheBoundIsNotKept) {
   FindPatternOptions options;
   options.find.stretch = 0.005;
   options.find.cuts = 0;
-  options.give = 0;
+  options.tolerance = 0;
   const FoundPattern found = find_pattern(ball, options);
   EXPECT_FALSE(found.reached);
   EXPECT_GT(found.measures.strain_p99, 0.005);

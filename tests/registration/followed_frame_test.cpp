@@ -28,7 +28,7 @@ constexpr double kTurn = 0.04;  // a frame
 /// Thrown where a run is stopped.
 struct Stop {};
 
-/// A printed tube that turns with the body in it, frame by frame. A quarter of it is in no picture
+/// A printed tube that turns with the body in it, frame by frame. A quarter of it is in no image
 /// of the first frames, so that later ones add to what is known of its print.
 struct Turning {
   Garment garment;
@@ -275,7 +275,7 @@ TEST(FollowedFrame, IsReadBackAsItWas) {
   FollowedFrame bare = frame;
   bare.drift.resize(0, 3);
   bare.garment.told.resize(0);
-  bare.gain = {2, 3, {}, {}};  // pictures that showed nothing new
+  bare.gain = {2, 3, {}, {}};  // images that showed nothing new
   const FollowedFrame bare_back = followed_frame_of(archive_of(bare, "k"), "k", 3, 5);
   EXPECT_EQ(bare_back.drift.rows(), 0);
   EXPECT_EQ(bare_back.garment.told.size(), 0);

@@ -13,8 +13,8 @@
 #include "core/topology.h"
 #include "core/tree.h"
 #include "registration/attach_to_body.h"
-#include "registration/blunt_corners.h"
 #include "registration/part_crossings.h"
+#include "registration/remove_slivers.h"
 #include "registration/template/garment_boundaries.h"
 #include "registration/template/garment_cover.h"
 #include "registration/template/surface_through_points.h"
@@ -74,7 +74,7 @@ void expect_clean(const Mesh& mesh, double edge_length) {
     even += length > 0.5 * edge_length && length < 1.6 * edge_length ? 1 : 0;
   }
   EXPECT_GT(even, 0.95 * topology.edges.rows());
-  EXPECT_GT(least_corners(mesh.vertices, mesh.faces).minCoeff(), 8);  // pushing out may narrow some
+  EXPECT_GT(min_corners(mesh.vertices, mesh.faces).minCoeff(), 8);  // pushing out may narrow some
 }
 
 template <class Call>
@@ -227,14 +227,14 @@ TEST(GarmentTemplate, LiesOutsideOfTheBodyAndRidesOnIt) {
        closest_points(build_tree(body, frames.body_faces), made.garment.mesh.vertices)) {
     EXPECT_GT(std::sqrt(nearest.squared_distance), 0.0019);
   }
-  const Points there = ride_on_body(made.garment.attachments, body, frames.body_faces);
+  const Points there = body_driven(made.garment.attachments, body, frames.body_faces);
   EXPECT_LT((there - made.garment.mesh.vertices).rowwise().norm().maxCoeff(), 1e-9);
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
   const Points moved = (body * turn.transpose()).rowwise() + Eigen::RowVector3d(1, -2, 3);
   const Points expected =
       (made.garment.mesh.vertices * turn.transpose()).rowwise() + Eigen::RowVector3d(1, -2, 3);
-  EXPECT_LT((ride_on_body(made.garment.attachments, moved, frames.body_faces) - expected)
+  EXPECT_LT((body_driven(made.garment.attachments, moved, frames.body_faces) - expected)
                 .rowwise()
                 .norm()
                 .maxCoeff(),

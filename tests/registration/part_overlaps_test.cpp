@@ -199,8 +199,8 @@ TEST(FlattenApart, WhateverTheSurface) {
       flag = cut_here(random) ? 1 : 0;
     }
     const Topology whole = topology(ball);
-    expect_apart(
-        ball, flatten_apart(ball, opened_to_discs(whole, cut, edge_lengths(whole, ball.vertices))));
+    expect_apart(ball,
+                 flatten_apart(ball, cut_to_disks(whole, cut, edge_lengths(whole, ball.vertices))));
   }
 }
 

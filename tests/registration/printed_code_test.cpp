@@ -97,17 +97,17 @@ struct Tube {
   Mesh mesh = fixtures::cloth_tube(48, 26);
   Topology topology = topology_of(mesh.faces, mesh.vertices.rows());
   TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
-  PrintedCode code;
+  PrintedCodebook code;
 
   explicit Tube(const Print& print) {
     const auto views = views_of(print);
-    code = printed_code({topology, mesh.vertices, views, seen(views)});
+    code = printed_codebook({topology, mesh.vertices, views, seen(views)});
   }
   std::vector<std::vector<float>> seen(const std::vector<ViewPyramid>& views) const {
     return vertex_views(mesh.vertices, mesh.faces, views, {&tree});
   }
-  CodeReadings read(const std::vector<ViewPyramid>& views) const {
-    return read_code(code, {topology, mesh.vertices, views, seen(views)});
+  CodeMatches read(const std::vector<ViewPyramid>& views) const {
+    return match_code(code, {topology, mesh.vertices, views, seen(views)});
   }
   /// Round and up, of a point of the tube.
   Eigen::Vector2d laid_out(int face, const Eigen::Vector3d& barycentric) const {
@@ -117,17 +117,17 @@ struct Tube {
     }
     return {kRadius * std::atan2(-p.z(), p.x()), p.y()};
   }
-  /// How far each reading is from the truth, m, of a print that was moved.
-  std::vector<double> errors(const CodeReadings& readings, double round, double up,
+  /// How far each reading is from the ground truth, m, of a print that was moved.
+  std::vector<double> errors(const CodeMatches& matches, double round, double up,
                              double turn = 0) const {
     std::vector<double> all;
-    for (const CodeReading& reading : readings.kept) {
-      const Eigen::Vector2d at = laid_out(reading.seen_face, reading.seen_barycentric);
+    for (const CodeMatch& match : matches.kept) {
+      const Eigen::Vector2d at = laid_out(match.seen_face, match.seen_barycentric);
       const double x = at.x() - round;
       const double z = at.y() - up - 1.05;
       const Eigen::Vector2d truth(std::cos(turn) * x + std::sin(turn) * z,
                                   1.05 - std::sin(turn) * x + std::cos(turn) * z);
-      Eigen::Vector2d off = laid_out(reading.face, reading.barycentric) - truth;
+      Eigen::Vector2d off = laid_out(match.face, match.barycentric) - truth;
       off.x() = std::remainder(off.x(), 2 * std::numbers::pi * kRadius);
       all.push_back(off.norm());
     }
@@ -153,60 +153,60 @@ double mean_of(const std::vector<double>& values) {
   return values.empty() ? 0 : sum / static_cast<double>(values.size());
 }
 
-TEST(PrintedCode, ReadsHowFarClothHasSlid) {
+TEST(PrintedCodebook, ReadsHowFarClothHasSlid) {
   const Print& print = print_one();
   const Tube& tube = tube_one();
-  ASSERT_GT(tube.code.words.cols(), 5000);
-  const CodeReadings readings = tube.read(views_of(moved(print, 0.07, 0.03)));
-  const std::vector<double> errors = tube.errors(readings, 0.07, 0.03);
+  ASSERT_GT(tube.code.descriptors.cols(), 5000);
+  const CodeMatches matches = tube.read(views_of(moved(print, 0.07, 0.03)));
+  const std::vector<double> errors = tube.errors(matches, 0.07, 0.03);
   EXPECT_GT(errors.size(), tube.code.sites.size() / 3);
   EXPECT_LT(mean_of(errors), 0.004);
   EXPECT_LT(*std::max_element(errors.begin(), errors.end()), 0.01);
-  EXPECT_LE(readings.contradicted, 3);
+  EXPECT_LE(matches.contradicted, 3);
 }
 
-TEST(PrintedCode, ReadsTurnedPrint) {
+TEST(PrintedCodebook, ReadsTurnedPrint) {
   const Print& print = print_one();
   const Tube& tube = tube_one();
   for (const double turn : {-0.45, 0.3}) {
-    const CodeReadings readings = tube.read(views_of(moved(print, 0.02, 0, turn)));
+    const CodeMatches matches = tube.read(views_of(moved(print, 0.02, 0, turn)));
     // Far round it the print has moved beyond reach.
-    const std::vector<double> errors = tube.errors(readings, 0.02, 0, turn);
+    const std::vector<double> errors = tube.errors(matches, 0.02, 0, turn);
     EXPECT_GT(errors.size(), 20U) << turn;
     EXPECT_LT(mean_of(errors), 0.006) << turn;
     EXPECT_LT(*std::max_element(errors.begin(), errors.end()), 0.015) << turn;
   }
 }
 
-TEST(PrintedCode, ReadsThroughBlurNoiseAndShade) {
+TEST(PrintedCodebook, ReadsThroughBlurNoiseAndShade) {
   const Print& print = print_one();
   const Tube& tube = tube_one();
   const std::size_t clean = tube.read(views_of(moved(print, -0.05, 0.02))).kept.size();
   for (const Seeing& seeing : {Seeing{.blur = 1}, Seeing{.noise = 0.02}, Seeing{.shade = true},
                                Seeing{.blur = 1, .noise = 0.01, .shade = true}}) {
-    const CodeReadings readings = tube.read(views_of(moved(print, -0.05, 0.02), seeing));
-    const std::vector<double> errors = tube.errors(readings, -0.05, 0.02);
+    const CodeMatches matches = tube.read(views_of(moved(print, -0.05, 0.02), seeing));
+    const std::vector<double> errors = tube.errors(matches, -0.05, 0.02);
     EXPECT_GT(2 * errors.size(), clean) << seeing.blur << seeing.noise;
     EXPECT_LT(*std::max_element(errors.begin(), errors.end()), 0.012);
   }
 }
 
-TEST(PrintedCode, ReadsWhatIsNotHidden) {
+TEST(PrintedCodebook, ReadsWhatIsNotHidden) {
   const Print& print = print_one();
   const Tube& tube = tube_one();
   std::vector<ViewPyramid> views = views_of(moved(print, 0.04, 0));
-  // A grey board before the upper half of every picture, of which no mask knows.
+  // A grey board before the upper half of every image, of which no mask knows.
   for (ViewPyramid& view : views) {
     Image& image = view.levels.front();
     std::fill(image.data.begin(), image.data.begin() + image.data.size() / 2, 0.6F);
   }
-  const CodeReadings readings = tube.read(views);
-  const std::vector<double> errors = tube.errors(readings, 0.04, 0);
+  const CodeMatches matches = tube.read(views);
+  const std::vector<double> errors = tube.errors(matches, 0.04, 0);
   EXPECT_GT(errors.size(), tube.code.sites.size() / 8);
   EXPECT_LT(*std::max_element(errors.begin(), errors.end()), 0.012);
 }
 
-TEST(PrintedCode, IsTheSameOnAnyNumberOfThreads) {
+TEST(PrintedCodebook, IsTheSameOnAnyNumberOfThreads) {
   const Print print = cells(5);
   const auto views = views_of(moved(print, 0.04, 0));
   const auto read = [&] {
@@ -214,9 +214,9 @@ TEST(PrintedCode, IsTheSameOnAnyNumberOfThreads) {
     return tube.read(views);
   };
   set_thread_count(1);
-  const CodeReadings one = read();
+  const CodeMatches one = read();
   set_thread_count(3);
-  const CodeReadings three = read();
+  const CodeMatches three = read();
   set_thread_count(0);
   ASSERT_EQ(one.kept.size(), three.kept.size());
   for (std::size_t i = 0; i < one.kept.size(); ++i) {
@@ -225,21 +225,21 @@ TEST(PrintedCode, IsTheSameOnAnyNumberOfThreads) {
   }
 }
 
-TEST(PrintedCode, ClothOfOneHueIsRefused) {
+TEST(PrintedCodebook, ClothOfOneHueIsRefused) {
   const Tube grey([](double u, double y) -> Color {
     return Color::Constant(static_cast<float>(fixtures::blotches(u / kRadius, y)));
   });
-  EXPECT_EQ(grey.code.words.cols(), 0);
+  EXPECT_EQ(grey.code.descriptors.cols(), 0);
   const Tube blue([](double u, double y) -> Color {
     return static_cast<float>(fixtures::blotches(u / kRadius, y)) * Color(0.2F, 0.3F, 0.6F);
   });
-  EXPECT_EQ(blue.code.words.cols(), 0);
+  EXPECT_EQ(blue.code.descriptors.cols(), 0);
   EXPECT_TRUE(blue.read(views_of(cells(1))).kept.empty());
 }
 
-TEST(PrintedCode, AnotherPrintIsRefused) {
+TEST(PrintedCodebook, AnotherPrintIsRefused) {
   const Tube& tube = tube_one();
-  const CodeReadings other = tube.read(views_of(cells(77)));
+  const CodeMatches other = tube.read(views_of(cells(77)));
   EXPECT_TRUE(other.kept.empty());
   EXPECT_LE(other.contradicted, 1);
   EXPECT_TRUE(tube.read(views_of([](double, double) -> Color {
@@ -248,38 +248,39 @@ TEST(PrintedCode, AnotherPrintIsRefused) {
                   .kept.empty());
 }
 
-TEST(PrintedCode, PrintThatRepeatsIsRefused) {
+TEST(PrintedCodebook, PrintThatRepeatsIsRefused) {
   const Print print = cells(8);
   const Print repeated = [=](double u, double y) {
     const double width = 0.048;
     return print(u - width * std::floor(u / width), y - width * std::floor(y / width));
   };
   const Tube tube(repeated);
-  EXPECT_GT(tube.code.words.cols(), 0);
+  EXPECT_GT(tube.code.descriptors.cols(), 0);
   EXPECT_TRUE(tube.read(views_of(repeated)).kept.empty());
 }
 
-TEST(PrintedCode, PicturesWithoutColourAreRefused) {
+TEST(PrintedCodebook, PicturesWithoutColourAreRefused) {
   const Tube& tube = tube_one();
   const auto grey = fixtures::cylinder_views(2, fixtures::blotches);
   EXPECT_TRUE(tube.read(grey).kept.empty());
-  EXPECT_EQ(printed_code({tube.topology, tube.mesh.vertices, grey, tube.seen(grey)}).words.cols(),
+  EXPECT_EQ(printed_codebook({tube.topology, tube.mesh.vertices, grey, tube.seen(grey)})
+                .descriptors.cols(),
             0);
   EXPECT_TRUE(tube.read({}).kept.empty());
 }
 
-TEST(PrintedCode, AnotherGarmentIsRefused) {
+TEST(PrintedCodebook, AnotherGarmentIsRefused) {
   const Tube& tube = tube_one();
   const Mesh other = fixtures::cloth_tube(12, 5);
   const auto views = views_of(print_one());
   ATELIER_EXPECT_REFUSED(
-      read_code(tube.code,
-                {topology_of(other.faces, other.vertices.rows()), other.vertices, views, {}}),
+      match_code(tube.code,
+                 {topology_of(other.faces, other.vertices.rows()), other.vertices, views, {}}),
       LogicError, "another garment");
 }
 
 /// Cloth that slides round a body that stands still, by 5 cm from frame to frame.
-TEST(PrintedCode, SequenceThatSlidesIsFollowed) {
+TEST(PrintedCodebook, SequenceThatSlidesIsFollowed) {
   Garment garment;
   garment.name = "tube";
   garment.mesh = fixtures::cloth_tube(36, 20);

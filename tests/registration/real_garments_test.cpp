@@ -8,10 +8,10 @@
 
 #include "core/io/mesh_file.h"
 #include "registration/edge_paths.h"
+#include "registration/flattening/cut_to_disks.h"
 #include "registration/flattening/find_seams.h"
 #include "registration/flattening/flat_overlaps.h"
 #include "registration/flattening/flat_pattern.h"
-#include "registration/flattening/open_to_discs.h"
 #include "registration/flattening/part_overlaps.h"
 #include "registration/flattening/pattern_pieces.h"
 #include "registration/orient_faces.h"
@@ -29,9 +29,9 @@ TEST_P(RealMeshes, LieFlatWithNothingTurnedOrOverItself) {
   mesh.faces = consistently_oriented(mesh.faces, mesh.vertices.rows());
   ASSERT_NO_THROW(check_flattenable(mesh, file.string()));
   const Topology topology = topology_of(mesh.faces, mesh.vertices.rows());
-  const std::vector<char> cut = opened_to_discs(
-      topology, std::vector<char>(static_cast<std::size_t>(topology.edges.rows()), 0),
-      edge_lengths(topology, mesh.vertices));
+  const std::vector<char> cut =
+      cut_to_disks(topology, std::vector<char>(static_cast<std::size_t>(topology.edges.rows()), 0),
+                   edge_lengths(topology, mesh.vertices));
   FlattenOptions options;
   options.panel.iterations = 40;
   const FlatPattern pattern = flatten_apart(mesh, cut, options);

@@ -11,8 +11,8 @@
 #include "core/parallel.h"
 #include "core/random.h"
 #include "registration/edge_paths.h"
+#include "registration/flattening/cut_to_disks.h"
 #include "registration/flattening/flat_pattern.h"
-#include "registration/flattening/open_to_discs.h"
 #include "registration/tracking/register_sequence.h"
 #include "registration/tracking/registration_error.h"
 #include "tests/registration/registered_shapes.h"
@@ -95,8 +95,8 @@ TEST(RegisterGarment, ARegisteredTubeGivesItsPatternBack) {
       register_garment(solver, model, model.vertices, frame, {}, shape_alone()).vertices;
   const Topology topology = topology_of(registered.faces, registered.vertices.rows());
   const std::vector<char> cut =
-      opened_to_discs(topology, std::vector<char>(static_cast<std::size_t>(topology.edges.rows())),
-                      edge_lengths(topology, registered.vertices));
+      cut_to_disks(topology, std::vector<char>(static_cast<std::size_t>(topology.edges.rows())),
+                   edge_lengths(topology, registered.vertices));
   const FlatPattern flat = flatten_surface(registered, cut);
   const FlatMeasures measures = measure_flat(registered, flat);
   const double around = 2 * std::numbers::pi * 0.15;
@@ -513,7 +513,7 @@ TEST(RegisterSequence, ClothOfWhichPicturesTellNothingStaysOnTheBody) {
 
 TEST(RegisterSequence, ThePartThatNoPictureShowsIsHeldOnTheBodyWhereTheRestNeedsNone) {
   // A printed tube that stands still, seen from one side alone. On the other side the scan is
-  // lifted frame by frame, as nearest points would slide cloth.
+  // lifted frame by frame, as ICP correspondences would slide cloth.
   Spin spin(5, 0);
   RegistrationSource source = spin.source;
   source.body = [&](Index) { return spin.body.vertices; };
@@ -532,10 +532,10 @@ TEST(RegisterSequence, ThePartThatNoPictureShowsIsHeldOnTheBodyWhereTheRestNeeds
     frame.views = views;
     return frame;
   };
-  const auto slid = [&](double hold) {
+  const auto slid = [&](double body_prior) {
     RegisterSequenceOptions options;
     options.fit.photometric_levels = 2;
-    options.predict.hold = hold;
+    options.predict.body_prior = body_prior;
     RegisteredSequence sequence(spin.garment, source, options);
     const Points& x = sequence.at(4).vertices;
     double sum = 0;

@@ -58,10 +58,10 @@ Garment coarse_sheet(int cells, double size, double shift) {
 
 /// What a body did to a sheet.
 struct Pushed {
-  int most_pierced = 0;
+  int max_pierced = 0;
   int last_pierced = 0;
   double deepest = 0;
-  double most_strain = 0;
+  double max_strain = 0;
   Points end;
 };
 
@@ -93,10 +93,10 @@ Pushed push_body(const Mesh& body, const Garment& garment, bool pinned, const Bo
     control.body_start = body.vertices.rowwise() + way.step * std::min(i, way.moving);
     control.body_end = body.vertices.rowwise() + way.step * std::min(i + 1, way.moving);
     const FrameReport report = solver.advance(control);
-    out.most_strain = std::max(out.most_strain, report.strain_max);
+    out.max_strain = std::max(out.max_strain, report.strain_max);
     out.end = solver.state().positions;
     out.last_pierced = count_crossings(out.end, cloth.faces, control.body_end, body.faces);
-    out.most_pierced = std::max(out.most_pierced, out.last_pierced);
+    out.max_pierced = std::max(out.max_pierced, out.last_pierced);
     out.deepest = std::max(
         out.deepest,
         fixtures::contact_guard(out.end, control.body_end, body.faces, garment.material.thickness)
@@ -108,17 +108,17 @@ Pushed push_body(const Mesh& body, const Garment& garment, bool pinned, const Bo
 /// Runs a case on every device, with and without contact of the cloth with itself, and without the
 /// body's edges, where it is pierced.
 void expect_not_pierced(const Mesh& body, const Garment& garment, bool pinned, const BodyWay& way,
-                        double most_strain) {
+                        double max_strain) {
   for (Device device : fixtures::devices()) {
     for (bool self : {false, true}) {
       XpbdOptions options = with_edges();
       options.self_contact = self;
       const Pushed course = push_body(body, garment, pinned, way, options, device);
-      EXPECT_EQ(course.most_pierced, 0) << self;
+      EXPECT_EQ(course.max_pierced, 0) << self;
       EXPECT_LT(course.deepest, 1e-4) << self;
-      EXPECT_LT(course.most_strain, most_strain) << self;
+      EXPECT_LT(course.max_strain, max_strain) << self;
     }
-    EXPECT_GT(push_body(body, garment, pinned, way, {}, device).most_pierced, 0);
+    EXPECT_GT(push_body(body, garment, pinned, way, {}, device).max_pierced, 0);
   }
 }
 
@@ -200,7 +200,7 @@ TEST(BodyFeatures, WhatHasComeThroughALittleIsTakenBackGently) {
               0);
     const Pushed course = push_body(body, garment, true, {{0, 0, 0}, 0, 30}, with_edges(), device);
     EXPECT_EQ(course.last_pierced, 0);
-    EXPECT_LT(course.most_strain, 0.15);
+    EXPECT_LT(course.max_strain, 0.15);
   }
 }
 
@@ -285,7 +285,7 @@ TEST(BodyFeatures, SliversRimsAndThreeFacesOnAnEdgeAreNoFeaturesThatHarm) {
     const Pushed course =
         push_body(body, coarse_sheet(8, 0.4, 0.013), true, {}, with_edges(), device);
     EXPECT_TRUE(course.end.allFinite());
-    EXPECT_LT(course.most_strain, 0.3);
+    EXPECT_LT(course.max_strain, 0.3);
   }
 }
 

@@ -77,12 +77,12 @@ Garment sheet_at(int cells, double size, double y) {
 struct Course {
   double deepest = 0;
   double fastest = 0;
-  double most_strain = 0;
+  double max_strain = 0;
   // T17, in frames in which no fold of the body grips the cloth: what is gripped lies in one of two
   // surfaces, so that its edges pass through the other.
-  int most_pierced = 0;   ///< edges that cross, of cloth and body
-  int most_inside = 0;    ///< vertices inside the body by its winding number
-  double least_gap = 1;   ///< of cloth and body, over the thickness
+  int max_pierced = 0;    ///< edges that cross, of cloth and body
+  int max_inside = 0;     ///< vertices inside the body by its winding number
+  double min_gap = 1;     ///< of cloth and body, over the thickness
   int grip_pierced = 0;   ///< edges that cross in the other frames
   int last_pierced = -1;  ///< at the end
   fixtures::Guard last;
@@ -105,18 +105,18 @@ Course run(ClothSolver& solver, const Triangles& faces, int frames, int every, c
     control.body_end = at(i + 1);
     control.exact_counts = i % every == every - 1 || i + 1 == frames;
     const FrameReport report = solver.advance(control);
-    course.most_strain = std::max(course.most_strain, report.strain_p95);
+    course.max_strain = std::max(course.max_strain, report.strain_p95);
     if (control.exact_counts) {
       course.end = solver.state();
       course.last = fixtures::contact_guard(course.end.positions, control.body_end, faces, 2e-3);
       course.deepest = std::max(course.deepest, course.last.deepest);
       course.last_pierced = report.body_crossings;
       const bool free = !grips(i);
-      int& pierced = free ? course.most_pierced : course.grip_pierced;
+      int& pierced = free ? course.max_pierced : course.grip_pierced;
       pierced = std::max(pierced, report.body_crossings);
       if (free) {
-        course.most_inside = std::max(course.most_inside, report.inside);
-        course.least_gap = std::min(course.least_gap, report.body_gap);
+        course.max_inside = std::max(course.max_inside, report.inside);
+        course.min_gap = std::min(course.min_gap, report.body_gap);
       }
       course.fastest = std::max(course.fastest, course.end.velocities.rowwise().norm().maxCoeff());
     }
@@ -127,12 +127,12 @@ Course run(ClothSolver& solver, const Triangles& faces, int frames, int every, c
 /// T17's bar for real time, of a body that is met by the vertices of the cloth alone: its edges are
 /// short enough for the body's curvature (an edge of length l dips by l^2 / 8r).
 void expect_no_contact_is_missed(const Course& course) {
-  EXPECT_EQ(course.most_pierced, 0);
-  EXPECT_EQ(course.most_inside, 0);
-  EXPECT_GT(course.least_gap, 0.02);
+  EXPECT_EQ(course.max_pierced, 0);
+  EXPECT_EQ(course.max_inside, 0);
+  EXPECT_GT(course.min_gap, 0.02);
   EXPECT_EQ(course.last_pierced, 0);
   ::testing::Test::RecordProperty("pierced_where_gripped", course.grip_pierced);
-  ::testing::Test::RecordProperty("least_gap", std::to_string(course.least_gap));
+  ::testing::Test::RecordProperty("least_gap", std::to_string(course.min_gap));
 }
 
 /// 0 to 1 between two frames.
@@ -158,7 +158,7 @@ TEST(ContactGuard, AnArmLaidToTheTrunkPinchesClothAndLetsItGo) {
     const Course course = run(solver, body.faces, 125, 5, at);
     EXPECT_LT(course.deepest, kDeepest);
     EXPECT_LT(course.fastest, 6);
-    EXPECT_LT(course.most_strain, 0.2);
+    EXPECT_LT(course.max_strain, 0.2);
     EXPECT_EQ(course.last.excused, 0) << "nothing is left between arm and trunk";
     EXPECT_EQ(count_crossings(course.end.positions, cloth.faces), 0);
     expect_no_contact_is_missed(course);
@@ -194,7 +194,7 @@ TEST(ContactGuard, AKneeFoldedOverClothLetsItGo) {
         run(solver, body.faces, 120, 5, at, [](int frame) { return frame > 36 && frame < 74; });
     EXPECT_LT(course.deepest, kDeepest);
     EXPECT_LT(course.fastest, 10);
-    EXPECT_LT(course.most_strain, 0.25);
+    EXPECT_LT(course.max_strain, 0.25);
     EXPECT_EQ(course.last.excused, 0);
     EXPECT_EQ(count_crossings(course.end.positions, cloth.faces), 0);
     expect_no_contact_is_missed(course);
@@ -229,7 +229,7 @@ TEST(ContactGuard, ThreeSheetsOnASpinningSphere) {
     EXPECT_EQ(resting, 0);
     EXPECT_EQ(spinning, 0);
     EXPECT_LT(course.deepest, kDeepest);
-    EXPECT_LT(course.most_strain, 0.1);
+    EXPECT_LT(course.max_strain, 0.1);
     expect_no_contact_is_missed(course);
   }
 }

@@ -13,7 +13,7 @@ namespace atelier {
 namespace {
 
 /// The ring between `inner` and `outer` rings of radius `step` each, of which ring r has 6 r
-/// vertices: the part of a disc of triangles that hangs.
+/// vertices: the part of a disk of triangles that hangs.
 Mesh ring_mesh(int inner, int outer, double step) {
   Mesh mesh;
   std::vector<int> first(static_cast<std::size_t>(outer) + 2, 0);
@@ -47,7 +47,7 @@ Mesh ring_mesh(int inner, int outer, double step) {
   return mesh;
 }
 
-/// Area of the shadow on the ground of a disc of radius `disc` and a mesh within `reach` of the
+/// Area of the shadow on the ground of a disk of radius `disk` and a mesh within `reach` of the
 /// origin, in cells.
 double shadow_area(const Mesh& mesh, double disc, double reach) {
   constexpr int kCells = 640;
@@ -93,7 +93,7 @@ CusickDrape cusick_drape(const Material& material, const CusickOptions& options,
   const double specimen = options.specimen_diameter / 2;
   const double disc = options.disc_diameter / 2;
   ATELIER_CHECK(specimen > 0.005 && specimen < 5 && disc > 0.1 * specimen && disc < 0.9 * specimen,
-                "the disc is smaller than the specimen");
+                "the disk is smaller than the specimen");
   ATELIER_CHECK(options.rings >= 6 && options.rings <= 200, "rings in [6, 200]");
   ATELIER_CHECK(options.seconds >= 0.1 && options.seconds <= 60, "seconds in [0.1, 60]");
   const double step = specimen / options.rings;
@@ -103,7 +103,7 @@ CusickDrape cusick_drape(const Material& material, const CusickOptions& options,
   garment.name = "specimen";
   garment.material = material;
   garment.mesh = ring_mesh(held - 1, options.rings, step);
-  // So that the clamp is at the rim of the disc also where a ring is not.
+  // So that the clamp is at the rim of the disk also where a ring is not.
   for (Index v = 0; v < garment.mesh.vertices.rows(); ++v) {
     const double r = std::hypot(garment.mesh.vertices(v, 0), garment.mesh.vertices(v, 2));
     const double share = (r - held * step) / (specimen - held * step);

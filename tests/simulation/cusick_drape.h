@@ -5,7 +5,7 @@
 
 namespace atelier {
 
-/// The drape test of Cusick 1968 (BS 5058): a round specimen hangs over a smaller round disc.
+/// The drape test of Cusick 1968 (BS 5058): a round specimen hangs over a smaller round disk.
 struct CusickOptions {
   double specimen_diameter = 0.30;  ///< m, 0.01 to 10
   double disc_diameter = 0.18;      ///< m, smaller
@@ -17,11 +17,11 @@ struct CusickOptions {
 struct CusickDrape {
   double coefficient = 0;  ///< %, 0: hangs straight down, 100: does not bend
   double rest_speed = 0;   ///< m/s, of the fastest vertex at the end: how much at rest it was
-  Mesh mesh;               ///< the part that hangs, at the end; the disc is round the origin, y = 0
+  Mesh mesh;               ///< the part that hangs, at the end; the disk is round the origin, y = 0
 };
 
-/// Drape coefficient of a material: (projected area - disc) / (specimen - disc), in per cent.
-/// The specimen is clamped between two discs, as in the instrument, and consists of
+/// Drape coefficient of a material: (projected area - disk) / (specimen - disk), in per cent.
+/// The specimen is clamped between two disks, as in the instrument, and consists of
 /// orthotropic triangles; it starts flat with a slight fixed unevenness, without which nothing
 /// would decide where folds come. The area is counted in cells of half a millimetre of a 30 cm
 /// specimen. Throws LogicError for options out of range, DataError as make_cloth and Solver::step.

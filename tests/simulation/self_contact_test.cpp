@@ -442,7 +442,7 @@ TEST(SelfContact, ShortTwinsAgree) {
 }
 
 /// Two sheets of `cells` x `cells` centimetres, two and a half millimetres apart, of which the
-/// upper falls onto the lower; every 97th vertex is kicked, so that it leaves its flight.
+/// upper falls onto the lower; every 97th vertex is kicked, so that it leaves its swept motion.
 struct KickedSheets {
   Cloth cloth;
   ClothState state;
@@ -459,7 +459,7 @@ struct KickedSheets {
   }
 };
 
-// Pairs are found again for who leaves its flight, and nobody else: nothing is missed.
+// Pairs are found again for who leaves its swept motion, and nobody else: nothing is missed.
 TEST(SelfContact, DoesNotDependOnHowFarASearchLooksAhead) {
   const KickedSheets sheets(16);
   const Mesh floor = fixtures::incline(0, 2);

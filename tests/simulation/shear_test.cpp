@@ -208,8 +208,8 @@ Garment bias_strip(int columns, int rows, double p) {
 /// energy is least, for small angles. Such yarns turn alike all along a strip of quads, so that a
 /// quad shears by the sum of its two strips' angles. Strips that begin at a clamp do not turn;
 /// along the middle line the sum is that of `degrees` a quad between the clamped triangles.
-std::vector<double> least_shear(const Garment& garment, int columns, int rows, double p,
-                                double degrees) {
+std::vector<double> min_shear(const Garment& garment, int columns, int rows, double p,
+                              double degrees) {
   const int strips = columns + rows + 1;  // of either direction
   const Index line = 2 * strips;          // the multiplier of the middle line's sum
   Eigen::MatrixXd system = Eigen::MatrixXd::Zero(line + 1, line + 1);
@@ -305,7 +305,7 @@ TEST_P(BiasExtension, ShearsInThreeZones) {
       }
     }
     if (degrees == 10) {
-      const std::vector<double> least = least_shear(garment, columns, rows, p, degrees);
+      const std::vector<double> least = min_shear(garment, columns, rows, p, degrees);
       std::vector<double> off;
       for (Index f = 0; f < garment.mesh.faces.rows(); ++f) {
         off.push_back(std::abs(std::abs(shear_angle(garment, x, f)) / kDegree - least[f]));

@@ -108,16 +108,16 @@ StiffnessObjective always(double distance) {
 TEST(StiffnessSearch, WhatIsUsualDecidesWhereDistancesDoNot) {
   StiffnessSearchOptions options;
   options.fine = 0;
-  options.usual = {800, 0.6, 3e-5, 0.5};
+  options.prior = {800, 0.6, 3e-5, 0.5};
   const StiffnessFit fit = search_stiffness(1, always(0.01), options).front();
   EXPECT_EQ(fit.trials.size(), 16u);
   EXPECT_NEAR(fit.expected.stretch / 800, 1, 0.03);
   EXPECT_NEAR(fit.expected.bending / 3e-5, 1, 0.03);
   constexpr double kNineInTen = 1.645;  // standard deviations to each side
-  EXPECT_NEAR(std::log(fit.likely_low.stretch / 800), -0.6 * kNineInTen, 0.06);
-  EXPECT_NEAR(std::log(fit.likely_high.stretch / 800), 0.6 * kNineInTen, 0.06);
-  EXPECT_NEAR(std::log(fit.likely_low.bending / 3e-5), -0.5 * kNineInTen, 0.09);
-  EXPECT_NEAR(std::log(fit.likely_high.bending / 3e-5), 0.5 * kNineInTen, 0.09);
+  EXPECT_NEAR(std::log(fit.credible_low.stretch / 800), -0.6 * kNineInTen, 0.06);
+  EXPECT_NEAR(std::log(fit.credible_high.stretch / 800), 0.6 * kNineInTen, 0.06);
+  EXPECT_NEAR(std::log(fit.credible_low.bending / 3e-5), -0.5 * kNineInTen, 0.09);
+  EXPECT_NEAR(std::log(fit.credible_high.bending / 3e-5), 0.5 * kNineInTen, 0.09);
 }
 
 TEST(StiffnessSearch, WithoutAnythingUsualTheMiddleOfWhatIsOpenIsTaken) {
@@ -125,8 +125,8 @@ TEST(StiffnessSearch, WithoutAnythingUsualTheMiddleOfWhatIsOpenIsTaken) {
   options.fine = 0;
   const StiffnessFit fit = search_stiffness(1, always(0.01), options).front();
   EXPECT_NEAR(fit.expected.stretch / 1000, 1, 1e-6);
-  EXPECT_NEAR(std::log10(fit.likely_low.stretch), 2.1, 0.03);
-  EXPECT_NEAR(std::log10(fit.likely_high.stretch), 3.9, 0.03);
+  EXPECT_NEAR(std::log10(fit.credible_low.stretch), 2.1, 0.03);
+  EXPECT_NEAR(std::log10(fit.credible_high.stretch), 3.9, 0.03);
   // Below a thousand it is ruled out: what is expected lies above, whatever the edge of the range.
   const auto one_sided = [](const std::vector<std::vector<Stiffness>>& scenes) {
     std::vector<std::vector<double>> distances;
@@ -136,9 +136,9 @@ TEST(StiffnessSearch, WithoutAnythingUsualTheMiddleOfWhatIsOpenIsTaken) {
     return distances;
   };
   options.coarse = 9;
-  options.usual = {300, 1, 3e-5, 1};
+  options.prior = {300, 1, 3e-5, 1};
   const StiffnessFit above = search_stiffness(1, one_sided, options).front();
-  EXPECT_GT(above.likely_low.stretch, 600);
+  EXPECT_GT(above.credible_low.stretch, 600);
   EXPECT_GT(above.expected.stretch, 800);
   EXPECT_LT(above.expected.stretch, 2000);
   EXPECT_TRUE(above.stretch.open_high);
@@ -147,20 +147,20 @@ TEST(StiffnessSearch, WithoutAnythingUsualTheMiddleOfWhatIsOpenIsTaken) {
 TEST(StiffnessSearch, DistancesThatTellOutweighWhatIsUsual) {
   StiffnessSearchOptions options;
   options.coarse = 9;
-  options.usual = {5000, 1, 2e-6, 1};
+  options.prior = {5000, 1, 2e-6, 1};
   const std::vector<Stiffness> truths = {{700, 3e-5}, {2500, 4e-6}};
   for (const auto& [truth, fit] :
        {std::pair{truths[0], search_stiffness(2, bowls(truths), options)[0]},
         {truths[1], search_stiffness(2, bowls(truths), options)[1]}}) {
     EXPECT_NEAR(fit.expected.stretch / truth.stretch, 1, 0.25);
     EXPECT_NEAR(fit.expected.bending / truth.bending, 1, 0.25);
-    EXPECT_LT(fit.likely_low.stretch, truth.stretch);
-    EXPECT_GT(fit.likely_high.stretch, truth.stretch);
+    EXPECT_LT(fit.credible_low.stretch, truth.stretch);
+    EXPECT_GT(fit.credible_high.stretch, truth.stretch);
   }
 }
 
 TEST(StiffnessSearch, WhatIsUsualIsTheFabricsOwn) {
-  const UsualStiffness usual = usual_stiffness();
+  const StiffnessPrior usual = stiffness_prior();
   double stretch = 1;
   double bending = 1;
   int within = 0;
@@ -202,9 +202,9 @@ TEST(StiffnessSearch, WhatCannotBeSearchedIsRefused) {
   options.coarse = 1;
   EXPECT_THROW(search_stiffness(1, never, options), LogicError);
   options = {};
-  options.usual.stretch_spread = 1;
+  options.prior.stretch_spread = 1;
   EXPECT_THROW(search_stiffness(1, never, options), LogicError) << "of what?";
-  options.usual = {1000, -1, 1e-5, 1};
+  options.prior = {1000, -1, 1e-5, 1};
   EXPECT_THROW(search_stiffness(1, never, options), LogicError);
 }
 

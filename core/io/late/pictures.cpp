@@ -1,4 +1,4 @@
-// OpenCV's codecs of pictures behind C linkage, for core/io/image_opencv.cpp: a shared object of
+// OpenCV's codecs of images behind C linkage, for core/io/image_opencv.cpp: a shared object of
 // its own, since they bring a hundred others (GDAL, Poppler).
 #include <opencv2/imgcodecs.hpp>
 #include <vector>

@@ -39,7 +39,7 @@ struct FreePacket {
   void operator()(AVPacket* packet) const { av_packet_free(&packet); }
 };
 
-class Encoder : public Film {
+class Encoder : public VideoEncoder {
  public:
   Encoder(std::filesystem::path path, const std::filesystem::path& written, int width, int height,
           const VideoOptions& options)
@@ -185,8 +185,9 @@ class Encoder : public Film {
 }  // namespace
 }  // namespace atelier
 
-extern "C" atelier::Film* atelier_new_film(const std::filesystem::path& path,
-                                           const std::filesystem::path& written, int width,
-                                           int height, const atelier::VideoOptions& options) {
+extern "C" atelier::VideoEncoder* atelier_new_film(const std::filesystem::path& path,
+                                                   const std::filesystem::path& written, int width,
+                                                   int height,
+                                                   const atelier::VideoOptions& options) {
   return new atelier::Encoder(path, written, width, height, options);
 }

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+
+#include "core/finding.h"
+
+namespace atelier {
+
+/// What a registered frame says of itself.
+struct FrameFigures {
+  int frame_id = 0;
+  double support = 0;      ///< share of the garment's area that the scan speaks of
+  double correlation = 0;  ///< of images with the template's texture; 0: nothing was compared
+  double inside = 0;       ///< share of vertices and triangles' centres inside the body
+};
+
+/// The frames in which a garment was lost, as one warning `not-followed`; nothing where it was
+/// followed in all. The scan then speaks of less than 0.75 of its area, or images agree with its
+/// texture by less than 0.5. Garments that were followed had 0.80 and 0.72 at least in all frames
+/// of captures, a dress that was lost 0.67 and 0.18 at most (docs/results/registration.md).
+std::optional<Finding> tracking_failure(const std::string& garment,
+                                        std::span<const FrameFigures> frames);
+
+/// The frames in which more than 1% of a garment is inside the body, as one warning `inside-body`;
+/// nothing where there is none. Our choice: a body that pokes through so much cloth is seen in a
+/// film.
+std::optional<Finding> inside_body(const std::string& garment,
+                                   std::span<const FrameFigures> frames);
+
+}  // namespace atelier
