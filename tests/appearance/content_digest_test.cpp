@@ -18,7 +18,7 @@ const Tensors kTensors = {{"a", tensor_of(std::vector<float>{1, 2, 3, 4}, {2, 2}
                           {"b", tensor_of(std::vector<int>{5, 6})}};
 const Texts kTexts = {{"name", "dress"}, {"version", "2"}};
 
-TEST(ContentDigest, EveryChangeOfAnythingGivesAnother) {
+TEST(ContentDigest, AnyChange_ChangesTheDigest) {
   const std::string digest = content_digest(kTensors, kTexts);
   EXPECT_EQ(digest.size(), 64U);
   EXPECT_EQ(content_digest(Tensors(kTensors), Texts(kTexts)), digest);
@@ -45,7 +45,7 @@ TEST(ContentDigest, EveryChangeOfAnythingGivesAnother) {
   }
 }
 
-TEST(ContentDigest, StringsOfATextTensorCount) {
+TEST(ContentDigest, TensorOfTexts_CountsItsStrings) {
   const auto of = [](const std::vector<std::string>& names) {
     return content_digest({{"id", tensor_of_texts(names)}}, {});
   };
@@ -53,18 +53,18 @@ TEST(ContentDigest, StringsOfATextTensorCount) {
   EXPECT_NE(of({"ab", "c"}), of({"a", "bc"}));
 }
 
-TEST(ContentDigest, IsNotOfItself) {
+TEST(ContentDigest, StoredDigest_IsNotPartOfItself) {
   Texts texts = kTexts;
   texts[kDigestText] = content_digest(kTensors, kTexts);
   EXPECT_EQ(content_digest(kTensors, texts), texts[kDigestText]);
   EXPECT_NO_THROW(require_digest(kTensors, texts, "x", "run it again"));
 }
 
-TEST(ContentDigest, WhatWasWrittenBeforeThereWereDigestsIsTaken) {
+TEST(ContentDigest, FileWithoutDigest_IsAccepted) {
   EXPECT_NO_THROW(require_digest(kTensors, kTexts, "x", "run it again"));
 }
 
-TEST(ContentDigestRefused, AFlippedBitWithItsFileAndWhatToDo) {
+TEST(ContentDigestRefused, FlippedBit_IsRefusedWithFileAndRemedy) {
   Texts texts = kTexts;
   texts[kDigestText] = content_digest(kTensors, kTexts);
   Tensors tensors = kTensors;

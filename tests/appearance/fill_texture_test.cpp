@@ -50,7 +50,7 @@ StaticTexture seen_at(const TexelMap& map, const std::vector<std::pair<int, floa
   return texture;
 }
 
-TEST(FillUnseen, GoesOnFromTheNearestSeenTexelAndOverSeams) {
+TEST(FillUnseen, UnseenTexels_TakeNearestSeenTexelAcrossSeams) {
   const TwoCharts two;
   // Rows of 32: the left chart covers 3.2 to 12.8, the right one 16 to 25.6.
   StaticTexture texture = seen_at(two.map, {{16 * 32 + 4, 0.2F}, {16 * 32 + 12, 0.8F}});
@@ -65,7 +65,7 @@ TEST(FillUnseen, GoesOnFromTheNearestSeenTexelAndOverSeams) {
   }
 }
 
-TEST(FillUnseen, WhatNoStepLeadsToTakesTheMean) {
+TEST(FillUnseen, UnreachableTexels_TakeTheMean) {
   TwoCharts two;
   for (std::size_t i = 0; i < two.map.source.size(); ++i) {
     two.map.source[i] = static_cast<int>(i);  // as if nothing were sewn
@@ -75,21 +75,21 @@ TEST(FillUnseen, WhatNoStepLeadsToTakesTheMean) {
   EXPECT_FLOAT_EQ(texture.texture.at(20, 16, 2), 0.5F);
 }
 
-TEST(FillUnseen, NothingSeenStaysBlack) {
+TEST(FillUnseen, NothingSeen_StaysBlack) {
   const TwoCharts two;
   StaticTexture texture = seen_at(two.map, {});
   fill_unseen(texture, two.map);
   EXPECT_EQ(texture.texture.at(8, 16, 0), 0.0F);
 }
 
-TEST(FillUnseenRefused, AnotherResolution) {
+TEST(FillUnseenRefused, OtherResolution_Throws) {
   const TwoCharts two;
   StaticTexture texture = seen_at(two.map, {});
   texture.texture = Image(8, 8, 3);
   ATELIER_EXPECT_REFUSED(fill_unseen(texture, two.map), LogicError, "another resolution");
 }
 
-TEST(StaticTexture, TexelsTouchedByACornerAloneAreNotSeen) {
+TEST(StaticTexture, TexelsTouchedAtCornersOnly_AreNotSeen) {
   // Pixels at the middles of four texels, and one a twentieth of the way from texel (3, 3) on.
   TexturePixels pixels;
   for (const float x : {0.5F, 1.5F, 2.5F, 6.5F, 3.55F}) {
@@ -104,7 +104,7 @@ TEST(StaticTexture, TexelsTouchedByACornerAloneAreNotSeen) {
   EXPECT_NEAR(texture.texture.at(3, 3, 0), 0.5F, 0.06F);
 }
 
-TEST(StaticTexture, PixelsCoarserThanTexelsAreTakenAsTheyAre) {
+TEST(StaticTexture, PixelsCoarserThanTexels_AreStillUsed) {
   // Every pixel lies between four texels: nobody has half of its colour from one.
   TexturePixels pixels;
   for (int i = 0; i < 16; ++i) {
@@ -128,7 +128,7 @@ Image waves(double phase) {
   return image;
 }
 
-TEST(StructuralSimilarity, IsOneForTheSameAndLessForOthers) {
+TEST(StructuralSimilarity, IdenticalImages_GiveOneAndOthersLess) {
   const Image image = waves(0);
   const ByteImage all(24, 20, 1, 255);
   EXPECT_NEAR(structural_similarity(image, image, all), 1, 1e-12);
@@ -136,14 +136,14 @@ TEST(StructuralSimilarity, IsOneForTheSameAndLessForOthers) {
   EXPECT_LT(structural_similarity(image, waves(3.14), all), 0);  // what is bright is dark
 }
 
-TEST(StructuralSimilarity, OfFlatPicturesIsThatOfTheirMeans) {
+TEST(StructuralSimilarity, FlatImages_GiveTheRatioOfTheirMeans) {
   const ByteImage all(24, 20, 1, 1);
   const double expected = (2 * 0.2 * 0.6 + 1e-4) / (0.04 + 0.36 + 1e-4);
   EXPECT_NEAR(structural_similarity(Image(24, 20, 3, 0.2F), Image(24, 20, 3, 0.6F), all), expected,
               1e-5);
 }
 
-TEST(StructuralSimilarity, WhatIsOutsideOfTheMaskDoesNotCount) {
+TEST(StructuralSimilarity, PixelsOutsideTheMask_DoNotCount) {
   const Image image = waves(0);
   Image other = image;
   ByteImage mask(24, 20, 1, 1);
@@ -157,7 +157,7 @@ TEST(StructuralSimilarity, WhatIsOutsideOfTheMaskDoesNotCount) {
   EXPECT_EQ(structural_similarity(image, other, ByteImage(24, 20, 1)), 1);
 }
 
-TEST(StructuralSimilarityRefused, OtherSizes) {
+TEST(StructuralSimilarityRefused, OtherSizes_Throw) {
   ATELIER_EXPECT_REFUSED(structural_similarity(waves(0), Image(20, 24, 3), ByteImage(24, 20, 1)),
                          LogicError, "differ in size");
 }

@@ -17,7 +17,7 @@ bool same_light(const OcclusionOptions& one, const OcclusionOptions& other) {
   return one.strata == other.strata && one.reach == other.reach && one.offset == other.offset;
 }
 
-TEST(LearntOcclusion, TextsGiveItBackToTheSameBits) {
+TEST(LearntOcclusion, OptionsInTexts_RoundTripBitExact) {
   const OcclusionOptions odd = {5, 1.0 / 3, 0.1 + 0.2 - 0.3};
   LightTexts texts = {{"name", "dress"}};
   put_occlusion(texts, odd);
@@ -27,14 +27,14 @@ TEST(LearntOcclusion, TextsGiveItBackToTheSameBits) {
   EXPECT_TRUE(same_light(*back, odd));
 }
 
-TEST(LearntOcclusion, AFileOfAnOlderProgramSaysNothing) {
+TEST(LearntOcclusion, FileOfOlderVersion_HasNoOcclusionOptions) {
   LightTexts texts = {{"name", "dress"}};
   put_occlusion(texts, std::nullopt);
   EXPECT_EQ(texts.size(), 1U);
   EXPECT_FALSE(occlusion_at(texts).has_value());
 }
 
-TEST(LearntOcclusion, PicturesAreLitAsTheirNetworksLearnt) {
+TEST(LearntOcclusion, RenderingOcclusion_IsTheOneOfTraining) {
   const OcclusionOptions learnt = {3, 0.5, 0.01};
   const OcclusionOptions usual;
   EXPECT_TRUE(same_light(drawn_occlusion(kOpenOcclusion, {{"dress", learnt}}), learnt));
@@ -47,7 +47,7 @@ TEST(LearntOcclusion, PicturesAreLitAsTheirNetworksLearnt) {
       same_light(drawn_occlusion({4, 0, -1}, {{"old", {}}}), {4, usual.reach, usual.offset}));
 }
 
-TEST(LearntOcclusionRefused, OtherLightThanWhatWasLearnt) {
+TEST(LearntOcclusionRefused, OcclusionOtherThanInTraining_IsRefused) {
   const LearntOcclusion dress = {"dress", OcclusionOptions{8, 1, 0}};
   EXPECT_THAT(occlusion_problem({4, 0, -1}, dress),
               HasSubstr("occlusion.strata cannot be 4: dress learnt with 8"));
@@ -61,7 +61,7 @@ TEST(LearntOcclusionRefused, OtherLightThanWhatWasLearnt) {
                          "occlusion.strata cannot be 8: body learnt with 3");
 }
 
-TEST(LearntOcclusionRefused, TextsThatAreHalfThereOrOutOfRange) {
+TEST(LearntOcclusionRefused, IncompleteOrOutOfRangeTexts_AreRefused) {
   LightTexts whole;
   put_occlusion(whole, OcclusionOptions{});
   for (const auto& [name, text] : whole) {

@@ -7,7 +7,7 @@
 namespace atelier {
 namespace {
 
-TEST(Learnt, IsJudgedAgainstTheTextureThatDoesNotChange) {
+TEST(Learnt, Training_IsJudgedAgainstStaticTexture) {
   EXPECT_EQ(learnt(26, 23), Learnt::Enough);
   EXPECT_EQ(learnt(22.6, 23), Learnt::Enough);
   EXPECT_EQ(learnt(22.4, 23), Learnt::Doubtful);

@@ -84,7 +84,7 @@ TriangleTree nothing() {
   return build_tree(far.vertices, far.faces);
 }
 
-TEST(Occlusion, UnderNothingIsTheCosineLobeOfTheNormal) {
+TEST(Occlusion, OpenSky_GivesTheCosineLobe) {
   const SurfaceFrame points = random_points(12);
   const TransferRows transfer = light_transfer(points, nothing(), finest());
   for (Index v = 0; v < points.position.rows(); ++v) {
@@ -103,7 +103,7 @@ TEST(Occlusion, UnderNothingIsTheCosineLobeOfTheNormal) {
   }
 }
 
-TEST(Occlusion, UnderHalfASkyIsHalfOfTheCosineLobe) {
+TEST(Occlusion, HalfASky_GivesHalfTheCosineLobe) {
   const Mesh wall = fixtures::mesh_of({{-90, 0, 0.1}, {90, 0, 0.1}, {90, 90, 0.1}, {-90, 90, 0.1}},
                                       {{0, 1, 2}, {0, 2, 3}});
   const SurfaceFrame point = upward_points(1);
@@ -124,7 +124,7 @@ TEST(Occlusion, UnderHalfASkyIsHalfOfTheCosineLobe) {
             0.02);
 }
 
-TEST(Occlusion, LightOfASmoothSkyIsADotProduct) {
+TEST(Occlusion, SmoothSkyLight_IsADotProduct) {
   // A ball hides a part of the sky, whose light is any sum of harmonics.
   Mesh ball = fixtures::sphere(4);
   ball.vertices *= 0.5;
@@ -159,7 +159,7 @@ TEST(Occlusion, LightOfASmoothSkyIsADotProduct) {
   EXPECT_NEAR(outside.dot(sky), light, 0.005);
 }
 
-TEST(Occlusion, DegreeZeroIsTheShareOfRays) {
+TEST(Occlusion, DegreeZero_IsTheFractionOfOpenRays) {
   const Mesh ball = fixtures::sphere(3);
   const TransferRows transfer =
       light_transfer(floor_frame(floor_mesh()), build_tree(ball.vertices, ball.faces));
@@ -172,7 +172,7 @@ TEST(Occlusion, DegreeZeroIsTheShareOfRays) {
   }
 }
 
-TEST(Occlusion, OfAFloorBesideAHighWallIsOneHalf) {
+TEST(Occlusion, FloorBesideHighWall_SeesHalfTheSky) {
   // A wall far longer and higher than the floor's texels are away from it hides half of the sky.
   const Mesh floor = floor_mesh();
   const Mesh wall = fixtures::mesh_of({{-50, 0, 1}, {50, 0, 1}, {50, 80, 1}, {-50, 80, 1}},
@@ -190,7 +190,7 @@ TEST(Occlusion, OfAFloorBesideAHighWallIsOneHalf) {
   EXPECT_GT(half.col(1).minCoeff(), 0.98F);  // which stands on the floor
 }
 
-TEST(Occlusion, OfAHorizonAtAnAngleFollowsTheCosineLaw) {
+TEST(Occlusion, HorizonAtAnAngle_FollowsTheCosineLaw) {
   // A wide lid at height 1 with a round hole of radius 1 above one texel lets through sin^2 of 45
   // degrees: one half.
   std::vector<std::array<double, 3>> vertices;
@@ -221,7 +221,7 @@ TEST(Occlusion, OfAHorizonAtAnAngleFollowsTheCosineLaw) {
   EXPECT_EQ(visibility_of(point, tree, options)(0, 0), 1.0F);
 }
 
-TEST(Occlusion, IsTheSameOnAnyNumberOfThreads) {
+TEST(Occlusion, AnyThreadCount_GivesTheSameTransfer) {
   const Mesh ball = fixtures::sphere(3);
   const SurfaceFrame frame = floor_frame(floor_mesh());
   const TriangleTree tree = build_tree(ball.vertices, ball.faces);
@@ -233,7 +233,7 @@ TEST(Occlusion, IsTheSameOnAnyNumberOfThreads) {
   EXPECT_EQ(one, three);
 }
 
-TEST(Occlusion, CudaAgrees) {
+TEST(Occlusion, CudaAndCpu_Agree) {
   Mesh cloth = floor_mesh();
   cloth.vertices.col(1) = 0.2 * (9 * cloth.vertices.col(0).array()).sin();
   const Mesh ball = fixtures::sphere(3);
@@ -250,7 +250,7 @@ TEST(Occlusion, CudaAgrees) {
   }
 }
 
-TEST(OcclusionRefused, OptionsOutOfRange) {
+TEST(OcclusionRefused, OptionsOutOfRange_Throw) {
   OcclusionOptions options;
   options.strata = 0;
   ATELIER_EXPECT_REFUSED(light_transfer({}, {}, options), LogicError, "out of range");

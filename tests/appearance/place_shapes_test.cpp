@@ -89,7 +89,7 @@ double distance(const Points2& a, const Triangles& fa, const Points2& b, const T
   return least;
 }
 
-TEST(PlaceShapes, KeepTheMarginFromOneAnotherAndTheBorder) {
+TEST(PlaceShapes, PlacedShapes_KeepTheMargin) {
   constexpr double kMargin = 0.012;
   for (std::uint64_t seed = 1; seed <= 6; ++seed) {
     std::vector<FlatShape> shapes;
@@ -112,7 +112,7 @@ TEST(PlaceShapes, KeepTheMarginFromOneAnotherAndTheBorder) {
   }
 }
 
-TEST(PlaceShapes, TrianglesLieHeadToFoot) {
+TEST(PlaceShapes, Triangles_AreInterlocked) {
   // Two of them make a parallelogram: boxes side by side would be half empty.
   const FlatShape wedge = fan({{-0.5, -1.0 / 3}, {0.5, -1.0 / 3}, {0, 2.0 / 3}});
   const ShapePlacement placement = place_shapes({wedge, wedge}, 1.0 / 256, 0.1);
@@ -120,7 +120,7 @@ TEST(PlaceShapes, TrianglesLieHeadToFoot) {
   EXPECT_GT(placement.scale, 1.15 * boxes);
 }
 
-TEST(PlaceShapes, AreTheSameEveryTimeAndOnceMoreOfWhatWasPlaced) {
+TEST(PlaceShapes, RepeatedPlacement_IsIdenticalAndScaleInvariant) {
   const std::vector<FlatShape> shapes = {star(1, 9, 1), star(2, 9, 1), star(3, 9, 0.5)};
   const ShapePlacement a = place_shapes(shapes, 0.01, 1e-3);
   const ShapePlacement b = place_shapes(shapes, 0.01, 1e-3);
@@ -137,7 +137,7 @@ TEST(PlaceShapes, AreTheSameEveryTimeAndOnceMoreOfWhatWasPlaced) {
   EXPECT_NEAR(place_shapes(larger, 0.01, 1e-3).scale, a.scale / 2, 0.02 * a.scale);
 }
 
-TEST(PlaceShapes, SayWhereThereIsNoRoom) {
+TEST(PlaceShapes, NoRoom_GivesScaleZero) {
   EXPECT_EQ(place_shapes({star(1, 9, 1)}, 0.01, 10).scale, 0);
   FlatShape flat;
   flat.points = Points2::Zero(3, 2);
@@ -151,7 +151,7 @@ TEST(PlaceShapes, SayWhereThereIsNoRoom) {
   EXPECT_LT(placed.scale, std::numbers::sqrt2 / 3);
 }
 
-TEST(PlaceShapes, RefuseWhatCoversNothing) {
+TEST(PlaceShapes, EmptyOrNonFiniteShapes_AreRefused) {
   EXPECT_THROW(place_shapes({FlatShape{}}, 0.01, 1), LogicError);
   FlatShape nowhere = star(1, 9, 1);
   nowhere.points(0, 0) = NAN;

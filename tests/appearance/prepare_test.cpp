@@ -53,7 +53,7 @@ struct Studio {
   }
 };
 
-TEST(PrepareAppearance, HasWhatIsSeenOfTheSurfaceAlone) {
+TEST(PrepareAppearance, PreparedData_HasVisibleSurfaceOnly) {
   const Studio studio;
   const AppearanceData data = studio.prepared([&](std::size_t, int) {
     return TakenPicture{studio.picture, {}};
@@ -73,7 +73,7 @@ TEST(PrepareAppearance, HasWhatIsSeenOfTheSurfaceAlone) {
   check_appearance_data(data);
 }
 
-TEST(PrepareAppearance, CamerasWithoutAPictureAreLeftOut) {
+TEST(PrepareAppearance, CamerasWithoutImages_AreLeftOut) {
   const Studio studio;
   const AppearanceData data = studio.prepared([&](std::size_t camera, int frame_id) {
     return camera == 1 && frame_id == 3 ? TakenPicture() : TakenPicture{studio.picture, {}};
@@ -81,7 +81,7 @@ TEST(PrepareAppearance, CamerasWithoutAPictureAreLeftOut) {
   EXPECT_EQ(data.views.size(), 3U);
 }
 
-TEST(PrepareAppearance, LabelImagesKeepWhatIsSomethingElseOut) {
+TEST(PrepareAppearance, LabelImages_ExcludeOtherLabels) {
   const Studio studio;
   ByteImage labels(kSide, kSide, 1, 5);
   for (int y = 0; y < kSide; ++y) {
@@ -98,7 +98,7 @@ TEST(PrepareAppearance, LabelImagesKeepWhatIsSomethingElseOut) {
   EXPECT_GT(data.views[0].pixel.size(), 100U);
 }
 
-TEST(PrepareAppearance, LabelsThatAreAPixelOffTeachNothingOfWhatIsBehind) {
+TEST(PrepareAppearance, LabelsOnePixelOff_ExcludeTheBackground) {
   const Studio studio;
   ByteImage picture(kSide, kSide, 3, 90);
   ByteImage labels(kSide, kSide, 1, 5);
@@ -119,7 +119,7 @@ TEST(PrepareAppearance, LabelsThatAreAPixelOffTeachNothingOfWhatIsBehind) {
   }
 }
 
-TEST(PrepareAppearanceRefused, LabelsOfWhichNoneStandsAmongItsLike) {
+TEST(PrepareAppearanceRefused, LabelsWithoutCoherentRegion_AreRefused) {
   const Studio studio;
   ByteImage labels(kSide, kSide, 1, 5);  // five pixels of six agree, and none is far from another
   for (int y = 0; y < kSide; y += 2) {
@@ -133,7 +133,7 @@ TEST(PrepareAppearanceRefused, LabelsOfWhichNoneStandsAmongItsLike) {
                          DataError, "pixels that show it are left");
 }
 
-TEST(PrepareAppearanceRefused, ErosionThatLeavesNothing) {
+TEST(PrepareAppearanceRefused, ErosionLeavingNothing_IsRefused) {
   const Studio studio;
   PrepareAppearanceOptions options;
   options.visible.erosion = 32;
@@ -147,7 +147,7 @@ TEST(PrepareAppearanceRefused, ErosionThatLeavesNothing) {
                          DataError, "less --visible.erosion");
 }
 
-TEST(PrepareAppearanceRefused, PicturesThatContradictTheGeometry) {
+TEST(PrepareAppearanceRefused, ImagesContradictingGeometry_AreRefused) {
   const Studio studio;
   ByteImage labels(kSide, kSide, 1, 1);
   labels.at(24, 24) = 5;
@@ -157,7 +157,7 @@ TEST(PrepareAppearanceRefused, PicturesThatContradictTheGeometry) {
                          DataError, "label images give it");
 }
 
-TEST(PrepareAppearanceRefused, WhatDoesNotFit) {
+TEST(PrepareAppearanceRefused, MismatchedImages_AreRefused) {
   Studio studio;
   const auto refused = [&](const TakenPicture& taken, const char* words) {
     ATELIER_EXPECT_REFUSED(studio.prepared([&](std::size_t, int) { return taken; }), DataError,
@@ -187,7 +187,7 @@ PaintedScene small_scene() {
   return scene;
 }
 
-TEST(PaintedScene, ArchivesGiveItBack) {
+TEST(PaintedScene, Archive_RoundTrips) {
   const PaintedScene scene = small_scene();
   const PaintedScene back = painted_scene_of(archive_of(scene));
   EXPECT_EQ(back.frame_ids, scene.frame_ids);
@@ -204,7 +204,7 @@ TEST(PaintedScene, ArchivesGiveItBack) {
   EXPECT_LT((back.vertices[1][1] - scene.vertices[1][1]).cwiseAbs().maxCoeff(), 1e-6);
 }
 
-TEST(PaintedSceneRefused, ArraysThatDoNotAgree) {
+TEST(PaintedSceneRefused, InconsistentArrays_AreRefused) {
   const Archive good = archive_of(small_scene());
   const auto refused = [&](const std::function<void(Archive&)>& damage, const char* words) {
     Archive archive = good;

@@ -60,7 +60,7 @@ struct Leg : ::testing::Test {
   Triangles faces, cloth_faces;
 };
 
-TEST_F(Leg, SkinThatStandsOutOfItsClothIsUnderItAndAllOtherStays) {
+TEST_F(Leg, SkinOutsideItsCloth_IsMovedInsideAndOtherSkinStays) {
   const Points tucked = remove_penetration(skin, faces, cloth, cloth_faces, 0.03);
   int moved = 0;
   for (Index v = 0; v < skin.rows(); ++v) {
@@ -78,7 +78,7 @@ TEST_F(Leg, SkinThatStandsOutOfItsClothIsUnderItAndAllOtherStays) {
       << "once is enough";
 }
 
-TEST_F(Leg, ClothThatIsDeeperThanTheReachIsLeftAlone) {
+TEST_F(Leg, ClothDeeperThanTheReach_LeavesTheSkin) {
   const Points tucked = remove_penetration(skin, faces, cloth, cloth_faces, 0.01);
   for (Index v = 0; v < skin.rows(); ++v) {
     const double angle = std::atan2(-skin(v, 2), skin(v, 0));
@@ -88,11 +88,11 @@ TEST_F(Leg, ClothThatIsDeeperThanTheReachIsLeftAlone) {
   }
 }
 
-TEST_F(Leg, WithoutClothNothingMoves) {
+TEST_F(Leg, NoCloth_MovesNothing) {
   EXPECT_TRUE(remove_penetration(skin, faces, Points(0, 3), Triangles(0, 3), 0.03) == skin);
 }
 
-TEST_F(Leg, AHandThatRestsOnClothStays) {
+TEST_F(Leg, HandRestingOnCloth_StaysUnchanged) {
   // 1.5 cm thick, 2 mm off the cloth: under the back of the hand there is cloth within the reach.
   Points hand;
   Triangles hand_faces;

@@ -58,7 +58,7 @@ struct Table {
   }
 };
 
-TEST(ShownSurfaces, PixelsShowTextureColourAndBackground) {
+TEST(ShownSurfaces, Pixels_ShowTextureColorAndBackground) {
   const Table table;
   PaintOptions options;
   options.samples = 1;
@@ -112,7 +112,7 @@ TEST(ShownSurfaces, PixelsShowTextureColourAndBackground) {
   EXPECT_GT(of_each[2], 300);
 }
 
-TEST(ShownSurfaces, PlainColoursAreLitOnTheSideThatShows) {
+TEST(ShownSurfaces, PlainColors_AreLitOnTheVisibleSide) {
   // From below, where nothing hides the sky, the floor has all of its colour; from above the sheet
   // takes some of it.
   Table table;
@@ -133,7 +133,7 @@ TEST(ShownSurfaces, PlainColoursAreLitOnTheSideThatShows) {
   EXPECT_NEAR(middle[2], 0.6F, 1e-6F);
 }
 
-TEST(ShownSurfaces, ArraysAreThoseOfASurfaceFrame) {
+TEST(ShownSurfaces, SurfaceArrays_MatchASurfaceFrame) {
   const Table table;
   const auto shown = make_shown_surfaces(table.surfaces(), {}, Device::Cpu);
   shown->look(table.all, table.camera);
@@ -146,7 +146,7 @@ TEST(ShownSurfaces, ArraysAreThoseOfASurfaceFrame) {
   EXPECT_EQ(Eigen::Map<const FloatRows>(arrays.tangent, arrays.coordinates, 3), frame.tangent);
 }
 
-TEST(ShownSurfaces, WhatIsHiddenIsNotSeenAndCoverageIsAlpha) {
+TEST(ShownSurfaces, HiddenSurface_IsNotSeenAndCoverageIsAlpha) {
   Table table;
   table.floor.vertices = 0.05 * table.floor.vertices;
   table.floor.vertices.col(0).array() += 0.2;
@@ -192,7 +192,7 @@ double largest_difference(const float* a, const std::vector<float>& b) {
   return most;
 }
 
-TEST(ShownSurfaces, CudaAgrees) {
+TEST(ShownSurfaces, CudaAndCpu_Agree) {
   if (!cuda_available()) {
     GTEST_SKIP() << "no CUDA device";
   }
@@ -226,7 +226,7 @@ TEST(ShownSurfaces, CudaAgrees) {
 }
 #endif
 
-TEST(ShownSurfacesRefused, WhatDoesNotFit) {
+TEST(ShownSurfacesRefused, MismatchedSurfacesOrOptions_AreRefused) {
   const Table table;
   const auto refused = [&](const auto& damage, const char* words) {
     std::vector<ShownSurface> surfaces = table.surfaces();

@@ -6,7 +6,7 @@
 namespace atelier {
 namespace {
 
-TEST(SideProblem, PowersOfTwoAreNone) {
+TEST(SideProblem, PowersOfTwo_AreAccepted) {
   for (const int side : {16, 32, 1024, 2048}) {
     EXPECT_EQ(resolution_problem("resolution", side), "");
   }
@@ -15,7 +15,7 @@ TEST(SideProblem, PowersOfTwoAreNone) {
   }
 }
 
-TEST(SideProblem, SaysTheNearestThatThereAre) {
+TEST(SideProblem, OtherSides_NameTheNearestValidOnes) {
   EXPECT_EQ(resolution_problem("resolution", 17),
             "resolution cannot be 17: it takes powers of 2 from 16 to 2048, as 16 or 32");
   EXPECT_THAT(resolution_problem("--resolution", 1000), ::testing::HasSubstr("as 512 or 1024"));

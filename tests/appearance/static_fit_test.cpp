@@ -38,7 +38,7 @@ AppearanceData printed(const std::vector<int>& shifts) {
   return data;
 }
 
-TEST(StaticFit, ExplainsWhatCamerasAgreeOn) {
+TEST(StaticFit, ConsistentCameras_AreExplained) {
   const StaticFit fit = static_fit(printed({0, 0, 0, 0, 0}), 16);
   EXPECT_GT(fit.psnr, 25);
   ASSERT_EQ(fit.camera_explained.size(), 5U);
@@ -49,17 +49,17 @@ TEST(StaticFit, ExplainsWhatCamerasAgreeOn) {
   EXPECT_FALSE(max_contradict(fit));
 }
 
-TEST(StaticFit, NamesCamerasOfOtherPictures) {
+TEST(StaticFit, CamerasWithOtherImages_AreNamed) {
   const StaticFit fit = static_fit(printed({0, 1, 0, 0, 2}), 16);
   EXPECT_THAT(contradicting_cameras(fit), ElementsAre(1, 4));
   EXPECT_FALSE(max_contradict(fit));
 }
 
-TEST(StaticFit, FindsThatMostContradict) {
+TEST(StaticFit, MostCamerasContradicting_IsDetected) {
   EXPECT_TRUE(max_contradict(static_fit(printed({0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}), 16)));
 }
 
-TEST(StaticFit, ATexelIsJudgedByManyPixels) {
+TEST(StaticFit, JudgedTexels_HoldManyPixelsEach) {
   AppearanceData data = printed({0});
   EXPECT_EQ(judged_texels(data), 16) << "as few as there are";
   const auto pixels_of_a_view = [&](std::size_t count) {
@@ -72,7 +72,7 @@ TEST(StaticFit, ATexelIsJudgedByManyPixels) {
   EXPECT_EQ(pixels_of_a_view(32 * 300 * 300), kJudgedTexels);
 }
 
-TEST(StaticFit, ACameraWithoutPicturesIsNotJudged) {
+TEST(StaticFit, CameraWithoutImages_IsNotJudged) {
   AppearanceData data = printed({0, 0, 0});
   data.camera_ids.emplace_back("blind");
   const StaticFit fit = static_fit(data, 16);

@@ -28,7 +28,7 @@ SurfaceFrame frame_of(const Mesh& mesh) {
   return surface_frame(mesh.vertices, mesh.faces, mesh.uvs, mesh.uv_faces);
 }
 
-TEST(SurfaceFrame, PositionNormalAndTangentOfAPlane) {
+TEST(SurfaceFrame, Plane_HasPositionNormalAndTangent) {
   const Mesh mesh = sheet();
   const SurfaceFrame frame = frame_of(mesh);
   const TexelMap texels = texel_map(mesh.faces, mesh.uvs, mesh.uv_faces, 16);
@@ -45,7 +45,7 @@ TEST(SurfaceFrame, PositionNormalAndTangentOfAPlane) {
   }
 }
 
-TEST(SurfaceFrame, TurnsWithTheSurface) {
+TEST(SurfaceFrame, RotatedSurface_RotatesTheFrame) {
   Mesh mesh = sheet();
   mesh.vertices.col(1) = 0.2 * (5 * mesh.vertices.col(0).array()).sin();
   const SurfaceFrame before = frame_of(mesh);
@@ -59,13 +59,13 @@ TEST(SurfaceFrame, TurnsWithTheSurface) {
   EXPECT_LT((after.tangent - before.tangent * turned).cwiseAbs().maxCoeff(), 1e-5F);
 }
 
-TEST(SurfaceFrame, MirroredChartsKeepTheDirectionOfGrowingU) {
+TEST(SurfaceFrame, MirroredCharts_KeepTheDirectionOfGrowingU) {
   Mesh mesh = sheet();
   mesh.uvs.col(0) = 1 - mesh.uvs.col(0).array();
   EXPECT_LT((frame_of(mesh).tangent.row(7) - Eigen::RowVector3f(-1, 0, 0)).norm(), 1e-6F);
 }
 
-TEST(SurfaceFrame, PicturesFillWhatIsBesideACharts) {
+TEST(SurfaceFrame, TexelsBesideAChart_AreFilled) {
   Mesh mesh = sheet();
   mesh.uvs = 0.25 + 0.5 * mesh.uvs.array();
   const TexelMap texels = texel_map(mesh.faces, mesh.uvs, mesh.uv_faces, 32);
@@ -87,7 +87,7 @@ Camera from_above() {
   return camera;
 }
 
-TEST(JoinedSurfaces, KeepTheirOrder) {
+TEST(JoinedSurfaces, SeveralSurfaces_KeepTheirOrder) {
   const Mesh cloth = sheet();
   const Mesh ball = fixtures::sphere(0);
   const JoinedSurfaces all =
@@ -97,7 +97,7 @@ TEST(JoinedSurfaces, KeepTheirOrder) {
   EXPECT_EQ(all.faces.bottomRows(cloth.faces.rows()), Triangles(cloth.faces.array() + 6));
 }
 
-TEST(VisiblePixels, KnowTheirTextureAndWhatHidesThem) {
+TEST(VisiblePixels, RasterizedPixels_HaveTextureCoordinatesAndOcclusion) {
   const Mesh cloth = sheet();
   Mesh lid = fixtures::grid(1, 1);
   lid.vertices.col(0) *= 0.5;
@@ -125,7 +125,7 @@ TEST(VisiblePixels, KnowTheirTextureAndWhatHidesThem) {
   EXPECT_GT(trusted, 200);
 }
 
-TEST(SurfaceFrameRefused, WhatDoesNotFit) {
+TEST(SurfaceFrameRefused, MismatchedInput_IsRefused) {
   const Mesh mesh = sheet();
   const TexelMap texels = texel_map(mesh.faces, mesh.uvs, mesh.uv_faces, 8);
   const Triangles fewer = mesh.faces.topRows(3);

@@ -44,7 +44,7 @@ Eigen::Vector3d place_of(const Mesh& mesh, const TexelMap& map, int texel) {
   return place;
 }
 
-TEST(PackAtlas, ChartsKeepTheScaleOfTheSurfaceAndTheirDistance) {
+TEST(PackAtlas, Charts_KeepSurfaceScaleAndMargin) {
   const Mesh mesh = cut_sheet();
   const PackedAtlas atlas = pack_atlas(mesh, {.resolution = 64, .margin = 3});
   ASSERT_EQ(*std::max_element(atlas.chart.begin(), atlas.chart.end()), 1);
@@ -71,7 +71,7 @@ TEST(PackAtlas, ChartsKeepTheScaleOfTheSurfaceAndTheirDistance) {
   EXPECT_GE(gap, 3.0 / 64 - 1e-9);
 }
 
-TEST(TexelMap, CoveredTexelsLieWhereTheirTextureCoordinateSays) {
+TEST(TexelMap, CoveredTexels_MatchTheirTextureCoordinates) {
   const Mesh mesh = cut_sheet();
   const PackedAtlas atlas = pack_atlas(mesh, {.resolution = 64});
   const TexelMap map = texel_map(mesh.faces, atlas.uvs, atlas.uv_faces, 64);
@@ -89,7 +89,7 @@ TEST(TexelMap, CoveredTexelsLieWhereTheirTextureCoordinateSays) {
   }
 }
 
-TEST(TexelMap, BesideASeamTheTextureGoesOnAsTheSurfaceDoes) {
+TEST(TexelMap, TextureBesideASeam_ContinuesTheSurface) {
   const Mesh mesh = cut_sheet();
   const PackedAtlas atlas = pack_atlas(mesh, {.resolution = 64, .margin = 4});
   const TexelMap map = texel_map(mesh.faces, atlas.uvs, atlas.uv_faces, 64, 2);
@@ -120,7 +120,7 @@ TEST(TexelMap, BesideASeamTheTextureGoesOnAsTheSurfaceDoes) {
   EXPECT_GT(beside_seam, 20);
 }
 
-TEST(TexelMapRefused, WhatIsNoAtlas) {
+TEST(TexelMapRefused, BadAtlas_IsRefused) {
   Mesh mesh = cut_sheet();
   ATELIER_EXPECT_REFUSED(texel_map(mesh.faces, mesh.uvs, mesh.uv_faces, 64), DataError,
                          "outside of [0, 1]");

@@ -31,7 +31,7 @@ TexturePixels random_places(int count, std::uint64_t seed) {
   return places;
 }
 
-TEST(TextureSampling, AtATexelsCentreItIsTheTexel) {
+TEST(TextureSampling, TexelCentre_GivesTheTexel) {
   const Image texture = random_texture(8, 1);
   for (int y = 0; y < 8; ++y) {
     for (int x = 0; x < 8; ++x) {
@@ -44,7 +44,7 @@ TEST(TextureSampling, AtATexelsCentreItIsTheTexel) {
   }
 }
 
-TEST(TextureSampling, ARampIsARampAndStopsAtTheBorder) {
+TEST(TextureSampling, Ramp_IsInterpolatedAndClampedAtTheBorder) {
   Image ramp(16, 16, 3);
   for (int y = 0; y < 16; ++y) {
     for (int x = 0; x < 16; ++x) {
@@ -60,7 +60,7 @@ TEST(TextureSampling, ARampIsARampAndStopsAtTheBorder) {
   }
 }
 
-TEST(StaticTexture, IsFoundWithTheGainsOfTheCameras) {
+TEST(StaticTexture, TextureAndCameraGains_AreRecovered) {
   const Image truth = random_texture(8, 6);
   const float gains[3][3] = {{1.1F, 1.0F, 0.9F}, {1.0F, 1.0F, 1.0F}, {0.8F, 1.05F, 1.0F}};
   std::vector<TexturePixels> pictures;
@@ -92,7 +92,7 @@ TEST(StaticTexture, IsFoundWithTheGainsOfTheCameras) {
   EXPECT_EQ(found.seen.at(3, 3), 1);
 }
 
-TEST(TextureSamplingRefused, WhatDoesNotFit) {
+TEST(TextureSamplingRefused, MismatchedInput_IsRefused) {
   const TexturePixels places = random_places(3, 7);
   ATELIER_EXPECT_REFUSED(sample_texture(Image(4, 5, 3), places), LogicError, "square");
   ATELIER_EXPECT_REFUSED(static_texture(4, 1, {{0, &places}}), LogicError, "colours");

@@ -6,7 +6,7 @@
 namespace atelier {
 namespace {
 
-TEST(TrainOptions, TheSettingIsTheDevicesUnlessItIsSaid) {
+TEST(TrainOptions, DefaultPreset_FollowsTheDevice) {
   const TrainOptions asked;
   const TrainOptions on_cpu = resolved(asked, Device::Cpu);
   EXPECT_EQ(on_cpu.setting, TrainSetting::Small);
@@ -28,7 +28,7 @@ TEST(TrainOptions, TheSettingIsTheDevicesUnlessItIsSaid) {
   }
 }
 
-TEST(TrainOptions, SettingsHaveTheSizesThatFiguresAreOf) {
+TEST(TrainOptions, Presets_HaveTheSizesOfPublishedFigures) {
   struct Sizes {
     TrainSetting setting;
     int resolution, channels, shading, iterations;
@@ -53,7 +53,7 @@ TEST(TrainOptions, SettingsHaveTheSizesThatFiguresAreOf) {
   }
 }
 
-TEST(TrainOptions, HalfPrecisionIsRefusedWithoutAGpu) {
+TEST(TrainOptions, HalfPrecisionWithoutGpu_IsRefused) {
   TrainOptions asked;
   asked.half = true;
   EXPECT_THAT(training_problem(resolved(asked, Device::Cpu), Device::Cpu),
@@ -61,7 +61,7 @@ TEST(TrainOptions, HalfPrecisionIsRefusedWithoutAGpu) {
   EXPECT_EQ(training_problem(resolved(asked, Device::Cuda), Device::Cuda), "");
 }
 
-TEST(TrainOptions, NumbersThatAreSaidStayWhateverTheSetting) {
+TEST(TrainOptions, ExplicitNumbers_OverrideThePreset) {
   TrainOptions asked;
   asked.channels = 3;
   asked.learning_rate = 0.25;
@@ -71,7 +71,7 @@ TEST(TrainOptions, NumbersThatAreSaidStayWhateverTheSetting) {
   }
 }
 
-TEST(TrainOptions, NoWeightDecayIsANumberThatCanBeSaid) {
+TEST(TrainOptions, ZeroWeightDecay_CanBeSet) {
   TrainOptions asked;
   EXPECT_GT(resolved(asked, Device::Cpu).weight_decay, 0);
   EXPECT_GT(resolved(asked, Device::Cuda).weight_decay, resolved(asked, Device::Cpu).weight_decay);
@@ -94,7 +94,7 @@ void change(const OptionField& field) {
   }
 }
 
-TEST(TrainOptions, EveryOptionThatChangesTheResultIsInATrainingsText) {
+TEST(TrainOptions, EveryKeyedOption_ChangesTheTrainingText) {
   TrainOptions plain;
   const OptionTable table = describe(plain);
   for (std::size_t i = 0; i < table.fields.size(); ++i) {

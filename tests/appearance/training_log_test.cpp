@@ -14,7 +14,7 @@ std::string log_of(int first, int last) {
   return log;
 }
 
-TEST(TrainingLog, GoesOnAfterTheCheckpointsStep) {
+TEST(TrainingLog, ResumedLog_ContinuesAfterTheCheckpoint) {
   EXPECT_EQ(resumed_training_log(log_of(1, 12), 12), log_of(1, 12));
   EXPECT_EQ(resumed_training_log(log_of(1, 12), 8), log_of(1, 8)) << "the rest is done again";
   EXPECT_EQ(resumed_training_log(log_of(1, 12), 0), training_log_header());
@@ -23,7 +23,7 @@ TEST(TrainingLog, GoesOnAfterTheCheckpointsStep) {
       << "named when the training was on its way";
 }
 
-TEST(TrainingLog, HasNoRowThatAKillHasTorn) {
+TEST(TrainingLog, TornRow_IsDropped) {
   const std::string log = log_of(1, 14);
   for (std::size_t cut = 0; cut <= log.size(); ++cut) {
     const std::string kept = resumed_training_log(log.substr(0, cut), 11);
@@ -33,7 +33,7 @@ TEST(TrainingLog, HasNoRowThatAKillHasTorn) {
   }
 }
 
-TEST(TrainingLog, HasNothingBehindWhatIsNoRow) {
+TEST(TrainingLog, RowsAfterABrokenOne_AreDropped) {
   const std::string sound = log_of(1, 3);
   const std::string more = training_log_row({4, 0.1, 20, 1e-3});
   for (const char* broken : {"12\n", "4,0.1,20\n", "\n", "4,0.1,20,1e-3,7\n", "x,0.1,20,1e-3\n",
@@ -42,7 +42,7 @@ TEST(TrainingLog, HasNothingBehindWhatIsNoRow) {
   }
 }
 
-TEST(TrainingLog, SaysHowATrainingEnded) {
+TEST(TrainingLog, LastSteps_GiveTheFinalPsnr) {
   EXPECT_EQ(judged_after(300, 18, 2), 285);
   EXPECT_EQ(judged_after(20, 19, 2), 10) << "all views, once";
   EXPECT_DOUBLE_EQ(mean_psnr_after(log_of(1, 12), 9).value(), 31);

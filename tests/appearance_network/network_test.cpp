@@ -72,7 +72,7 @@ void awaken(AppearanceModel& model) {
   }
 }
 
-TEST(Network, StartsAsTheStaticTexture) {
+TEST(Network, InitialNetwork_ReproducesTheStaticTexture) {
   const AppearanceData data = small_data();
   const AppearanceModel model = initial_model(data, network_options(small_options()), 1);
   const std::vector<float> drawn = colors_of(AppearanceNetwork(model, Device::Cpu), data, 1);
@@ -86,7 +86,7 @@ TEST(Network, StartsAsTheStaticTexture) {
   EXPECT_LT(std::sqrt(squares / static_cast<double>(fixed.size())), 1e-4);
 }
 
-TEST(Network, TexturesHaveFrom16To2048Texels) {
+TEST(Network, Textures_HaveFrom16To2048Texels) {
   const AppearanceData data = small_data();
   for (const int resolution : {16, 256, 2048}) {
     TrainOptions options = small_options();
@@ -101,7 +101,7 @@ TEST(Network, TexturesHaveFrom16To2048Texels) {
   }
 }
 
-TEST(Network, AMeanTextureAloneIsSampledAsTheRasterSays) {
+TEST(Network, MeanTextureAlone_IsSampledAsRasterized) {
   const AppearanceData data = small_data();
   TrainOptions options = small_options();
   options.view_independent = options.view_dependent = options.shadow = false;
@@ -124,7 +124,7 @@ TEST(Network, AMeanTextureAloneIsSampledAsTheRasterSays) {
 class NetworkGradients : public ::testing::TestWithParam<int> {};
 INSTANTIATE_TEST_SUITE_P(Resolutions, NetworkGradients, ::testing::Values(16, 32));
 
-TEST_P(NetworkGradients, AreThoseOfFiniteDifferences) {
+TEST_P(NetworkGradients, Gradients_MatchFiniteDifferences) {
   const AppearanceData data = small_data();
   TrainOptions options = small_options();
   options.resolution = GetParam();
@@ -163,7 +163,7 @@ TEST_P(NetworkGradients, AreThoseOfFiniteDifferences) {
   }
 }
 
-TEST(Network, TexelsBetweenChartsShowWhatTheSeamSays) {
+TEST(Network, TexelsBetweenCharts_CopyTheSeam) {
   const AppearanceData data = small_data();
   const AppearanceModel model = initial_model(data, network_options(small_options()), 1);
   const Image texture = texture_of_view(AppearanceNetwork(model, Device::Cpu), data, 0);
@@ -177,7 +177,7 @@ TEST(Network, TexelsBetweenChartsShowWhatTheSeamSays) {
   EXPECT_GT(beside, 10);
 }
 
-TEST(Network, EachSwitchLeavesItsPartOut) {
+TEST(Network, EachSwitch_RemovesItsBranch) {
   const AppearanceData data = small_data();
   TrainOptions options = small_options();
   options.shadow = false;
@@ -206,7 +206,7 @@ TEST(Network, EachSwitchLeavesItsPartOut) {
   EXPECT_NE(texture_of_view(other, data, 0).data, texture_of_view(other, data, 1).data);
 }
 
-TEST(Train, StepsAreThoseOfAdamW) {
+TEST(Train, OptimizerSteps_MatchAdamW) {
   // Against the formulas (Loshchilov and Hutter 2019, algorithm 2), in double precision.
   const AppearanceData data = small_data();
   AppearanceModel model = initial_model(data, network_options(small_options()), 2);
@@ -251,7 +251,7 @@ TEST(Train, StepsAreThoseOfAdamW) {
   }
 }
 
-TEST(Train, LearnsMoreThanAStaticTexture) {
+TEST(Train, TrainedNetwork_BeatsTheStaticTexture) {
   const AppearanceData data = small_data();
   TrainOptions options = small_options(150);
   options.channels = 4;
@@ -266,7 +266,7 @@ TEST(Train, LearnsMoreThanAStaticTexture) {
   EXPECT_GT(learner(result.training.model, data).loss(all).psnr, before + 2);
 }
 
-TEST(Train, LearnsAShadowThatOnlyTheTransferKnows) {
+TEST(Train, TransferDependentShadow_IsLearned) {
   // As much of the sky is hidden everywhere and always, but not the same part of it, and where
   // light does not come from x it is dark.
   AppearanceData data = small_data();
@@ -296,7 +296,7 @@ TEST(Train, LearnsAShadowThatOnlyTheTransferKnows) {
   EXPECT_GT(psnr[1], psnr[0] + 3);
 }
 
-TEST(Train, AStoppedTrainingGoesOnToTheSameBits) {
+TEST(Train, ResumedTraining_IsBitIdentical) {
   const AppearanceData data = small_data();
   const TrainOptions options = small_options(12);
   const TrainResult whole = train(start_training(data, options), data, options, Device::Cpu);
@@ -315,7 +315,7 @@ TEST(Train, AStoppedTrainingGoesOnToTheSameBits) {
   }
 }
 
-TEST(Train, SavesSeldomWhereSavingIsSlow) {
+TEST(Train, SlowCheckpoints_AreSavedLessOften) {
   const AppearanceData data = small_data();
   using Clock = std::chrono::steady_clock;
   const auto saves = [&](int every) {
@@ -337,7 +337,7 @@ TEST(Train, SavesSeldomWhereSavingIsSlow) {
   EXPECT_THAT(saves(100), ElementsAre(100, 200, 300));
 }
 
-TEST(Train, ALossThatIsNoNumberLeavesTheLastCheckpoint) {
+TEST(Train, NonFiniteLoss_KeepsTheLastCheckpoint) {
   const AppearanceData data = small_data();
   TrainOptions options = small_options(20);
   options.checkpoint_every = 5;
@@ -366,7 +366,7 @@ TEST(Train, ALossThatIsNoNumberLeavesTheLastCheckpoint) {
   }
 }
 
-TEST(TrainRefused, GoingOnWithDataOfWhichAnythingIsOther) {
+TEST(TrainRefused, ResumeWithOtherData_IsRefused) {
   const AppearanceData data = small_data();
   const TrainOptions options = small_options();
   const Training training = start_training(data, options);
@@ -399,7 +399,7 @@ TEST(TrainRefused, GoingOnWithDataOfWhichAnythingIsOther) {
   }
 }
 
-TEST(TrainRefused, ACheckpointInWhichABitHasFlipped) {
+TEST(TrainRefused, CheckpointWithFlippedBit_IsRefused) {
   const AppearanceData data = small_data();
   const TrainOptions options = small_options(2);
   const Training training =
@@ -428,7 +428,7 @@ TEST(TrainRefused, ACheckpointInWhichABitHasFlipped) {
                          DataError, "damaged");
 }
 
-TEST(AppearanceData, ArchivesGiveItBack) {
+TEST(AppearanceData, Archive_RoundTrips) {
   const AppearanceData data = small_data();
   const AppearanceData back = appearance_data_of(archive_of(data));
   EXPECT_EQ(back.name, data.name);
@@ -443,7 +443,7 @@ TEST(AppearanceData, ArchivesGiveItBack) {
   EXPECT_FALSE(back.occlusion.has_value());  // as a file of an older program
 }
 
-TEST(AppearanceData, HowItsLightWasMeasuredGoesIntoTheNetworkAndItsFile) {
+TEST(AppearanceData, OcclusionOptions_AreKeptInNetworkAndFile) {
   AppearanceData data = small_data();
   data.occlusion = OcclusionOptions{3, 0.25, 0.001};
   const AppearanceData back = appearance_data_of(archive_of(data));
@@ -461,7 +461,7 @@ TEST(AppearanceData, HowItsLightWasMeasuredGoesIntoTheNetworkAndItsFile) {
   EXPECT_FALSE(appearance_model_of(tensors_of(old), texts_of(old)).occlusion.has_value());
 }
 
-TEST(AppearanceDataRefused, ArraysThatDoNotAgree) {
+TEST(AppearanceDataRefused, InconsistentArrays_AreRefused) {
   const AppearanceData data = small_data();
   const Archive good = archive_of(data);
   const auto refused = [&](const std::function<void(Archive&)>& damage, const char* words) {
@@ -500,7 +500,7 @@ TEST(AppearanceDataRefused, ArraysThatDoNotAgree) {
       "outside of the image");
 }
 
-TEST(AppearanceModelRefused, WhatIsNoModelOfThisArchitecture) {
+TEST(AppearanceModelRefused, ModelOfOtherArchitecture_IsRefused) {
   const AppearanceData data = small_data();
   const TrainOptions options = small_options();
   const Training training = start_training(data, options);

@@ -51,7 +51,7 @@ struct Stage {
   }
 };
 
-TEST(Painter, ComposesByDepthInFrontOfABackground) {
+TEST(Painter, Layers_AreCompositedByDepthOverBackground) {
   const Stage stage;
   PaintOptions options;
   options.background = {0.2, 0.3, 0.4};
@@ -73,7 +73,7 @@ TEST(Painter, ComposesByDepthInFrontOfABackground) {
   }
 }
 
-TEST(Painter, AlphaIsTheCoverageAndColoursArePremultiplied) {
+TEST(Painter, Alpha_IsCoverageAndColorsArePremultiplied) {
   const Stage stage;
   PaintOptions options;
   options.alpha = true;
@@ -92,7 +92,7 @@ TEST(Painter, AlphaIsTheCoverageAndColoursArePremultiplied) {
   EXPECT_EQ(picture.at(0, 0, 3), 0.0F);
 }
 
-TEST(Painter, ShowsWhatTheNetworkSaysAndFollowsMovement) {
+TEST(Painter, MovingSurface_IsPaintedAsByAFreshPainter) {
   const Stage stage;
   PaintOptions options;
   options.samples = 1;
@@ -107,7 +107,7 @@ TEST(Painter, ShowsWhatTheNetworkSaysAndFollowsMovement) {
   EXPECT_EQ(painter.paint({moved}, above()).data, fresh.paint({moved}, above()).data);
 }
 
-TEST(Painter, LightIsMeasuredAsTheNetworkLearnt) {
+TEST(Painter, Occlusion_IsMeasuredAsInTraining) {
   const Stage stage;
   AppearanceModel model = *stage.model;
   // A shadow network that says what it is given: without rays that meet the lid there is no shadow.
@@ -139,7 +139,7 @@ TEST(Painter, LightIsMeasuredAsTheNetworkLearnt) {
   ATELIER_EXPECT_REFUSED(picture(usual, near_sighted), DataError, "occlusion.reach cannot be 0.01");
 }
 
-TEST(Network, TheInsideIsLitByItsOwnSide) {
+TEST(Network, InsideOfCloth_IsLitByItsOwnSide) {
   // The same sheet from above and from below; below it is dark.
   const Stage stage;
   AppearanceModel model = *stage.model;
@@ -158,7 +158,7 @@ TEST(Network, TheInsideIsLitByItsOwnSide) {
   EXPECT_NE(network.texture(frame, below).data, one.data);
 }
 
-TEST(PainterRefused, WhatDoesNotFit) {
+TEST(PainterRefused, MismatchedLayersOrOptions_AreRefused) {
   const Stage stage;
   const Triangles fewer = stage.data.faces.topRows(3);
   ATELIER_EXPECT_REFUSED(Painter({{fewer, stage.model}}, {}, Device::Cpu), DataError,

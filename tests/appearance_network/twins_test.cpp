@@ -50,7 +50,7 @@ double distance_of(const Tensor& a, const Tensor& b) {
   return std::sqrt(sum);
 }
 
-TEST(Twins, LossGradientAndStepsAgree) {
+TEST(Twins, LossGradientAndSteps_AgreeOnCpuAndCuda) {
   const AppearanceData data = small_data();
   const AppearanceModel model = learnt_model(data);
   if (!has_gpu(model)) {
@@ -82,7 +82,7 @@ TEST(Twins, LossGradientAndStepsAgree) {
 
 // A GPU repeats a recorded step: views of other sizes, batches of other lengths, other rates and
 // constants, and moments that are put in are what it repeats it with.
-TEST(Twins, StepsAgreeWhateverChangesBetweenThem) {
+TEST(Twins, StepsWithChangingBatches_AgreeOnCpuAndCuda) {
   AppearanceData data = small_data();
   const AppearanceModel model = learnt_model(data);
   if (!has_gpu(model)) {
@@ -124,7 +124,7 @@ TEST(Twins, StepsAgreeWhateverChangesBetweenThem) {
   EXPECT_EQ(cuda.steps(), 15);
 }
 
-TEST(Twins, PicturesAgree) {
+TEST(Twins, PaintedImages_AgreeOnCpuAndCuda) {
   const AppearanceData data = small_data();
   const auto model = std::make_shared<const AppearanceModel>(learnt_model(data));
   if (!has_gpu(*model)) {
@@ -149,7 +149,7 @@ TEST(Twins, PicturesAgree) {
   EXPECT_LT(most, 0.01);
 }
 
-TEST(Twins, HalfPrecisionLearnsAsMuch) {
+TEST(Twins, HalfPrecision_LearnsAsWellAsSingle) {
   const AppearanceData data = small_data();
   if (!has_gpu(learnt_model(data))) {
     GTEST_SKIP() << "no CUDA device that libtorch could use";

@@ -33,7 +33,7 @@ class AnimateCloth : public Animate {
   }
 };
 
-TEST_F(AnimateCloth, ThatIsStretchedAsNoFabricIsIsWarnedOfWithTheWorstFrame) {
+TEST_F(AnimateCloth, OverstretchedCloth_IsWarnedOfWithWorstFrame) {
   ASSERT_EQ(animate().exit_code, 0);
   EXPECT_THAT(warnings(), Not(Contains(HasSubstr("stretched"))));
   const ChildResult done =
@@ -46,7 +46,7 @@ TEST_F(AnimateCloth, ThatIsStretchedAsNoFabricIsIsWarnedOfWithTheWorstFrame) {
                              HasSubstr("--cloth.xpbd.substeps"), HasSubstr("--cloth.contact"))));
 }
 
-TEST_F(AnimateCloth, OfAnotherSimulatorInTheBodyIsWarnedOfWithTheWorstFrame) {
+TEST_F(AnimateCloth, ForeignClothInsideTheBody_IsWarnedOfWithWorstFrame) {
   ASSERT_EQ(foreign(workspace() / "register" / "current" / "registered" / "lower").exit_code, 0);
   EXPECT_THAT(warnings(), IsEmpty());
   fs::create_directories(root_ / "cloth");
@@ -65,7 +65,7 @@ TEST_F(AnimateCloth, OfAnotherSimulatorInTheBodyIsWarnedOfWithTheWorstFrame) {
   EXPECT_THAT(warnings(), Not(Contains(HasSubstr("--cloth")))) << "no option of ours helps";
 }
 
-TEST_F(AnimateCloth, ThatWasExportedIsTakenBack) {
+TEST_F(AnimateCloth, ExportedCloth_IsAcceptedAgain) {
   // As `register` leaves it: the template beside the frames.
   const fs::path out = root_ / "out";
   for (const char* format : {"ply", "obj", "h5", "glb"}) {
@@ -92,7 +92,7 @@ TEST_F(AnimateCloth, ThatWasExportedIsTakenBack) {
   EXPECT_THAT(foreign(exported("ply", "lower")).err, HasSubstr("no frame number at its end"));
 }
 
-TEST_F(AnimateCloth, OfAnotherTopologyIsToldWhatWouldFit) {
+TEST_F(AnimateCloth, OtherTopology_IsRefusedWithWhatWouldFit) {
   write_mesh(root_ / "cloth_0.obj", grid(3, 3));
   const ChildResult refused = foreign(root_ / "cloth_0.obj");
   EXPECT_EQ(refused.exit_code, 3);
@@ -102,7 +102,7 @@ TEST_F(AnimateCloth, OfAnotherTopologyIsToldWhatWouldFit) {
   }
 }
 
-TEST_F(AnimateCloth, ASignalIsHeardBeforeTheFirstFrame) {
+TEST_F(AnimateCloth, SignalBeforeTheFirstFrame_StopsTheRun) {
   // Sixty thousand steps of hanging: minutes of work.
   const fs::path said = root_ / "said.txt";
   for (const int signal : {SIGINT, SIGTERM}) {

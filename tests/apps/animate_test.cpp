@@ -34,7 +34,7 @@ MeshSequenceShape shape_of(const fs::path& file) {
   return {shape.at(0), shape.at(1)};
 }
 
-TEST_F(Animate, TheCapturesOwnMotionBeginsWhereTheGarmentWasRegistered) {
+TEST_F(Animate, CaptureMotion_StartsFromTheRegisteredGarment) {
   write_dressed_workspace(capture(), workspace());
   const ChildResult done = animate();
   ASSERT_EQ(done.exit_code, 0) << done.err;
@@ -61,7 +61,7 @@ TEST_F(Animate, TheCapturesOwnMotionBeginsWhereTheGarmentWasRegistered) {
   EXPECT_THAT(animate().out, HasSubstr("is done already"));
 }
 
-TEST_F(Animate, AnotherMotionFromAFileAndAtItsRate) {
+TEST_F(Animate, MotionFile_IsPlayedAtItsRate) {
   write_dressed_workspace(capture(), workspace());
   const fs::path file = motion(person_clip());
   ASSERT_EQ(animate({"--motion", file.string(), "--fps", "15"}).exit_code, 0);
@@ -80,7 +80,7 @@ TEST_F(Animate, AnotherMotionFromAFileAndAtItsRate) {
   EXPECT_EQ(metrics()["frames"], 5);
 }
 
-TEST_F(Animate, PicturesFromACameraOfTheCaptureWithAlpha) {
+TEST_F(Animate, CaptureCamera_RendersImagesWithAlpha) {
   write_dressed_workspace(capture(), workspace());
   const ChildResult done =
       stage("animate", {"--camera", "01", "--background", "transparent", "--samples", "1",
@@ -94,7 +94,7 @@ TEST_F(Animate, PicturesFromACameraOfTheCaptureWithAlpha) {
   EXPECT_TRUE(fs::exists(result() / "animation.mp4"));
 }
 
-TEST_F(Animate, ClothOfAnotherSimulatorIsTakenAsItIs) {
+TEST_F(Animate, ForeignCloth_IsTakenUnchanged) {
   write_dressed_workspace(capture(), workspace());
   const fs::path cloth = workspace() / "register" / "current" / "registered" / "lower";
   ASSERT_EQ(animate({"--cloth-sequence", cloth.string()}).exit_code, 0);
@@ -108,7 +108,7 @@ TEST_F(Animate, ClothOfAnotherSimulatorIsTakenAsItIs) {
   EXPECT_FALSE(metrics().contains("seconds_a_frame"));
 }
 
-TEST_F(Animate, AMaterialIsFittedOrTakenAndThenUsed) {
+TEST_F(Animate, FittedOrNamedMaterial_IsUsed) {
   write_dressed_workspace(capture(), workspace());
   const ChildResult fit =
       stage("material", {"--search.coarse", "2", "--search.fine", "1", "--edge-length", "0.06"});
@@ -149,7 +149,7 @@ TEST_F(Animate, AMaterialIsFittedOrTakenAndThenUsed) {
   EXPECT_EQ(metrics("material")["fitted"], 0);
 }
 
-TEST(MaterialRange, IsThatOfTheTrialsWithinAShareOfTheNearest) {
+TEST(MaterialRange, Range_SpansTrialsWithinAShareOfTheBest) {
   const std::vector<StiffnessTrial> trials = {{{100, 1e-6}, 0.0105},  {{1000, 1e-6}, 0.0108},
                                               {{10000, 1e-6}, 0.01},  {{100, 1e-4}, 0.0111},
                                               {{1000, 1e-4}, 0.0115}, {{10000, 1e-4}, 0.02}};
@@ -163,7 +163,7 @@ TEST(MaterialRange, IsThatOfTheTrialsWithinAShareOfTheNearest) {
   EXPECT_EQ(range_within({}, 0.1, &Stiffness::stretch).high, 0);
 }
 
-TEST_F(Animate, ExportsOpenAndShowTheSame) {
+TEST_F(Animate, Exports_OpenWithTheSameContent) {
   write_dressed_workspace(capture(), workspace());
   ASSERT_EQ(animate().exit_code, 0);
   const fs::path out = root_ / "out";
@@ -216,7 +216,7 @@ TEST_F(Animate, ExportsOpenAndShowTheSame) {
               AllOf(HasSubstr("def Mesh \"body\""), HasSubstr("def Mesh \"lower\"")));
 }
 
-TEST_F(Animate, ARunLeavesTheAvatarForOtherProgramsAndMakesItAnewWhereItIsDamaged) {
+TEST_F(Animate, Run_ExportsTheAvatarAndRemakesADamagedOne) {
   write_dressed_workspace(capture(), workspace());
   const std::vector<std::string> command = {
       "run",  capture().string(), workspace().string(), "--from", "animate",
@@ -234,7 +234,7 @@ TEST_F(Animate, ARunLeavesTheAvatarForOtherProgramsAndMakesItAnewWhereItIsDamage
   EXPECT_EQ(read_file_text(avatar, 1 << 26), sound);
 }
 
-TEST_F(Animate, AnExportIsRefusedBeforeAnyWorkWhereAPlaceIsTaken) {
+TEST_F(Animate, ExportToATakenPlace_IsRefusedBeforeAnyWork) {
   write_dressed_workspace(capture(), workspace());
   for (const char* taken : {"register", "cameras"}) {
     const fs::path out = root_ / taken;
@@ -249,7 +249,7 @@ TEST_F(Animate, AnExportIsRefusedBeforeAnyWorkWhereAPlaceIsTaken) {
   }
 }
 
-TEST_F(Animate, CamerasOfACaptureThatIsGoneAreRefused) {
+TEST_F(Animate, CamerasOfAMissingCapture_AreRefused) {
   write_dressed_workspace(capture(), workspace(), "track");
   fs::remove_all(capture());
   const ChildResult refused =
@@ -260,7 +260,7 @@ TEST_F(Animate, CamerasOfACaptureThatIsGoneAreRefused) {
   EXPECT_FALSE(fs::exists(root_ / "out"));
 }
 
-TEST_F(Animate, MissingResultsAreRefusedWithWhatMakesThem) {
+TEST_F(Animate, MissingResults_AreRefusedWithTheirStage) {
   write_dressed_workspace(capture(), workspace(), "personalize");
   expect_refused(animate(), "run 'atelier track' first");
   write_dressed_workspace(capture(), workspace(), "body");
@@ -271,7 +271,7 @@ TEST_F(Animate, MissingResultsAreRefusedWithWhatMakesThem) {
   EXPECT_EQ(metrics()["garments"], 0);
 }
 
-TEST_F(Animate, RunTellsItTheFabricAndThatMaterialGoesBefore) {
+TEST_F(Animate, Run_PassesTheFabricToAnimateUnlessFitted) {
   write_dressed_workspace(capture(), workspace());
   ASSERT_EQ(animate().exit_code, 0);
   const auto plan = [&](const std::vector<std::string>& more) {
@@ -303,7 +303,7 @@ TEST_F(Animate, RunWithoutVideo_ShowsNoneOfEarlierRun) {
               ::testing::AllOf(HasSubstr("report: "), ::testing::Not(HasSubstr("animation.mp4"))));
 }
 
-TEST_F(Animate, MotionsThatAreNoneAreRefused) {
+TEST_F(Animate, BadMotions_AreRefused) {
   write_dressed_workspace(capture(), workspace());
   expect_refused(animate({"--motion", (root_ / "none.bvh").string()}), "no such file");
   expect_refused(animate({"--motion", (root_ / "none.bvh").string(), "--dry-run"}), "no such file");
@@ -331,7 +331,7 @@ TEST_F(Animate, MotionsThatAreNoneAreRefused) {
   expect_refused(animate({"--sequence", "other"}), "not tracked");
 }
 
-TEST_F(Animate, ClothAndBodiesThatDoNotFitAreRefused) {
+TEST_F(Animate, MismatchedClothOrBodies_AreRefused) {
   write_dressed_workspace(capture(), workspace());
   const ChildResult conflict =
       animate({"--cloth.xpbd.vectors", "avx2", "--cloth.xpbd.precision", "double"});
@@ -360,7 +360,7 @@ TEST_F(Animate, ClothAndBodiesThatDoNotFitAreRefused) {
   expect_refused(animate({"--garment", "cape"}), "cape");
 }
 
-TEST_F(Animate, OptionsThatDoNotGoTogetherAreRefusedAtTheStart) {
+TEST_F(Animate, ConflictingOptions_AreRefusedAtTheStart) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> refused = {
       {{"material", "--search.stretch-low", "1000", "--search.stretch-high", "100"},
        "search.stretch_low cannot be 1000 with search.stretch_high 100: it takes less"},
@@ -392,7 +392,7 @@ TEST_F(Animate, OptionsThatDoNotGoTogetherAreRefusedAtTheStart) {
   }
 }
 
-TEST_F(Animate, DamagedResultsAreRefused) {
+TEST_F(Animate, DamagedResults_AreRefused) {
   write_dressed_workspace(capture(), workspace());
   const fs::path archive = workspace() / "template" / "current" / "garments" / "lower.h5";
   std::string bytes = read_file_text(archive, 1 << 24);

@@ -86,7 +86,7 @@ class AnimateVariants : public Animate {
   }
 };
 
-TEST_F(AnimateVariants, TheGarmentIsCarriedToAnotherBodyAndKeepsItsSize) {
+TEST_F(AnimateVariants, GarmentOnAnotherBody_KeepsItsSize) {
   BodyModel wide = trunk_body();
   const double chest = wide.mesh.vertices.col(0).maxCoeff();
   wide.mesh.vertices.col(0) *= 1.1;
@@ -105,7 +105,7 @@ TEST_F(AnimateVariants, TheGarmentIsCarriedToAnotherBodyAndKeepsItsSize) {
   }
 }
 
-TEST_F(AnimateVariants, TheSameMotionInEveryFormatGivesTheSameFrames) {
+TEST_F(AnimateVariants, SameMotionInEveryFormat_GivesTheSameFrames) {
   const MotionClip clip = person_clip();
   ASSERT_EQ(animate({"--motion", motion(clip).string()}).exit_code, 0);
   const Sequence bodies = body();
@@ -128,7 +128,7 @@ TEST_F(AnimateVariants, TheSameMotionInEveryFormatGivesTheSameFrames) {
   EXPECT_LT(distance(skirt(), skirts), 0.02);
 }
 
-TEST_F(AnimateVariants, TheCapturesMotionInAFileIsTheCapturesOwn) {
+TEST_F(AnimateVariants, CaptureMotionInAFile_MatchesCaptureMotion) {
   ASSERT_EQ(animate().exit_code, 0);
   const Sequence bodies = body();
   const Sequence skirts = skirt();
@@ -142,7 +142,7 @@ TEST_F(AnimateVariants, TheCapturesMotionInAFileIsTheCapturesOwn) {
   EXPECT_LT(distance(skirt(), skirts, 20), 0.01);
 }
 
-TEST_F(AnimateVariants, AnUnloadedRestShapeHangsNearerToWhereTheGarmentWasRegistered) {
+TEST_F(AnimateVariants, UnloadedRestShape_HangsNearerToTheRegistration) {
   // Cloth that its own weight stretches, on a person who stands still.
   MotionClip still = person_clip();
   still.motion.poses.resize(1);
@@ -172,7 +172,7 @@ TEST_F(AnimateVariants, AnUnloadedRestShapeHangsNearerToWhereTheGarmentWasRegist
   EXPECT_EQ(distance(skirt(), without), 0);
 }
 
-TEST_F(AnimateVariants, ItsReportLoadsInABrowserWithEveryPicture) {
+TEST_F(AnimateVariants, Report_LoadsInABrowserWithEveryImage) {
   if (!has_browser()) {
     GTEST_SKIP() << "no program chromium (scripts/setup)";
   }
@@ -195,7 +195,7 @@ TEST_F(AnimateVariants, ItsReportLoadsInABrowserWithEveryPicture) {
   EXPECT_THAT(found.messages, Not(HasSubstr("CONSOLE")));
 }
 
-TEST_F(AnimateVariants, CamerasAreExportedForColmapAndReadBack) {
+TEST_F(AnimateVariants, Cameras_RoundTripThroughColmap) {
   const fs::path out = root_ / "out";
   const ChildResult done = run(
       {"export", workspace().string(), out.string(), "--stage", "track", "--cameras", "colmap"});
@@ -315,7 +315,7 @@ class AnimateDrawn : public AnimateVariants {
 
 constexpr const char* kOneColour = "images have one colour each: ";
 
-TEST_F(AnimateDrawn, WithoutNetworksInOneColourWhichIsSaid) {
+TEST_F(AnimateDrawn, NoNetworks_AreReportedAndOneColorIsUsed) {
   const auto refused = [&](const std::vector<std::string>& more, const std::string& words,
                            int code) {
     expect_refused(pictures(with_usual({"--drawn-by", "networks"}, more)), words, code);
@@ -335,7 +335,7 @@ TEST_F(AnimateDrawn, WithoutNetworksInOneColourWhichIsSaid) {
   EXPECT_THAT(none.out + none.err, Not(HasSubstr(kOneColour))) << "no images are made";
 }
 
-TEST_F(AnimateDrawn, ByTheNetworksOfWhatIsWorn) {
+TEST_F(AnimateDrawn, GarmentNetworks_TextureTheImages) {
   if (!has_networks()) {
     GTEST_SKIP() << "built without libtorch";
   }
@@ -360,7 +360,7 @@ TEST_F(AnimateDrawn, ByTheNetworksOfWhatIsWorn) {
   EXPECT_EQ(pictures({"--drawn-by", "networks"}).exit_code, 3);
 }
 
-TEST_F(AnimateDrawn, AGarmentWithoutItsNetworkIsNamed) {
+TEST_F(AnimateDrawn, GarmentWithoutNetwork_IsNamed) {
   if (!has_networks()) {
     GTEST_SKIP() << "built without libtorch";
   }
@@ -395,7 +395,7 @@ TEST_F(AnimateDrawn, AGarmentWithoutItsNetworkIsNamed) {
 
 #ifdef ATELIER_HAS_ASSIMP
 
-TEST_F(AnimateDrawn, AnotherProgramOpensTheAvatarWithItsTexture) {
+TEST_F(AnimateDrawn, ExportedAvatar_OpensInAssimpWithTexture) {
   make("appearance", write_skirt_network);
   ASSERT_EQ(animate().exit_code, 0);
   const ChildResult done =

@@ -49,7 +49,7 @@ class AnimateViews : public Animate {
   }
 };
 
-TEST_F(AnimateViews, AreThoseOfWherePersonsFaceInTheirFirstFrame) {
+TEST_F(AnimateViews, NamedViews_FollowTheFacingOfTheFirstFrame) {
   constexpr double kPi = std::numbers::pi;
   for (const char* camera : {"front", "three-quarter", "orbit"}) {
     const ByteImage straight = picture(0, camera);

@@ -79,7 +79,7 @@ double mean_difference(const ByteImage& one, const ByteImage& other) {
   return differ / static_cast<double>(one.data.size());
 }
 
-TEST_F(AppearanceDrawing, ShowsClothAndBodyAsACameraTookThemThatNobodyLearntFrom) {
+TEST_F(AppearanceDrawing, HeldOutCamera_IsReproduced) {
   for (const char* surface : {"dress", "body"}) {
     EXPECT_TRUE(fs::exists(workspace() / "appearance" / "current" / surface / "model.safetensors"));
   }
@@ -101,7 +101,7 @@ TEST_F(AppearanceDrawing, ShowsClothAndBodyAsACameraTookThemThatNobodyLearntFrom
   EXPECT_LT(off / count, 30);
 }
 
-TEST_F(AppearanceDrawing, ItsBodyIsMeasuredToo) {
+TEST_F(AppearanceDrawing, Body_IsMeasuredToo) {
   const ChildResult figures =
       run_child({program_path(), "evaluate", workspace().string(), "--ground-truth",
                  capture().string(), "--stage", "appearance"});
@@ -112,7 +112,7 @@ TEST_F(AppearanceDrawing, ItsBodyIsMeasuredToo) {
   }
 }
 
-TEST_F(AppearanceDrawing, AnyMeshesOfTheNetworksFacesAreDrawn) {
+TEST_F(AppearanceDrawing, MeshesOfTheNetworksTopology_AreDrawn) {
   for (const char* folder : {"meshes", "balls", "other"}) {
     fs::create_directories(out(folder));
   }
@@ -175,7 +175,7 @@ TEST_F(AppearanceDrawing, VideoOfMeshes_HasTheirFrameRate) {
             "meshes of dress: 30 frames a second; expected 12");
 }
 
-TEST_F(AppearanceDrawing, FramesThatNotAllHaveAreLeftOutAndThatIsSaid) {
+TEST_F(AppearanceDrawing, FramesMissingFromSome_AreLeftOutWithAWarning) {
   for (int f = 1; f < 3; ++f) {
     Mesh mesh = waving_cloth();
     mesh.vertices = cloth_at(mesh, f);
@@ -189,7 +189,7 @@ TEST_F(AppearanceDrawing, FramesThatNotAllHaveAreLeftOutAndThatIsSaid) {
   EXPECT_FALSE(fs::exists(out("pictures") / "000000.png"));
 }
 
-TEST_F(AppearanceDrawing, BeforeNothingAndByACameraThatGoesRound) {
+TEST_F(AppearanceDrawing, TransparentBackgroundAndMovingCamera_AreDrawn) {
   ASSERT_EQ(drawn("own").exit_code, 0);
   ChildResult pictures = drawn("clear", {"--alpha", "true"});
   ASSERT_EQ(pictures.exit_code, 0) << pictures.err;
@@ -202,7 +202,7 @@ TEST_F(AppearanceDrawing, BeforeNothingAndByACameraThatGoesRound) {
             1);
 }
 
-TEST_F(AppearanceDrawing, LightIsMeasuredAsItWasWhenTheNetworkLearnt) {
+TEST_F(AppearanceDrawing, Occlusion_IsMeasuredAsInTraining) {
   // Learnt with 3 strata (small_network), which the network's file says.
   const fs::path network =
       fs::canonical(workspace() / "appearance" / "current") / "dress" / "model.safetensors";
@@ -233,7 +233,7 @@ TEST_F(AppearanceDrawing, LightIsMeasuredAsItWasWhenTheNetworkLearnt) {
   EXPECT_NE(bytes_of(out("as_it_comes") / "000001.png"), bytes_of(out("own") / "000001.png"));
 }
 
-TEST_F(AppearanceDrawing, WhatIsMisspeltOrDoesNothingIsRefused) {
+TEST_F(AppearanceDrawing, MisspelledOrUnusedOptions_AreRefused) {
   expect_no(drawn("none", {"--garment", "dres=x"}), 2, "did you mean 'dress'?");
   expect_no(drawn("none", {"--width", "64"}), 2, "--width does nothing");
   expect_no(drawn("none", {"--video.fps", "12"}), 2, "--video.fps is of a video");
@@ -248,7 +248,7 @@ TEST_F(AppearanceDrawing, WhatIsMisspeltOrDoesNothingIsRefused) {
   EXPECT_THAT(figures.err, HasSubstr("did you mean 'appearance'?"));
 }
 
-TEST_F(AppearanceDrawing, AReportShowsWhatWasHeldOutBesideWhatNetworksDraw) {
+TEST_F(AppearanceDrawing, Report_ShowsHeldOutImagesBesideDrawnOnes) {
   const auto page = [&](const fs::path& workspace) {
     const fs::path file = out("page.html");
     const ChildResult done =
@@ -267,7 +267,7 @@ TEST_F(AppearanceDrawing, AReportShowsWhatWasHeldOutBesideWhatNetworksDraw) {
   EXPECT_THAT(without, Not(HasSubstr("could not be drawn")));
 }
 
-TEST_F(AppearanceDrawing, PlacesAmongResultsAndInTheCaptureAreRefused) {
+TEST_F(AppearanceDrawing, OutputAmongResultsOrCapture_IsRefused) {
   for (const char* place : {"appearance/current/pictures", "register/film.mp4", "body/new/deep"}) {
     const ChildResult refused =
         run_child({program_path(), "render", "--neural", workspace().string(), "--out",
@@ -294,7 +294,7 @@ TEST_F(AppearanceDrawing, PlacesAmongResultsAndInTheCaptureAreRefused) {
   EXPECT_THAT(status.out, Not(HasSubstr("damaged")));
 }
 
-TEST_F(AppearanceDrawing, WithoutASoundNetworkAGarmentIsNotDrawn) {
+TEST_F(AppearanceDrawing, MissingOrCorruptNetwork_IsNotDrawn) {
   const fs::path copy = out("copy");
   fs::copy(workspace(), copy, fs::copy_options::recursive | fs::copy_options::copy_symlinks);
   // One in which a bit has flipped draws nothing, and is not judged.
@@ -339,7 +339,7 @@ TEST_F(AppearanceDrawing, WithoutASoundNetworkAGarmentIsNotDrawn) {
   expect_no(draw(copy, "none", {}), 3, "no network");
 }
 
-TEST_F(AppearanceDrawing, MeshesOfAGarmentAreNoBody) {
+TEST_F(AppearanceDrawing, GarmentMeshesAsBody_AreRefused) {
   // A body without its network is grey, whatever faces it has.
   const fs::path copy = out("copy");
   fs::copy(workspace(), copy, fs::copy_options::recursive | fs::copy_options::copy_symlinks);
@@ -354,7 +354,7 @@ TEST_F(AppearanceDrawing, MeshesOfAGarmentAreNoBody) {
   EXPECT_THAT(other.out, HasSubstr("warning: --body has 18 triangles, the workspace's body 128"));
 }
 
-TEST_F(AppearanceDrawing, CamerasAndSizesAreRefusedBeforeMeshesAreRead) {
+TEST_F(AppearanceDrawing, BadCamerasAndSizes_AreRefusedBeforeReadingMeshes) {
   const std::vector<std::string> unread = {"--body", out("nowhere").string()};
   const auto refused = [&](std::vector<std::string> more, const char* words) {
     more.insert(more.end(), unread.begin(), unread.end());
@@ -364,7 +364,7 @@ TEST_F(AppearanceDrawing, CamerasAndSizesAreRefusedBeforeMeshesAreRead) {
   refused({"--width", "16384", "--height", "16384"}, "268435456 pixels: at most");
 }
 
-TEST_F(AppearanceDrawing, ANetworkInPlaceOfACheckpointIsRefusedWithWhatAStageTakesToo) {
+TEST_F(AppearanceDrawing, NetworkAsCheckpoint_IsRefusedWithAdvice) {
   const fs::path dress = workspace() / "appearance" / "current" / "dress";
   const ChildResult refused = run_child(
       {network_program().string(), "train", (dress / "data.h5").string(),
@@ -426,7 +426,7 @@ PaintedScene rolling_ball(const Mesh& ball, const Camera& camera) {
   return scene;
 }
 
-TEST_F(Appearance, PicturesThatNobodyTakesAreWaitedFor) {
+TEST_F(Appearance, PainterAhead_WaitsUntilImagesAreTaken) {
   const fs::path scene = folder_ / "scene.h5";
   write_archive(scene, archive_of(rolling_ball(ball(), camera_of(2))));
   const auto paint = [&](const char* folder, const char* ahead) {
@@ -457,7 +457,7 @@ TEST_F(Appearance, PicturesThatNobodyTakesAreWaitedFor) {
   EXPECT_TRUE(fs::exists(folder_ / "all" / "000005.h5"));
 }
 
-TEST_F(Appearance, DrawingRefusesAVideoOfAnotherKind) {
+TEST_F(Appearance, VideoOfOtherFormat_IsRefused) {
   for (const char* name : {"p.avi", "p.gif", "p.png"}) {
     const ChildResult refused =
         run_child({program_path(), "render", "--neural", (folder_ / "any").string(), "--out",
@@ -468,7 +468,7 @@ TEST_F(Appearance, DrawingRefusesAVideoOfAnotherKind) {
   }
 }
 
-TEST_F(Appearance, AWorkspaceWithoutNetworksCannotDraw) {
+TEST_F(Appearance, WorkspaceWithoutNetworks_IsRefused) {
   fs::create_directories(folder_ / "empty");
   const ChildResult refused =
       run_child({program_path(), "render", "--neural", (folder_ / "empty").string(), "--out",

@@ -131,7 +131,7 @@ struct JudgedSheet {
   }
 };
 
-TEST(AppearanceJudgement, SimulatedPsnrOfADifferenceThatIsKnown) {
+TEST(AppearanceJudgement, KnownDifference_GivesTheExpectedPsnr) {
   JudgedSheet sheet;
   const auto all = [](double byte) { return [byte](double) { return byte; }; };
   sheet.take_pictures(all(100));
@@ -150,7 +150,7 @@ TEST(AppearanceJudgement, SimulatedPsnrOfADifferenceThatIsKnown) {
   EXPECT_EQ(figures.at("appearance.covered").value, 1);
 }
 
-TEST(AppearanceJudgement, TheCamerasGainIsTakenFromTheTruth) {
+TEST(AppearanceJudgement, GroundTruthCameraGain_IsApplied) {
   JudgedSheet sheet;
   for (Camera& camera : sheet.cameras) {
     camera.gain = {1.3, 1, 0.7};
@@ -163,7 +163,7 @@ TEST(AppearanceJudgement, TheCamerasGainIsTakenFromTheTruth) {
   EXPECT_EQ(figures.at("appearance.simulated_psnr_db").value, 90) << "the same bytes";
 }
 
-TEST(AppearanceJudgement, TemplatesRideOnTheTrueTriangles) {
+TEST(AppearanceJudgement, Templates_FollowTheGroundTruthTriangles) {
   JudgedSheet sheet;
   const auto ramp = [](double u) { return 40 + 150 * u; };
   sheet.take_pictures(ramp);
@@ -196,7 +196,7 @@ TEST(AppearanceJudgement, TemplatesRideOnTheTrueTriangles) {
   EXPECT_LT(sheet.figures(scenes, 1, own, ramp, flat).at("appearance.simulated_psnr_db").value, 25);
 }
 
-TEST(AppearanceJudgement, WhatNothingDrawsIsNotComparedButCounted) {
+TEST(AppearanceJudgement, UncoveredPixels_AreCountedButNotCompared) {
   JudgedSheet sheet;
   const auto byte = [](double) { return 100.0; };
   sheet.take_pictures(byte);
@@ -216,7 +216,7 @@ TEST(AppearanceJudgement, WhatNothingDrawsIsNotComparedButCounted) {
   EXPECT_NEAR(figures.at("appearance.covered").value, 0.5, 0.06);
 }
 
-TEST(AppearanceJudgement, EachGarmentHasTheTargetOfItsCloth) {
+TEST(AppearanceJudgement, EachGarment_HasTheTargetOfItsCloth) {
   // Of as many pixels each, one is 0.01 off in each channel and one 0.03: 40 dB and 30.5.
   const auto judged = [](const std::string& name, bool printed, double off, double covered) {
     JudgedGarment garment{name, printed, {}};
@@ -252,7 +252,7 @@ TEST(AppearanceJudgement, EachGarmentHasTheTargetOfItsCloth) {
   }
 }
 
-TEST(AppearanceJudgement, ShadowIsTheQuarterThatSeesLeastOfTheSky) {
+TEST(AppearanceJudgement, Shadow_IsTheQuarterSeeingLeastOfTheSky) {
   JudgedSheet sheet;
   // A wall along u = 0, which goes with the sheet and hides the sky from what is near to it.
   sheet.truth.body = mesh_of({{-0.01, 1, -1}, {-0.01, 1, 2}, {-0.01, 1.4, 2}, {-0.01, 1.4, -1}},
@@ -274,7 +274,7 @@ TEST(AppearanceJudgement, ShadowIsTheQuarterThatSeesLeastOfTheSky) {
   EXPECT_NEAR(figures.at("appearance.psnr_db").value, off + 10 * std::log10(2.0), 0.2);
 }
 
-TEST(AppearanceJudgement, GainsAreOverTheGeometricMeanOfThoseThatWereTrainedWith) {
+TEST(AppearanceJudgement, Gains_AreRelativeToTheMeanOfTrainingCameras) {
   std::vector<Camera> all(3);
   all[0].id = "a";
   all[1].id = "b";

@@ -21,7 +21,7 @@ using ::testing::HasSubstr;
 using ::testing::MatchesRegex;
 using ::testing::Not;
 
-TEST_F(Appearance, LearnsWithoutWhatIsHeldOutAndIsMeasuredOnIt) {
+TEST_F(Appearance, HeldOutCamera_IsExcludedFromTrainingAndMeasured) {
   const ChildResult done = oracle("ws");
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.err, MatchesRegex("(.|\n)*oracle  24/24 steps  [^\n]*/s  [^\n]* left  "
@@ -90,7 +90,7 @@ TEST_F(Appearance, AppearanceBelowOracle_IsCostOfRegistration) {
   EXPECT_FALSE(figures("appearance").at("appearance.psnr_db").is_null());
 }
 
-TEST_F(Appearance, PicturesThatContradictTheGeometryAreRefused) {
+TEST_F(Appearance, ImagesContradictingGeometry_AreRefused) {
   const fs::path labels = capture_ / "labels";
   for (const auto& entry : fs::recursive_directory_iterator(labels)) {
     if (entry.is_regular_file()) {
@@ -102,7 +102,7 @@ TEST_F(Appearance, PicturesThatContradictTheGeometryAreRefused) {
   EXPECT_THAT(refused.err, HasSubstr("of one capture"));
 }
 
-TEST_F(Appearance, ACameraWhoseLabelsAreElsewhereIsNamed) {
+TEST_F(Appearance, CameraWithShiftedLabels_IsNamed) {
   ChildResult done = oracle("ws");
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.err, Not(HasSubstr("label images of camera")));
@@ -122,7 +122,7 @@ TEST_F(Appearance, ACameraWhoseLabelsAreElsewhereIsNamed) {
   EXPECT_THAT(done.err, Not(HasSubstr("label images of camera 01")));
 }
 
-TEST_F(Appearance, CamerasWhosePicturesContradictAreNamedWithoutLabelsToo) {
+TEST_F(Appearance, ContradictingCameras_AreNamedWithoutLabels) {
   give_pictures({});
   ChildResult done = oracle("ws");
   ASSERT_EQ(done.exit_code, 0) << done.err;
@@ -137,14 +137,14 @@ TEST_F(Appearance, CamerasWhosePicturesContradictAreNamedWithoutLabelsToo) {
   }
 }
 
-TEST_F(Appearance, PicturesOfWhichMostContradictAreRefusedWithoutLabelsToo) {
+TEST_F(Appearance, MostImagesContradicting_IsRefusedWithoutLabels) {
   give_pictures({{0, 8}, {1, 7}, {2, 6}, {3, 5}, {5, 3}, {6, 2}, {7, 1}, {8, 0}});
   const ChildResult refused = oracle("ws");
   EXPECT_EQ(refused.exit_code, 3) << refused.err;
   EXPECT_THAT(refused.err, HasSubstr("of one capture"));
 }
 
-TEST_F(Appearance, ACameraWithoutPicturesIsNamed) {
+TEST_F(Appearance, CameraWithoutImages_IsNamed) {
   fs::remove_all(capture_ / "images" / "01");
   fs::remove(capture_ / "images" / "03" / "000000.png");
   const ChildResult done = oracle("ws");
@@ -154,7 +154,7 @@ TEST_F(Appearance, ACameraWithoutPicturesIsNamed) {
   EXPECT_THAT(done.err, Not(HasSubstr("camera 09")));  // it is held out
 }
 
-TEST_F(Appearance, OutdatedResultsAreNamedBeforeATrainingAndADrawingThatReadThem) {
+TEST_F(Appearance, OutdatedInputs_AreWarnedOfBeforeTheyAreRead) {
   const fs::path workspace = found();
   EXPECT_THAT(appearance(workspace, {"--dry-run"}).out, Not(HasSubstr("outdated")));
   fs::copy(capture_, folder_ / "other", fs::copy_options::recursive);
@@ -183,7 +183,7 @@ TEST_F(Appearance, OutdatedResultsAreNamedBeforeATrainingAndADrawingThatReadThem
                                       "bytes there, [0-9]+ files, [0-9]+ bytes here(.|\n)*"));
 }
 
-TEST_F(Appearance, AStageWithoutAResultHasNoFigures) {
+TEST_F(Appearance, StageWithoutResult_HasNoFigures) {
   const fs::path workspace = found();
   const std::vector<std::string> words = {program_path(),   "evaluate",        workspace.string(),
                                           "--ground-truth", capture_.string(), "--stage",
@@ -198,7 +198,7 @@ TEST_F(Appearance, AStageWithoutAResultHasNoFigures) {
   EXPECT_THAT(check.err, HasSubstr("no figure of 'oracle' was measured"));
 }
 
-TEST_F(Appearance, CamerasThatAreNotThereAreRefusedByADryRunToo) {
+TEST_F(Appearance, UnknownCameras_AreRefusedByADryRunToo) {
   for (const char* flag : {"--dry-run", "--force"}) {
     const ChildResult refused = oracle("ws", {"--capture.leave-out", "99", flag});
     EXPECT_EQ(refused.exit_code, 3) << flag;
@@ -206,7 +206,7 @@ TEST_F(Appearance, CamerasThatAreNotThereAreRefusedByADryRunToo) {
   }
 }
 
-TEST_F(Appearance, OptionsThatNoNetworkCanHaveAreRefusedAtOnce) {
+TEST_F(Appearance, OptionsNoNetworkCanHave_AreRefusedAtOnce) {
   ChildResult refused = oracle("ws", {"--resolution", "100"});
   EXPECT_EQ(refused.exit_code, 2) << refused.err;
   EXPECT_THAT(refused.err, HasSubstr("resolution cannot be 100: it takes powers of 2"));
@@ -242,7 +242,7 @@ TEST_F(Appearance, OptionsThatNoNetworkCanHaveAreRefusedAtOnce) {
   }
 }
 
-TEST_F(Appearance, ATrainingThatDivergesIsNoResult) {
+TEST_F(Appearance, DivergedTraining_GivesNoResult) {
   const ChildResult diverged = oracle("ws", {"--learning-rate", "1"});
   EXPECT_EQ(diverged.exit_code, 4) << diverged.err;
   EXPECT_THAT(diverged.err, HasSubstr("below the"));

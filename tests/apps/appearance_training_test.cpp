@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-TEST_F(Appearance, GoesOnAfterAKillToTheSameBits) {
+TEST_F(Appearance, KilledTraining_ResumesBitIdentical) {
   ASSERT_EQ(oracle("ws").exit_code, 0);
   ASSERT_EQ(run_child(train("whole.safetensors", "whole.checkpoint")).exit_code, 0);
   {
@@ -71,7 +71,7 @@ TEST_F(Appearance, GoesOnAfterAKillToTheSameBits) {
   EXPECT_FALSE(fs::exists(folder_ / "x.safetensors"));
 }
 
-TEST_F(Appearance, AStageThatWasKilledGoesOnWithWhatItHadPrepared) {
+TEST_F(Appearance, KilledStage_ResumesWithItsPreparedData) {
   const std::vector<std::string> longer = {"--iterations", "120"};
   ASSERT_EQ(oracle("whole", longer).exit_code, 0);
   const fs::path stage = folder_ / "killed" / "oracle";
@@ -110,7 +110,7 @@ TEST_F(Appearance, AStageThatWasKilledGoesOnWithWhatItHadPrepared) {
   }
 }
 
-TEST_F(Appearance, ALossThatIsNoNumberLeavesTheLastCheckpoint) {
+TEST_F(Appearance, NonFiniteLoss_KeepsTheLastCheckpoint) {
   ASSERT_EQ(oracle("ws").exit_code, 0);
   {
     const ChildProcess half(train("half.safetensors", "half.checkpoint"));
@@ -140,7 +140,7 @@ TEST_F(Appearance, ALossThatIsNoNumberLeavesTheLastCheckpoint) {
   EXPECT_FALSE(fs::exists(folder_ / "x.safetensors"));
 }
 
-TEST_F(Appearance, ATrainingReplacesNothingButItsOwnFiles) {
+TEST_F(Appearance, Training_ReplacesOnlyItsOwnFiles) {
   const std::string data = (folder_ / "data.h5").string();
   const std::string model = (folder_ / "m.safetensors").string();
   const std::string notes = (folder_ / "notes.txt").string();
@@ -187,7 +187,7 @@ TEST_F(Appearance, ATrainingReplacesNothingButItsOwnFiles) {
 }
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they need the address space
-TEST_F(Appearance, ATrainingThatFindsNoMemorySaysWhatTakesLess) {
+TEST_F(Appearance, TrainingOutOfMemory_SaysWhatTakesLess) {
   const ChildResult made = oracle("ws", {"--iterations", "1"});
   ASSERT_EQ(made.exit_code, 0) << made.err;
   const std::string model = (folder_ / "m.safetensors").string();
@@ -202,7 +202,7 @@ TEST_F(Appearance, ATrainingThatFindsNoMemorySaysWhatTakesLess) {
 }
 #endif
 
-TEST_F(Appearance, CommandsOnFilesTakeTheirOwnOptionsAlone) {
+TEST_F(Appearance, FileCommands_TakeTheirOwnOptionsOnly) {
   const std::string program = network_program().string();
   const ChildResult refused = run_child({program, "predict", "m", "d", "c", "--iterations", "3"});
   EXPECT_EQ(refused.exit_code, 2);

@@ -76,7 +76,7 @@ class BodyModelCommand : public ::testing::Test {
   TemporaryDirectory folder_;
 };
 
-TEST_F(BodyModelCommand, AMotionBecomesNpzAndBvhAgain) {
+TEST_F(BodyModelCommand, Motion_ConvertsToNpzAndBackToBvh) {
   const std::string npz = (folder_ / "still.npz").string();
   const ChildResult there = run({"convert", still_bvh(), "--out", npz});
   EXPECT_EQ(there.exit_code, 0) << there.err;
@@ -86,13 +86,13 @@ TEST_F(BodyModelCommand, AMotionBecomesNpzAndBvhAgain) {
   EXPECT_EQ(back.exit_code, 0) << back.err;
 }
 
-TEST_F(BodyModelCommand, AdviceNamesTheFlags) {
+TEST_F(BodyModelCommand, Advice_NamesTheFlags) {
   const ChildResult result = run({"convert", still_bvh(), "--out", (folder_ / "a.npz").string()});
   EXPECT_THAT(result.err, HasSubstr("--motion.metres-per-unit sets another"));
   EXPECT_THAT(run({"--help"}).out, HasSubstr("motion.up"));
 }
 
-TEST_F(BodyModelCommand, AMotionBecomesGltfAndBack) {
+TEST_F(BodyModelCommand, Motion_ConvertsToGltfAndBack) {
   const std::string glb = (folder_ / "still.glb").string();
   ASSERT_EQ(run({"convert", still_bvh(), "--out", glb}).exit_code, 0);
   for (const char* name : {"back.bvh", "back.npz", "back.gltf"}) {
@@ -102,7 +102,7 @@ TEST_F(BodyModelCommand, AMotionBecomesGltfAndBack) {
   }
 }
 
-TEST_F(BodyModelCommand, FbxIsTakenAsGltfIs) {
+TEST_F(BodyModelCommand, Fbx_IsConvertedAsGltfIs) {
   const std::string fbx = (fixtures::source_directory() / "fuzz/corpus/fbx/blender.fbx").string();
   const ChildResult body = run({"convert", fbx, "--out", (folder_ / "body.npz").string()});
   if (!reads_fbx()) {
@@ -116,7 +116,7 @@ TEST_F(BodyModelCommand, FbxIsTakenAsGltfIs) {
   EXPECT_THAT(motion.out, HasSubstr("3 joints, 25 frames at 24 per second")) << motion.err;
 }
 
-TEST_F(BodyModelCommand, ABodyWithAMotionIsTakenAsEither) {
+TEST_F(BodyModelCommand, FileWithBodyAndMotion_IsReadAsEither) {
   const std::string glb = (folder_ / "posed.glb").string();
   ASSERT_EQ(run({"pose", "female", still_bvh(), "--out", glb}).exit_code, 0);
   const std::string npz = (folder_ / "taken.npz").string();
@@ -129,7 +129,7 @@ TEST_F(BodyModelCommand, ABodyWithAMotionIsTakenAsEither) {
   refused({"measure", "female", "--as", "motion"}, 2, "it is for convert");
 }
 
-TEST_F(BodyModelCommand, ShowAndPoseMakePictures) {
+TEST_F(BodyModelCommand, ShowAndPose_WriteImages) {
   const auto png = [&](const char* name) { return (folder_ / name).string(); };
   const std::vector<std::string> small = {"--width", "64", "--height", "96", "--samples", "1"};
   const auto with_small = [&](std::vector<std::string> arguments) {
@@ -155,7 +155,7 @@ TEST_F(BodyModelCommand, ShowAndPoseMakePictures) {
   EXPECT_GT(std::filesystem::file_size(png("still.mp4")), 500u);
 }
 
-TEST_F(BodyModelCommand, AShapeIsKeptWhenABodyIsConverted) {
+TEST_F(BodyModelCommand, ConvertedBody_KeepsItsShape) {
   const std::string body = (folder_ / "body.npz").string();
   const std::string tall = (folder_ / "tall.npz").string();
   ASSERT_EQ(run({"convert", "female", "--out", body}).exit_code, 0);
@@ -166,7 +166,7 @@ TEST_F(BodyModelCommand, AShapeIsKeptWhenABodyIsConverted) {
   EXPECT_NEAR(nlohmann::json::parse(measured.out)["stature"]["value"].get<double>(), 1.66, 0.002);
 }
 
-TEST_F(BodyModelCommand, TargetsShapeAMakeHumanBody) {
+TEST_F(BodyModelCommand, MakeHumanTargets_ShapeTheBody) {
   ATELIER_TEST_FILE(base, "makehuman/base/base.obj");
   const std::string longer =
       (fixtures::test_data_root() / "makehuman/targets/measure/measure-neck-circ-incr.target")
@@ -189,7 +189,7 @@ TEST_F(BodyModelCommand, TargetsShapeAMakeHumanBody) {
   refused({"measure", "female", "--target", longer + "=1"}, 2, "it is for MakeHuman's base.obj");
 }
 
-TEST_F(BodyModelCommand, BodiesInCentimetresAreRefusedUntilItIsSaid) {
+TEST_F(BodyModelCommand, BodyInCentimetres_IsRefusedUntilUnitIsGiven) {
   ATELIER_TEST_FILE(fox, "gltf_skinned/bevy_fox/Fox.glb");
   refused({"measure", fox.string()}, 3, "set metres_per_unit = 0.01");
   EXPECT_EQ(run({"convert", fox.string(), "--metres_per_unit", "0.01", "--out",
@@ -203,7 +203,7 @@ TEST_F(BodyModelCommand, BodiesInCentimetresAreRefusedUntilItIsSaid) {
           "motions have --motion.metres_per_unit");
 }
 
-TEST_F(BodyModelCommand, ADressedFigureIsMeasuredWithAWarning) {
+TEST_F(BodyModelCommand, DressedFigure_IsMeasuredWithAWarning) {
   ATELIER_TEST_FILE(figure, "gltf_skinned/mesh2motion/human-sophia.glb");
   const ChildResult result = run({"measure", figure.string()});
   EXPECT_EQ(result.exit_code, 0) << result.err;
@@ -214,7 +214,7 @@ TEST_F(BodyModelCommand, ADressedFigureIsMeasuredWithAWarning) {
   EXPECT_THAT(run({"measure", naked}).err, ::testing::IsEmpty());
 }
 
-TEST_F(BodyModelCommand, ShapesDoNotSwallowTheArgumentsBehindThem) {
+TEST_F(BodyModelCommand, ShapeOptions_DoNotSwallowLaterArguments) {
   const ChildResult result =
       run({"--shape", "stature=1.6,weight=0.1", "--shape", "mass=70", "measure", "female"});
   EXPECT_EQ(result.exit_code, 2);
@@ -224,14 +224,14 @@ TEST_F(BodyModelCommand, ShapesDoNotSwallowTheArgumentsBehindThem) {
   EXPECT_NEAR(nlohmann::json::parse(measured.out)["stature"]["value"].get<double>(), 1.7, 0.01);
 }
 
-TEST_F(BodyModelCommand, SwitchesDoNotSwallowTheArgumentsBehindThem) {
+TEST_F(BodyModelCommand, Switches_DoNotSwallowLaterArguments) {
   EXPECT_EQ(run({"--four_influences", "measure", "female"}).exit_code, 0);
   EXPECT_EQ(run({"--four_influences", "false", "measure", "female"}).exit_code, 0);
   EXPECT_EQ(run({"measure", "female", "--four_influences=true"}).exit_code, 0);
   refused({"measure", "female", "--four_influences=maybe"}, 2, "it takes true or false");
 }
 
-TEST_F(BodyModelCommand, InspectShowsMotionsAndBodies) {
+TEST_F(BodyModelCommand, Inspect_ShowsMotionsAndBodies) {
   const ChildResult motion = run_child({program_path(), "inspect", still_bvh(), "--json"});
   ASSERT_EQ(motion.exit_code, 0) << motion.err;
   const auto json = nlohmann::json::parse(motion.out);
@@ -247,7 +247,7 @@ TEST_F(BodyModelCommand, InspectShowsMotionsAndBodies) {
   EXPECT_THAT(cut.err, HasSubstr("cut.bvh"));
 }
 
-TEST_F(BodyModelCommand, WritesMotionsForTheirOwnerAlone) {
+TEST_F(BodyModelCommand, WrittenMotions_AreReadableByOwnerOnly) {
   for (const char* name : {"a.bvh", "a.npz"}) {
     const std::filesystem::path out = folder_ / name;
     ASSERT_EQ(run({"convert", still_bvh(), "--out", out.string()}).exit_code, 0);
@@ -255,7 +255,7 @@ TEST_F(BodyModelCommand, WritesMotionsForTheirOwnerAlone) {
   }
 }
 
-TEST_F(BodyModelCommand, RefusesWrongWords) {
+TEST_F(BodyModelCommand, WrongArguments_AreRefused) {
   refused({}, 2, "body-model takes an ACTION");
   refused({"dance", "default"}, 2, "dance");
   refused({"show", "default"}, 2, "--out FILE");
@@ -284,7 +284,7 @@ TEST_F(BodyModelCommand, RefusesWrongWords) {
           "stature cannot be 180: it is in [1.4, 2.15] m");
 }
 
-TEST_F(BodyModelCommand, RefusesFlagsThatHaveNoEffect) {
+TEST_F(BodyModelCommand, FlagsWithoutEffect_AreRefused) {
   refused({"measure", "default", "--macros.gender", "1"}, 2,
           "--macros.gender has no effect here: it is for MakeHuman's base.obj; default takes "
           "--shape stature=1.8");
@@ -300,7 +300,7 @@ TEST_F(BodyModelCommand, RefusesFlagsThatHaveNoEffect) {
   refused({"convert", still_bvh(), "--shape", "stature=1.8", "--out", "a.npz"}, 2, "is a motion");
 }
 
-TEST_F(BodyModelCommand, RefusesFrameRatesThatAreNone) {
+TEST_F(BodyModelCommand, FrameRateOutOfRange_IsRefused) {
   const std::string video = (folder_ / "a.mp4").string();
   refused({"pose", "female", still_bvh(), "--retarget.fps", "0.001", "--out", video}, 2,
           "retarget.fps cannot be 0.001: it takes 0 or 0.1 to 1000");
@@ -308,7 +308,7 @@ TEST_F(BodyModelCommand, RefusesFrameRatesThatAreNone) {
           "motion.fps cannot be 0.01");
 }
 
-TEST_F(BodyModelCommand, TellsABodyFromAMotion) {
+TEST_F(BodyModelCommand, BodyAndMotion_AreToldApart) {
   const std::string png = (folder_ / "a.png").string();
   refused({"measure", still_bvh()}, 3, "this is a motion, not a body");
   refused({"pose", "female", "male", "--out", png}, 3, "this is a body, not a motion");
@@ -329,7 +329,7 @@ TEST_F(BodyModelCommand, TellsABodyFromAMotion) {
   EXPECT_THAT(mesh.out, ::testing::Not(HasSubstr("joints")));
 }
 
-TEST_F(BodyModelCommand, WhatCannotBeMeasuredIsRefusedWithItsName) {
+TEST_F(BodyModelCommand, UnmeasurableBody_IsRefusedByName) {
   ATELIER_TEST_FILE(fox, "gltf_skinned/bevy_fox/Fox.glb");
   const ChildResult result = run({"measure", fox.string(), "--metres_per_unit", "0.01"});
   EXPECT_EQ(result.exit_code, 3) << result.out;
@@ -338,7 +338,7 @@ TEST_F(BodyModelCommand, WhatCannotBeMeasuredIsRefusedWithItsName) {
   EXPECT_THAT(result.out, ::testing::IsEmpty());
 }
 
-TEST_F(BodyModelCommand, AFourLeggedMotionIsNotTakenForAPersonUnsaid) {
+TEST_F(BodyModelCommand, FourLeggedMotion_IsWarnedOf) {
   ATELIER_TEST_FILE(fox, "gltf_skinned/bevy_fox/Fox.glb");
   const ChildResult result =
       run({"pose", "female", fox.string(), "--out", (folder_ / "a.bvh").string()});
@@ -348,7 +348,7 @@ TEST_F(BodyModelCommand, AFourLeggedMotionIsNotTakenForAPersonUnsaid) {
   EXPECT_THAT(person.err, ::testing::Not(HasSubstr("retarget-posture")));
 }
 
-TEST_F(BodyModelCommand, RefusesMeasuresThatNoAdultHas) {
+TEST_F(BodyModelCommand, MeasuresOfNoAdult_AreRefused) {
   refused({"measure", "female", "--shape", "mass=90,waist_girth=0.5"}, 3,
           "0.5 m at a stature of 1.63 m and a mass of 90 kg");
   refused({"measure", "female", "--shape", "stature=2.1,mass=35"}, 3, "a body mass index of 7.94");
@@ -358,7 +358,7 @@ TEST_F(BodyModelCommand, RefusesMeasuresThatNoAdultHas) {
   EXPECT_THAT(legs.err, ::testing::Not(HasSubstr("girths that are given")));
 }
 
-TEST_F(BodyModelCommand, RefusesWrongFiles) {
+TEST_F(BodyModelCommand, WrongFiles_AreRefused) {
   refused({"measure", "nobody.xyz"}, 3, "default, female, male");
   refused({"show", "nobody", "--out", (folder_ / "a.png").string()}, 3, "no body of that name");
   refused({"show", "femal", "--out", (folder_ / "a.png").string()}, 3, ", did you mean 'female'?");

@@ -23,7 +23,7 @@ ChildResult calibrate(const std::vector<std::string>& arguments) {
   return run_child(command);
 }
 
-TEST(CalibrateCommand, StereoChessboardsBecomeCameras) {
+TEST(CalibrateCommand, StereoChessboards_GiveCameras) {
   ATELIER_TEST_FILE(pictures, "opencv_stereo_chessboard");
   const TemporaryDirectory folder;
   const fs::path out = folder / "rig";
@@ -59,7 +59,7 @@ TEST(CalibrateCommand, StereoChessboardsBecomeCameras) {
   EXPECT_EQ(kept[1].distortion, cameras[1].distortion);
 }
 
-TEST(CalibrateCommand, AWrongBoardIsRefusedWithTheRightOne) {
+TEST(CalibrateCommand, WrongBoard_IsRefusedWithTheRightOne) {
   ATELIER_TEST_FILE(pictures, "opencv_stereo_chessboard");
   const TemporaryDirectory folder;
   const ChildResult wrong =
@@ -70,7 +70,7 @@ TEST(CalibrateCommand, AWrongBoardIsRefusedWithTheRightOne) {
   EXPECT_FALSE(fs::exists(folder / "x"));
 }
 
-TEST(CalibrateCommand, RefusesNoPicturesNoBoardAndNoPlace) {
+TEST(CalibrateCommand, MissingImagesBoardOrPlace_AreRefused) {
   const TemporaryDirectory folder;
   fs::create_directories(folder / "empty");
   const ChildResult none =

@@ -37,7 +37,7 @@ std::vector<fs::path> files_in(const fs::path& folder) {
   return files;
 }
 
-TEST(ConvertCapture, GoesThereAndBack) {
+TEST(ConvertCapture, ConvertedCapture_RoundTrips) {
   const TemporaryDirectory folder;
   const SmallCapture small;
   write_small_capture(folder / "capture", small);
@@ -56,7 +56,7 @@ TEST(ConvertCapture, GoesThereAndBack) {
   EXPECT_LT((*project(cameras[1], point) - *project(small.cameras[1], point)).norm(), 1e-9);
 }
 
-TEST(ConvertCapture, KeepsConsentInEveryLayout) {
+TEST(ConvertCapture, EveryLayout_KeepsConsent) {
   const TemporaryDirectory folder;
   SmallCapture small;
   small.consent = {{"P. Doe", "research", "2999-12-31"}};
@@ -74,7 +74,7 @@ TEST(ConvertCapture, KeepsConsentInEveryLayout) {
   }
 }
 
-TEST(ConvertCapture, SaysThatThereIsNoConsent) {
+TEST(ConvertCapture, MissingConsent_IsReported) {
   const TemporaryDirectory folder;
   write_small_capture(folder / "capture");
   const ChildResult there =
@@ -83,7 +83,7 @@ TEST(ConvertCapture, SaysThatThereIsNoConsent) {
   EXPECT_FALSE(fs::exists(folder / "out" / "consent.toml"));
 }
 
-TEST(ConvertCapture, WhatWasEndedLeavesNoHalfCapture) {
+TEST(ConvertCapture, StoppedConversion_LeavesNoPartialCapture) {
   if (!can_inject()) {
     GTEST_SKIP() << "strace cannot trace here";
   }
@@ -119,7 +119,7 @@ TEST(ConvertCapture, WhatWasEndedLeavesNoHalfCapture) {
   }
 }
 
-TEST(ConvertCapture, RefusesToWriteWhereAnotherRunWrites) {
+TEST(ConvertCapture, OutputOfAnotherRun_IsRefused) {
   const TemporaryDirectory folder;
   write_small_capture(folder / "capture");
   fs::create_directory(folder / ".out.unfinished");
@@ -137,7 +137,7 @@ TEST(ConvertCapture, RefusesToWriteWhereAnotherRunWrites) {
   EXPECT_FALSE(fs::exists(folder / ".out.unfinished"));
 }
 
-TEST(ConvertCapture, RefusesWhatIsNoCaptureOrNoPlace) {
+TEST(ConvertCapture, NonCaptureOrTakenPlace_IsRefused) {
   const TemporaryDirectory folder;
   fs::create_directory(folder / "empty");
   const std::string empty = (folder / "empty").string();

@@ -42,7 +42,7 @@ std::filesystem::path file_of_frame(const std::filesystem::path& staging, int fr
   return staging / "frames" / name;
 }
 
-TEST_F(Crash, KilledAtEveryCallThatChangesTheDisk) {
+TEST_F(Crash, KilledAtEveryDiskCall_RecoversTheSameResult) {
   if (!can_inject()) {
     GTEST_SKIP() << "strace cannot trace here";
   }
@@ -70,7 +70,7 @@ TEST_F(Crash, KilledAtEveryCallThatChangesTheDisk) {
   EXPECT_GE(kills, static_cast<int>(calls.size()) / stride - 4);
 }
 
-TEST_F(Crash, KilledAtEveryCallThatReplacesAResult) {
+TEST_F(Crash, KilledAtEveryReplacingCall_KeepsTheOldResult) {
   if (!can_inject()) {
     GTEST_SKIP() << "strace cannot trace here";
   }
@@ -93,7 +93,7 @@ TEST_F(Crash, KilledAtEveryCallThatReplacesAResult) {
   }
 }
 
-TEST_F(Crash, AKillCostsNoMoreThanTheFrameInWork) {
+TEST_F(Crash, Kill_CostsAtMostTheFrameInWork) {
   if (!can_inject()) {
     GTEST_SKIP() << "strace cannot trace here";
   }
@@ -130,7 +130,7 @@ struct Moment {
 // Which frame a kill comes after, and how long after, is random; that it comes within the work is
 // no matter of time: it is sent once the frame is there, and counts if the run has not committed.
 // One that came too late (the machine was busy elsewhere) is tried again at the same moment.
-TEST_F(Crash, KilledAtRandomTimes) {
+TEST_F(Crash, KilledAtRandomTimes_RecoversTheSameResult) {
   const bool soak = injection_stride(0) == 1;
   const int frames = soak ? 40 : 12;
   const int trials = soak ? 500 : 60;  // each ends in a run that completes
@@ -192,7 +192,7 @@ TEST_F(Crash, KilledAtRandomTimes) {
   EXPECT_GE(kills, wanted);
 }
 
-TEST_F(Crash, AKilledHoldersLockIsFree) {
+TEST_F(Crash, LockOfAKilledHolder_IsFree) {
   write_boxes(input(), 200);
   ChildProcess holder(statistics({"--jobs", "1"}));
   ASSERT_TRUE(reaches(holder, stage_folder() / ".lock"));
@@ -215,7 +215,7 @@ bool has_open(pid_t pid, const std::filesystem::path& file) {
   return false;
 }
 
-TEST_F(Crash, ASignalEndsTheDigestingOfALargeInput) {
+TEST_F(Crash, SignalWhileHashingALargeInput_EndsTheRun) {
   write_boxes(input(), 1);
   const std::filesystem::path large = std::filesystem::canonical(input()) / "large.bin";
   std::ofstream(large) << "x";
@@ -242,7 +242,7 @@ TEST_F(Crash, ASignalEndsTheDigestingOfALargeInput) {
   }
 }
 
-TEST_F(Crash, SignalsToEndLeaveACleanStaging) {
+TEST_F(Crash, TerminationSignal_LeavesCleanStaging) {
   for (const int signal : {SIGTERM, SIGINT}) {
     write_boxes(input(), 150);
     forget_workspace();
@@ -271,7 +271,7 @@ TEST_F(Crash, SignalsToEndLeaveACleanStaging) {
   }
 }
 
-TEST_F(Crash, ASignalToEndSaysHowManyFramesAreKept) {
+TEST_F(Crash, TerminationSignal_ReportsTheFramesKept) {
   write_boxes(input(), 150);
   const std::filesystem::path second = file_of_frame(staging_folder(), 1);
   ChildProcess child(statistics({"--jobs", "1"}));
@@ -284,7 +284,7 @@ TEST_F(Crash, ASignalToEndSaysHowManyFramesAreKept) {
   }
 }
 
-TEST_F(Crash, AStoppedRunWithForceSaysWhatGoesOn) {
+TEST_F(Crash, StoppedRunWithForce_SaysHowToContinue) {
   write_boxes(input(), 150);
   const auto stopped = [&] {
     const std::filesystem::path second = file_of_frame(staging_folder(), 1);

@@ -127,7 +127,7 @@ class SimulateOutOfDeviceMemory : public ::testing::Test {
 };
 
 // Not even the program's own code may fit, of which the driver has words of its own.
-TEST_F(SimulateOutOfDeviceMemory, AtTheStartIsOneSentenceOfAdvice) {
+TEST_F(SimulateOutOfDeviceMemory, NoMemoryAtTheStart_GivesOneLineOfAdvice) {
   const fs::path out = root_.path() / "out";
   ChildResult result;
   {
@@ -140,7 +140,7 @@ TEST_F(SimulateOutOfDeviceMemory, AtTheStartIsOneSentenceOfAdvice) {
   EXPECT_TRUE(find(out, ".ply").empty());
 }
 
-TEST_F(SimulateOutOfDeviceMemory, OnTheWayKeepsTheFramesBefore) {
+TEST_F(SimulateOutOfDeviceMemory, NoMemoryDuringARun_KeepsEarlierFrames) {
   const fs::path out = root_.path() / "out";
   const ChildResult result = starved(alone(out), out, "garment_000001.ply");
   expect_want_of_memory(result);
@@ -157,7 +157,7 @@ TEST_F(SimulateOutOfDeviceMemory, OnTheWayKeepsTheFramesBefore) {
   EXPECT_FALSE(fs::exists(out / next));
 }
 
-TEST_F(SimulateOutOfDeviceMemory, OfAStageGoesOnWithTheSameBits) {
+TEST_F(SimulateOutOfDeviceMemory, StageWithoutMemory_ResumesBitIdentical) {
   const fs::path whole = root_.path() / "whole";
   const fs::path parts = root_.path() / "parts";
   ASSERT_EQ(fixtures::run_child(stage(whole)).exit_code, 0);

@@ -95,33 +95,33 @@ class DiskFull : public StatisticsFixture {
   }
 };
 
-TEST_F(DiskFull, NoSpaceAtEveryWrite) {
+TEST_F(DiskFull, NoSpaceAtEveryWrite_FailsCleanlyOrCompletes) {
   // Lines of progress go nowhere where standard error takes none.
   every_call({"write", "pwrite64"}, "ENOSPC", 1, Then::FailsOrIsWhole);
 }
 
-TEST_F(DiskFull, NoSpaceAtEverySync) {
+TEST_F(DiskFull, NoSpaceAtEverySync_FailsCleanly) {
   every_call({"fsync"}, "ENOSPC", 2);
 }
 
-TEST_F(DiskFull, BrokenDiskAtEverySync) {
+TEST_F(DiskFull, BrokenDiskAtEverySync_FailsCleanly) {
   every_call({"fsync"}, "EIO", 3);
 }
 
-TEST_F(DiskFull, BrokenDiskAtEveryRename) {
+TEST_F(DiskFull, BrokenDiskAtEveryRename_FailsCleanly) {
   every_call({"rename", "symlink"}, "EIO", 1);
 }
 
-TEST_F(DiskFull, BrokenDiskAtEveryWrite) {
+TEST_F(DiskFull, BrokenDiskAtEveryWrite_FailsCleanlyOrCompletes) {
   every_call({"write", "pwrite64"}, "EIO", 3, Then::FailsOrIsWhole);
 }
 
-TEST_F(DiskFull, BrokenDiskAtEveryClose) {
+TEST_F(DiskFull, BrokenDiskAtEveryClose_FailsCleanlyOrCompletes) {
   // Most closes are of files that were read, and may fail.
   every_call({"close"}, "EIO", 2, Then::FailsOrIsWhole);
 }
 
-TEST_F(DiskFull, ALimitOfFileSizesIsAFailingDisk) {
+TEST_F(DiskFull, FileSizeLimit_IsAnEnvironmentError) {
   const std::vector<std::string> command = statistics({"--jobs", "1"});
   std::string words;
   for (const std::string& word : command) {
@@ -136,11 +136,11 @@ TEST_F(DiskFull, ALimitOfFileSizesIsAFailingDisk) {
   EXPECT_TRUE(is_clean());
 }
 
-TEST_F(DiskFull, NoSpaceForAFolder) {
+TEST_F(DiskFull, NoSpaceForAFolder_FailsCleanly) {
   every_call({"mkdir"}, "ENOSPC", 1);
 }
 
-TEST_F(DiskFull, ATinyDisk) {
+TEST_F(DiskFull, TinyDisk_FailsCleanlyOrCompletes) {
   const std::filesystem::path disk = root_ / "work";
   std::filesystem::create_directories(disk);
   int failed = 0;
@@ -165,7 +165,7 @@ TEST_F(DiskFull, ATinyDisk) {
   EXPECT_GT(failed, 0) << "no disk was too small";
 }
 
-TEST_F(DiskFull, AnOlderResultSurvivesATinyDisk) {
+TEST_F(DiskFull, TinyDisk_KeepsTheOldResult) {
   const std::filesystem::path disk = root_ / "work";
   std::filesystem::create_directories(disk);
   if (mount("tmpfs", disk.c_str(), "tmpfs", 0, "size=64k") != 0) {

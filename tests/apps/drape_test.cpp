@@ -38,7 +38,7 @@ class DrapeRefuses : public ::testing::Test {
   fixtures::TemporaryDirectory root_;
 };
 
-TEST_F(DrapeRefuses, PlacesThatAreMissingOrTaken) {
+TEST_F(DrapeRefuses, MissingOrTakenPlace_IsRefused) {
   EXPECT_EQ(run({"--garment", "tee"}).exit_code, 2);
   for (const char* file : {"tee.png", "tee.obj", "tee.H5"}) {
     const ChildResult named = run({"--garment", "tee", "--out", (root_.path() / file).string()});
@@ -51,7 +51,7 @@ TEST_F(DrapeRefuses, PlacesThatAreMissingOrTaken) {
               HasSubstr("already exists, and no flag replaces it; choose another --out"));
 }
 
-TEST_F(DrapeRefuses, GarmentsThatAreNone) {
+TEST_F(DrapeRefuses, UnknownGarments_AreRefused) {
   refused({"--garment", "cape"}, 3, "dress, tee, skirt, trousers");
   refused({"--garment", "dres"}, 3, ", did you mean 'dress'?");
   refused({"--garment", "tee+"}, 3, "''");
@@ -61,7 +61,7 @@ TEST_F(DrapeRefuses, GarmentsThatAreNone) {
   refused({"--garment", bad}, 3, "no 'properties'");
 }
 
-TEST_F(DrapeRefuses, BodiesAndOptionsThatCannotBe) {
+TEST_F(DrapeRefuses, BadBodiesAndOptions_AreRefused) {
   refused({"--body", "nobody.glb"}, 3, "nobody.glb");
   refused({"--body", "femal"}, 3, "or its folder, did you mean 'female'?");
   refused({"--human.stature", "0.9"}, 2, "--human.stature cannot be 0.9: it is in [1.4, 2.15] m");
@@ -75,7 +75,7 @@ TEST_F(DrapeRefuses, BodiesAndOptionsThatCannotBe) {
   }
 }
 
-TEST_F(DrapeRefuses, WhatIsSaidAndWouldDoNothing) {
+TEST_F(DrapeRefuses, OptionsWithoutEffect_AreRefused) {
   refused({"--pattern_scale", "1.2"}, 2, "--pattern-scale does nothing without a pattern file");
   refused({"--fit", "body"}, 2, "--fit body does nothing without a pattern file");
   refused({"--body", "one.npz", "--human.stature", "1.7"}, 2,
@@ -84,11 +84,11 @@ TEST_F(DrapeRefuses, WhatIsSaidAndWouldDoNothing) {
           "slims the default human alone");
 }
 
-TEST_F(DrapeRefuses, ClothTooCoarseForABodyWithEdgesThatWouldDo) {
+TEST_F(DrapeRefuses, TooCoarseCloth_IsRefusedWithAFittingEdgeLength) {
   refused({"--garment", "tee", "--edge_length", "0.1"}, 3, "a smaller --edge-length (0.02) first");
 }
 
-TEST_F(DrapeRefuses, GarmentsThatAreTooTightWithTheSizeThatWouldDo) {
+TEST_F(DrapeRefuses, TooTightGarment_IsRefusedWithAFittingSize) {
   ATELIER_TEST_FILE(root, "garments/pattern_generator/Patterns");
   const std::string dress = (root / "combos/dress.json").string();
   refused({"--garment", dress}, 3, "too tight: chest_girth of 0.8");

@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 // The words that a stage and `simulate` alone put behind it stay, and so does what to do.
-TEST(FailureOf, DeviceMemoryThatRanOutSaysWhatToDo) {
+TEST(FailureOf, ExhaustedDeviceMemory_SaysWhatToDo) {
 #ifdef ATELIER_HAS_CUDA
   EXPECT_STREQ(kDeviceMemory, "CUDA device memory");
 #endif
@@ -38,7 +38,7 @@ TEST(FailureOf, DeviceMemoryThatRanOutSaysWhatToDo) {
   }
 }
 
-TEST(FailureOf, ADeviceThatFailsNamesTheFlagThatDoesWithout) {
+TEST(FailureOf, FailingDevice_NamesTheFlagThatAvoidsIt) {
   EXPECT_THAT(with_device_advice({"CUDA", "no device answers"}), HasSubstr("; use --device cpu"));
   EXPECT_THAT(with_device_advice({"CUDA: launch of refit_kernel at cuda_body.cu:3",
                                   "cudaErrorIllegalAddress: an illegal memory access"}),

@@ -76,7 +76,7 @@ class FlattenGarments : public ::testing::TestWithParam<GarmentFile> {
   }
 };
 
-TEST_P(FlattenGarments, LieApartWithEqualSeams) {
+TEST_P(FlattenGarments, RealGarments_LieApartWithEqualSeams) {
   const GarmentFile garment = GetParam();
   ATELIER_TEST_FILE(file, garment.path);
   const bool soak = std::getenv("ATELIER_SOAK") != nullptr;

@@ -71,7 +71,7 @@ class Flatten : public ::testing::Test {
   fixtures::TemporaryDirectory root_;
 };
 
-TEST_F(Flatten, ATubeBecomesPanelsOfItsArea) {
+TEST_F(Flatten, Tube_BecomesPanelsOfItsArea) {
   const ChildResult result = alone({"--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   const nlohmann::json json = nlohmann::json::parse(result.out);
@@ -84,7 +84,7 @@ TEST_F(Flatten, ATubeBecomesPanelsOfItsArea) {
   }
 }
 
-TEST_F(Flatten, APictureShowsItsStretch) {
+TEST_F(Flatten, StretchImage_ShowsPanelsAndViews) {
   ASSERT_EQ(alone().exit_code, 0);
   EXPECT_FALSE(std::filesystem::exists(out() / "stretch.png"));
   std::filesystem::remove_all(out());
@@ -94,7 +94,7 @@ TEST_F(Flatten, APictureShowsItsStretch) {
   EXPECT_LT(height, 1300) << "the flat panels, wider than tall, in a row as tall as the views";
 }
 
-TEST_F(Flatten, OtherProgramsDrawItsPatternAtTrueSize) {
+TEST_F(Flatten, PatternInOtherPrograms_HasTrueSize) {
   if (std::system("command -v rsvg-convert >/dev/null") != 0) {
     GTEST_SKIP() << "no rsvg-convert (package librsvg2-bin)";
   }
@@ -108,7 +108,7 @@ TEST_F(Flatten, OtherProgramsDrawItsPatternAtTrueSize) {
   EXPECT_GT(read_image_header(picture).height, 400);  // the tube's height and allowances
 }
 
-TEST_F(Flatten, OtherProgramsOpenItsFiles) {
+TEST_F(Flatten, FilesInOtherPrograms_Open) {
   if (std::system("/usr/bin/python3 -c 'import ezdxf' 2>/dev/null") != 0) {
     GTEST_SKIP() << "no ezdxf (package python3-ezdxf)";
   }
@@ -125,7 +125,7 @@ assert {'1', '14', '7'} <= layers, layers
             0);
 }
 
-TEST_F(Flatten, ItsGarmentIsSimulatedFromTheFlatRestShape) {
+TEST_F(Flatten, FlattenedGarment_IsSimulatedFromFlatRestShape) {
   ASSERT_EQ(alone().exit_code, 0);
   const ChildResult result =
       fixtures::run_child({fixtures::program_path(), "simulate", "--garment",
@@ -135,7 +135,7 @@ TEST_F(Flatten, ItsGarmentIsSimulatedFromTheFlatRestShape) {
 }
 
 // Templates and modelled clothes have a few; a simulation refuses corners below half a degree.
-TEST_F(Flatten, SliversAreTakenOutSoThatTheGarmentIsSimulated) {
+TEST_F(Flatten, Slivers_AreRemovedSoThatTheGarmentSimulates) {
   std::istringstream lines(read_file_text(mesh(), 1 << 20));
   std::ofstream thin(mesh());
   int vertex = 0;
@@ -160,7 +160,7 @@ TEST_F(Flatten, SliversAreTakenOutSoThatTheGarmentIsSimulated) {
   }
 }
 
-TEST_F(Flatten, TheStageDoesTheSame) {
+TEST_F(Flatten, Stage_GivesTheSameAsTheCommand) {
   const std::string workspace = (root_.path() / "workspace").string();
   const ChildResult result = run({mesh().string(), workspace});
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -169,7 +169,7 @@ TEST_F(Flatten, TheStageDoesTheSame) {
   EXPECT_EQ(again.exit_code, 0);
 }
 
-TEST_F(Flatten, CentimetresThatAreTakenForMetresAreSpokenOf) {
+TEST_F(Flatten, CentimetresTakenForMetres_AreWarnedOf) {
   EXPECT_THAT(alone().out, ::testing::Not(HasSubstr("unit-unknown")));
   std::istringstream lines(read_file_text(mesh(), 1 << 20));
   std::ofstream larger(mesh());
@@ -190,7 +190,7 @@ TEST_F(Flatten, CentimetresThatAreTakenForMetresAreSpokenOf) {
   EXPECT_THAT(alone({"--input.unit", "cm"}).out, ::testing::Not(HasSubstr("unit-unknown")));
 }
 
-TEST_F(Flatten, SizesThatNoGarmentHasAreSpokenOf) {
+TEST_F(Flatten, UnlikelyGarmentSize_IsWarnedOf) {
   const auto of_triangle = [&](const std::string& head, double side) {
     std::ofstream(mesh()) << head << "v 0 0 0\nv " << side << " 0 0\nv 0 " << side
                           << " 0\nf 1 2 3\n";
@@ -206,7 +206,7 @@ TEST_F(Flatten, SizesThatNoGarmentHasAreSpokenOf) {
   EXPECT_THAT(said.out, HasSubstr("the file states its unit"));
 }
 
-TEST_F(Flatten, AFabricThatIsNarrowerThanAPieceIsSpokenOf) {
+TEST_F(Flatten, FabricNarrowerThanAPiece_IsWarnedOf) {
   const ChildResult narrow = alone({"--pattern.fabric-width", "0.2"});
   EXPECT_EQ(narrow.exit_code, 0) << narrow.err;
   EXPECT_THAT(narrow.out, HasSubstr("warning fabric-narrow"));
@@ -214,7 +214,7 @@ TEST_F(Flatten, AFabricThatIsNarrowerThanAPieceIsSpokenOf) {
   EXPECT_THAT(alone().out, ::testing::Not(HasSubstr("fabric-narrow")));
 }
 
-TEST_F(Flatten, VerticesWithoutATriangleAreLeftOut) {
+TEST_F(Flatten, UnusedVertices_AreLeftOut) {
   const std::string plain = alone({"--json"}).out;
   const std::string text = read_file_text(mesh(), 1 << 20);
   const std::size_t faces = text.find("f ");
@@ -226,7 +226,7 @@ TEST_F(Flatten, VerticesWithoutATriangleAreLeftOut) {
   EXPECT_THAT(loose.err, ::testing::Not(HasSubstr("size-unlikely")));
 }
 
-TEST_F(Flatten, SeamsOfAFileCountVerticesThatNoTriangleUses) {
+TEST_F(Flatten, SeamFile_CountsUnusedVertices) {
   std::string text = read_file_text(mesh(), 1 << 20);
   const auto seam = [&](int first) {  // up the tube, along edges
     std::string run;
@@ -253,7 +253,7 @@ TEST_F(Flatten, SeamsOfAFileCountVerticesThatNoTriangleUses) {
   EXPECT_EQ(seam(1).out, plain.out);
 }
 
-TEST_F(Flatten, TrianglesThatAreNothingOfTheSurfaceAreLeftOut) {
+TEST_F(Flatten, DegenerateTriangles_AreLeftOut) {
   const nlohmann::json plain = nlohmann::json::parse(alone({"--json"}).out);
   const std::string text = read_file_text(mesh(), 1 << 20);
   const std::string seams = (root_.path() / "seams.json").string();
@@ -273,7 +273,7 @@ TEST_F(Flatten, TrianglesThatAreNothingOfTheSurfaceAreLeftOut) {
   }
 }
 
-TEST_F(Flatten, RefusesWhatHasNoAreaOrIsSmallerThanItsFilesCanSay) {
+TEST_F(Flatten, ZeroAreaOrTinySurface_IsRefused) {
   const std::string faces = "f 1 2 3\nf 2 4 3\n";
   std::ofstream(mesh()) << "v 0 0 0\nv 1 0 0\nv 2 0 0\nv 3 0 0\n" << faces;
   const ChildResult line = alone();
@@ -291,7 +291,7 @@ TEST_F(Flatten, RefusesWhatHasNoAreaOrIsSmallerThanItsFilesCanSay) {
   }
 }
 
-TEST_F(Flatten, SaysWhereSidesOfASeamStayUnequalAndEndsWith4) {
+TEST_F(Flatten, UnequalSeamSides_AreReportedWithExitCode4) {
   std::istringstream lines(read_file_text(mesh(), 1 << 20));
   std::ofstream wide(mesh());  // one side goes out by metres: nothing that lies flat in one step
   for (std::string line; std::getline(lines, line);) {
@@ -318,7 +318,7 @@ TEST_F(Flatten, SaysWhereSidesOfASeamStayUnequalAndEndsWith4) {
   EXPECT_THAT(all.out, Not(HasSubstr("seams-unequal")));
 }
 
-TEST_F(Flatten, RefusesFilesOfOtherKindsWithThoseThatItReads) {
+TEST_F(Flatten, UnsupportedFormat_IsRefusedWithTheSupportedOnes) {
   const std::filesystem::path usd = root_.path() / "shirt.usd";
   std::ofstream(usd) << "PXR-USDC";
   const ChildResult result = run({"--mesh", usd.string(), "--out", out().string()});
@@ -327,7 +327,7 @@ TEST_F(Flatten, RefusesFilesOfOtherKindsWithThoseThatItReads) {
   EXPECT_THAT(alone({"--seams", "uvs"}).err, HasSubstr("texture coordinates: none"));
 }
 
-TEST_F(Flatten, TrianglesOfMixedOrientationAreTurnedRound) {
+TEST_F(Flatten, MixedOrientations_AreMadeConsistent) {
   const std::string plain = alone({"--json"}).out;
   std::string text = read_file_text(mesh(), 1 << 20);
   const std::string last = text.substr(text.rfind("f "));
@@ -341,12 +341,12 @@ TEST_F(Flatten, TrianglesOfMixedOrientationAreTurnedRound) {
   EXPECT_THAT(turned.err, HasSubstr("triangles of opposite orientation were reversed"));
 }
 
-TEST_F(Flatten, AMeshInMillimetresThatIsTakenForMetresEnds) {
+TEST_F(Flatten, MillimetresTakenForMetres_StillTerminate) {
   std::ofstream(mesh()) << "v 0 0 0\nv 1e6 0 0\nv 0 1e6 0\nv 3e5 1e6 0\nf 1 2 3\nf 3 2 4\n";
   EXPECT_EQ(alone({"--seams", "none"}).exit_code, 0);
 }
 
-TEST_F(Flatten, APlaceThatCannotBeMadeIsFoundBeforeTheWork) {
+TEST_F(Flatten, UnwritablePlace_IsFoundBeforeTheWork) {
   std::ofstream(root_.path() / "file") << "x";
   for (const std::string& place :
        {std::string("/proc/pattern"), (root_.path() / "file/out").string(),
@@ -360,7 +360,7 @@ TEST_F(Flatten, APlaceThatCannotBeMadeIsFoundBeforeTheWork) {
   EXPECT_FALSE(std::filesystem::exists(root_.path() / "new"));
 }
 
-TEST_F(Flatten, AnOpenBodyIsSpokenOfAndEveryRoundTold) {
+TEST_F(Flatten, OpenBody_IsWarnedOfAndEveryRoundReported) {
   const std::filesystem::path body = root_.path() / "body.obj";
   std::ofstream(body) << "v 0 0.3 0\nv 0.05 0.1 0\nv -0.03 0.1 0.04\nv -0.03 0.1 -0.04\n"
                          "f 1 3 2\nf 1 4 3\nf 1 2 4\n";
@@ -371,7 +371,7 @@ TEST_F(Flatten, AnOpenBodyIsSpokenOfAndEveryRoundTold) {
   EXPECT_THAT(told.out, HasSubstr("round 2 of at most 2: hangs "));
 }
 
-TEST_F(Flatten, FilesThatOptionsNameArePartOfTheKey) {
+TEST_F(Flatten, FilesNamedByOptions_ArePartOfTheKey) {
   const std::string workspace = (root_.path() / "workspace").string();
   const std::string seams = (root_.path() / "seams.json").string();
   std::ofstream(seams) << "{\"seams\": [[0,16]]}";
@@ -386,7 +386,7 @@ TEST_F(Flatten, FilesThatOptionsNameArePartOfTheKey) {
   EXPECT_THAT(edited.out, HasSubstr("flatten done: "));
 }
 
-TEST_F(Flatten, AGarmentThatDoesNotHangAsCapturedIsFlattenedAsItIs) {
+TEST_F(Flatten, GarmentNotHangingAsCaptured_IsFlattenedUnrelaxed) {
   // Nothing holds the tube up: the only body is a small one inside of it.
   const std::filesystem::path body = root_.path() / "body.obj";
   std::ofstream(body) << "v 0 0.3 0\nv 0.05 0.1 0\nv -0.03 0.1 0.04\nv -0.03 0.1 -0.04\n"
@@ -400,7 +400,7 @@ TEST_F(Flatten, AGarmentThatDoesNotHangAsCapturedIsFlattenedAsItIs) {
   EXPECT_EQ(relaxed.out, plain.out);
 }
 
-TEST_F(Flatten, AGarmentThatItsMotionHeldUpIsNotRelaxed) {
+TEST_F(Flatten, GarmentHeldUpByMotion_IsNotRelaxed) {
   const std::filesystem::path body = root_.path() / "body.obj";
   std::ofstream(body) << "v 0 0.3 0\nv 0.05 0.1 0\nv -0.03 0.1 0.04\nv -0.03 0.1 -0.04\n"
                          "f 1 3 2\nf 1 4 3\nf 1 2 4\nf 2 3 4\n";
@@ -493,7 +493,7 @@ class FlattenOutfit : public Flatten {
   }
 };
 
-TEST_F(FlattenOutfit, EveryGarmentIsJudgedByItsOwnSequenceOnTheBodyOfItsFrame) {
+TEST_F(FlattenOutfit, EachGarment_IsJudgedByItsOwnSequenceAndBody) {
   if (relaxed("body.obj", "", {"--dry-run"}).err.find("unknown") != std::string::npos) {
     GTEST_SKIP() << "built without simulation";
   }
@@ -510,7 +510,7 @@ TEST_F(FlattenOutfit, EveryGarmentIsJudgedByItsOwnSequenceOnTheBodyOfItsFrame) {
   }
 }
 
-TEST_F(FlattenOutfit, WhatCannotBeOfAllGarmentsIsRefusedBeforeTheWork) {
+TEST_F(FlattenOutfit, InputNotCoveringAllGarments_IsRefusedBeforeTheWork) {
   const auto refused = [&](const std::string& body, const std::string& sequences,
                            const std::string& words) {
     SCOPED_TRACE(words);
@@ -540,7 +540,7 @@ TEST_F(FlattenOutfit, WhatCannotBeOfAllGarmentsIsRefusedBeforeTheWork) {
   refused("bodies", "registered", "registered/upper");
 }
 
-TEST_F(FlattenOutfit, AResultOfTemplateSaysWhereTheyLookFromOneFolderUp) {
+TEST_F(FlattenOutfit, TemplateResult_GivesTheFacingFromOneFolderUp) {
   const std::filesystem::path result = root_.path() / "made";
   std::filesystem::create_directory(result);
   std::filesystem::rename(surfaces(), result / "garments");
@@ -574,7 +574,7 @@ TEST_F(FlattenOutfit, AResultOfTemplateSaysWhereTheyLookFromOneFolderUp) {
 }
 
 // Alone, by --mesh, in its folder or by its name: no garment hung in what folds were taken out of.
-TEST_F(FlattenOutfit, WhatHasNoFoldsIsNotRelaxedHoweverItIsNamed) {
+TEST_F(FlattenOutfit, RestSurface_IsRefusedForRelaxingUnderAnyName) {
   if (relaxed("body.obj", "", {"--dry-run"}).err.find("unknown") != std::string::npos) {
     GTEST_SKIP() << "built without simulation";
   }
@@ -596,7 +596,7 @@ TEST_F(FlattenOutfit, WhatHasNoFoldsIsNotRelaxedHoweverItIsNamed) {
   refused({"--mesh", (surfaces() / "upper.obj").string(), "--out", out().string()});
 }
 
-TEST_F(FlattenOutfit, ANoteOfATemplateThatSaysNothingOfTheKindIsRefused) {
+TEST_F(FlattenOutfit, MalformedTemplateNote_IsRefused) {
   const auto refused = [&](const char* note, const char* words) {
     std::ofstream(surfaces() / "template.json")
         << R"({"garments": [{"label": "upper", )" << note << "}]}";
@@ -620,7 +620,7 @@ TEST_F(FlattenOutfit, ANoteOfATemplateThatSaysNothingOfTheKindIsRefused) {
   refused(R"("taut": "yes")", "rest");
 }
 
-TEST_F(Flatten, RefusesWhatIsNoGarment) {
+TEST_F(Flatten, NonManifoldGarment_IsRefused) {
   std::ofstream(mesh()) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nv 0 -1 0\n"
                            "f 1 2 3\nf 1 2 4\nf 1 2 5\n";
   const ChildResult result = alone();
@@ -629,7 +629,7 @@ TEST_F(Flatten, RefusesWhatIsNoGarment) {
   EXPECT_FALSE(std::filesystem::exists(out()));
 }
 
-TEST_F(Flatten, SaysThatASurfaceHasOneSideAlone) {
+TEST_F(Flatten, OneSidedSurface_IsReported) {
   constexpr int kSteps = 24;  // a Moebius strip
   std::ofstream strip(mesh());
   for (int i = 0; i < kSteps; ++i) {
@@ -655,7 +655,7 @@ TEST_F(Flatten, SaysThatASurfaceHasOneSideAlone) {
   EXPECT_THAT(result.err, HasSubstr("tube.obj: edge of vertices "));
 }
 
-TEST_F(Flatten, RefusesWordsThatAreNoSeamsWhereTheWorkIsPlanned) {
+TEST_F(Flatten, UnknownSeamsWord_IsRefusedWhilePlanning) {
   const std::string workspace = (root_.path() / "workspace").string();
   const std::string expected = "which is no file; expected auto, uvs, labels, none, or a file";
   const ChildResult word = run({mesh().string(), workspace, "--seams", "uv", "--dry-run"});
@@ -668,7 +668,7 @@ TEST_F(Flatten, RefusesWordsThatAreNoSeamsWhereTheWorkIsPlanned) {
   EXPECT_THAT(body.err, HasSubstr("/nobody.obj: No such file"));
 }
 
-TEST_F(Flatten, RefusesTextureCoordinatesWithoutArea) {
+TEST_F(Flatten, TextureCoordinatesWithoutArea_AreRefused) {
   std::istringstream lines(read_file_text(mesh(), 1 << 20));
   std::ofstream textured(mesh());
   textured << "vt 0.5 0.5\n";
@@ -686,7 +686,7 @@ TEST_F(Flatten, RefusesTextureCoordinatesWithoutArea) {
   EXPECT_THAT(result.err, HasSubstr("texture coordinates: no area"));
 }
 
-TEST_F(Flatten, NamesWhereSurfacesOfARunAre) {
+TEST_F(Flatten, MissingSurfacesOfARun_AreNamedWithTheirPlace) {
   const fixtures::TemporaryDirectory other;
   const std::string workspace = (other.path() / "workspace").string();
   EXPECT_EQ(run({root_.path().string(), workspace, "--dry-run"}).exit_code, 0);
@@ -696,7 +696,7 @@ TEST_F(Flatten, NamesWhereSurfacesOfARunAre) {
   EXPECT_THAT(empty.err, HasSubstr("WORKSPACE/surfaces"));
 }
 
-TEST_F(Flatten, RefusesWhatDoesNothingWhereSeamsAreGiven) {
+TEST_F(Flatten, OptionsUnusedWithGivenSeams_AreRefused) {
   for (const std::vector<std::string>& idle : {std::vector<std::string>{"--tolerance", "0.01"},
                                                {"--find.stretch", "0.1"},
                                                {"--find.cuts", "3"}}) {
@@ -708,7 +708,7 @@ TEST_F(Flatten, RefusesWhatDoesNothingWhereSeamsAreGiven) {
   }
 }
 
-TEST_F(Flatten, RefusesWhatDoesNothingWithoutABodyToHangOn) {
+TEST_F(Flatten, OptionsUnusedWithoutABody_AreRefused) {
   for (const std::vector<std::string>& idle : {std::vector<std::string>{"--relax.fabric", "silk"},
                                                {"--relax.registered", root_.path().string()},
                                                {"--relax.relaxing.rounds", "3"}}) {
@@ -721,7 +721,7 @@ TEST_F(Flatten, RefusesWhatDoesNothingWithoutABodyToHangOn) {
   }
 }
 
-TEST_F(Flatten, RefusesABodyThatIsNotThereAndPlacesThatAreTaken) {
+TEST_F(Flatten, MissingBodyOrTakenPlace_IsRefused) {
   EXPECT_EQ(alone({"--relax.body", (root_.path() / "nobody.obj").string()}).exit_code, 3);
   EXPECT_EQ(run({"--mesh", mesh().string(), "--out", root_.path().string()}).exit_code, 2);
   EXPECT_EQ(run({"--mesh", mesh().string()}).exit_code, 2);

@@ -32,7 +32,7 @@ std::optional<double> found(const Sequence& sequence, int frame_id) {
   return hanging_acceleration(sequence, frame_id, body.vertices, body.faces);
 }
 
-TEST(HangingAcceleration, IsThatOfTheMotion) {
+TEST(HangingAcceleration, Acceleration_IsThatOfTheMotion) {
   const auto thrown = [](int id) { return 0.5 * 6.0 * (id / kFps) * (id / kFps); };
   const auto even = [](int id) { return 0.7 * id / kFps; };
   EXPECT_NEAR(found(moving(thrown, {4, 5, 6, 7}), 5).value(), 6, 1e-9);
@@ -40,7 +40,7 @@ TEST(HangingAcceleration, IsThatOfTheMotion) {
   EXPECT_GT(found(moving(thrown, {4, 5, 6}), 5).value(), kInMotion);
 }
 
-TEST(HangingAcceleration, IsUnknownAtEndsBesideGapsAndOfOtherFrames) {
+TEST(HangingAcceleration, EndsAndGaps_HaveUnknownAcceleration) {
   const auto still = [](int) { return 0.0; };
   const Sequence sequence = moving(still, {3, 4, 5, 7, 8});
   EXPECT_FALSE(found(sequence, 3));
@@ -50,7 +50,7 @@ TEST(HangingAcceleration, IsUnknownAtEndsBesideGapsAndOfOtherFrames) {
   EXPECT_FALSE(found(sequence, 8));
 }
 
-TEST(HangingAcceleration, IsUnknownOfWhatLiesOnTheBody) {
+TEST(HangingAcceleration, ClothLyingOnTheBody_HasUnknownAcceleration) {
   const auto still = [](int) { return 0.0; };
   const Sequence sequence = moving(still, {0, 1, 2}, 0.01);
   Mesh floor = fixtures::grid(1, 1);

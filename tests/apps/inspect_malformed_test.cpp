@@ -133,7 +133,7 @@ const std::map<std::string, std::set<std::string>>& sound_alone() {
 
 class InspectMalformed : public ::testing::TestWithParam<std::string> {};
 
-TEST_P(InspectMalformed, IsRefusedOrHasAFinding) {
+TEST_P(InspectMalformed, MalformedFile_IsRefusedOrHasAFinding) {
   const std::string reader = GetParam();
   const TemporaryDirectory folder;
   std::set<std::string> silent;
@@ -175,7 +175,7 @@ INSTANTIATE_TEST_SUITE_P(
                       "tracked_motion", "training", "trc", "truth", "usda", "webp", "zip"),
     [](const auto& instance) { return instance.param; });
 
-TEST(InspectArchives, AFrameOfTheTruthIsHeldAgainstItsCapture) {
+TEST(InspectArchives, GroundTruthFrame_IsCheckedAgainstItsCapture) {
   const fs::path corpus = source_directory() / "fuzz/corpus";
   const TemporaryDirectory folder;
   fs::create_directories(folder / "truth/frames");
@@ -190,7 +190,7 @@ TEST(InspectArchives, AFrameOfTheTruthIsHeldAgainstItsCapture) {
   EXPECT_THROW(inspect_path(frame), DataError) << "it is of another capture";
 }
 
-TEST(InspectArchives, ASchemaThatIsNotKnownIsSaid) {
+TEST(InspectArchives, UnknownSchema_IsReported) {
   const TemporaryDirectory folder;
   Archive archive;
   archive.schema = "atelier.of_tomorrow";
@@ -205,7 +205,7 @@ TEST(InspectArchives, ASchemaThatIsNotKnownIsSaid) {
   EXPECT_FALSE(has_errors(inspection.findings));
 }
 
-TEST(InspectArchives, ALaterVersionIsRefused) {
+TEST(InspectArchives, LaterVersion_IsRefused) {
   const TemporaryDirectory folder;
   Archive archive;
   archive.schema = "atelier.garment";
@@ -219,7 +219,7 @@ TEST(InspectArchives, ALaterVersionIsRefused) {
   }
 }
 
-TEST(InspectArchives, WhatIsSoundHasNoFinding) {
+TEST(InspectArchives, ValidArchive_HasNoFinding) {
   const fs::path corpus = source_directory() / "fuzz/corpus";
   const TemporaryDirectory folder;
   for (const char* file :
@@ -232,7 +232,7 @@ TEST(InspectArchives, WhatIsSoundHasNoFinding) {
   }
 }
 
-TEST(InspectHdf5, NumbersOfOthersThatAreNotFiniteAreAWarning) {
+TEST(InspectHdf5, NonFiniteForeignNumbers_AreAWarning) {
   const TemporaryDirectory folder;
   std::vector<std::byte> bytes = bytes_in(source_directory() / "fuzz/corpus/foreign_hdf5/early.h5");
   const std::array<double, 2> begin = {1, 0};  // of a [3,3] that is 1, 0, 0, 0, ...
@@ -250,7 +250,7 @@ TEST(InspectHdf5, NumbersOfOthersThatAreNotFiniteAreAWarning) {
   EXPECT_EQ(findings[0].place, "Camera/00/K[0,1]");
 }
 
-TEST(InspectArrays, ComplexNumbersThatAreNotFiniteAreAWarning) {
+TEST(InspectArrays, NonFiniteComplexNumbers_AreAWarning) {
   Tensor tensor = tensor_of(std::vector<float>{1, 2, 3, NAN, INFINITY, 0}, {3, 2});
   tensor.type = ElementType::Complex64;
   tensor.shape = {3};
@@ -261,7 +261,7 @@ TEST(InspectArrays, ComplexNumbersThatAreNotFiniteAreAWarning) {
   EXPECT_EQ(inspection.members[0].value["not_finite"], 2);
 }
 
-TEST(InspectZip, NamesThatLeadOutAreErrors) {
+TEST(InspectZip, NamesEscapingTheFolder_AreErrors) {
   const TemporaryDirectory folder;
   for (const char* name : {"../../x", "a/../../x", "/etc/x", "..\\x", "C:\\x", "a/.."}) {
     SCOPED_TRACE(name);
@@ -276,7 +276,7 @@ TEST(InspectZip, NamesThatLeadOutAreErrors) {
   EXPECT_THAT(inspect_path(folder / "file.zip").findings, IsEmpty());
 }
 
-TEST(InspectZip, SymbolicLinksAreErrors) {
+TEST(InspectZip, SymbolicLinks_AreErrors) {
   const TemporaryDirectory folder;
   std::vector<std::byte> bytes = zip_bytes({{"a", {std::byte{'/'}}}, {"a/passwd", {}}}, false);
   const std::string_view mark = "PK\1\2";  // of the list of members, "a" first
@@ -293,7 +293,7 @@ TEST(InspectZip, SymbolicLinksAreErrors) {
   EXPECT_TRUE(has_errors(findings));
 }
 
-TEST(InspectZip, ADamagedFileInItIsRefused) {
+TEST(InspectZip, DamagedMember_IsRefused) {
   const TemporaryDirectory folder;
   std::vector<std::byte> bytes = zip_bytes({{"a.txt", std::vector<std::byte>(100)}}, false);
   bytes[60] ^= std::byte{1};  // of the hundred
@@ -301,7 +301,7 @@ TEST(InspectZip, ADamagedFileInItIsRefused) {
   EXPECT_THROW(inspect_path(folder / "file.zip"), DataError);
 }
 
-TEST(InspectZip, FilesThatAreTooManyTimesTheZipAreRefused) {
+TEST(InspectZip, ExcessiveInflation_IsRefused) {
   const std::vector<std::byte> zeros(1000);
   const std::vector<std::byte> bytes = zip_bytes({{"a", zeros}, {"b", zeros}}, true);
   Limits limits;
@@ -314,7 +314,7 @@ TEST(InspectZip, FilesThatAreTooManyTimesTheZipAreRefused) {
 
 constexpr const char* kTriangle = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
 
-TEST(InspectConsent, ThatEndedIsAWarningWhereverItIsStated) {
+TEST(InspectConsent, ExpiredConsent_IsAWarningInEveryLayout) {
   const TemporaryDirectory folder;
   constexpr const char* kEnded =
       "[[consent]]\nwho = 'P. Doe'\nscope = 'research'\nuntil = '2020-12-31'\n";
@@ -359,7 +359,7 @@ TEST(InspectConsent, ThatEndedIsAWarningWhereverItIsStated) {
   EXPECT_THROW(inspect_path(folder / "consent.toml"), DataError);
 }
 
-TEST(InspectMeshes, FramesAreRead) {
+TEST(InspectMeshes, MeshFrames_AreRead) {
   const TemporaryDirectory folder;
   const auto codes = [&] {
     std::vector<std::string> found;
@@ -386,7 +386,7 @@ TEST(InspectMeshes, FramesAreRead) {
   EXPECT_THAT(codes(), ::testing::ElementsAre("frames-not-read", "unit-unknown"));
 }
 
-TEST(InspectImage, ANameOfAnotherFormatIsANote) {
+TEST(InspectImage, ExtensionOfAnotherFormat_IsANote) {
   const TemporaryDirectory folder;
   const auto png = bytes_in(source_directory() / "fuzz/corpus/png/grey1.png");
   write_bytes(folder / "picture.PNG", png);
@@ -399,7 +399,7 @@ TEST(InspectImage, ANameOfAnotherFormatIsANote) {
 }
 
 #ifdef ATELIER_HAS_CAPTURE_LAYOUTS
-TEST(InspectCapture, AMeshBesideItsFilesIsNoSequence) {
+TEST(InspectCapture, MeshInACaptureFolder_IsNotASequence) {
   const TemporaryDirectory folder;
   fs::create_directories(folder / "calibration");
   write_bytes(folder / "calibration/Calib.toml",
@@ -425,7 +425,7 @@ TEST(InspectCapture, AMeshBesideItsFilesIsNoSequence) {
   EXPECT_THROW(kind(), DataError) << "a mesh without a number";
 }
 
-TEST(InspectCapture, ItsFilesAreHeldAgainstItsDescription) {
+TEST(InspectCapture, CaptureFiles_AreCheckedAgainstTheDescription) {
   const fs::path corpus = source_directory() / "fuzz/corpus";
   const TemporaryDirectory folder;
   const auto has = [&](const char* code) {
@@ -447,19 +447,19 @@ TEST(InspectCapture, ItsFilesAreHeldAgainstItsDescription) {
 }
 #endif
 
-TEST(InspectTexts, ATableOfTooManyColumnsIsRefused) {
+TEST(InspectTexts, TooManyTableColumns_AreRefused) {
   EXPECT_EQ(parse_csv("a" + std::string(65'535, ',') + "\n").columns.size(), 65'536u);
   EXPECT_THROW(parse_csv("a" + std::string(65'536, ',') + "\n"), DataError);
 }
 
-TEST(InspectTexts, ALastLineOfJsonWithoutItsEndIsRead) {
+TEST(InspectTexts, UnfinishedLastJsonLine_IsAccepted) {
   const JsonLines sound = parse_json_lines("{}\n{\"a\": 1}");
   EXPECT_EQ(sound.lines, 2);
   EXPECT_THAT(sound.findings, IsEmpty());
   EXPECT_EQ(parse_json_lines("{}\n{\"a\": 1").lines, 1);
 }
 
-TEST(InspectTexts, APageMayBeginWithWhatHtmlAllows) {
+TEST(InspectTexts, HtmlPreambles_AreAccepted) {
   for (const char* begin : {"\xEF\xBB\xBF", "<!-- saved from elsewhere -->\n",
                             "<?xml version='1.0' encoding='UTF-8'?>\n", " <!-- a --><!-- b -->"}) {
     SCOPED_TRACE(begin);
@@ -467,7 +467,7 @@ TEST(InspectTexts, APageMayBeginWithWhatHtmlAllows) {
   }
 }
 
-TEST(InspectTexts, WhatXmlAllowsIsRead) {
+TEST(InspectTexts, ValidXml_IsAccepted) {
   constexpr const char* kBegin = "<svg xmlns='http://www.w3.org/2000/svg'>";
   for (const char* inside :
        {"<é/>", "<text>&amp;&#xB5;]] ></text>", "<!-- a - b --><?a b?>", "<![CDATA[ & ]]>",
@@ -485,7 +485,7 @@ TEST(InspectTexts, WhatXmlAllowsIsRead) {
                DataError);
 }
 
-TEST(InspectTexts, WhatOthersStillOpenIsAFinding) {
+TEST(InspectTexts, TextOthersStillOpen_HasAFinding) {
   const TemporaryDirectory folder;
   for (const auto& [name, text, code] :
        {std::tuple{"a.csv", "a,b\n1,nan\n", "not-finite"},
@@ -515,7 +515,7 @@ TEST(InspectTexts, WhatOthersStillOpenIsAFinding) {
   }
 }
 
-TEST(InspectTexts, NamesAreNoNumbers) {
+TEST(InspectTexts, NamesLikeNanAndInf_AreNotNumbers) {
   const TemporaryDirectory folder;
   for (const auto& [name, text] :
        {std::pair{"a.usda",

@@ -32,7 +32,7 @@ using ::testing::Not;
 
 using Inspect = Program;
 
-TEST_F(Inspect, SaysWhatAFileIs) {
+TEST_F(Inspect, File_IsDescribedByKindAndFacts) {
   write_boxes(input(), 1);
   const ChildResult mesh = run({"inspect", (input() / "box_000.obj").string()});
   EXPECT_EQ(mesh.exit_code, 0) << mesh.err;
@@ -49,7 +49,7 @@ TEST_F(Inspect, SaysWhatAFileIs) {
   EXPECT_EQ(json["highest"], nlohmann::json({1.0, 1.0, 1.0}));
 }
 
-TEST_F(Inspect, AMeshWhoseFacesAreMissingIsPossiblyCutOff) {
+TEST_F(Inspect, MeshWithoutMostFaces_IsPossiblyTruncated) {
   const std::filesystem::path file = root_ / "torn.obj";
   std::ofstream(file) << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nv 2 1 0\nv 2 2 0\nv 3 1 0\nf 1 2 3\n";
   const ChildResult torn = run({"inspect", file.string()});
@@ -60,7 +60,7 @@ TEST_F(Inspect, AMeshWhoseFacesAreMissingIsPossiblyCutOff) {
   EXPECT_THAT(run({"inspect", file.string()}).out, HasSubstr("3 of 3 vertices are in no face"));
 }
 
-TEST_F(Inspect, ShowsTensorsAndNoControlCharacters) {
+TEST_F(Inspect, Tensors_AreShownWithoutControlCharacters) {
   const std::vector<float> values = {1, -2.5f, 3, std::nanf("")};
   Safetensors content;
   content.tensors["weights\x1b[31m"] = tensor_of(values, {2, 2});
@@ -80,7 +80,7 @@ TEST_F(Inspect, ShowsTensorsAndNoControlCharacters) {
               HasSubstr("the program that wrote it"));
 }
 
-TEST_F(Inspect, MembersOverwriteNoFacts) {
+TEST_F(Inspect, MemberNames_DoNotOverwriteFacts) {
   const std::vector<float> values = {1, 2};
   write_npz(root_ / "data.npz",
             {{"kind", tensor_of(values, {2})}, {"file", tensor_of(values, {2})}});
@@ -92,7 +92,7 @@ TEST_F(Inspect, MembersOverwriteNoFacts) {
   EXPECT_EQ(json["members"]["file"]["most"], 2.0);
 }
 
-TEST_F(Inspect, ShowsTheHdf5OfOthersThroughAWorker) {
+TEST_F(Inspect, ForeignHdf5_IsShownByAWorkerProcess) {
   const std::filesystem::path corpus = source_directory() / "fuzz/corpus/foreign_hdf5";
   int shown = 0;
   for (const auto& entry : std::filesystem::directory_iterator(corpus)) {
@@ -112,7 +112,7 @@ TEST_F(Inspect, ShowsTheHdf5OfOthersThroughAWorker) {
   EXPECT_GT(shown, 0);
 }
 
-TEST_F(Inspect, ShowsSkinsAnimationsAndMorphTargetsOfGltf) {
+TEST_F(Inspect, GltfSkinsAnimationsAndMorphTargets_AreShown) {
   GltfScene scene;
   Mesh mesh;
   mesh.vertices = Points::Random(3, 3);
@@ -138,7 +138,7 @@ TEST_F(Inspect, ShowsSkinsAnimationsAndMorphTargetsOfGltf) {
   EXPECT_EQ(json["members"]["animation 0"]["channels"]["translation"], 1);
 }
 
-TEST_F(Inspect, VerticesThatGltfPartsAtSeamsAreNoErrors) {
+TEST_F(Inspect, GltfVerticesSplitAtSeams_AreNotErrors) {
   Mesh mesh;  // two triangles that share one vertex, as where two seams meet
   mesh.vertices.resize(5, 3);
   mesh.vertices << 0, 0, 0, 1, 0, 0, 1, 1, 0, -1, 0, 0, -1, -1, 0;
@@ -152,7 +152,7 @@ TEST_F(Inspect, VerticesThatGltfPartsAtSeamsAreNoErrors) {
   EXPECT_EQ(run({"inspect", (root_ / "parted.obj").string()}).exit_code, kExitBadData);
 }
 
-TEST_F(Inspect, ShowsFoldersAndToml) {
+TEST_F(Inspect, FoldersAndToml_AreShown) {
   write_boxes(input(), 3);
   EXPECT_THAT(run({"inspect", input().string()}).out,
               AllOf(HasSubstr("meshes, one a frame"), HasSubstr("frames            3")));
@@ -179,7 +179,7 @@ TEST_F(Inspect, ShowsFoldersAndToml) {
 // What libraries say of damaged files never stands beside the program's own line.
 #if !defined(__SANITIZE_ADDRESS__) && \
     !defined(__SANITIZE_THREAD__)  // their reports need the stream
-TEST_F(Inspect, DamagedFilesAreOneLine) {
+TEST_F(Inspect, DamagedFiles_GiveOneLine) {
   const std::filesystem::path folder = source_directory() / "tests/hostile/malformed";
   int refused = 0;
   for (const char* name :
@@ -194,7 +194,7 @@ TEST_F(Inspect, DamagedFilesAreOneLine) {
   EXPECT_GE(refused, 5);
 }
 
-TEST_F(Inspect, FilesOfNoBytesAreRefusedInOneLineWhereTheirFormatHasNone) {
+TEST_F(Inspect, EmptyFiles_AreRefusedInOneLine) {
   for (const char* name : {"e.obj", "e.ply", "e.glb", "e.png", "e.npy", "e.npz", "e.h5", "e.json",
                            "e.bvh", "e.fbx", "e.safetensors"}) {
     std::ofstream(root_ / name);
@@ -204,7 +204,7 @@ TEST_F(Inspect, FilesOfNoBytesAreRefusedInOneLineWhereTheirFormatHasNone) {
   }
 }
 
-TEST_F(Inspect, SaysWhatReadersSkipAndAMeshCannotHold) {
+TEST_F(Inspect, SkippedContent_IsReported) {
   std::ofstream(root_ / "half.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nwhatever 3\n"
                                        "g left\nf 1/1 2/2 3\n";
   for (const char* code : {"obj-skipped", "mesh-uvs-dropped", "mesh-names-dropped"}) {
@@ -214,7 +214,7 @@ TEST_F(Inspect, SaysWhatReadersSkipAndAMeshCannotHold) {
   }
 }
 
-TEST_F(Inspect, FacesWithoutAreaAreFound) {
+TEST_F(Inspect, ZeroAreaFaces_AreFound) {
   std::ofstream(root_ / "flat.obj") << "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 2 0 0\nv 0 0 0\n"
                                        "f 1 2 3\nf 1 2 4\nf 1 5 3\n";
   EXPECT_THAT(run({"inspect", (root_ / "flat.obj").string()}).out,
@@ -228,7 +228,7 @@ TEST_F(Inspect, FacesWithoutAreaAreFound) {
   EXPECT_THAT(run({"inspect", (root_ / "POINTS.OBJ").string()}).out, HasSubstr("mesh-cut-off"));
 }
 
-TEST_F(Inspect, FoldersThatStagesRefuseAreNoSoundOnes) {
+TEST_F(Inspect, FoldersRefusedByStages_AreReported) {
   write_boxes(input(), 2);
   std::filesystem::create_symlink(input() / "box_000.obj", input() / "box_002.obj");
   const ChildResult linked = run({"inspect", input().string()});
@@ -247,7 +247,7 @@ TEST_F(Inspect, FoldersThatStagesRefuseAreNoSoundOnes) {
               HasSubstr("a synthetic capture that was interrupted"));
 }
 
-TEST_F(Inspect, ADamagedVideoIsOneLine) {
+TEST_F(Inspect, DamagedVideo_GivesOneLine) {
   std::filesystem::create_directory(input());
   std::ofstream(input() / "cam0.mp4") << std::string(
                                              "\0\0\0\x18"
@@ -260,7 +260,7 @@ TEST_F(Inspect, ADamagedVideoIsOneLine) {
 #endif
 
 #if defined(ATELIER_HAS_CAPTURE_LAYOUTS) && defined(ATELIER_HAS_CORE_RENDER)
-TEST_F(Inspect, DecodesVideos) {
+TEST_F(Inspect, Videos_AreDecoded) {
   const std::filesystem::path path = root_ / "a.mp4";
   write_video(path, 24, [](Index i) {
     Image image(64, 48, 3);
@@ -283,7 +283,7 @@ TEST_F(Inspect, DecodesVideos) {
 }
 #endif
 
-TEST_F(Inspect, SaysWhatTextsOfOtherProgramsAre) {
+TEST_F(Inspect, TextFilesOfOtherPrograms_AreRecognized) {
   const auto said = [&](const char* name, const std::string& text) {
     std::ofstream(root_ / name, std::ios::binary) << text;
     const ChildResult result = run({"inspect", (root_ / name).string()});
@@ -312,7 +312,7 @@ TEST_F(Inspect, SaysWhatTextsOfOtherProgramsAre) {
               AllOf(HasSubstr("lines             2\n"), HasSubstr("torn-line")));
 }
 
-TEST_F(Inspect, TextsThatAreNotWhatTheirNamesSayAreRefused) {
+TEST_F(Inspect, TextNotMatchingItsExtension_IsRefused) {
   for (const auto& [name, text, word] :
        {std::tuple{"a.svg", "%PDF-1.4", "%PDF-1.4"},
         {"empty.svg", "", "an empty file"},
@@ -343,7 +343,7 @@ TEST_F(Inspect, TextsThatAreNotWhatTheirNamesSayAreRefused) {
   }
 }
 
-TEST_F(Inspect, SaysWhatDocumentsOfJsonHold) {
+TEST_F(Inspect, JsonDocuments_AreRecognized) {
   const std::filesystem::path corpus = source_directory() / "fuzz/corpus";
   for (const auto& [file, kind] : {std::pair{"cameras/small.json", "cameras of a capture"},
                                    {"pattern/small.json", "sewing pattern"},
@@ -359,7 +359,7 @@ TEST_F(Inspect, SaysWhatDocumentsOfJsonHold) {
   }
 }
 
-TEST_F(Inspect, ShowsFilesOfMakeHumanAndOfCaptures) {
+TEST_F(Inspect, MakeHumanAndCaptureFiles_AreShown) {
   const std::filesystem::path corpus = source_directory() / "fuzz/corpus";
   EXPECT_THAT(run({"inspect", (corpus / "mhclo/small.mhclo").string()}).out,
               HasSubstr("MakeHuman garment"));
@@ -378,7 +378,7 @@ TEST_F(Inspect, ShowsFilesOfMakeHumanAndOfCaptures) {
               AllOf(HasSubstr("cameras, COLMAP"), HasSubstr("width 640")));
 }
 
-TEST_F(Inspect, EveryFileOfTheCorpusIsDescribedOrRefusedInOneLine) {
+TEST_F(Inspect, EveryCorpusFile_IsDescribedOrRefusedInOneLine) {
   int described = 0;
   for (const auto& entry :
        std::filesystem::recursive_directory_iterator(source_directory() / "fuzz/corpus")) {
@@ -395,7 +395,7 @@ TEST_F(Inspect, EveryFileOfTheCorpusIsDescribedOrRefusedInOneLine) {
   EXPECT_GT(described, 50);
 }
 
-TEST_F(Inspect, FindsWhatIsDamaged) {
+TEST_F(Inspect, DamagedResult_IsFound) {
   write_boxes(input(), 1);
   run_statistics({});
   std::filesystem::remove(stage_folder() / "current/statistics.json");

@@ -37,7 +37,7 @@ double modulus_solved(const Garment& garment) {
   return 0;
 }
 
-TEST(MembraneInUse, SaysTheModulusThatTheSpringsHave) {
+TEST(MembraneInUse, Springs_GiveTheReportedModulus) {
   const MembraneInUse mean = membrane_in_use(square(false), {});
   EXPECT_DOUBLE_EQ(mean.warp, 646);
   EXPECT_DOUBLE_EQ(mean.weft, modulus_solved(square(false)));
@@ -50,7 +50,7 @@ TEST(MembraneInUse, SaysTheModulusThatTheSpringsHave) {
   EXPECT_THAT(text_of(apart), HasSubstr("1060 N/m (warp), 232 N/m (weft), Poisson's ratio 1/3, b"));
 }
 
-TEST(MembraneInUse, SaysShearWhereItIsApart) {
+TEST(MembraneInUse, SeparateShear_IsReported) {
   ClothOptions strain;
   strain.membrane = "strain";
   EXPECT_THAT(text_of(membrane_in_use(square(true), strain)),

@@ -18,12 +18,12 @@ using ::testing::HasSubstr;
 
 using MeshCommand = Program;
 
-TEST_F(MeshCommand, AFolderIsNoMesh) {
+TEST_F(MeshCommand, FolderAsMesh_IsRefused) {
   expect_refusal(run({"convert", root_.path().string(), "b.obj"}), 3,
                  "a folder; expected a mesh file");
 }
 
-TEST_F(MeshCommand, ConvertKeepsTheMesh) {
+TEST_F(MeshCommand, ConvertedMesh_KeepsItsContent) {
   write_boxes(input(), 1);
   const std::string ply = (root_ / "box.ply").string();
   const ChildResult result =
@@ -33,7 +33,7 @@ TEST_F(MeshCommand, ConvertKeepsTheMesh) {
   EXPECT_THAT(run({"inspect", ply}).out, HasSubstr("highest           0.01 0.01 0.01"));
 }
 
-TEST_F(MeshCommand, NamesThatATerminalObeysAreNotShown) {
+TEST_F(MeshCommand, ControlCharactersInNames_AreNotShown) {
   write_boxes(input(), 1);
   const std::string box = (input() / "box_000.obj").string();
   const ChildResult mesh = run({"convert", box, (root_ / "a\x1b[31m.ply").string()});
@@ -46,7 +46,7 @@ TEST_F(MeshCommand, NamesThatATerminalObeysAreNotShown) {
   }
 }
 
-TEST_F(MeshCommand, ConvertSaysWhatItLeavesOut) {
+TEST_F(MeshCommand, OmittedContent_IsReported) {
   Mesh mesh;
   mesh.vertices = Points::Random(3, 3);
   mesh.faces.resize(1, 3);
@@ -71,7 +71,7 @@ TEST_F(MeshCommand, ConvertSaysWhatItLeavesOut) {
               ::testing::Not(HasSubstr("left out")));
 }
 
-TEST_F(MeshCommand, RenderMakesAPicture) {
+TEST_F(MeshCommand, Render_WritesAnImage) {
   if (run({"--help"}).out.find("render") == std::string::npos) {
     GTEST_SKIP() << "built without core_render";
   }
@@ -95,7 +95,7 @@ TEST_F(MeshCommand, RenderMakesAPicture) {
       kExitUsage, "azimuth cannot be 'nan': it takes a number in [-360, 360] (degrees)");
 }
 
-TEST_F(MeshCommand, WhatAFileDoesNotSayOfItsUnitIsSaid) {
+TEST_F(MeshCommand, UnknownUnit_IsReported) {
   write_boxes(input(), 1);
   const std::string box = (input() / "box_000.obj").string();
   const std::string ply = (root_ / "box.ply").string();
@@ -132,7 +132,7 @@ TEST_F(MeshCommand, WhatAFileDoesNotSayOfItsUnitIsSaid) {
               ::testing::Not(HasSubstr("warning")));
 }
 
-TEST_F(MeshCommand, StatisticsNotesNumbersWithoutAMesh) {
+TEST_F(MeshCommand, MissingFrameNumbers_AreNoted) {
   write_boxes(input(), 3);
   std::filesystem::remove(input() / "box_001.obj");
   EXPECT_THAT(run_statistics({}).err,
@@ -140,7 +140,7 @@ TEST_F(MeshCommand, StatisticsNotesNumbersWithoutAMesh) {
                         "]: numbers without a mesh: 1; copy what is missing"));
 }
 
-TEST_F(MeshCommand, ConvertTakesItsOptionsFromFilesAndFlagsAsStagesDo) {
+TEST_F(MeshCommand, ConvertOptions_ComeFromFilesAndFlags) {
   write_boxes(input(), 1);
   const std::string box = (input() / "box_000.obj").string();
   const std::string file = (root_ / "box.toml").string();

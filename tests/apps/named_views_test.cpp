@@ -24,7 +24,7 @@ Eigen::Vector3d direction(double degrees) {
   return {std::sin(turn), 0, std::cos(turn)};
 }
 
-TEST(NamedViews, FrontIsWhereTheSubjectLooks) {
+TEST(NamedViews, Front_IsWhereTheSubjectFaces) {
   for (const double degrees : {0.0, 37.0, 90.0, 180.0, 300.0}) {
     const auto [front, back] = two_sides(direction(degrees), direction(degrees + 50));
     EXPECT_EQ(front.name, "front");
@@ -36,7 +36,7 @@ TEST(NamedViews, FrontIsWhereTheSubjectLooks) {
   }
 }
 
-TEST(NamedViews, OfNobodyKnowsWhichFrontSidesAreCalledAfterTheirViewers) {
+TEST(NamedViews, UnknownFront_NamesSidesByViewDirection) {
   const auto names = [](double degrees) {
     const auto [one, other] = two_sides(Eigen::Vector3d::Zero(), direction(degrees));
     return one.name + ", " + other.name;
@@ -61,7 +61,7 @@ double difference(const Image& a, const Image& b) {
 }
 
 // A body with a nose, so that its sides differ, and a collar that is cut off askew.
-TEST(NamedViews, PicturesOfAGarmentAreTheSameWhicheverWayItsWearerFaces) {
+TEST(NamedViews, GarmentImages_AreIndependentOfTheFacing) {
   Mesh body = fixtures::sphere(3);
   body.vertices *= 0.2;
   for (Index v = 0; v < body.vertices.rows(); ++v) {

@@ -44,12 +44,12 @@ struct Some {
   }
 };
 
-TEST(OptionRules, DefaultsAreNeverIdle) {
+TEST(OptionRules, Defaults_BreakNoRule) {
   Some some;
   EXPECT_THAT(broken_rules(some.table()), IsEmpty());
 }
 
-TEST(OptionRules, WhatIsSaidAndDoesNothingIsNamedWithWhatMakesItIdle) {
+TEST(OptionRules, OptionWithoutEffect_IsNamedWithItsCause) {
   Some some;
   OptionTable table = some.table();
   EXPECT_EQ(set_option(table, "material.shear", "5000"), "");
@@ -66,7 +66,7 @@ TEST(OptionRules, WhatIsSaidAndDoesNothingIsNamedWithWhatMakesItIdle) {
   EXPECT_THAT(broken_rules(table), IsEmpty());
 }
 
-TEST(OptionRules, WhatAnotherAsksForIsSaid) {
+TEST(OptionRules, RequiredOption_IsReported) {
   std::string exclude = "auto";
   std::string region;
   OptionTable table;
@@ -83,7 +83,7 @@ TEST(OptionRules, WhatAnotherAsksForIsSaid) {
               ElementsAre(HasSubstr("track.exclude region takes --track.region")));
 }
 
-TEST(OptionRulesRefused, WhatFindsClothingThatSwingsWhereNothingIsSought) {
+TEST(OptionRulesRefused, SwingOptionsWithoutSearch_AreRefused) {
   std::string exclude = "auto";
   double swing = 0.01;
   bool compare = true;
@@ -119,7 +119,7 @@ struct IdleOption {
   const char* other_text;
 };
 
-TEST(OptionRulesRefused, WhatThePersonsStagesDoNotReadBesideOthers) {
+TEST(OptionRulesRefused, PersonOptionsUnusedBesideOthers_AreRefused) {
   constexpr std::array kIdle = {
       IdleOption{"body", "coupling-length", "0.1", "coupling", "false"},
       IdleOption{"body", "temporal-weight", "0.5", "temporal", "false"},
@@ -146,7 +146,7 @@ TEST(OptionRulesRefused, WhatThePersonsStagesDoNotReadBesideOthers) {
 }
 
 // `evaluate` judges every exclusion by labels, and what is left out without scans is said.
-TEST(OptionRules, WhatThePersonsStagesTakeBesideOthers) {
+TEST(OptionRules, PersonOptionsUsedBesideOthers_AreAccepted) {
   EXPECT_THAT(said_of("track", {"--input.excluded", "lower"}).err, Not(HasSubstr("does nothing")));
   EXPECT_THAT(said_of("track", {"--exclude", "labels", "--input.scans", "none", "--rounds", "0",
                                 "--compare", "false"})
@@ -160,7 +160,7 @@ TEST(OptionRules, WhatThePersonsStagesTakeBesideOthers) {
 #endif
 
 #ifdef ATELIER_HAS_CAPTURE
-TEST(OptionRulesRefused, LabelsOfWhatIsNotWorn) {
+TEST(OptionRulesRefused, UnwornLabels_AreRefused) {
   std::string exclude = "labels";
   std::string excluded = "dress";
   OptionTable table;
@@ -177,7 +177,7 @@ TEST(OptionRulesRefused, LabelsOfWhatIsNotWorn) {
 }
 #endif
 
-TEST(OptionRulesRefused, CorrectionsOfCamerasWhereNoneAreRead) {
+TEST(OptionRulesRefused, CameraCorrectionsWithoutCameras_AreRefused) {
   std::string extrinsics;
   std::string sync;
   OptionTable table;
@@ -193,7 +193,7 @@ TEST(OptionRulesRefused, CorrectionsOfCamerasWhereNoneAreRead) {
                                 HasSubstr("reconstruct"))));
 }
 
-TEST(OptionRulesRefused, UnitAndUpOfACaptureWhereNoCameraIsRead) {
+TEST(OptionRulesRefused, UnitAndUpWithoutCameras_AreRefused) {
   double metres = 0;
   std::string text = "auto";
   OptionTable table;
@@ -209,7 +209,7 @@ TEST(OptionRulesRefused, UnitAndUpOfACaptureWhereNoCameraIsRead) {
                           HasSubstr("label_taxonomy does nothing")));
 }
 
-TEST(OptionRules, ASectionBelongsToItsSwitchUnlessThatIsSaidToBeOff) {
+TEST(OptionRules, SectionOptions_FollowTheirSwitch) {
   Some some;
   OptionTable inner = some.table();
   EXPECT_EQ(set_option(inner, "relaxing.rounds", "3"), "");

@@ -33,7 +33,7 @@ void age(const fs::path& workspace, const std::string& stage) {
   commit_result(staging, folder.parent_path() / folder_name(manifest.key), manifest);
 }
 
-TEST_F(Person, TheDetectorDoesNotGoUnjudgedWhereNothingIsExcluded) {
+TEST_F(Person, NothingExcluded_StillJudgesTheDetector) {
   ASSERT_EQ(run_stage("track", {"--exclude", "none"}).exit_code, 0);
   const ChildResult figures = evaluate({"--stage", "track", "--json"});
   ASSERT_EQ(figures.exit_code, 0) << figures.err;
@@ -44,7 +44,7 @@ TEST_F(Person, TheDetectorDoesNotGoUnjudgedWhereNothingIsExcluded) {
   EXPECT_GT(values.at("track.auto_ratio"), 0);
 }
 
-TEST_F(Person, WhatItIsComparedWithIsTrackedByTheSameOptions) {
+TEST_F(Person, Comparison_IsTrackedWithTheSameOptions) {
   const std::vector<std::string> same = {"--input.capture.fps",     "40",    //
                                          "--input.keypoint-noise",  "0.01",  //
                                          "--motion.acceleration",   "35",    //
@@ -66,7 +66,7 @@ TEST_F(Person, WhatItIsComparedWithIsTrackedByTheSameOptions) {
   EXPECT_DOUBLE_EQ(nothing.at("track.auto_ratio"), usual.at("track.auto_ratio"));
 }
 
-TEST_F(Person, AReferenceThatExcludesNothingIsNone) {
+TEST_F(Person, ReferenceExcludingNothing_IsNotUsed) {
   const ChildResult tracked =
       run_stage("track", {"--exclude", "labels", "--input.excluded", "outer"});
   ASSERT_EQ(tracked.exit_code, 0) << tracked.err;
@@ -78,13 +78,13 @@ TEST_F(Person, AReferenceThatExcludesNothingIsNone) {
   EXPECT_THAT(figures.out, HasSubstr("no ground-truth garment has a label of --input.excluded"));
 }
 
-TEST_F(Person, FiguresAreJudgedAlikeWithATableAndWithout) {
+TEST_F(Person, TargetRange_IsTheSameWithAndWithoutCheck) {
   const std::string plain = evaluate({"--stage", "personalize"}).out;
   EXPECT_THAT(plain, HasSubstr("(at most 7)")) << "small images: the range of demo";
   EXPECT_THAT(evaluate({"--stage", "personalize", "--check"}).out, StartsWith(plain));
 }
 
-TEST_F(Person, OfAnotherBodyModelIsNotMeasuredAtRest) {
+TEST_F(Person, OtherRestPose_IsNotMeasured) {
   const fs::path file = workspace_ / "personalize" / "current" / "person.npz";
   PersonalBody person = read_personal_body(file);
   person.model.skeleton.names[0] = "root";
@@ -96,7 +96,7 @@ TEST_F(Person, OfAnotherBodyModelIsNotMeasuredAtRest) {
   EXPECT_THAT(figures, Not(HasSubstr("personal.mean_mm")));
 }
 
-TEST_F(Person, ResultsOfAnotherCaptureAreRefused) {
+TEST_F(Person, ResultsOfAnotherCapture_AreRefused) {
   const fs::path other = own_.path() / "other";
   fs::copy(capture(), other, fs::copy_options::recursive);
   // The same capture elsewhere is no other.
@@ -128,7 +128,7 @@ TEST_F(Person, ResultsOfAnotherCaptureAreRefused) {
   }
 }
 
-TEST_F(Person, FromTrueScansIsJudgedMoreSharply) {
+TEST_F(Person, GroundTruthScans_AreJudgedMoreStrictly) {
   const auto figures = [&] {
     return evaluate({"--stage", "personalize", "--targets", "accuracy"}).out;
   };
@@ -161,7 +161,7 @@ TEST_F(Person, FromTrueScansIsJudgedMoreSharply) {
   EXPECT_THAT(after, Not(HasSubstr("met ")));
 }
 
-TEST_F(Person, WhatRestsOnAResultOfAnotherVersionIsNotMeasured) {
+TEST_F(Person, ResultOnOutdatedInput_IsNotMeasured) {
   ASSERT_EQ(run_stage("body").exit_code, 0);
   const std::string places = capture().string() + " " + workspace_.string();
   const auto unmeasured = [&](const std::string& stage) -> std::string {
@@ -226,7 +226,7 @@ void register_true_garment(const fs::path& workspace, const fs::path& capture,
   commit_result(staging, staging.parent_path() / folder_name(manifest.key), manifest);
 }
 
-TEST_F(Person, OnceTheGarmentIsRegisteredAnewRefineIsOutdatedToEveryCommand) {
+TEST_F(Person, RegisteringAgain_OutdatesRefineInEveryCommand) {
   ASSERT_EQ(run_stage("body").exit_code, 0);
   register_true_garment(workspace_, capture());
   const std::string places = capture().string() + " " + workspace_.string();
@@ -283,7 +283,7 @@ TEST_F(Person, OnceTheGarmentIsRegisteredAnewRefineIsOutdatedToEveryCommand) {
                                           garment + " " + workspace_.string() + "'"));
 }
 
-TEST_F(Person, OfAnOutdatedBodyRefineWarnsAndIsMadeAnewFromTheGarment) {
+TEST_F(Person, OutdatedBody_WarnsInRefineAndNamesTheRerun) {
   ASSERT_EQ(run_stage("body").exit_code, 0);
   register_true_garment(workspace_, capture());
   const std::string garment = (workspace_ / "register" / "current").string();

@@ -27,7 +27,7 @@ using ::testing::Not;
 
 // Somebody of MakeHuman's shape space in a dress, measured and followed with MakeHuman's body. True
 // surfaces: those of cameras as small as these would say little of a body.
-TEST(PersonOfMakeHuman, IsMeasuredFollowedAndFoundUnderClothes) {
+TEST(PersonOfMakeHuman, MakeHumanPersonInADress_IsTrackedAndMeasured) {
   ATELIER_TEST_FILE(model, "makehuman/base/base.obj");
   const TemporaryDirectory own;
   const std::string capture = (own.path() / "capture").string();

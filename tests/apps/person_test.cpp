@@ -65,7 +65,7 @@ void to_millimetres(nlohmann::json& point) {
   }
 }
 
-TEST_F(Person, IsFollowedMeasuredAndReported) {
+TEST_F(Person, CapturedPerson_IsTrackedMeasuredAndReported) {
   for (const char* stage : {"track", "body"}) {
     const ChildResult result = run_stage(stage);
     ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -100,7 +100,7 @@ TEST_F(Person, IsFollowedMeasuredAndReported) {
   }
 }
 
-TEST_F(Person, WithoutAMinimalSequenceIsMeasuredOnAClothedOne) {
+TEST_F(Person, NoMinimalSequence_UsesTheClothedOne) {
   const ChildResult result = run_stage(
       "personalize", {"--sequence", "clothed", "--shape-rounds", "1", "--surface-rounds", "1"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -110,7 +110,7 @@ TEST_F(Person, WithoutAMinimalSequenceIsMeasuredOnAClothedOne) {
   EXPECT_THAT(unknown.err, HasSubstr("one of clothed, minimal"));
 }
 
-TEST_F(Person, WhatIsExcludedByLabelOrRegionIsShown) {
+TEST_F(Person, ExclusionByLabelOrRegion_IsShown) {
   const ChildResult labels =
       run_stage("track", {"--exclude", "labels", "--input.excluded", "dress, outer"});
   ASSERT_EQ(labels.exit_code, 0) << labels.err;
@@ -153,7 +153,7 @@ TEST_F(Person, WhatIsExcludedByLabelOrRegionIsShown) {
   }
 }
 
-TEST_F(Person, RefinesUnderARegisteredGarment) {
+TEST_F(Person, BodyUnderARegisteredGarment_IsRefined) {
   for (const char* stage : {"track", "body"}) {
     const ChildResult result = run_stage(stage);
     ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -225,7 +225,7 @@ TEST_F(Person, RefinesUnderARegisteredGarment) {
   }
 }
 
-TEST_F(Person, AFrameThatNoCameraSawIsMissingThoughItIsBridged) {
+TEST_F(Person, FrameSeenByNoCamera_IsReportedMissing) {
   const fs::path blind = own_.path() / "blind";
   fs::copy(capture(), blind, fs::copy_options::recursive);
   for (const auto& camera : fs::directory_iterator(blind / "keypoints2d")) {
@@ -270,7 +270,7 @@ TEST_F(Person, AFrameThatNoCameraSawIsMissingThoughItIsBridged) {
   EXPECT_GT(found.deviations.row(1).mean(), found.deviations.row(0).mean());
 }
 
-TEST_F(Person, AFrameWithoutKeypointsIsSaid) {
+TEST_F(Person, FrameWithoutKeypoints_IsReported) {
   fs::remove(reconstructed("keypoints3d/" + clothed_frame(1) + ".json"));
   const ChildResult result = run_stage("track");
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -281,7 +281,7 @@ TEST_F(Person, AFrameWithoutKeypointsIsSaid) {
 
 // Frames of a minimal sequence are a second apart, so that those around say little of a pose, and
 // half of a scan is trunk and legs.
-TEST_F(Person, AMinimalFrameWithoutKeypointsIsNotTrustedForItsTrunk) {
+TEST_F(Person, MinimalFrameWithoutKeypoints_IsUntrustedIfMoved) {
   const TrackedMotion before =
       read_tracked_motion(workspace_ / "track" / "current" / "tracked" / "minimal.h5");
   fs::remove(reconstructed("keypoints3d/" + clothed_frame(4) + ".json"));
@@ -300,7 +300,7 @@ TEST_F(Person, AMinimalFrameWithoutKeypointsIsNotTrustedForItsTrunk) {
 
 // What a dress hides is not judged where it is left out, by label or since it swings, and a scan
 // without labels is a garment all over: each says what keypoints would have.
-TEST_F(Person, AClothedFrameWithoutKeypointsIsTrustedForItsScanHoweverThatIsRead) {
+TEST_F(Person, ClothedFrameWithoutKeypoints_IsTrustedForItsScan) {
   const auto joints = [&](const char* exclude) {
     const ChildResult result = run_stage("track", {"--exclude", exclude, "--compare", "false"});
     EXPECT_EQ(result.exit_code, 0) << result.err;
@@ -324,7 +324,7 @@ TEST_F(Person, AClothedFrameWithoutKeypointsIsTrustedForItsScanHoweverThatIsRead
   EXPECT_LT(moved("auto"), 0.15) << "clothing, which says less";
 }
 
-TEST_F(Person, NoKeypointsAtAllAreRefused) {
+TEST_F(Person, NoKeypointsAtAll_IsRefused) {
   for (std::size_t f = 0; f < 6; ++f) {
     fs::remove(reconstructed("keypoints3d/" + clothed_frame(f) + ".json"));
   }
@@ -334,7 +334,7 @@ TEST_F(Person, NoKeypointsAtAllAreRefused) {
 }
 
 // A thousand frames a second make of every motion one that no motion prior lets through.
-TEST_F(Person, AWrongFrameRateIsSaidAndNotTrusted) {
+TEST_F(Person, WrongFrameRate_IsReportedAndUntrusted) {
   const ChildResult result =
       run_stage("track", {"--input.capture.fps", "1000", "--input.scans", "none"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -350,7 +350,7 @@ TEST_F(Person, AWrongFrameRateIsSaidAndNotTrusted) {
   EXPECT_THAT(found.trusted, ::testing::Contains(0));
 }
 
-TEST_F(Person, AScanInMillimetresIsLeftOutAndThenRefused) {
+TEST_F(Person, ScanInMillimetres_IsLeftOutThenRefused) {
   for (std::size_t f = 0; f < 2; ++f) {
     change_scan(clothed_frame(f), [](Mesh& scan) { scan.vertices *= 1000; });
   }
@@ -363,7 +363,7 @@ TEST_F(Person, AScanInMillimetresIsLeftOutAndThenRefused) {
   EXPECT_THAT(body.err, HasSubstr("0.001"));
 }
 
-TEST_F(Person, HalfAScanIsSaidAndNotTrusted) {
+TEST_F(Person, HalfAScan_IsReportedAndUntrusted) {
   ASSERT_EQ(run_stage("track").exit_code, 0);
   const TrackedMotion whole = tracked();
   const double whole_ankle = whole.deviations(2, find_joint(whole.skeleton, "left_ankle"));
@@ -385,7 +385,7 @@ TEST_F(Person, HalfAScanIsSaidAndNotTrusted) {
   EXPECT_THAT(certificate.at("findings").dump(), HasSubstr("little-seen"));
 }
 
-TEST_F(Person, ScansWithoutLabelsAreClothing) {
+TEST_F(Person, ScansWithoutLabels_AreTreatedAsClothing) {
   for (std::size_t f = 0; f < 3; ++f) {
     change_scan(clothed_frame(f), [](Mesh& scan) { scan.labels.clear(); });
   }
@@ -398,7 +398,7 @@ TEST_F(Person, ScansWithoutLabelsAreClothing) {
   EXPECT_THAT(certificates().at(clothed_frame(0)).at("findings").dump(), HasSubstr("no-skin"));
 }
 
-TEST_F(Person, ScansWhoseLabelsNobodyFilledInAreAsWithoutLabels) {
+TEST_F(Person, AllZeroLabels_CountAsNoLabels) {
   for (std::size_t f = 0; f < 6; ++f) {
     change_scan(clothed_frame(f),
                 [](Mesh& scan) { std::fill(scan.labels.begin(), scan.labels.end(), 0); });
@@ -421,7 +421,7 @@ TEST_F(Person, ScansWhoseLabelsNobodyFilledInAreAsWithoutLabels) {
   EXPECT_GT(metrics.at("displacement_rms"), 0);
 }
 
-TEST_F(Person, ScansOfAnotherPlaceAreSaidAndMeasureNobody) {
+TEST_F(Person, ScansOfAnotherPlace_AreReportedAndUnused) {
   for (std::size_t f = 0; f < 6; ++f) {
     change_scan(clothed_frame(f), [](Mesh& scan) { scan.vertices.col(0).array() += 3; });
   }
@@ -457,7 +457,7 @@ class MeasuredPerson : public Person {
   }
 };
 
-TEST_F(MeasuredPerson, AScanInMillimetresIsLeftOut) {
+TEST_F(MeasuredPerson, ScanInMillimetres_IsLeftOut) {
   const auto to_millimetres = [](Mesh& scan) { scan.vertices *= 1000; };
   change_scan(frame_name(3), to_millimetres);
   const ChildResult one = personalize();
@@ -474,7 +474,7 @@ TEST_F(MeasuredPerson, AScanInMillimetresIsLeftOut) {
   EXPECT_FALSE(metrics().contains("scan_rms"));
 }
 
-TEST_F(MeasuredPerson, HalfOfTheBodyIsSaidToBeUnseen) {
+TEST_F(MeasuredPerson, HalfScannedBody_IsReportedUnseen) {
   for (int id = 3; id < 6; ++id) {
     change_scan(frame_name(id), keep_upper_half);
   }
@@ -485,7 +485,7 @@ TEST_F(MeasuredPerson, HalfOfTheBodyIsSaidToBeUnseen) {
   EXPECT_LT(moved(), 0.03);
 }
 
-TEST_F(MeasuredPerson, ASecondPersonInTheScansDoesNotCount) {
+TEST_F(MeasuredPerson, SecondPersonInScans_IsIgnored) {
   for (int id = 3; id < 6; ++id) {
     change_scan(frame_name(id), [](Mesh& scan) { double_scan(scan, 1); });
   }
@@ -495,7 +495,7 @@ TEST_F(MeasuredPerson, ASecondPersonInTheScansDoesNotCount) {
   EXPECT_LT(moved(), 0.02);
 }
 
-TEST_F(MeasuredPerson, ClothingWithoutLabelsShowsNoSurface) {
+TEST_F(MeasuredPerson, UnlabelledClothing_GivesNoSurface) {
   for (std::size_t f = 0; f < 3; ++f) {
     change_scan(clothed_frame(f), [](Mesh& scan) { scan.labels.clear(); });
   }
@@ -505,7 +505,7 @@ TEST_F(MeasuredPerson, ClothingWithoutLabelsShowsNoSurface) {
   EXPECT_NEAR(metrics().at("unseen_share"), 1, 1e-9);
 }
 
-TEST_F(MeasuredPerson, AFrameWithoutKeypointsIsLeftOut) {
+TEST_F(MeasuredPerson, FrameWithoutKeypoints_IsLeftOut) {
   fs::remove(reconstructed("keypoints3d/" + frame_name(4) + ".json"));
   const ChildResult one = personalize();
   ASSERT_EQ(one.exit_code, 0) << one.err;
@@ -518,7 +518,7 @@ TEST_F(MeasuredPerson, AFrameWithoutKeypointsIsLeftOut) {
   EXPECT_THAT(none.err, HasSubstr("keypoints"));
 }
 
-TEST_F(MeasuredPerson, KeypointsInMillimetresAreNamedAndLeftOut) {
+TEST_F(MeasuredPerson, KeypointsInMillimetres_AreNamedAndLeftOut) {
   const auto keypoints = [&](int id) {
     return reconstructed("keypoints3d/" + frame_name(id) + ".json");
   };
@@ -536,7 +536,7 @@ TEST_F(MeasuredPerson, KeypointsInMillimetresAreNamedAndLeftOut) {
   EXPECT_THAT(all.err, HasSubstr("keypoint-unit [frames 3, 4, 5]"));
 }
 
-TEST_F(MeasuredPerson, KeypointsInKilometresAreNoMillimetres) {
+TEST_F(MeasuredPerson, KeypointsInKilometres_AreNotCalledMillimetres) {
   change_keypoints(reconstructed("keypoints3d/" + frame_name(4) + ".json"),
                    [](nlohmann::json& point) {
                      for (int axis = 0; axis < 3; ++axis) {
@@ -551,7 +551,7 @@ TEST_F(MeasuredPerson, KeypointsInKilometresAreNoMillimetres) {
   EXPECT_THAT(result.err, Not(HasSubstr("millimetres")));
 }
 
-TEST_F(Person, KeypointsInMillimetresAreNamedAndTrackedByTheScan) {
+TEST_F(Person, KeypointsInMillimetres_AreNamedAndTheScanIsUsed) {
   change_keypoints(reconstructed("keypoints3d/" + clothed_frame(1) + ".json"), to_millimetres);
   const ChildResult one = run_stage("track");
   ASSERT_EQ(one.exit_code, 0) << one.err;
@@ -563,7 +563,7 @@ TEST_F(Person, KeypointsInMillimetresAreNamedAndTrackedByTheScan) {
   EXPECT_LT((joints - tracked().joints[0]).rowwise().norm().mean(), 0.5) << "no kilometre off";
 }
 
-TEST_F(Person, TheBodyUnderASecondPersonsScanIsTheSame) {
+TEST_F(Person, SecondPersonInAScan_LeavesTheBodyUnchanged) {
   ASSERT_EQ(run_stage("body").exit_code, 0);
   const auto body = [&](int id) {
     return read_mesh_archive(workspace_ / "body" / "current" / sequence_frame_path("", id))
@@ -580,7 +580,7 @@ TEST_F(Person, TheBodyUnderASecondPersonsScanIsTheSame) {
             certificates().at(clothed_frame(0)).at("trusted"));
 }
 
-TEST_F(Person, ABodyOfAFrameThatNothingShowsIsSaidNotToBeTrusted) {
+TEST_F(Person, BodyOfAnUnseenFrame_IsUntrusted) {
   fs::remove(reconstructed("keypoints3d/" + clothed_frame(1) + ".json"));
   fs::remove(reconstructed("scans/" + clothed_frame(1) + ".h5"));
   const ChildResult followed = run_stage("track");
@@ -596,7 +596,7 @@ TEST_F(Person, ABodyOfAFrameThatNothingShowsIsSaidNotToBeTrusted) {
   EXPECT_THAT(certificate.at("findings").dump(), HasSubstr("\"tracking\""));
 }
 
-TEST_F(Person, LabelsToLeaveOutWithoutScansLeaveNothingOut) {
+TEST_F(Person, LabelExclusionWithoutScans_ExcludesNothing) {
   const ChildResult result = run_stage("track", {"--exclude", "labels", "--input.scans", "none"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err,
@@ -604,7 +604,7 @@ TEST_F(Person, LabelsToLeaveOutWithoutScansLeaveNothingOut) {
                         "out"));
 }
 
-TEST_F(Person, TwoPeopleAreToldApart) {
+TEST_F(Person, TwoPeople_AreToldApart) {
   ASSERT_EQ(run_stage("track").exit_code, 0);
   const TrackedMotion alone = tracked();
   for (const auto& entry : fs::directory_iterator(reconstructed("keypoints3d"))) {
@@ -638,7 +638,7 @@ TEST_F(Person, TwoPeopleAreToldApart) {
 
 // The stages on real 2D keypoints alone, against the published triangulation of the same
 // detections.
-TEST(PersonOfARealTrial, IsFollowedByTheCommands) {
+TEST(PersonOfARealTrial, RealTrial_IsTrackedByTheCommands) {
   ATELIER_TEST_FILE(trial, "pose2sim_demo/single");
   const TemporaryDirectory own;
   const std::string workspace = (own.path() / "workspace").string();
@@ -712,7 +712,7 @@ TEST(PersonOfARealTrial, IsFollowedByTheCommands) {
 }
 
 // What only the keypoints of a capture tell, or its sequences, a dry run says as well.
-TEST_F(Person, ADryRunRefusesWhatTheRunWould) {
+TEST_F(Person, DryRun_RefusesWhatTheRunWouldRefuse) {
   std::ofstream(own_ / "region.json") << "[0, 99999999]";
   const std::string beyond = (own_ / "region.json").string();
   const std::vector<std::vector<std::string>> calls = {
@@ -743,7 +743,7 @@ TEST_F(Person, ADryRunRefusesWhatTheRunWould) {
   EXPECT_THAT(chain.out, HasSubstr("would run"));
 }
 
-TEST_F(Person, WrongCallsAreRefused) {
+TEST_F(Person, WrongCalls_AreRefused) {
   const ChildResult region = run_stage("track", {"--exclude", "region", "--region", "tail"});
   EXPECT_EQ(region.exit_code, 3);
   EXPECT_THAT(region.err, HasSubstr("tail"));

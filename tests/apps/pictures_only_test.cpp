@@ -51,7 +51,7 @@ void write_walker(const fs::path& folder, bool detections = false) {
   }
 }
 
-TEST(MasksCommand, WalkersAreFoundByPlatesAndOverTime) {
+TEST(MasksCommand, WalkerMasks_AreFoundByPlatesAndOverTime) {
   const TemporaryDirectory folder;
   write_walker(folder / "capture");
   const std::string capture = (folder / "capture").string();
@@ -76,7 +76,7 @@ TEST(MasksCommand, WalkersAreFoundByPlatesAndOverTime) {
   EXPECT_EQ(read_labels(folder / "out" / "labels" / camera / "000002.png").at(13, 40), 255);
 }
 
-TEST(MasksCommand, RefusesMissingPlatesSmallPlatesAndGreyScreens) {
+TEST(MasksCommand, MissingOrSmallPlatesAndGrayScreens_AreRefused) {
   const TemporaryDirectory folder;
   write_walker(folder / "capture");
   const std::string capture = (folder / "capture").string();
@@ -106,7 +106,7 @@ void write_network(const fs::path& file, const SmallNetwork& network) {
              static_cast<std::streamsize>(bytes.size()));
 }
 
-TEST(PicturesOnly, MasksWithoutKeypointsGiveSurfacesAndSayWhatIsMissing) {
+TEST(PicturesOnly, MasksWithoutKeypoints_GiveSurfacesAndSayWhatIsMissing) {
   const TemporaryDirectory folder;
   write_walker(folder / "capture");
   const std::string capture = (folder / "capture").string();
@@ -122,7 +122,7 @@ TEST(PicturesOnly, MasksWithoutKeypointsGiveSurfacesAndSayWhatIsMissing) {
   EXPECT_THAT(plan.out, HasSubstr("body is skipped: it reads the result of personalize"));
 }
 
-TEST(DetectCommand, ANetworkOfOnesOwnFillsTheCapture) {
+TEST(DetectCommand, CustomNetwork_FillsTheCapture) {
   const TemporaryDirectory folder;
   write_walker(folder / "capture");
   const std::string capture = (folder / "capture").string();
@@ -162,7 +162,7 @@ TEST(DetectCommand, ANetworkOfOnesOwnFillsTheCapture) {
   EXPECT_EQ(labels.at(5, 5), 0);
 }
 
-TEST(DetectCommand, RefusesHostileNetworksAndWrongOrders) {
+TEST(DetectCommand, HostileNetworksAndWrongOrders_AreRefused) {
   const TemporaryDirectory folder;
   write_walker(folder / "capture");
   const std::string capture = (folder / "capture").string();
@@ -189,7 +189,7 @@ TEST(DetectCommand, RefusesHostileNetworksAndWrongOrders) {
   EXPECT_THAT(unknown.err, HasSubstr("5 points"));
 }
 
-TEST(ConvertCaptureCommand, TakesCamerasOfACalibration) {
+TEST(ConvertCaptureCommand, CalibrationCameras_AreAdded) {
   const TemporaryDirectory folder;
   write_walker(folder / "capture");
   fs::create_directories(folder / "pictures");

@@ -22,7 +22,7 @@ using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::StartsWith;
 
-TEST_F(Program, HelpListsStagesAndCommandsAndExitCodes) {
+TEST_F(Program, Help_ListsStagesCommandsAndExitCodes) {
   const ChildResult result = run({"--help"});
   EXPECT_EQ(result.exit_code, 0);
   for (const char* word : {"statistics", "status", "inspect", "gc", "convert", "options",
@@ -32,17 +32,17 @@ TEST_F(Program, HelpListsStagesAndCommandsAndExitCodes) {
   EXPECT_THAT(result.err, IsEmpty());
 }
 
-TEST_F(Program, HelpOfACommandIsThatCommandsHelp) {
+TEST_F(Program, HelpCommand_EqualsTheHelpFlag) {
   EXPECT_EQ(run({"help", "inspect"}).out, run({"inspect", "--help"}).out);
 }
 
-TEST_F(Program, NothingIsAUsageErrorWithHelp) {
+TEST_F(Program, NoArguments_AreAUsageErrorWithHelp) {
   const ChildResult result = run({});
   EXPECT_EQ(result.exit_code, 2);
   EXPECT_THAT(result.out, HasSubstr("Usage: atelier COMMAND"));
 }
 
-TEST_F(Program, EveryCommandHasHelp) {
+TEST_F(Program, EveryCommand_HasHelp) {
   for (const char* command :
        {"statistics", "status", "inspect", "gc", "convert", "options", "completion"}) {
     const ChildResult result = run({command, "--help"});
@@ -52,13 +52,13 @@ TEST_F(Program, EveryCommandHasHelp) {
   }
 }
 
-TEST_F(Program, AFlagWithoutItsValueIsASentence) {
+TEST_F(Program, FlagWithoutValue_GivesASentence) {
   expect_refusal(run({"convert", "a.obj", "b.obj", "--input.unit"}), 2,
                  "--input.unit needs a value behind it: m|dm|cm|mm|in|ft; see atelier convert");
   expect_refusal(run({"statistics", "--jobs"}), 2, "--jobs needs a value behind it");
 }
 
-TEST_F(Program, AFlagMayBeTypedWithDashesOrUnderscores) {
+TEST_F(Program, DashesAndUnderscores_AreInterchangeable) {
   write_boxes(input(), 1);
   for (const char* flag : {"--statistics.edge_quantiles", "--statistics.edge-quantiles"}) {
     EXPECT_EQ(run_statistics({flag, "0.5", "--dry_run"}).exit_code, 0) << flag;
@@ -68,7 +68,7 @@ TEST_F(Program, AFlagMayBeTypedWithDashesOrUnderscores) {
               AllOf(HasSubstr("--statistics.edge-quantiles"), Not(HasSubstr("edge_quantiles"))));
 }
 
-TEST_F(Program, AFlagTakesTrueOrFalseWithABlankOrAnEqualsSign) {
+TEST_F(Program, BooleanFlags_TakeBlankOrEqualsSign) {
   write_boxes(input(), 1);
   for (const std::vector<std::string>& flag :
        {std::vector<std::string>{"--dry-run", "true"}, {"--dry-run=true"}, {"--dry-run"}}) {
@@ -81,23 +81,23 @@ TEST_F(Program, AFlagTakesTrueOrFalseWithABlankOrAnEqualsSign) {
   }
 }
 
-TEST_F(Program, AnUnknownFlagSuggestsTheOptionOfThatWord) {
+TEST_F(Program, UnknownFlag_SuggestsTheMatchingOption) {
   expect_refusal(run({"convert", "a.obj", "b.obj", "--unit", "cm"}), 2,
                  "convert has no option '--unit', did you mean '--input.unit'?");
 }
 
-TEST_F(Program, VersionNamesTheBuild) {
+TEST_F(Program, Version_NamesTheBuild) {
   EXPECT_THAT(run({"--version"}).out, StartsWith("atelier "));
 }
 
-TEST_F(Program, TheHelpSaysEveryChoiceOnce) {
+TEST_F(Program, Help_ListsEveryChoiceOnce) {
   EXPECT_THAT(run({"statistics", "--help"}).out,
               AllOf(HasSubstr("--device cpu "), HasSubstr("--input.up x|y|z "),
                     Not(HasSubstr("{x")), Not(HasSubstr("{cpu"))));
   EXPECT_THAT(run({"body-model", "--help"}).out, Not(HasSubstr("{show")));
 }
 
-TEST_F(Program, UsageNamesTheCommandOnce) {
+TEST_F(Program, Usage_NamesTheCommandOnce) {
   EXPECT_THAT(run({"statistics", "--help"}).out,
               HasSubstr("Usage: atelier statistics [OPTIONS] INPUT WORKSPACE"));
 }
@@ -114,7 +114,7 @@ TEST_F(Program, FormerNameOfCommand_RunsWithWarning) {
   EXPECT_EQ(run({"render", "--neural", "--help"}).out, now.out);
 }
 
-TEST_F(Program, EveryOptionOfACommandIsInItsHelpAndTheDocument) {
+TEST_F(Program, EveryOption_IsInHelpAndDocument) {
   const std::string document = run({"options", "--markdown"}).out;
   EXPECT_THAT(document, HasSubstr("## atelier convert"));
   std::istringstream lines(document);
@@ -137,7 +137,7 @@ TEST_F(Program, EveryOptionOfACommandIsInItsHelpAndTheDocument) {
   EXPECT_GT(options, 4);
 }
 
-TEST_F(Program, TheDocumentOfOptionsIsUpToDate) {
+TEST_F(Program, OptionsDocument_IsUpToDate) {
   const ChildResult result = run({"options", "--markdown"});
   EXPECT_EQ(result.exit_code, 0);
   EXPECT_EQ(result.out,
@@ -145,7 +145,7 @@ TEST_F(Program, TheDocumentOfOptionsIsUpToDate) {
       << "run: atelier options --markdown > docs/reference/options.md";
 }
 
-TEST_F(Program, CompletionCompletes) {
+TEST_F(Program, BashCompletion_CompletesCommandsAndFlags) {
   const std::string script = (root_ / "completion.bash").string();
   const ChildResult result = run({"completion", "bash"});
   ASSERT_EQ(result.exit_code, 0);
@@ -238,7 +238,7 @@ TEST_F(Program, CompletionCompletes) {
   EXPECT_EQ(complete("atelier run a b --from stati", 5), "\n");
 }
 
-TEST_F(Program, StagesAreListedInTheOrderOfARun) {
+TEST_F(Program, Stages_AreListedInPipelineOrder) {
   const std::string help = run({"--help"}).out;
   std::size_t before = 0;
   for (const char* stage :
@@ -264,7 +264,7 @@ std::vector<std::string> names_in(const std::string& help) {
   return names;
 }
 
-TEST_F(Program, EveryCommandWithNothingSaysWhatItTakes) {
+TEST_F(Program, EveryCommandWithoutArguments_SaysWhatItTakes) {
   const std::vector<std::string> names = names_in(run({"--help"}).out);
   EXPECT_GE(names.size(), 12U);
   for (const std::string& name : names) {
@@ -295,7 +295,7 @@ std::set<std::string> flags_in(const std::string& help) {
   return flags;
 }
 
-TEST_F(Program, CompletionKnowsEveryCommandStageAndFlag) {
+TEST_F(Program, Completion_KnowsEveryCommandAndFlag) {
   const std::string script = run({"completion", "bash"}).out;
   for (const std::string& name : names_in(run({"--help"}).out)) {
     EXPECT_THAT(script, ::testing::ContainsRegex("compgen -W '([a-z -]* )?" + name + " "));
@@ -311,7 +311,7 @@ TEST_F(Program, CompletionKnowsEveryCommandStageAndFlag) {
   }
 }
 
-TEST_F(Program, HelpHasOneColumnOfSummaries) {
+TEST_F(Program, HelpSummaries_AreInOneColumn) {
   std::istringstream lines(run({"--help"}).out);
   std::set<std::size_t> columns;
   for (std::string line; std::getline(lines, line);) {
@@ -324,7 +324,7 @@ TEST_F(Program, HelpHasOneColumnOfSummaries) {
   EXPECT_EQ(columns.size(), 1U);
 }
 
-TEST_F(Program, AFullStandardOutputIsAnError) {
+TEST_F(Program, FullStandardOutput_IsAnEnvironmentError) {
   const ChildResult result =
       run_child({"bash", "-c", small_program_path() + " --help > /dev/full"});
   EXPECT_EQ(result.exit_code, kExitEnvironment);
@@ -332,7 +332,7 @@ TEST_F(Program, AFullStandardOutputIsAnError) {
               HasSubstr("standard output: cannot write: No space left on device; free"));
 }
 
-TEST_F(Program, AClosedStandardStreamTakesNoFilesPlace) {
+TEST_F(Program, ClosedStandardStreams_AreNotReusedForFiles) {
   write_boxes(input(), 2);
   const std::string command = small_program_path() + " statistics " + input().string() + " ";
   const ChildResult silent =
@@ -346,7 +346,7 @@ TEST_F(Program, AClosedStandardStreamTakesNoFilesPlace) {
 }
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)  // they need the address space
-TEST_F(Program, AThreadThatCannotBeStartedIsTheEnvironment) {
+TEST_F(Program, FailedThreadCreation_IsAnEnvironmentError) {
   write_boxes(input(), 300);
   const ChildResult result =
       run_child({"bash", "-c",
@@ -357,7 +357,7 @@ TEST_F(Program, AThreadThatCannotBeStartedIsTheEnvironment) {
 }
 #endif
 
-TEST_F(Program, AnInterruptThatIsIgnoredStaysSo) {
+TEST_F(Program, IgnoredInterrupt_StaysIgnored) {
   write_boxes(input(), 20);
   const ChildResult result =
       run_child({"bash", "-c",
@@ -366,7 +366,7 @@ TEST_F(Program, AnInterruptThatIsIgnoredStaysSo) {
   EXPECT_EQ(result.exit_code, 0) << result.err;
 }
 
-TEST_F(Program, TooLittleMemoryIsTheEnvironment) {
+TEST_F(Program, TooLittleMemory_IsAnEnvironmentError) {
   write_boxes(input(), 1);
   // A mesh that needs a few hundred MB in an address space of less.
   std::ofstream(input() / "box_000.obj", std::ios::app)

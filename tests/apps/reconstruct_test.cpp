@@ -99,7 +99,7 @@ class Reconstruct : public ::testing::Test {
 TemporaryDirectory* Reconstruct::folder_ = nullptr;
 int Reconstruct::made_ = -1;
 
-TEST_F(Reconstruct, ScansAndKeypointsAreMeasuredAgainstTheTruth) {
+TEST_F(Reconstruct, ScansAndKeypoints_AreMeasuredAgainstGroundTruth) {
   const ChildResult result = reconstruct({"--stereo.iterations", "4", "--stereo.refinements", "3"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(result.err.find("view-"), std::string::npos) << result.err;
@@ -120,7 +120,7 @@ TEST_F(Reconstruct, ScansAndKeypointsAreMeasuredAgainstTheTruth) {
   }
 }
 
-TEST_F(Reconstruct, MasksAndGainsAreMeasuredAgainstTheTruth) {
+TEST_F(Reconstruct, MasksAndGains_AreMeasuredAgainstGroundTruth) {
   const std::string capture = capture_.string();
   const auto evaluate = [&](const std::string& flag, const fs::path& file) {
     return run_child({program_path(), "evaluate", capture, "--ground-truth", capture, flag,
@@ -146,7 +146,7 @@ TEST_F(Reconstruct, MasksAndGainsAreMeasuredAgainstTheTruth) {
   EXPECT_THAT(other.err, HasSubstr("'left'"));
 }
 
-TEST_F(Reconstruct, TwoMachinesShareTheDepthMapsOfAFrame) {
+TEST_F(Reconstruct, TwoMachines_ShareTheDepthMapsOfAFrame) {
   const fs::path maps = own_.path() / "maps";
   const fs::path surface = own_.path() / "scan.ply";
   const auto depth = [&](std::vector<std::string> more) {
@@ -197,7 +197,7 @@ TEST_F(Reconstruct, TwoMachinesShareTheDepthMapsOfAFrame) {
   }
 }
 
-TEST_F(Reconstruct, ColoursAreNotCalibratedIntoAnyCaptureNorIntoAPicture) {
+TEST_F(Reconstruct, CalibratedColors_AreNotWrittenIntoCapturesOrImages) {
   const auto calibrate = [&](const fs::path& out) {
     return run_child({program_path(), "calibrate-color", capture_.string(), "--out", out.string()});
   };
@@ -213,7 +213,7 @@ TEST_F(Reconstruct, ColoursAreNotCalibratedIntoAnyCaptureNorIntoAPicture) {
   EXPECT_FALSE(fs::exists(capture_ / "new.json"));
 }
 
-TEST_F(Reconstruct, DepthIsNotWrittenIntoTheCaptureNorASurfaceNowhere) {
+TEST_F(Reconstruct, DepthMapsInTheCapture_AreNotWritten) {
   const auto depth = [&](const fs::path& out, std::vector<std::string> more) {
     std::vector<std::string> call = {program_path(), "depth", capture_.string(), out.string()};
     call.insert(call.end(), more.begin(), more.end());
@@ -233,7 +233,7 @@ TEST_F(Reconstruct, DepthIsNotWrittenIntoTheCaptureNorASurfaceNowhere) {
   EXPECT_FALSE(fs::exists(maps));  // all of it before the work
 }
 
-TEST_F(Reconstruct, TheHullClosesWhatStereoSeesNothingOf) {
+TEST_F(Reconstruct, HullSupport_ClosesWhatStereoDoesNotSee) {
   ASSERT_EQ(reconstruct().exit_code, 0);
   const Mesh open = scan();
   ASSERT_EQ(reconstruct({"--hull_support", "true"}).exit_code, 0);
@@ -244,7 +244,7 @@ TEST_F(Reconstruct, TheHullClosesWhatStereoSeesNothingOf) {
   EXPECT_GT(mesh_statistics(closed).area, mesh_statistics(open).area);
 }
 
-TEST_F(Reconstruct, RefusesALabelImageOfAnotherSizeAndSaysWhere) {
+TEST_F(Reconstruct, LabelImageOfOtherSize_IsRefusedWithItsPlace) {
   write_labels(capture_ / "labels" / "01" / "000000.png", ByteImage(20, 30, 1, 1));
   const ChildResult result = reconstruct();
   EXPECT_EQ(result.exit_code, 3);
@@ -252,7 +252,7 @@ TEST_F(Reconstruct, RefusesALabelImageOfAnotherSizeAndSaysWhere) {
                                 HasSubstr("camera 01, frame 0"), HasSubstr("as the camera has")));
 }
 
-TEST_F(Reconstruct, AFrameOfBlackPicturesIsNamed) {
+TEST_F(Reconstruct, FrameOfBlackImages_IsNamed) {
   for (const auto& camera : fs::directory_iterator(capture_ / "images")) {
     ByteImage image = read_byte_image(camera.path() / "000000.png");
     std::fill(image.data.begin(), image.data.end(), std::uint8_t{0});
@@ -263,7 +263,7 @@ TEST_F(Reconstruct, AFrameOfBlackPicturesIsNamed) {
   EXPECT_THAT(result.err, AllOf(HasSubstr("frame 0, views"), HasSubstr("with a subject in them")));
 }
 
-TEST_F(Reconstruct, LittleMemoryHalvesThePictures) {
+TEST_F(Reconstruct, LittleMemory_HalvesTheImages) {
   const ChildResult result = reconstruct({"--memory", "0.02"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("1/2 of their size"));
@@ -271,7 +271,7 @@ TEST_F(Reconstruct, LittleMemoryHalvesThePictures) {
   EXPECT_EQ(reconstruct({"--memory", "0"}).exit_code, 2);
 }
 
-TEST_F(Reconstruct, ABlackViewIsNamedAndLeftOut) {
+TEST_F(Reconstruct, BlackView_IsNamedAndLeftOut) {
   ByteImage image = read_byte_image(picture("02"));
   std::fill(image.data.begin(), image.data.end(), std::uint8_t{0});
   write_image(picture("02"), image);
@@ -281,7 +281,7 @@ TEST_F(Reconstruct, ABlackViewIsNamedAndLeftOut) {
   EXPECT_GT(scan().faces.rows(), 500);
 }
 
-TEST_F(Reconstruct, AMissingPictureLeavesTheOtherViews) {
+TEST_F(Reconstruct, MissingImage_LeavesTheOtherViews) {
   fs::remove(picture("05"));
   const ChildResult result = reconstruct();
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -290,7 +290,7 @@ TEST_F(Reconstruct, AMissingPictureLeavesTheOtherViews) {
   EXPECT_GT(scan().faces.rows(), 500);
 }
 
-TEST_F(Reconstruct, AMissingMaskLeavesTheOtherViews) {
+TEST_F(Reconstruct, MissingMask_LeavesTheOtherViews) {
   fs::remove(capture_ / "labels" / "03" / "000000.png");
   const ChildResult result = reconstruct();
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -298,7 +298,7 @@ TEST_F(Reconstruct, AMissingMaskLeavesTheOtherViews) {
   EXPECT_GT(scan().faces.rows(), 500);
 }
 
-TEST_F(Reconstruct, RefusesATruncatedPicture) {
+TEST_F(Reconstruct, TruncatedImage_IsRefused) {
   fs::resize_file(picture("01"), fs::file_size(picture("01")) / 2);
   const ChildResult result = reconstruct();
   EXPECT_EQ(result.exit_code, 3);
@@ -306,7 +306,7 @@ TEST_F(Reconstruct, RefusesATruncatedPicture) {
   EXPECT_FALSE(fs::exists(workspace_ / "reconstruct" / "current"));
 }
 
-TEST_F(Reconstruct, RefusesOneCameraAndNothingToWorkOn) {
+TEST_F(Reconstruct, SingleCameraOrNoMasks_IsRefused) {
   const ChildResult one = reconstruct({"--capture.leave_out", "00,01,02,03,04,05,06"});
   EXPECT_EQ(one.exit_code, 3);
   EXPECT_THAT(one.err, HasSubstr("at least two"));

@@ -370,7 +370,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadCommand{"OptionsWithArgument", {"options", "x"}, 2, "does not take 'x'; see"}),
     [](const ::testing::TestParamInfo<BadCommand>& bad) { return bad.param.name; });
 
-TEST_P(Refused, IsOneLineAndItsCode) {
+TEST_P(Refused, BadCall_GivesOneLineAndItsExitCode) {
   write_boxes(input(), 1);
   std::ofstream(root_ / "file") << "x";
   std::filesystem::create_symlink("loop", root_ / "loop");
@@ -444,7 +444,7 @@ INSTANTIATE_TEST_SUITE_P(
                  "'who', but no table [[consent]]"}),
     [](const ::testing::TestParamInfo<BadInput>& bad) { return bad.param.name; });
 
-TEST_P(BadMeshes, AreRefusedByName) {
+TEST_P(BadMeshes, BadMesh_IsRefusedByName) {
   write_boxes(input(), 1);
   std::ofstream(input() / GetParam().file) << GetParam().text;
   const ChildResult result = run_statistics({"--jobs", "1"});
@@ -456,7 +456,7 @@ TEST_P(BadMeshes, AreRefusedByName) {
 
 using BadFiles = Program;
 
-TEST_F(BadFiles, NamesThatAreNoPrintableUtf8AreRefusedBeforeAnyWork) {
+TEST_F(BadFiles, UnprintableNames_AreRefusedBeforeAnyWork) {
   write_boxes(input(), 1);
   const auto refused = [&](const std::string& in, const std::string& out,
                            std::vector<std::string> more, const std::string& words) {
@@ -479,14 +479,14 @@ TEST_F(BadFiles, NamesThatAreNoPrintableUtf8AreRefusedBeforeAnyWork) {
   }
 }
 
-TEST_F(BadFiles, LeaveNoWorkspaceBehind) {
+TEST_F(BadFiles, BadInput_LeavesNoWorkspace) {
   std::filesystem::create_directories(input());
   std::ofstream(input() / "box_000.obj") << "";
   EXPECT_EQ(run_statistics({}).exit_code, kExitBadData);
   EXPECT_FALSE(std::filesystem::exists(workspace()));
 }
 
-TEST_F(BadFiles, EveryMistakeOfAnOptionsFileIsALineOfItsOwn) {
+TEST_F(BadFiles, OptionsFileMistakes_GetALineEach) {
   write_boxes(input(), 1);
   std::ofstream(root_ / "bad.toml") << "[input]\nunit = 'km'\nupp = 'y'\n";
   const ChildResult result = run_statistics({"--config", (root_ / "bad.toml").string()});

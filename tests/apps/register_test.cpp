@@ -265,7 +265,7 @@ class Register : public ::testing::Test {
   TemporaryDirectory root_;
 };
 
-TEST_F(Register, ATemplateWithoutAttachmentsIsInThePoseOfTheFirstFrame) {
+TEST_F(Register, TemplateWithoutAttachments_IsInThePoseOfTheFirstFrame) {
   const ChildResult done = registered();
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.out + done.err, HasSubstr("no attachments to the body"));
@@ -278,7 +278,7 @@ TEST_F(Register, ATemplateWithoutAttachmentsIsInThePoseOfTheFirstFrame) {
   }
 }
 
-TEST_F(Register, WithoutOneCamerasPicturesItSaysSoAndGoesOn) {
+TEST_F(Register, CameraWithoutImages_IsNamedOnceAndLeftOut) {
   fs::remove_all(capture() / "images" / "01");
   const ChildResult done = registered();
   EXPECT_EQ(done.exit_code, 0) << done.err;
@@ -291,7 +291,7 @@ TEST_F(Register, WithoutOneCamerasPicturesItSaysSoAndGoesOn) {
 
 // As WholeRun of the stages before, and Appearance of the one that learns; body, template and those
 // of simulation open no pictures.
-TEST_F(Register, WithoutThePicturesThatAreHeldOutItComesToTheSameDigests) {
+TEST_F(Register, HeldOutImages_DoNotChangeTheResult) {
   for (const Camera& camera : SmallCapture{}.cameras) {
     for (int id = 0; id < 3; ++id) {
       ByteImage picture(camera.width, camera.height, 3);
@@ -326,7 +326,7 @@ TEST_F(Register, WithoutThePicturesThatAreHeldOutItComesToTheSameDigests) {
   EXPECT_NE(manifest("less")["outputs"], expected);
 }
 
-TEST_F(Register, AFrameWithoutAScanIsPredictedAndSaidToBeLost) {
+TEST_F(Register, FrameWithoutScan_IsPredictedAndReportedAsFailure) {
   missing.scan = 1;
   const ChildResult done = registered();
   ASSERT_EQ(done.exit_code, 0) << done.err;
@@ -336,8 +336,8 @@ TEST_F(Register, AFrameWithoutAScanIsPredictedAndSaidToBeLost) {
 }
 
 // With enough frames it is what rest_surface makes of them:
-// FlattensWhatIsRegisteredWithoutItsFolds.
-TEST_F(Register, OfFewFramesWhatIsLaidFlatIsTheTemplateAndThatIsSaid) {
+// Run.RegisteredGarment_IsFlattenedFromItsRestSurface.
+TEST_F(Register, TooFewFrames_GiveTheTemplateAsRestSurface) {
   const ChildResult done = registered();
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.out + done.err, HasSubstr("3 frames, too few to estimate the rest surface"));
@@ -350,7 +350,7 @@ TEST_F(Register, OfFewFramesWhatIsLaidFlatIsTheTemplateAndThatIsSaid) {
             1e-5);
 }
 
-TEST_F(Register, AFrameWithoutABodyIsLeftOutAndSaid) {
+TEST_F(Register, FrameWithoutBody_IsLeftOutAndReported) {
   missing.last_body = true;
   const ChildResult done = registered();
   ASSERT_EQ(done.exit_code, 0) << done.err;
@@ -359,7 +359,7 @@ TEST_F(Register, AFrameWithoutABodyIsLeftOutAndSaid) {
 }
 
 // Not that every frame is told: no two lines of a program are within half a second, but the last.
-TEST_F(Register, ProgressCountsFramesThatAreFollowed) {
+TEST_F(Register, Progress_CountsTrackedFrames) {
   const ChildResult result = registered({"--jobs", "1", "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   std::istringstream lines(result.out);
@@ -376,7 +376,7 @@ TEST_F(Register, ProgressCountsFramesThatAreFollowed) {
   EXPECT_EQ(told.back(), 3);
 }
 
-TEST_F(Register, FramesThatItWouldRefuseAreRefusedWhereItIsPlanned) {
+TEST_F(Register, BadFrameSelection_IsRefusedWhilePlanning) {
   for (const std::string choice : {"99", "3:"}) {
     for (const bool planned : {true, false}) {
       std::vector<std::string> more = {"--frames", choice};
@@ -393,7 +393,7 @@ TEST_F(Register, FramesThatItWouldRefuseAreRefusedWhereItIsPlanned) {
   EXPECT_EQ(registered({"--frames", "2", "--dry-run"}, "other").exit_code, 3) << "it has no body";
 }
 
-TEST_F(Register, ShardsMakeWhatOneRunMakes) {
+TEST_F(Register, Shards_GiveTheResultOfOneRun) {
   for (const std::string window : {"48", "1"}) {
     ASSERT_EQ(registered({"--window", window}, "one" + window).exit_code, 0);
     for (const char* shard : {"0/2", "1/2"}) {
@@ -406,7 +406,7 @@ TEST_F(Register, ShardsMakeWhatOneRunMakes) {
   }
 }
 
-TEST_F(Register, ShardsSideBySideMakeWhatOneRunMakes) {
+TEST_F(Register, ParallelShards_GiveTheResultOfOneRun) {
   ASSERT_EQ(registered().exit_code, 0);
   make(kBeforeRegister, root_ / "shards");
   const auto shard = [&](const std::string& which) {
@@ -436,7 +436,7 @@ fs::path kept_frame(const fs::path& workspace, int id) {
   return {};
 }
 
-TEST_F(Register, WhatItFollowedForALaterFrameIsFoundAgain) {
+TEST_F(Register, KeptFrames_AreReusedByALaterRun) {
   ASSERT_EQ(registered().exit_code, 0);
   ASSERT_EQ(registered({"--frames", "2"}, "parts").exit_code, 0);
   const fs::path file = kept_frame(root_ / "parts", 1);
@@ -458,7 +458,7 @@ TEST_F(Register, WhatItFollowedForALaterFrameIsFoundAgain) {
   }
 }
 
-TEST_F(Register, AKeptFrameThatIsDamagedOrAnothersIsSaidAndFollowedAgain) {
+TEST_F(Register, DamagedKeptFrame_IsReportedAndTrackedAgain) {
   ASSERT_EQ(registered().exit_code, 0);
   const std::array<std::function<void(const fs::path& file)>, 4> spoils = {
       [](const fs::path& file) { fs::resize_file(file, fs::file_size(file) / 2); },
@@ -483,7 +483,7 @@ TEST_F(Register, AKeptFrameThatIsDamagedOrAnothersIsSaidAndFollowedAgain) {
   }
 }
 
-TEST_F(Register, KilledWithinItsWindowItGoesOnToTheSameDigests) {
+TEST_F(Register, RunKilledWithinAWindow_ResumesToTheSameDigests) {
   ASSERT_EQ(registered().exit_code, 0);
   for (const int signal : {SIGKILL, SIGINT}) {
     const std::string workspace = "killed" + std::to_string(signal);
@@ -506,7 +506,7 @@ TEST_F(Register, KilledWithinItsWindowItGoesOnToTheSameDigests) {
   }
 }
 
-TEST_F(Register, NoTemplateIsMadeOfScansWithoutClothing) {
+TEST_F(Register, ScansWithoutClothing_GiveNoTemplate) {
   missing.labels = true;
   const std::array<Stage, 3> before = {dressed_stage("personalize"), kBeforeRegister[0],
                                        kBeforeRegister[1]};
@@ -516,7 +516,7 @@ TEST_F(Register, NoTemplateIsMadeOfScansWithoutClothing) {
   EXPECT_THAT(made.err, HasSubstr("no clothing in any frame"));
 }
 
-TEST_F(Register, IsMeasuredByWhereEachPointOfTheClothIs) {
+TEST_F(Register, MeasuredError_IsThePointDistanceOnTheCloth) {
   GroundTruthGarment skirt;
   skirt.garment = tube_skirt();
   skirt.label = Label::Lower;
@@ -536,7 +536,7 @@ TEST_F(Register, IsMeasuredByWhereEachPointOfTheClothIs) {
   EXPECT_EQ(verdict(all, "register.drift_mm"), "missed");
 }
 
-TEST_F(Register, IsNotJudgedOnPlainCloth) {
+TEST_F(Register, PlainCloth_IsNotJudged) {
   GroundTruthGarment skirt;
   skirt.garment = tube_skirt();
   skirt.label = Label::Lower;
@@ -550,7 +550,7 @@ TEST_F(Register, IsNotJudgedOnPlainCloth) {
   }
 }
 
-TEST_F(Register, ACheckThatMeasuresNothingIsNotMet) {
+TEST_F(Register, CheckMeasuringNothing_Fails) {
   GroundTruthGarment skirt;
   skirt.garment = tube_skirt();
   skirt.label = Label::Lower;
@@ -577,7 +577,7 @@ TEST_F(Register, ACheckThatMeasuresNothingIsNotMet) {
   EXPECT_THAT(incomplete.err, HasSubstr("not measured: 1 figure of those"));
 }
 
-TEST_F(Register, OfADamagedResultItIsSaidWhatMendsIt) {
+TEST_F(Register, DamagedResult_IsReportedWithItsRemedy) {
   GroundTruthGarment skirt;
   skirt.garment = tube_skirt();
   skirt.label = Label::Lower;
@@ -606,7 +606,7 @@ TEST_F(Register, OfADamagedResultItIsSaidWhatMendsIt) {
   EXPECT_THAT(json.at("check").at(0).at("why").get<std::string>(), HasSubstr("'atelier flatten'"));
 }
 
-TEST_F(Register, PatternsAreHeldAgainstTheTrueGarmentOfTheirLabel) {
+TEST_F(Register, Patterns_AreComparedWithTheGarmentOfTheirLabel) {
   write_truth({sewn_tube("tee", Label::Upper, 0.7), sewn_tube("skirt", Label::Lower, 0.5)});
   make(kMeasured, root_ / "work");
   const nlohmann::json all = evaluated("flatten", 1);
@@ -619,7 +619,7 @@ TEST_F(Register, PatternsAreHeldAgainstTheTrueGarmentOfTheirLabel) {
   EXPECT_EQ(all.at("flatten.seam_mismatch"), 0.0018);
 }
 
-TEST_F(Register, APatternThatTheTruthDoesNotHaveWidensNoBound) {
+TEST_F(Register, PatternWithoutGroundTruth_ChangesNoTarget) {
   write_truth({sewn_tube("skirt", Label::Lower, 0.5)});
   make(kMeasured, root_ / "work");
   const ChildResult result =

@@ -57,7 +57,7 @@ StageStatus result_of(std::vector<ManifestOutput> outputs) {
   return status;
 }
 
-TEST_F(Report, ShowsStatesFiguresAndTheAbsenceOfConsent) {
+TEST_F(Report, Page_ShowsStatesFiguresAndMissingConsent) {
   const ChildResult result = report();
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("statistics: done, consent: none recorded"));
@@ -65,7 +65,7 @@ TEST_F(Report, ShowsStatesFiguresAndTheAbsenceOfConsent) {
                             HasSubstr("<td class=\"number\">8</td>")));
 }
 
-TEST_F(Report, ShowsConsentEscaped) {
+TEST_F(Report, Consent_IsShownEscaped) {
   write_consent("2999-12-31");
   const ChildResult result = report();
   EXPECT_THAT(result.out, HasSubstr("P. <b>Doe</b>, research, until 2999-12-31"));
@@ -74,13 +74,13 @@ TEST_F(Report, ShowsConsentEscaped) {
                             HasSubstr("No warnings.")));
 }
 
-TEST_F(Report, SaysThatConsentHasEnded) {
+TEST_F(Report, ExpiredConsent_IsReported) {
   write_consent("2020-01-01");
   EXPECT_EQ(report().exit_code, 0);
   EXPECT_THAT(page(), HasSubstr("consent-ended"));
 }
 
-TEST_F(Report, PutsDamageFirst) {
+TEST_F(Report, ResultDamage_IsShownFirst) {
   const fs::path file = fs::canonical(stage_folder() / "current") / "statistics.json";
   std::ofstream(file, std::ios::app) << "x";
   EXPECT_EQ(report().exit_code, 0);
@@ -92,7 +92,7 @@ TEST_F(Report, PutsDamageFirst) {
   EXPECT_THAT(page(), Not(HasSubstr("damaged"))) << "as the page advised";
 }
 
-TEST_F(Report, GoesWhereItIsToldAndCanBeMadeAgain) {
+TEST_F(Report, OutputPath_IsFollowedAndReportIsRepeatable) {
   EXPECT_EQ(report().exit_code, 0);
   EXPECT_EQ(report().exit_code, 0);
   const fs::path file = root_ / "page.html";
@@ -101,7 +101,7 @@ TEST_F(Report, GoesWhereItIsToldAndCanBeMadeAgain) {
   EXPECT_TRUE(is_clean());
 }
 
-TEST_F(Report, WhatAKilledOneLeftIsRemovedByTheNext) {
+TEST_F(Report, LeftoversOfAKilledReport_AreRemoved) {
   fs::create_directories(workspace() / "report");
   std::ofstream(workspace() / "report" / ".atelier-a1b2c3.tmp") << "half";
   EXPECT_EQ(report().exit_code, 0);
@@ -109,7 +109,7 @@ TEST_F(Report, WhatAKilledOneLeftIsRemovedByTheNext) {
   EXPECT_TRUE(is_clean());
 }
 
-TEST_F(Report, RefusesWhatIsNoWorkspaceAndPlacesThatAreNotThere) {
+TEST_F(Report, NonWorkspaceOrMissingPlace_IsRefused) {
   EXPECT_EQ(run({"report"}).exit_code, 2);
   const ChildResult nothing = run({"report", (root_ / "nothing").string()});
   EXPECT_EQ(nothing.exit_code, 3);
@@ -121,7 +121,7 @@ TEST_F(Report, RefusesWhatIsNoWorkspaceAndPlacesThatAreNotThere) {
   EXPECT_THAT(place.err, HasSubstr("no such folder"));
 }
 
-TEST(ReportPage, HoldsPicturesItselfAndNamesLargeOnes) {
+TEST(ReportPage, Images_AreEmbeddedAndLargeOnesNamed) {
   const TemporaryDirectory root;
   StageStatus status =
       result_of({{"sheet.png", 0, {}}, {"film.mp4", 3, {}}, {"big.png", 5'000'000, {}}});
@@ -138,7 +138,7 @@ TEST(ReportPage, HoldsPicturesItselfAndNamesLargeOnes) {
   EXPECT_THAT(page, Not(HasSubstr("<script")));
 }
 
-TEST(ReportPage, StripsStandBeforeFramesOfWhichSomeAreShownEvenly) {
+TEST(ReportPage, ContactSheets_ComeBeforeEvenlySampledFrames) {
   const TemporaryDirectory root;
   std::vector<ManifestOutput> outputs;
   for (int i = 0; i < 9; ++i) {
@@ -170,7 +170,7 @@ TEST(ReportPage, StripsStandBeforeFramesOfWhichSomeAreShownEvenly) {
   EXPECT_THAT(shown(10), AllOf(HasSubstr("pictures/7.png"), Not(HasSubstr("more"))));
 }
 
-TEST(ReportPage, WarningsComeFirstAndManyAreFolded) {
+TEST(ReportPage, Warnings_ComeFirstAndManyAreFolded) {
   StageStatus status = result_of({{"a.txt", 1, {}}});
   for (int i = 0; i < 7; ++i) {
     status.manifest->warnings.push_back("doubt " + std::to_string(i));
@@ -185,7 +185,7 @@ TEST(ReportPage, WarningsComeFirstAndManyAreFolded) {
                                           HasSubstr("doubt 0"), HasSubstr("doubt 6")));
 }
 
-TEST(ReportPage, TextFromFilesIsNoMarkup) {
+TEST(ReportPage, TextFromFiles_IsNotMarkup) {
   EXPECT_EQ(html_text("<a href='x' title=\"y\">&\x1b[2J</a>"),
             "&lt;a href=&#39;x&#39; title=&quot;y&quot;&gt;&amp;?[2J&lt;/a&gt;");
   StageStatus status = result_of({{"a.txt", 1, {}}});
@@ -198,7 +198,7 @@ TEST(ReportPage, TextFromFilesIsNoMarkup) {
                           Not(HasSubstr("\"</table>")), Not(HasSubstr("w<i>"))));
 }
 
-TEST_F(Report, LoadsInABrowserWithoutAnErrorAndWithEveryPicture) {
+TEST_F(Report, Page_LoadsInABrowserWithEveryImage) {
   if (!has_browser()) {
     GTEST_SKIP() << "no program chromium (scripts/setup)";
   }
@@ -220,7 +220,7 @@ TEST_F(Report, LoadsInABrowserWithoutAnErrorAndWithEveryPicture) {
   EXPECT_THAT(found.messages, Not(HasSubstr("CONSOLE")));  // what a page's errors are logged as
 }
 
-TEST(ReportPlots, ALineOverFramesWithItsRange) {
+TEST(ReportPlots, FrameSeries_IsPlottedWithItsRange) {
   const std::string svg = plots_svg({{"gap <mm>", {3, 4, 9}, {0.5, 2, 1}}, {"empty", {}, {}}});
   EXPECT_THAT(svg, AllOf(HasSubstr("gap &lt;mm&gt;"), HasSubstr(">2</text>"),
                          HasSubstr(">9</text>"), HasSubstr("frame 4: 2"), Not(HasSubstr("empty"))));
@@ -229,7 +229,7 @@ TEST(ReportPlots, ALineOverFramesWithItsRange) {
   EXPECT_EQ(plots_svg({{"not finite", {1}, {std::nan("")}}}), "");
 }
 
-TEST(ReportPage, WhatFailedOrWasSkippedStandsFirst) {
+TEST(ReportPage, FailedAndSkippedStages_ComeFirst) {
   const RunAccount account{"<c>",
                            "",
                            1,
@@ -243,7 +243,7 @@ TEST(ReportPage, WhatFailedOrWasSkippedStandsFirst) {
                           Not(HasSubstr("<c>"))));
 }
 
-TEST(ReportPage, ErrorsStandBeforeWarningsAndOneTextOfSeveralStagesOnce) {
+TEST(ReportPage, Errors_ComeBeforeWarningsAndRepeatsAreMerged) {
   StageStatus first = result_of({{"a.txt", 1, {}}});
   first.manifest->warnings = {"warning consent-none [capture]: no consent is recorded",
                               "a doubt of both", "error distortion-scaled [file]: a 64th"};
@@ -273,7 +273,7 @@ TEST(ReportPage, ErrorsStandBeforeWarningsAndOneTextOfSeveralStagesOnce) {
   EXPECT_THAT(run, HasSubstr("as body"));
 }
 
-TEST(ReportPage, TheTableOfTargetsSaysByHowMuchOneIsMissedAndWhyOneIsNotMeasured) {
+TEST(ReportPage, TargetTable_ShowsMissesAndMissingMeasurements) {
   ReportFigure missed{"track.mean_mm", "8 mm", "missed", false, "over 12 frames"};
   missed.range = "at most 6";
   missed.missed_by = "2 mm";
@@ -292,7 +292,7 @@ TEST(ReportPage, TheTableOfTargetsSaysByHowMuchOneIsMissedAndWhyOneIsNotMeasured
             HasSubstr("<summary>1 other figure</summary>"), HasSubstr("beside it")));
 }
 
-TEST_F(Report, ExportCopiesWithConsent) {
+TEST_F(Report, ExportedResult_CarriesConsent) {
   write_consent("2999-12-31");
   const fs::path out = root_ / "out";
   const ChildResult result = export_to(out);
@@ -303,11 +303,11 @@ TEST_F(Report, ExportCopiesWithConsent) {
             read_file_text(stage_folder() / "current" / "statistics.json", 1 << 20));
 }
 
-TEST_F(Report, ExportSaysThatNoConsentIsRecorded) {
+TEST_F(Report, ExportWithoutConsent_IsReported) {
   EXPECT_THAT(export_to(root_ / "out").out, HasSubstr("consent: none recorded"));
 }
 
-TEST_F(Report, ExportRefusesDamageUnknownNamesAndPlacesThatAreNotThere) {
+TEST_F(Report, ExportOfDamageOrToBadPlaces_IsRefused) {
   EXPECT_EQ(run({"export", workspace().string()}).exit_code, 2);
   EXPECT_THAT(export_to(root_ / "out", {"--format", "fbx"}).err, HasSubstr("ply, obj, glb, usda"));
   EXPECT_THAT(export_to(root_ / "out", {"--stage", "spline"}).err, HasSubstr("'spline'"));
@@ -323,7 +323,7 @@ TEST_F(Report, ExportRefusesDamageUnknownNamesAndPlacesThatAreNotThere) {
   EXPECT_FALSE(fs::exists(root_ / "out" / "statistics"));
 }
 
-TEST_F(Report, AnExportThatFailsLeavesItsPlaceFree) {
+TEST_F(Report, FailedExport_LeavesItsPlaceFree) {
   const fs::path out = root_ / "new" / "out";
   // Files may hold nothing: the first that is written fails.
   const ChildResult full = run_child({"bash", "-c",
@@ -338,7 +338,7 @@ TEST_F(Report, AnExportThatFailsLeavesItsPlaceFree) {
   EXPECT_TRUE(fs::exists(out / "statistics" / "consent.txt")) << "it was another's";
 }
 
-TEST_F(Report, AnExportUpFromAFolderThatIsNotThereMakesNone) {
+TEST_F(Report, ExportThroughMissingParentFolder_CreatesNone) {
   const fs::path out = root_ / "out";
   const ChildResult result = export_to(out / "new" / "..");
   EXPECT_EQ(result.exit_code, 0) << result.err;
@@ -352,7 +352,7 @@ TEST_F(Report, AnExportUpFromAFolderThatIsNotThereMakesNone) {
   }
 }
 
-TEST_F(Report, PagesAreNotWrittenAmongResults) {
+TEST_F(Report, PageAmongResults_IsNotWritten) {
   const fs::path result = fs::canonical(stage_folder() / "current");
   for (const fs::path& file : {result / "page.html", stage_folder() / "page.html"}) {
     const ChildResult refused = run({"report", workspace().string(), "--out", file.string()});
@@ -365,7 +365,7 @@ TEST_F(Report, PagesAreNotWrittenAmongResults) {
             0);
 }
 
-TEST_F(Report, NothingIsWrittenIntoWhatResultsWereMadeOf) {
+TEST_F(Report, PageOrExportIntoAnInput_IsNotWritten) {
   const ChildResult page =
       run({"report", workspace().string(), "--out", (input() / "page.html").string()});
   EXPECT_EQ(page.exit_code, 2);
@@ -378,7 +378,7 @@ TEST_F(Report, NothingIsWrittenIntoWhatResultsWereMadeOf) {
   EXPECT_THAT(run_child(statistics()).out, HasSubstr("is done already"));
 }
 
-TEST_F(Report, NothingIsExportedIntoAnyCapture) {
+TEST_F(Report, ExportIntoACapture_IsNotWritten) {
   const fs::path other = root_ / "other";
   fs::create_directories(other);
   std::ofstream(other / "capture.toml") << "fps = 30\n";
@@ -388,7 +388,7 @@ TEST_F(Report, NothingIsExportedIntoAnyCapture) {
   EXPECT_FALSE(fs::exists(other / "out"));
 }
 
-TEST_F(Report, NoPageIsWrittenIntoACaptureThatWasMovedNorIntoTheFolderOneIsIn) {
+TEST_F(Report, PageIntoAMovedCapture_IsNotWritten) {
   write_consent("2999-12-31");
   const fs::path moved = root_ / "moved";
   fs::rename(input(), moved);
@@ -405,7 +405,7 @@ TEST_F(Report, NoPageIsWrittenIntoACaptureThatWasMovedNorIntoTheFolderOneIsIn) {
   EXPECT_FALSE(fs::exists(input() / "page.html"));
 }
 
-TEST_F(Report, ADamagedAccountOfTheLastRunIsSaidAndTheRestIsShown) {
+TEST_F(Report, DamagedRunAccount_IsReportedAndTheRestShown) {
   EXPECT_EQ(report().exit_code, 0);
   for (const char* text : {"", "{", "[]", "{\"schema\": \"<b>\", \"version\": 1}"}) {
     std::ofstream(workspace() / "report" / "run.json") << text;
@@ -415,7 +415,7 @@ TEST_F(Report, ADamagedAccountOfTheLastRunIsSaidAndTheRestIsShown) {
   }
 }
 
-TEST_F(Report, ShowsAsManyPicturesAsItIsTold) {
+TEST_F(Report, ImageCount_IsConfigurable) {
   EXPECT_EQ(run({"report", workspace().string(), "--pictures", "0"}).exit_code, 0);
   EXPECT_EQ(run({"report", workspace().string(), "--pictures", "-1"}).exit_code, 2);
 }
@@ -448,7 +448,7 @@ void make_result_of_meshes(const fs::path& stage_folder) {
   commit_result(staging, stage_folder / folder_name(manifest.key), manifest);
 }
 
-TEST_F(Report, ExportsMeshesOfArchivesAndASequenceAtTheRoot) {
+TEST_F(Report, MeshArchivesAndSequences_AreExported) {
   make_result_of_meshes(stage_folder());
   for (const std::string format : {"ply", "obj"}) {
     const fs::path out = root_ / format / "statistics";
@@ -466,14 +466,14 @@ TEST_F(Report, ExportsMeshesOfArchivesAndASequenceAtTheRoot) {
   EXPECT_TRUE(fs::exists(root_ / "usd" / "statistics" / "scans" / "000001.ply"));
 }
 
-TEST_F(Report, ExportTakesItsOptionsFromAFile) {
+TEST_F(Report, ExportOptions_ComeFromAFile) {
   const std::string file = (root_ / "export.toml").string();
   std::ofstream(file) << "stage = 'reconstruct'\n";
   EXPECT_EQ(export_to(root_ / "out", {"--config", file}).exit_code, 3);  // it has no result
   EXPECT_EQ(export_to(root_ / "out", {"--config", file, "--stage", "all"}).exit_code, 0);
 }
 
-TEST_F(Report, ExportsASimulatedSequenceInEveryFormat) {
+TEST_F(Report, SimulatedSequence_IsExportedInEveryFormat) {
   if (run({"simulate", "--help"}).exit_code != 0) {
     GTEST_SKIP() << "built without simulation";
   }

@@ -82,7 +82,7 @@ class Run : public ::testing::Test {
   fs::path workspace_ = root_.path() / "work";
 };
 
-TEST_F(Run, ADryRunSaysWhatWouldBeDoneAndChangesNothing) {
+TEST_F(Run, DryRun_ReportsThePlanAndChangesNothing) {
   const ChildResult result = run({"--dry-run"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out,
@@ -93,7 +93,7 @@ TEST_F(Run, ADryRunSaysWhatWouldBeDoneAndChangesNothing) {
   EXPECT_FALSE(fs::exists(workspace_));
 }
 
-TEST_F(Run, ADryRunSaysThatADamagedResultWouldBeMadeAnew) {
+TEST_F(Run, DryRunOnDamagedResult_PlansToRecomputeIt) {
   ASSERT_EQ(run({"--from", "reconstruct", "--to", "reconstruct"}).exit_code, 0);
   std::ofstream(workspace_ / "reconstruct/current" / manifest("reconstruct").outputs.front().path,
                 std::ios::app)
@@ -107,7 +107,7 @@ TEST_F(Run, ADryRunSaysThatADamagedResultWouldBeMadeAnew) {
                  "run 'atelier reconstruct' first");
 }
 
-TEST_F(Run, ADryRunSaysWhatCannotRunSinceFromLeavesItOut) {
+TEST_F(Run, DryRunFromALaterStage_NamesTheMissingResult) {
   const ChildResult result = run({"--from", "track", "--dry-run"});
   EXPECT_EQ(result.exit_code, 3) << result.err;
   EXPECT_THAT(result.out,
@@ -120,7 +120,7 @@ double announced_seconds(const ChildResult& result) {
   return nlohmann::json::parse(result.out.substr(0, result.out.find('\n')))["expected_seconds"];
 }
 
-TEST_F(Run, AnnouncesTheTimeOfWhatWillBeDoneAgain) {
+TEST_F(Run, AnnouncedTime_IncludesRecomputedStages) {
   run({"--to", "validate"});
   ASSERT_TRUE(has_result("validate"));
   const std::vector<std::string> plan = {"--to", "validate", "--dry-run", "--json"};
@@ -133,7 +133,7 @@ TEST_F(Run, AnnouncesTheTimeOfWhatWillBeDoneAgain) {
   EXPECT_GT(announced_seconds(again), report + 1);
 }
 
-TEST_F(Run, IsEndedByASignalWhileItMakesItsReport) {
+TEST_F(Run, SignalWhileReporting_EndsTheRun) {
   run({"--to", "validate"});
   ASSERT_TRUE(has_result("validate"));
   // Whoever writes the report holds it up until the signal comes.
@@ -152,7 +152,7 @@ TEST_F(Run, IsEndedByASignalWhileItMakesItsReport) {
   EXPECT_EQ(child.wait().signal, SIGINT);
 }
 
-TEST_F(Run, DoesTheStagesAskedForAsTheirOwnCommandsDo) {
+TEST_F(Run, RequestedStages_RunAsTheirOwnCommandsDo) {
   const ChildResult first = run({"--from", "reconstruct", "--to", "reconstruct"});
   ASSERT_EQ(first.exit_code, 0) << first.err;
   EXPECT_TRUE(has_result("reconstruct"));
@@ -164,7 +164,7 @@ TEST_F(Run, DoesTheStagesAskedForAsTheirOwnCommandsDo) {
               HasSubstr("reconstruct is done already"));
 }
 
-TEST_F(Run, LeavesAReportThatSaysWhatWasSkippedAndWhy) {
+TEST_F(Run, Report_SaysWhatWasSkippedAndWhy) {
   const ChildResult result = run({"--from", "reconstruct", "--to", "reconstruct"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("report: " + (workspace_ / "report/index.html").string()));
@@ -181,7 +181,7 @@ TEST_F(Run, LeavesAReportThatSaysWhatWasSkippedAndWhy) {
                           HasSubstr("Positions and directions of the cameras")));
 }
 
-TEST_F(Run, ItsReportLoadsInABrowser) {
+TEST_F(Run, Report_LoadsInABrowser) {
   if (!has_browser()) {
     GTEST_SKIP() << "no program chromium (scripts/setup)";
   }
@@ -218,7 +218,7 @@ void copy_few_frames(const fs::path& trial, const fs::path& to) {
   }
 }
 
-TEST(RunOnARealTrial, DoesWhatThereAreDataForAndSaysWhyTheRestIsSkipped) {
+TEST(RunOnARealTrial, RealTrial_RunsPossibleStagesAndExplainsSkippedOnes) {
   ATELIER_TEST_FILE(trial, "pose2sim_demo/single");
   const TemporaryDirectory root;
   copy_few_frames(trial, root / "trial");
@@ -261,7 +261,7 @@ TEST(RunOnARealTrial, DoesWhatThereAreDataForAndSaysWhyTheRestIsSkipped) {
   EXPECT_FALSE(fs::exists(out / "track/motion/capture.bvh"));
 }
 
-TEST(DemoRanges, TheDocumentHasThemAll) {
+TEST(DemoRanges, Document_ListsEveryDemoRange) {
   const std::string document =
       read_file_text(source_directory().string() + "/docs/results/demo_ranges.md", 1 << 20);
   int rows = 0;
@@ -275,7 +275,7 @@ TEST(DemoRanges, TheDocumentHasThemAll) {
   EXPECT_GT(rows, 10);
 }
 
-TEST(DemoRanges, WhatIsAbsentIsNotSaidToBeNone) {
+TEST(DemoRanges, AbsentRatio_IsNotSaidToBeNone) {
   for (const Target& target : all_targets()) {
     if (target.key == "track.legs_ratio" || target.key == "track.auto_ratio") {
       EXPECT_THAT(std::string(target.absent), HasSubstr("track.dynamic_share"));
@@ -283,7 +283,7 @@ TEST(DemoRanges, WhatIsAbsentIsNotSaidToBeNone) {
   }
 }
 
-TEST(DemoRanges, JudgeOnDemoAloneAndSayWhyWhatIsAbsent) {
+TEST(DemoRanges, DemoTargets_UseDemoRangesAndExplainAbsence) {
   const TemporaryDirectory root;
   const std::vector<Measure> measures = {
       {"track.mean_mm", 8, "mm", 6, Measure::Side::AtMost, "of something"},
@@ -308,7 +308,7 @@ TEST(DemoRanges, JudgeOnDemoAloneAndSayWhyWhatIsAbsent) {
   EXPECT_NEAR(missed_by, (8 - 6) + (0.95 - 0.7), 1e-12);
 }
 
-TEST(Targets, EveryFigureThatIsJudgedHasARow) {
+TEST(Targets, EveryJudgedFigure_HasARow) {
   const TemporaryDirectory root;
   const std::vector<Measure> measures = {
       {"template.boundaries_wrong", 2, "", 0, Measure::Side::AtMost, "openings"},
@@ -324,7 +324,7 @@ TEST(Targets, EveryFigureThatIsJudgedHasARow) {
   EXPECT_FALSE(verdicts.contains("template.mean_mm"));
 }
 
-TEST_F(Run, WhatAnErrorOfAStageTakesAlongIsSkippedAndTheReportIsMade) {
+TEST_F(Run, FailedStage_SkipsItsDependentsAndStillReports) {
   // Two people who are no people: bodies cannot be measured on them.
   const ChildResult result = run({"--from", "reconstruct"});
   EXPECT_THAT(result.exit_code, ::testing::AnyOf(0, 3)) << result.err;
@@ -337,7 +337,7 @@ TEST_F(Run, WhatAnErrorOfAStageTakesAlongIsSkippedAndTheReportIsMade) {
   EXPECT_TRUE(has_result("reconstruct"));
 }
 
-TEST_F(Run, OneFileHasTheOptionsOfEveryStage) {
+TEST_F(Run, OneOptionsFile_ServesEveryStage) {
   const std::string file = toml(
                                "[capture]\nfps = 24\n[reconstruct]\nlabel_by_color = false\n"
                                "[track]\nexclude = \"none\"\n[report]\npictures = 3\n")
@@ -356,7 +356,7 @@ TEST_F(Run, OneFileHasTheOptionsOfEveryStage) {
                                                      {"label_by_color", "false"}}));
 }
 
-TEST_F(Run, FlagsNameTheStageAndWinOverFiles) {
+TEST_F(Run, StageFlags_OverrideFiles) {
   const std::string file = toml("[reconstruct]\nlabel_by_color = false\n").string();
   ASSERT_EQ(run({"--to", "reconstruct", "--from", "reconstruct", "--config", file,
                  "--reconstruct.label-by-color", "true", "--reconstruct.capture.fps", "30",
@@ -373,7 +373,7 @@ TEST_F(Run, FlagsNameTheStageAndWinOverFiles) {
   }
 }
 
-TEST_F(Run, EventsForMachinesEndWithTheAccount) {
+TEST_F(Run, JsonEvents_EndWithTheAccount) {
   const ChildResult result = run({"--from", "reconstruct", "--to", "reconstruct", "--json"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   std::vector<std::string> events;
@@ -388,7 +388,7 @@ TEST_F(Run, EventsForMachinesEndWithTheAccount) {
   EXPECT_TRUE(fs::exists(last["report"].get<std::string>()));
 }
 
-TEST_F(Run, KeepsTheTimesOfStagesThatWereDoneAlreadyAndCountsTheReport) {
+TEST_F(Run, FinishedStages_KeepTheirTimes) {
   ASSERT_EQ(run({"--from", "reconstruct", "--to", "reconstruct"}).exit_code, 0);
   const double first = read_run_account(workspace_).value().stages[1].seconds;
   EXPECT_GT(first, 0);
@@ -407,7 +407,7 @@ TEST_F(Run, KeepsTheTimesOfStagesThatWereDoneAlreadyAndCountsTheReport) {
   EXPECT_EQ(read_run_account(workspace_).value().stages[1].seconds, first);
 }
 
-TEST(RunAccount, KeepsNoTimeOfAStageThatFailedBefore) {
+TEST(RunAccount, FailedStage_KeepsNoTime) {
   const RunAccount earlier{"", "", 1, {{"track", "failed", "a reason", 1, 7}}};
   RunAccount account{
       "", "", 1, {{"track", "done already", "", 1, 0.1}, {"body", "done", "", 1, 3}}};
@@ -416,7 +416,7 @@ TEST(RunAccount, KeepsNoTimeOfAStageThatFailedBefore) {
   EXPECT_EQ(account.stages[1].seconds, 3);
 }
 
-TEST_F(Run, ErrorsOfTheCaptureAreSaidAndRememberedByTheExitCode) {
+TEST_F(Run, CaptureErrors_AreReportedAndSetTheExitCode) {
   const SmallCapture small;
   fs::resize_file(capture_ / "images" / small.cameras[1].id / "000003.png", 20);
   const ChildResult result = run({"--to", "validate"});
@@ -480,7 +480,7 @@ fs::path make_template(const fs::path& workspace) {
   });
 }
 
-TEST_F(Run, ConsentGoesAlongIntoWhatIsMadeOfResults) {
+TEST_F(Run, Consent_IsCarriedIntoDerivedResults) {
   write_small_capture(capture_, SmallCapture());  // with labels: there are clothes
   make_template(workspace_);
   for (const char* time : {"first", "done already"}) {
@@ -494,7 +494,7 @@ TEST_F(Run, ConsentGoesAlongIntoWhatIsMadeOfResults) {
   EXPECT_TRUE(fs::exists(workspace_ / "flatten/current/upper/pattern.svg"));
 }
 
-TEST_F(Run, StatusFollowsWhatWasMadeOfResultsBackToThem) {
+TEST_F(Run, Status_TracesDerivedInputsBackToResults) {
   write_small_capture(capture_, SmallCapture());
   make_template(workspace_);
   ASSERT_EQ(run({"--from", "flatten", "--to", "flatten"}).exit_code, 0);
@@ -514,7 +514,7 @@ TEST_F(Run, StatusFollowsWhatWasMadeOfResultsBackToThem) {
 
 // What is registered is laid flat without what folds took; where its wearer looks is kept, but it
 // is in nobody's pose, and so has no weight that could be taken out.
-TEST_F(Run, FlattensWhatIsRegisteredWithoutItsFolds) {
+TEST_F(Run, RegisteredGarment_IsFlattenedFromItsRestSurface) {
   write_small_capture(capture_, SmallCapture());
   make_result(workspace_, "template", [](const fs::path& folder) {
     fs::create_directory(folder / "garments");
@@ -551,7 +551,7 @@ TEST_F(Run, FlattensWhatIsRegisteredWithoutItsFolds) {
   }
 }
 
-TEST_F(Run, ARegistrationOfAnEarlierVersionIsNamed) {
+TEST_F(Run, RegistrationOfAnEarlierVersion_IsNamed) {
   write_small_capture(capture_, SmallCapture());
   make_template(workspace_);
   const fs::path registered = make_result(workspace_, "register", [](const fs::path& folder) {
@@ -564,7 +564,7 @@ TEST_F(Run, ARegistrationOfAnEarlierVersionIsNamed) {
                                 HasSubstr("run 'atelier register' again")));
 }
 
-TEST_F(Run, SurfacesOfAnEarlierTemplateAreSpokenOf) {
+TEST_F(Run, SurfacesOfAnEarlierTemplate_AreWarnedOf) {
   write_small_capture(capture_, SmallCapture());
   make_template(workspace_);
   ASSERT_EQ(run({"--from", "flatten", "--to", "flatten"}).exit_code, 0);
@@ -590,7 +590,7 @@ TEST_F(Run, SurfacesOfAnEarlierTemplateAreSpokenOf) {
   }
 }
 
-TEST_F(Run, SurfacesOfAnEarlierTemplateAreSpokenOfHoweverTheirPathIsWritten) {
+TEST_F(Run, SurfacesOfAnEarlierTemplate_AreFoundByAnyPath) {
   const fs::path made = make_template(workspace_);
   const fs::path surfaces = workspace_ / "surfaces";
   fs::create_directory(surfaces);
@@ -617,7 +617,7 @@ TEST_F(Run, SurfacesOfAnEarlierTemplateAreSpokenOfHoweverTheirPathIsWritten) {
       << "somebody put it there";
 }
 
-TEST_F(Run, DamagedInputsThatItMadeOfResultsAreMadeAnew) {
+TEST_F(Run, DamagedDerivedInputs_AreRecomputed) {
   write_small_capture(capture_, SmallCapture());
   make_template(workspace_);
   const std::vector<std::string> flatten = {"--from", "flatten", "--to", "flatten"};
@@ -639,7 +639,7 @@ TEST_F(Run, DamagedInputsThatItMadeOfResultsAreMadeAnew) {
   EXPECT_EQ(outputs_digest(manifest("flatten")), expected);
 }
 
-TEST_F(Run, AnyErrorOfAStageLeavesAReport) {
+TEST_F(Run, AnyStageError_LeavesAReport) {
   run({"--to", "validate"});  // so that there is something to report on
   // What no file can be made of: an error of the surroundings, not of the data.
   fs::create_directories(workspace_ / "reconstruct" / ".lock");
@@ -652,7 +652,7 @@ TEST_F(Run, AnyErrorOfAStageLeavesAReport) {
               HasSubstr("<b>reconstruct</b> failed: "));
 }
 
-TEST_F(Run, AnErrorOfTheSurroundingsEndsTheRun) {
+TEST_F(Run, EnvironmentError_EndsTheRun) {
   const fs::path lock = workspace_ / "validate" / ".lock";
   fs::create_directories(lock.parent_path());
   const auto held = FileLock::try_lock(lock, FileLock::Mode::Exclusive);
@@ -663,7 +663,7 @@ TEST_F(Run, AnErrorOfTheSurroundingsEndsTheRun) {
   EXPECT_FALSE(has_result("reconstruct"));
 }
 
-TEST_F(Run, RefusesWhatTheLastStageWouldRefuseBeforeTheFirst) {
+TEST_F(Run, RefusalOfTheLastStage_IsRefusedBeforeTheFirst) {
   const std::string none = (root_ / "none.npz").string();
   for (const std::string option : {"motion", "body", "cloth-sequence"}) {
     for (const bool dry : {true, false}) {
@@ -683,7 +683,7 @@ TEST_F(Run, RefusesWhatTheLastStageWouldRefuseBeforeTheFirst) {
   EXPECT_FALSE(fs::exists(workspace_));
 }
 
-TEST_F(Run, RefusesATemplateFrameThatTheCaptureDoesNotHaveAndNamesThem) {
+TEST_F(Run, UnknownTemplateFrame_IsRefusedWithTheValidOnes) {
   write_small_capture(capture_, SmallCapture());  // with labels: there are clothes
   for (const std::vector<std::string>& more :
        {std::vector<std::string>{"--template.frame", "99", "--dry-run"},
@@ -694,7 +694,7 @@ TEST_F(Run, RefusesATemplateFrameThatTheCaptureDoesNotHaveAndNamesThem) {
   EXPECT_EQ(run({"--template.frame", "3", "--dry-run"}).exit_code, 0);
 }
 
-TEST_F(Run, RefusesATemplateFrameOfLittleClothing) {
+TEST_F(Run, TemplateFrameWithLittleClothing_IsRefused) {
   write_small_capture(capture_, SmallCapture());
   const fs::path file = capture_ / "capture.toml";
   std::string text = read_file_text(file, 1 << 20);
@@ -713,13 +713,13 @@ TEST_F(Run, RefusesATemplateFrameOfLittleClothing) {
   EXPECT_EQ(run({"--template.frame", "3", "--dry-run"}).exit_code, 0);
 }
 
-TEST_F(Run, ItsHelpSaysWhereTheOptionsOfStagesAre) {
+TEST_F(Run, Help_SaysWhereStageOptionsAre) {
   EXPECT_THAT(run_child({program_path(), "run", "--help"}).out,
               AllOf(HasSubstr("--STAGE.section.field VALUE"), HasSubstr("--capture.field VALUE"),
                     HasSubstr("atelier options"), HasSubstr("Exit codes:")));
 }
 
-TEST_F(Run, ADamagedResultIsNotBuiltUpon) {
+TEST_F(Run, DamagedResult_IsNotBuiltUpon) {
   write_small_capture(capture_, SmallCapture());
   std::ofstream(make_template(workspace_) / "garments" / "upper.obj", std::ios::app) << "v 9 9 9\n";
   const ChildResult result = run({"--from", "flatten", "--to", "flatten"});
@@ -728,7 +728,7 @@ TEST_F(Run, ADamagedResultIsNotBuiltUpon) {
   EXPECT_FALSE(has_result("flatten"));
 }
 
-TEST_F(Run, ASecondOneInTheSameWorkspaceIsRefusedWhileTheFirstWorks) {
+TEST_F(Run, SecondRunInAWorkspace_IsRefusedMeanwhile) {
   const fs::path lock = workspace_ / "reconstruct" / ".lock";
   fs::create_directories(lock.parent_path());
   const auto held = FileLock::try_lock(lock, FileLock::Mode::Exclusive);
@@ -737,7 +737,7 @@ TEST_F(Run, ASecondOneInTheSameWorkspaceIsRefusedWhileTheFirstWorks) {
                  "another run is working on 'reconstruct'");
 }
 
-TEST_F(Run, ASecondOneLeavesTheAccountAndTheReportOfTheFirst) {
+TEST_F(Run, SecondRun_KeepsAccountAndReportOfTheFirst) {
   run({"--to", "validate"});
   const fs::path page = workspace_ / "report" / "index.html";
   const fs::path account = workspace_ / "report" / "run.json";
@@ -762,7 +762,7 @@ void crop_pictures(const fs::path& folder) {
   }
 }
 
-TEST_F(Run, ItsReportDrawsOverTheCamerasWhosePicturesAreAsCalibrated) {
+TEST_F(Run, ReportOverlays_UseCamerasWhoseImagesMatchCalibration) {
   fs::remove_all(capture_);
   SmallCapture small;
   small.frames = {0, 1, 2};
@@ -796,7 +796,7 @@ TEST_F(Run, ItsReportDrawsOverTheCamerasWhosePicturesAreAsCalibrated) {
                     HasSubstr(first + ": 56x80 pixels, calibrated for 64x80")));
 }
 
-TEST_F(Run, AFullDiskEndsItsExportWithASentenceAndTheNextOneMakesIt) {
+TEST_F(Run, FullDisk_EndsTheExportAndTheNextOneCompletes) {
   const fs::path disk = root_ / "disk";
   fs::create_directories(disk);
   if (mount("tmpfs", disk.c_str(), "tmpfs", 0, "size=100m") != 0) {
@@ -834,7 +834,7 @@ TEST_F(Run, AFullDiskEndsItsExportWithASentenceAndTheNextOneMakesIt) {
   umount2(disk.c_str(), MNT_DETACH);
 }
 
-TEST_F(Run, DamageCountsMoreThanAMissedTargetAlsoInAFileThatNoFigureIsOf) {
+TEST_F(Run, Damage_OutranksAMissedTarget) {
   fs::remove_all(capture_);
   const std::string capture = capture_.string();
   const std::string places = capture + " " + workspace_.string();
@@ -865,14 +865,14 @@ TEST_F(Run, DamageCountsMoreThanAMissedTargetAlsoInAFileThatNoFigureIsOf) {
   EXPECT_EQ(evaluate({"--stage", "reconstruct"}).exit_code, 0);
 }
 
-TEST_F(Run, ARealCaptureIsNoTruth) {
+TEST_F(Run, RealCapture_IsNotGroundTruth) {
   ASSERT_EQ(run({"--from", "reconstruct", "--to", "reconstruct"}).exit_code, 0);
   expect_refusal(run_child({program_path(), "evaluate", workspace_.string(), "--ground-truth",
                             capture_.string()}),
                  3, "truth: none: only synthetic captures have it");
 }
 
-TEST_F(Run, IsKilledAndGoesOnToTheSameDigests) {
+TEST_F(Run, KilledRun_ResumesToTheSameDigests) {
   const std::vector<std::string> all = command({"--from", "reconstruct", "--to", "reconstruct"});
   ASSERT_EQ(run_child(all).exit_code, 0);
   const Digest expected = outputs_digest(manifest("reconstruct"));
@@ -888,7 +888,7 @@ TEST_F(Run, IsKilledAndGoesOnToTheSameDigests) {
   EXPECT_EQ(outputs_digest(manifest("reconstruct")), expected);
 }
 
-TEST_F(Run, RefusesOptionsAndStagesThatThereAreNot) {
+TEST_F(Run, UnknownOptionsAndStages_AreRefused) {
   expect_refusal(run({"--config", toml("[tracks]\nexclude = \"none\"\n").string()}), 2,
                  "did you mean 'track.exclude'?");
   expect_refusal(run({"--config", toml("[track]\nexclude = 7\n").string()}), 2, "track.exclude");
@@ -910,7 +910,7 @@ TEST_F(Run, RefusesOptionsAndStagesThatThereAreNot) {
   EXPECT_FALSE(fs::exists(workspace_));
 }
 
-TEST_F(Run, RefusesCapturesAndWorkspacesThatAreNone) {
+TEST_F(Run, BadCapturesAndWorkspaces_AreRefused) {
   expect_refusal(run_child({program_path(), "run", capture_.string()}), 2,
                  "run takes CAPTURE and WORKSPACE");
   expect_refusal(run_child({program_path(), "run", (root_ / "no").string(), workspace_.string()}),
@@ -924,7 +924,7 @@ TEST_F(Run, RefusesCapturesAndWorkspacesThatAreNone) {
   EXPECT_FALSE(fs::exists(workspace_ / "report"));
 }
 
-TEST_F(Run, RefusesGarbageInThePlaceOfACapturesFiles) {
+TEST_F(Run, GarbageInCaptureFiles_IsRefused) {
   for (const char* name : {"capture.toml", "cameras.json"}) {
     const std::string before = read_file_text(capture_ / name, 1 << 20);
     for (const std::string& garbage :
@@ -938,7 +938,7 @@ TEST_F(Run, RefusesGarbageInThePlaceOfACapturesFiles) {
   }
 }
 
-TEST_F(Run, AnAccountThatIsNoneIsRefusedAndTheReportGoesWithout) {
+TEST_F(Run, BadAccount_IsRefusedAndLeftOutOfTheReport) {
   ASSERT_EQ(run({"--from", "reconstruct", "--to", "reconstruct"}).exit_code, 0);
   const fs::path file = workspace_ / "report" / "run.json";
   const std::string sound = read_file_text(file, 1 << 20);

@@ -16,7 +16,7 @@ namespace atelier::fixtures {
 namespace {
 
 /// The trunk walks out of a skirt that is held at its waist: the waist goes along.
-TEST(SimulateMotion, AGarmentGoesAlongWithABodyThatAMotionMoves) {
+TEST(SimulateMotion, GarmentOnAMovingBody_MovesAlong) {
   const TemporaryDirectory root;
   write_body(root / "trunk.npz", trunk_body());
   const Garment skirt = tube_skirt();

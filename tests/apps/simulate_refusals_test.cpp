@@ -21,7 +21,7 @@ using fixtures::Simulate;
 using fixtures::vertices_of;
 using ::testing::HasSubstr;
 
-TEST_F(Simulate, RefusesTextureCoordinatesThatAreNoFlatRestShape) {
+TEST_F(Simulate, BadFlatRestShape_IsRefused) {
   ChildResult result = on_body({"--flat_rest"});
   EXPECT_EQ(result.exit_code, 3);
   EXPECT_THAT(result.err, HasSubstr("texture coordinates"));
@@ -34,7 +34,7 @@ TEST_F(Simulate, RefusesTextureCoordinatesThatAreNoFlatRestShape) {
   EXPECT_THAT(result.err, HasSubstr("edges 0.1 times as long"));
 }
 
-TEST_F(Simulate, RefusesPlacesThatContradictTheirFormat) {
+TEST_F(Simulate, OutputContradictingTheFormat_IsRefused) {
   const auto refused = [&](const std::vector<std::string>& more, const char* words) {
     std::vector<std::string> all{"simulate", "--garment", (scene() / "garment.obj").string(),
                                  "--settle", "1"};
@@ -54,7 +54,7 @@ TEST_F(Simulate, RefusesPlacesThatContradictTheirFormat) {
           "a folder of meshes");
 }
 
-TEST_F(Simulate, ItsOutputIsNoneOfItsInputs) {
+TEST_F(Simulate, OutputOverAnInput_IsNotWritten) {
   const std::string body = (scene() / "body.obj").string();
   for (const std::string& input : {(scene() / "garment.obj").string(), body}) {
     const std::string before = read_file_text(input, 1 << 20);
@@ -71,7 +71,7 @@ TEST_F(Simulate, ItsOutputIsNoneOfItsInputs) {
   }
 }
 
-TEST_F(Simulate, WhatGoesWithAWorkspaceIsRefusedWithoutOne) {
+TEST_F(Simulate, WorkspaceFlagsWithoutWorkspace_AreRefused) {
   for (const std::vector<std::string>& flag : std::vector<std::vector<std::string>>{
            {"--dry-run"}, {"--force"}, {"--frames", "1:2"}, {"--shard", "1/2"}}) {
     const ChildResult result = on_body(flag);
@@ -81,7 +81,7 @@ TEST_F(Simulate, WhatGoesWithAWorkspaceIsRefusedWithoutOne) {
   }
 }
 
-TEST_F(Simulate, RefusesBodiesThatAreNone) {
+TEST_F(Simulate, BodiesWithoutSurface_AreRefused) {
   std::ofstream(scene() / "none.obj") << "v 0 0 0\nv 1 0 0\nv 0 0 1\n";
   std::ofstream(scene() / "thin.obj") << "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n";
   for (const char* body : {"none.obj", "thin.obj"}) {
@@ -92,7 +92,7 @@ TEST_F(Simulate, RefusesBodiesThatAreNone) {
   }
 }
 
-TEST_F(Simulate, ScenesThatAreHardlyMeantAreSpokenOf) {
+TEST_F(Simulate, ImplausibleScenes_AreWarnedOf) {
   const auto said = [&](const std::vector<std::string>& more) {
     std::filesystem::remove_all(out());
     const ChildResult result = on_body(more);
@@ -117,7 +117,7 @@ TEST_F(Simulate, ScenesThatAreHardlyMeantAreSpokenOf) {
   EXPECT_THAT(said({"--settle", "1"}), HasSubstr("faces are oriented inwards"));
 }
 
-TEST_F(Simulate, ADryRunRefusesWhatTheRunRefuses) {
+TEST_F(Simulate, DryRun_RefusesWhatTheRunWouldRefuse) {
   for (const char* how : {"--dry-run", "--force"}) {
     const ChildResult result =
         run({"simulate", (scene() / "garment.obj").string(), (root_ / "fresh").string(), how});
@@ -127,7 +127,7 @@ TEST_F(Simulate, ADryRunRefusesWhatTheRunRefuses) {
   }
 }
 
-TEST_F(Simulate, RefusesGarmentsThatAreNoCloth) {
+TEST_F(Simulate, NonManifoldOrDegenerateGarment_IsRefused) {
   std::ofstream(scene() / "garment.obj", std::ios::app) << "f 1 8 20\nf 1 8 30\n";
   ChildResult result = on_body();
   EXPECT_EQ(result.exit_code, 3);
@@ -138,21 +138,21 @@ TEST_F(Simulate, RefusesGarmentsThatAreNoCloth) {
   EXPECT_THAT(result.err, HasSubstr("degenerate"));
 }
 
-TEST_F(Simulate, AFileOfASceneWhoseNameHasCapitalsIsNamed) {
+TEST_F(Simulate, SceneFileWithCapitals_IsNamed) {
   std::filesystem::rename(scene() / "body.obj", scene() / "Body.obj");
   const ChildResult result = stage("work");
   EXPECT_EQ(result.exit_code, 3) << result.out;
   EXPECT_THAT(result.err, HasSubstr("Body.obj: a name with capitals; expected body.obj"));
 }
 
-TEST_F(Simulate, AMisspeltBodyIsRefusedWithTheNameThatWasMeant) {
+TEST_F(Simulate, MisspelledBody_IsRefusedWithASuggestion) {
   const ChildResult result = run({"simulate", "--garment", (scene() / "garment.obj").string(),
                                   "--body", "femal", "--out", out().string()});
   EXPECT_EQ(result.exit_code, 3) << result.out;
   EXPECT_THAT(result.err, HasSubstr("did you mean 'female'?"));
 }
 
-TEST_F(Simulate, RefusesWhatIsSaidAndWouldDoNothing) {
+TEST_F(Simulate, OptionsWithoutEffect_AreRefused) {
   const auto refused = [&](const std::vector<std::string>& more, const char* words) {
     const ChildResult result = on_body(more);
     EXPECT_EQ(result.exit_code, 2) << words << "\n" << result.out;
@@ -199,7 +199,7 @@ TEST_F(Simulate, RefusesWhatIsSaidAndWouldDoNothing) {
   EXPECT_EQ(on_body({"--shear", "cross", "--material.shear", "50", "--settle", "1"}).exit_code, 0);
 }
 
-TEST_F(Simulate, ABodyInMillimetresIsSpokenOf) {
+TEST_F(Simulate, BodyInMillimetres_IsWarnedOf) {
   const auto scaled = [&](const char* name, double factor) {
     std::ofstream file(root_.path() / name);
     for (const Eigen::Vector3d& v : vertices_of(scene() / "body.obj")) {
@@ -219,7 +219,7 @@ TEST_F(Simulate, ABodyInMillimetresIsSpokenOf) {
 }
 
 // Garment and body are no files at all: nothing of them is looked at before.
-TEST_F(Simulate, OptionsThatContradictEachOtherAreRefusedBeforeAnythingIsRead) {
+TEST_F(Simulate, ConflictingOptions_AreRefusedBeforeReading) {
   const auto refused = [&](const std::vector<std::string>& more, const char* words) {
     std::vector<std::string> all{"simulate", "--garment", (root_.path() / "no.obj").string(),
                                  "--out", out().string()};
@@ -249,7 +249,7 @@ TEST_F(Simulate, OptionsThatContradictEachOtherAreRefusedBeforeAnythingIsRead) {
 }
 
 // The place is taken, too: what can never be is said before what is in the way.
-TEST_F(Simulate, OptionsThatContradictEachOtherAreRefusedBeforeAPlaceThatIsTaken) {
+TEST_F(Simulate, ConflictingOptions_AreRefusedBeforeATakenPlace) {
   const auto refused = [&](const std::vector<std::string>& more, const char* words) {
     std::vector<std::string> all{"simulate", "--garment", (scene() / "garment.obj").string(),
                                  "--out", scene().string()};
@@ -265,7 +265,7 @@ TEST_F(Simulate, OptionsThatContradictEachOtherAreRefusedBeforeAPlaceThatIsTaken
   refused({}, "is there already");
 }
 
-TEST_F(Simulate, ALengthThatEndsBeforeTheBodyMovesIsSpokenOf) {
+TEST_F(Simulate, LengthEndingBeforeTheBodyMoves_IsWarnedOf) {
   std::filesystem::create_directories(scene() / "moves");
   write_body(scene() / "moves" / "b_0.obj", 0);
   write_body(scene() / "moves" / "b_1.obj", 0.01);
@@ -288,7 +288,7 @@ TEST_F(Simulate, ALengthThatEndsBeforeTheBodyMovesIsSpokenOf) {
   EXPECT_THAT(said(still, "60", "2"), ::testing::Not(HasSubstr("warning: "))) << "as it comes";
 }
 
-TEST_F(Simulate, AnUnloadedGarmentThatHangsElsewhereIsADoubt) {
+TEST_F(Simulate, UnloadedGarmentHangingElsewhere_IsWarnedOf) {
   write_hanging(scene() / "garment.obj");
   const std::vector<std::string> few{"--relax", "--relaxing.rounds",    "1",   "--pin_top",
                                      "0.01",    "--relaxing.tolerance", "1e-9"};
@@ -306,7 +306,7 @@ TEST_F(Simulate, AnUnloadedGarmentThatHangsElsewhereIsADoubt) {
               HasSubstr("\"without its weight"));
 }
 
-TEST_F(Simulate, OfSeveralGarmentsTheOneThatIsMeantIsNamed) {
+TEST_F(Simulate, WarningAmongSeveralGarments_NamesTheOneMeant) {
   write_cloth(scene() / "small.obj", 6, 0.05);
   write_cloth(scene() / "large.obj", 6, 50);
   write_cloth(scene() / "other.obj", 6, 60);
@@ -350,7 +350,7 @@ TEST_F(Simulate, OfSeveralGarmentsTheOneThatIsMeantIsNamed) {
 }
 
 // Of two garments one has seams: those left open are its own.
-TEST_F(Simulate, SeamsThatOneOfSeveralHasMayBeLeftOpen) {
+TEST_F(Simulate, SeamsOfOneGarment_MayBeLeftOpen) {
   Garment sewn;
   sewn.mesh = read_mesh(scene() / "garment.obj");
   sewn.seams.push_back({"side", {0, 7}, {6, 13}});
@@ -362,12 +362,12 @@ TEST_F(Simulate, SeamsThatOneOfSeveralHasMayBeLeftOpen) {
   EXPECT_EQ(result.exit_code, 0) << result.err;
 }
 
-TEST_F(Simulate, TheAngleOfADegenerateTriangleIsSaidInShort) {
+TEST_F(Simulate, DegenerateTriangle_IsReportedWithItsAngle) {
   std::ofstream(scene() / "garment.obj") << "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n";
   EXPECT_THAT(on_body().err, HasSubstr("corners above 0.5 degrees"));
 }
 
-TEST_F(Simulate, RefusesOfSeveralGarmentsWhatIsOfOne) {
+TEST_F(Simulate, SingleGarmentOptionsForSeveral_AreRefused) {
   const std::string one = (scene() / "garment.obj").string();
   const auto refused = [&](const std::string& garments, const std::vector<std::string>& more,
                            int code, const char* words) {
@@ -386,7 +386,7 @@ TEST_F(Simulate, RefusesOfSeveralGarmentsWhatIsOfOne) {
   refused(one + "+none.obj", {"--out", out().string()}, 3, "none.obj");
 }
 
-TEST_F(Simulate, AGarmentThatHangsOnAnotherBodyIsRefusedOrSpokenOf) {
+TEST_F(Simulate, GarmentAttachedToOtherBody_IsRefusedOrWarnedOf) {
   Garment garment;
   garment.mesh = read_mesh(scene() / "garment.obj");
   garment.attachments.push_back({3, 40, {0.2, 0.3, 0.5}, 0.01});
@@ -408,7 +408,7 @@ TEST_F(Simulate, AGarmentThatHangsOnAnotherBodyIsRefusedOrSpokenOf) {
 }
 
 // A larger garment is larger at rest, too, so that nothing draws it together.
-TEST_F(Simulate, AnArchiveIsScaledWithItsFlatShape) {
+TEST_F(Simulate, ScaledArchive_ScalesItsFlatShape) {
   Garment garment;
   garment.mesh = read_mesh(scene() / "garment.obj");
   garment.rest.resize(garment.mesh.vertices.rows(), 2);
@@ -423,7 +423,7 @@ TEST_F(Simulate, AnArchiveIsScaledWithItsFlatShape) {
   EXPECT_LT(json["strain"]["max"].get<double>(), 1e-4);
 }
 
-TEST_F(Simulate, MessagesNameWhatHelps) {
+TEST_F(Simulate, Messages_NameARemedy) {
   std::ofstream(root_.path() / "dress.json") << "{}";
   ChildResult result = run(
       {"simulate", "--garment", (root_.path() / "dress.json").string(), "--out", out().string()});
@@ -437,7 +437,7 @@ TEST_F(Simulate, MessagesNameWhatHelps) {
   EXPECT_THAT(result.err, HasSubstr("a mesh without a rig cannot be posed"));
 }
 
-TEST_F(Simulate, RefusesMaterialsAndOptionsThatCannotBe) {
+TEST_F(Simulate, BadMaterialsAndOptions_AreRefused) {
   const auto refused = [&](const std::vector<std::string>& more, const char* words, int code = 2) {
     const ChildResult result = on_body(more);
     EXPECT_EQ(result.exit_code, code) << words << "\n" << result.err;

@@ -28,7 +28,7 @@ using fixtures::Simulate;
 using fixtures::vertices_of;
 using ::testing::HasSubstr;
 
-TEST_F(Simulate, WritesEveryFrameAndReportsItInWordsAndAsJson) {
+TEST_F(Simulate, EveryFrame_IsWrittenAndReportedAsTextAndJson) {
   ChildResult result = on_body({"--format", "ply", "--xpbd.intersection_interval", "2"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   for (const char* words : {"frame 5:", "strain p50", "touch the body", "crossings with itself",
@@ -85,7 +85,7 @@ TEST_F(Simulate, WritesEveryFrameAndReportsItInWordsAndAsJson) {
   EXPECT_TRUE(std::filesystem::exists(out() / "garment_000005.obj"));
 }
 
-TEST_F(Simulate, TellsTheResidualOfStrainTriangles) {
+TEST_F(Simulate, StrainTriangles_ReportTheirResidual) {
   // A hanging sheet whose texture coordinates are its flat shape in metres.
   std::ofstream file(scene() / "garment.obj");
   for (int r = 0; r < 4; ++r) {
@@ -122,7 +122,7 @@ TEST_F(Simulate, TellsTheResidualOfStrainTriangles) {
   EXPECT_EQ(frames, 5);
 }
 
-TEST_F(Simulate, ACapturedGarmentHangsAsCapturedOnceItsWeightIsTakenOut) {
+TEST_F(Simulate, RelaxedCapturedGarment_HangsAsCaptured) {
   write_hanging(scene() / "garment.obj");
   const auto moved = [&](std::vector<std::string> more) {
     for (const char* word : {"--format", "obj", "--pin_top", "0.01", "--settle", "120",
@@ -147,7 +147,7 @@ TEST_F(Simulate, ACapturedGarmentHangsAsCapturedOnceItsWeightIsTakenOut) {
 
 // Of two sheets over a floor one begins through the other: which of them comes to lie on the floor
 // is the order in which they are named.
-TEST_F(Simulate, GarmentsInLayersComeApartInTheirOrder) {
+TEST_F(Simulate, LayeredGarments_SeparateInTheirOrder) {
   std::ofstream(scene() / "floor.obj")
       << "v -2 0 -2\nv 2 0 -2\nv 2 0 2\nv -2 0 2\nf 1 3 2\nf 1 4 3\n";
   const auto write_sheet = [&](const char* name, int cells, double height, bool through) {
@@ -199,7 +199,7 @@ TEST_F(Simulate, GarmentsInLayersComeApartInTheirOrder) {
   EXPECT_NEAR(height("coarse"), 0.004, 8e-4);
 }
 
-TEST_F(Simulate, GarmentsAreNamedByTheirFiles) {
+TEST_F(Simulate, Garments_AreNamedByTheirFiles) {
   const std::string one = (scene() / "garment.obj").string();
   const auto worn = [&](const std::string& garments) {
     std::filesystem::remove_all(out());
@@ -219,13 +219,13 @@ TEST_F(Simulate, GarmentsAreNamedByTheirFiles) {
   EXPECT_EQ(read_mesh(out() / "other_2_000001.ply").vertices.rows(), 36);
 }
 
-TEST_F(Simulate, WritesUsdAndItsOwnSequences) {
+TEST_F(Simulate, UsdAndSequences_AreWritten) {
   ASSERT_EQ(alone({"--format", "usda", "--material", "denim"}).exit_code, 0);
   EXPECT_THAT(read_file_text(out() / "garment.usda", 1 << 20), HasSubstr("endTimeCode = 5\n"));
   EXPECT_TRUE(std::filesystem::exists(out() / "garment" / "frames" / "000005.h5"));
 }
 
-TEST_F(Simulate, WritesOneFileThatIsReadBackAsABody) {
+TEST_F(Simulate, SingleFileOutput_IsReadBackAsABody) {
   ASSERT_EQ(run({"simulate", "--garment", (scene() / "garment.obj").string(), "--body",
                  (scene() / "body.obj").string(), "--out", (root_.path() / "T.h5").string(),
                  "--settle", "4", "--no-pictures"})
@@ -245,14 +245,14 @@ TEST_F(Simulate, WritesOneFileThatIsReadBackAsABody) {
   EXPECT_THAT(read_file_text(root_.path() / "T.usda", 1 << 20), HasSubstr("endTimeCode = 3\n"));
 }
 
-TEST_F(Simulate, OneFrameHasItsPicturesToo) {
+TEST_F(Simulate, SingleFrame_HasItsImagesToo) {
   const ChildResult result = run({"simulate", "--garment", (scene() / "garment.obj").string(),
                                   "--out", (root_.path() / "one").string(), "--settle", "1"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_TRUE(std::filesystem::exists(root_.path() / "one" / "motion.mp4"));
 }
 
-TEST_F(Simulate, KeepsTheFramesBeforeAnErrorInOneFileToo) {
+TEST_F(Simulate, ErrorWithSingleFileOutput_KeepsEarlierFrames) {
   std::filesystem::create_directories(scene() / "jumps");
   write_body(scene() / "jumps" / "b_0.obj", 0);
   write_body(scene() / "jumps" / "b_1.obj", 5);
@@ -267,7 +267,7 @@ TEST_F(Simulate, KeepsTheFramesBeforeAnErrorInOneFileToo) {
 }
 
 // Files may have 12 KB: each frame's has less, that of all has more.
-TEST_F(Simulate, OneFileThatCannotBeWrittenLeavesItsFramesAndFiguresAndSaysWhere) {
+TEST_F(Simulate, UnwritableSingleFile_LeavesFramesAndSaysWhere) {
   const std::string out = (root_.path() / "T.h5").string();
   const ChildResult result =
       run_child({"bash", "-c", "ulimit -f 24; exec \"$@\"", "bash", fixtures::program_path(),
@@ -281,7 +281,7 @@ TEST_F(Simulate, OneFileThatCannotBeWrittenLeavesItsFramesAndFiguresAndSaysWhere
   EXPECT_EQ(std::count(table.begin(), table.end(), '\n'), 41);
 }
 
-TEST_F(Simulate, AFrameThatCannotBeWrittenLeavesTheOnesBeforeItWithTheirFigures) {
+TEST_F(Simulate, UnwritableFrame_LeavesEarlierFramesAndFigures) {
   for (const char* name : {"ended", "T.h5"}) {
     const std::filesystem::path out = root_.path() / name;
     const bool one_file = out.extension() == ".h5";
@@ -317,7 +317,7 @@ TEST_F(Simulate, AFrameThatCannotBeWrittenLeavesTheOnesBeforeItWithTheirFigures)
   }
 }
 
-TEST_F(Simulate, ASignalLeavesTheFramesBeforeItWholeAndSaysWhereTheyAre) {
+TEST_F(Simulate, Signal_LeavesEarlierFramesAndSaysWhere) {
   for (const auto& [signal, name] : {std::pair(SIGINT, "ended"), std::pair(SIGTERM, "T.h5")}) {
     const std::filesystem::path out = root_.path() / name;
     const bool one_file = out.extension() == ".h5";
@@ -358,7 +358,7 @@ TEST_F(Simulate, ASignalLeavesTheFramesBeforeItWholeAndSaysWhereTheyAre) {
   }
 }
 
-TEST_F(Simulate, WhatBreaksInItsFirstFrameLeavesNothing) {
+TEST_F(Simulate, FailureInTheFirstFrame_LeavesNothing) {
   std::filesystem::create_directories(scene() / "jumps");
   write_body(scene() / "jumps" / "b_0.obj", 0);
   write_body(scene() / "jumps" / "b_1.obj", 5);
@@ -374,7 +374,7 @@ TEST_F(Simulate, WhatBreaksInItsFirstFrameLeavesNothing) {
 }
 
 // As a run that was killed leaves it.
-TEST_F(Simulate, InspectFindsFramesThatASequenceOnlySpeaksOf) {
+TEST_F(Simulate, Inspect_FindsListedFramesWithoutFiles) {
   ASSERT_EQ(alone({}).exit_code, 0);
   std::filesystem::remove(out() / "garment" / "frames" / "000004.h5");
   std::filesystem::remove(out() / "garment" / "frames" / "000005.h5");
@@ -384,7 +384,7 @@ TEST_F(Simulate, InspectFindsFramesThatASequenceOnlySpeaksOf) {
 }
 
 // All of the cloth begins deeper than contact reaches.
-TEST_F(Simulate, SaysHowManyVerticesAreInsideHoweverDeep) {
+TEST_F(Simulate, DeepVertices_AreCountedAsInside) {
   const ChildResult result = on_body({"--json", "--settle", "1", "--scale", "0.1", "--move_y",
                                       "0.1"});  // the last frame is always counted
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -394,7 +394,7 @@ TEST_F(Simulate, SaysHowManyVerticesAreInsideHoweverDeep) {
   EXPECT_GT(json["body"]["all_depth_m"].get<double>(), 0.02);
 }
 
-TEST_F(Simulate, TheStageKeepsItsFiguresAndTheReportPlotsThem) {
+TEST_F(Simulate, StageFigures_AreKeptAndPlotted) {
   ASSERT_EQ(stage("work", {"--xpbd.intersection_interval", "2"}).exit_code, 0);
   EXPECT_FALSE(bytes("work", "sheet.png").empty());
   const std::string table = bytes("work", "frames.csv");
@@ -411,7 +411,7 @@ TEST_F(Simulate, TheStageKeepsItsFiguresAndTheReportPlotsThem) {
   EXPECT_THAT(page, HasSubstr("vertices inside the body"));
 }
 
-TEST_F(Simulate, TakesEveryOptionOfCloth) {
+TEST_F(Simulate, EveryClothOption_IsApplied) {
   const auto fallen = [&](std::vector<std::string> more) {
     for (const char* word : {"--format", "obj", "--settle", "12"}) {
       more.emplace_back(word);
@@ -445,7 +445,7 @@ TEST_F(Simulate, TakesEveryOptionOfCloth) {
 }
 
 // A value that is given counts, also where it is the default of a material without a name.
-TEST_F(Simulate, GivenValuesChangeAFabricAndOthersStayItsOwn) {
+TEST_F(Simulate, GivenValues_OverrideThoseOfAFabric) {
   const auto material = [&](const std::vector<std::string>& more) {
     std::vector<std::string> all{"--json", "--settle", "1"};
     all.insert(all.end(), more.begin(), more.end());
@@ -467,7 +467,7 @@ TEST_F(Simulate, GivenValuesChangeAFabricAndOthersStayItsOwn) {
   EXPECT_EQ(found["bending"], 0);
 }
 
-TEST_F(Simulate, StageEndedAndContinuedGivesTheSameBits) {
+TEST_F(Simulate, ResumedStage_IsBitIdentical) {
   ASSERT_EQ(stage("whole").exit_code, 0);
   ChildResult result = stage("parts", {"--frames", "1:4"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -484,7 +484,7 @@ TEST_F(Simulate, StageEndedAndContinuedGivesTheSameBits) {
   EXPECT_EQ(bytes("middle", "states/000005.h5"), bytes("whole", "states/000005.h5"));
 }
 
-TEST_F(Simulate, ABodyThatTeleportsEndsItAndKeepsTheFramesBefore) {
+TEST_F(Simulate, TeleportingBody_EndsTheRunAndKeepsEarlierFrames) {
   std::filesystem::create_directories(scene() / "jumps");
   write_body(scene() / "jumps" / "b_0.obj", 0);
   write_body(scene() / "jumps" / "b_1.obj", 0.01);
@@ -498,7 +498,7 @@ TEST_F(Simulate, ABodyThatTeleportsEndsItAndKeepsTheFramesBefore) {
   EXPECT_FALSE(std::filesystem::exists(out() / "garment_000005.ply"));
 }
 
-TEST_F(Simulate, InAWorkspaceABodyThatTeleportsIsNamedWithItsFrame) {
+TEST_F(Simulate, TeleportingBodyInAWorkspace_IsNamedWithItsFrame) {
   std::filesystem::remove(scene() / "body.obj");
   std::filesystem::create_directories(scene() / "body");
   write_body(scene() / "body" / "b_0.obj", 0);
@@ -511,7 +511,7 @@ TEST_F(Simulate, InAWorkspaceABodyThatTeleportsIsNamedWithItsFrame) {
   EXPECT_FALSE(bytes("ws", "states/000004.h5").empty());
 }
 
-TEST_F(Simulate, NoFrameIsMadePastOneThatFailed) {
+TEST_F(Simulate, FramesAfterAFailedOne_AreNotMade) {
   std::filesystem::remove(scene() / "body.obj");
   std::filesystem::create_directories(scene() / "body");
   for (int i = 0; i < 10; ++i) {
@@ -526,7 +526,7 @@ TEST_F(Simulate, NoFrameIsMadePastOneThatFailed) {
   }
 }
 
-TEST_F(Simulate, SaysWhichModulusItIsSolvedWith) {
+TEST_F(Simulate, SolvedModulus_IsReported) {
   ChildResult result = alone({"--material", "denim", "--settle", "1"});
   EXPECT_THAT(result.out, HasSubstr("Young's modulus 646 N/m (mean of warp and weft: no flat rest "
                                     "shape), Poisson's ratio 1/3, bending "));
@@ -538,7 +538,7 @@ TEST_F(Simulate, SaysWhichModulusItIsSolvedWith) {
   EXPECT_THAT(stage("work", {"--settle", "1"}).err, HasSubstr("Young's modulus 1000 N/m"));
 }
 
-TEST_F(Simulate, TheGridSaysModulusAndStrainOfEachPicture) {
+TEST_F(Simulate, Grid_ReportsModulusAndStrainOfEachImage) {
   const ChildResult result = alone({"--grid", "--material", "denim", "--settle", "3", "--body",
                                     (scene() / "body.obj").string()});
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -551,7 +551,7 @@ TEST_F(Simulate, TheGridSaysModulusAndStrainOfEachPicture) {
   EXPECT_FALSE(std::filesystem::exists(out() / "garment")) << "no frames";
 }
 
-TEST_F(Simulate, AGridThatIsInterruptedSaysThatNothingWasWrittenAndLeavesNothing) {
+TEST_F(Simulate, InterruptedGrid_SaysNothingWasWritten) {
   fixtures::ChildProcess child({fixtures::program_path(), "simulate", "--garment",
                                 (scene() / "garment.obj").string(), "--out", out().string(),
                                 "--grid", "--settle", "1000000"});
@@ -565,7 +565,7 @@ TEST_F(Simulate, AGridThatIsInterruptedSaysThatNothingWasWrittenAndLeavesNothing
   EXPECT_FALSE(std::filesystem::exists(out()));
 }
 
-TEST_F(Simulate, AGridThatFailsLeavesNoFolder) {
+TEST_F(Simulate, FailedGrid_LeavesNoFolder) {
   std::filesystem::create_directories(scene() / "jumps");
   write_body(scene() / "jumps" / "000000.obj", 0);
   write_body(scene() / "jumps" / "000001.obj", 300);
@@ -575,7 +575,7 @@ TEST_F(Simulate, AGridThatFailsLeavesNoFolder) {
   EXPECT_FALSE(std::filesystem::exists(out()));
 }
 
-TEST_F(Simulate, PicturesAndVideosAreReadBack) {
+TEST_F(Simulate, ImagesAndVideos_AreReadBack) {
   const ChildResult result = run({"simulate", "--garment", (scene() / "garment.obj").string(),
                                   "--out", out().string(), "--settle", "8"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
@@ -593,7 +593,7 @@ TEST_F(Simulate, PicturesAndVideosAreReadBack) {
   }
 }
 
-TEST_F(Simulate, ABodyOfGltfIsTheSameBody) {
+TEST_F(Simulate, GltfBody_GivesTheSameResultAsObj) {
   const std::string glb = (root_.path() / "B.glb").string();
   write_mesh(glb, read_mesh(scene() / "body.obj"));
   const auto fallen = [&](const std::string& body) {

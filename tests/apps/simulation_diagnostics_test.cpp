@@ -26,12 +26,12 @@ std::vector<FrameReport> frames(int count) {
   return reports;
 }
 
-TEST(SimulationDiagnostics, GoodClothHasNone) {
+TEST(SimulationDiagnostics, GoodCloth_HasNoWarning) {
   EXPECT_THAT(simulation_diagnostics({}, false), IsEmpty());
   EXPECT_THAT(simulation_diagnostics(frames(3), false), IsEmpty());
 }
 
-TEST(SimulationDiagnostics, NameTheWorstFrameAndWhatHelps) {
+TEST(SimulationDiagnostics, Warnings_NameTheWorstFrameAndARemedy) {
   std::vector<FrameReport> reports = frames(4);
   reports[1].strain_p95 = 0.3;
   reports[2].strain_p95 = 2.05;
@@ -44,7 +44,7 @@ TEST(SimulationDiagnostics, NameTheWorstFrameAndWhatHelps) {
                           AllOf(HasSubstr("606"), HasSubstr("frame 1"), HasSubstr("thickness"))));
 }
 
-TEST(SimulationDiagnostics, OneEdgeTwiceAsLongIsOneOfThem) {
+TEST(SimulationDiagnostics, SingleOverstretchedEdge_IsWarnedOf) {
   std::vector<FrameReport> reports = frames(3);
   reports[0].strain_max = 0.9;
   EXPECT_THAT(simulation_diagnostics(reports, false), IsEmpty());
@@ -53,7 +53,7 @@ TEST(SimulationDiagnostics, OneEdgeTwiceAsLongIsOneOfThem) {
               ElementsAre(AllOf(HasSubstr("350%"), HasSubstr("frame 2"))));
 }
 
-TEST(SimulationDiagnostics, SelfContactIsNamedWhereItWasOff) {
+TEST(SimulationDiagnostics, DisabledSelfContact_IsNamedAsRemedy) {
   std::vector<FrameReport> reports = frames(2);
   reports[1].crossings = 167;
   EXPECT_THAT(simulation_diagnostics(reports, false),
@@ -62,7 +62,7 @@ TEST(SimulationDiagnostics, SelfContactIsNamedWhereItWasOff) {
               ElementsAre(AllOf(HasSubstr("167"), Not(HasSubstr("self_contact")))));
 }
 
-TEST(SimulationDiagnostics, WhatWasNotCountedIsNoDoubt) {
+TEST(SimulationDiagnostics, UncountedQuantities_AreNoWarning) {
   std::vector<FrameReport> reports = frames(2);
   for (FrameReport& report : reports) {
     report.inside = report.body_crossings = report.crossings = -1;

@@ -15,7 +15,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST(SimulatedFrameFile, OfAnotherFrameThanItsNameIsRefused) {
+TEST(SimulatedFrameFile, FrameOtherThanItsFileName_IsRefused) {
   const fixtures::TemporaryDirectory root;
   SimulatedFrame frame;
   frame.state.positions = Points::Ones(4, 3);

@@ -22,14 +22,14 @@ using ::testing::Not;
 
 using StageCommand = Program;
 
-TEST_F(StageCommand, HelpOfAStageHasItsOptionsWithRangeAndDefault) {
+TEST_F(StageCommand, StageHelp_ShowsOptionsWithRangeAndDefault) {
   const ChildResult result = run({"statistics", "--help"});
   EXPECT_THAT(result.out, HasSubstr("--statistics.edge-quantiles"));
   EXPECT_THAT(result.out, HasSubstr("list of numbers in [0, 1]"));
   EXPECT_THAT(result.out, HasSubstr("[0, 0.05, 0.5, 0.95, 1]"));
 }
 
-TEST_F(StageCommand, RunsAStage) {
+TEST_F(StageCommand, Stage_RunsAndReports) {
   write_boxes(input(), 4);
   const ChildResult result = run({"statistics", input().string(), workspace().string()});
   EXPECT_EQ(result.exit_code, 0) << result.err;
@@ -45,7 +45,7 @@ TEST_F(StageCommand, RunsAStage) {
   EXPECT_EQ(json["frames"][0]["boundary_loops"], 0);
 }
 
-TEST_F(StageCommand, JsonEventsAreOnePerLine) {
+TEST_F(StageCommand, JsonEvents_AreOnePerLine) {
   write_boxes(input(), 3);
   const ChildResult result = run_statistics({"--json"});
   EXPECT_EQ(result.exit_code, 0);
@@ -61,7 +61,7 @@ TEST_F(StageCommand, JsonEventsAreOnePerLine) {
   EXPECT_EQ(end["metrics"]["frames"], 3);
 }
 
-TEST_F(StageCommand, ADryRunSaysWhyAndDoesNothing) {
+TEST_F(StageCommand, DryRun_SaysWhyAndDoesNothing) {
   write_boxes(input(), 2);
   const ChildResult first = run_statistics({"--dry-run"});
   EXPECT_EQ(first.exit_code, 0);
@@ -75,7 +75,7 @@ TEST_F(StageCommand, ADryRunSaysWhyAndDoesNothing) {
   EXPECT_THAT(run_statistics({"--dry-run"}).out, HasSubstr("input meshes changed (2 files"));
 }
 
-TEST_F(StageCommand, OptionsComeFromFilesAndFlagsAndTheManifestSaysWhich) {
+TEST_F(StageCommand, Options_ComeFromFilesAndFlagsAndAreRecorded) {
   write_boxes(input(), 1);
   const std::string file = (root_ / "outfit.toml").string();
   std::ofstream(file) << "[statistics]\nedge_quantiles = [0.25]\n[input]\nunit = \"cm\"\n";
@@ -94,7 +94,7 @@ TEST_F(StageCommand, OptionsComeFromFilesAndFlagsAndTheManifestSaysWhich) {
   }
 }
 
-TEST_F(StageCommand, UnitsOfTheInputCount) {
+TEST_F(StageCommand, InputUnit_IsApplied) {
   write_boxes(input(), 1);
   run_statistics({"--input.unit", "cm"});
   const nlohmann::json json =
@@ -102,7 +102,7 @@ TEST_F(StageCommand, UnitsOfTheInputCount) {
   EXPECT_NEAR(json["frames"][0]["volume"].get<double>(), 1e-6, 1e-15);
 }
 
-TEST_F(StageCommand, AFailureIsAnEventForMachines) {
+TEST_F(StageCommand, Failure_IsAJsonEvent) {
   write_boxes(input(), 2);
   std::ofstream(input() / "box_001.obj") << "v nan 0 0\n";
   const ChildResult result = run_statistics({"--json", "--jobs", "1"});
@@ -119,7 +119,7 @@ TEST_F(StageCommand, AFailureIsAnEventForMachines) {
   EXPECT_EQ(event["exit_code"], kExitBadData);
 }
 
-TEST_F(StageCommand, AFailureOfTheSurroundingsNamesThemForMachines) {
+TEST_F(StageCommand, EnvironmentFailure_IsAJsonEvent) {
   write_boxes(input(), 1);
   std::filesystem::create_directories(stage_folder());
   const auto lock = FileLock::try_lock(stage_folder() / ".lock", FileLock::Mode::Exclusive);
@@ -131,7 +131,7 @@ TEST_F(StageCommand, AFailureOfTheSurroundingsNamesThemForMachines) {
   EXPECT_EQ(event["exit_code"], kExitEnvironment);
 }
 
-TEST_F(StageCommand, NothingThatATerminalObeysIsShown) {
+TEST_F(StageCommand, ControlCharacters_AreNotShown) {
   write_boxes(input(), 1);
   ASSERT_EQ(run_statistics({}).exit_code, 0);
   const std::filesystem::path result = std::filesystem::canonical(stage_folder() / "current");
@@ -142,7 +142,7 @@ TEST_F(StageCommand, NothingThatATerminalObeysIsShown) {
   EXPECT_THAT(run({"status", workspace().string()}).out, Not(HasSubstr("\x1b")));
 }
 
-TEST_F(StageCommand, ASplitForceSaysWhatIsDoneAndWhatIsNot) {
+TEST_F(StageCommand, ShardedForce_SaysWhatIsDoneAndWhatIsLeft) {
   write_boxes(input(), 6);
   ASSERT_EQ(run_statistics({}).exit_code, 0);
   EXPECT_THAT(run_statistics({"--shard", "0/2", "--force"}).out,
@@ -152,13 +152,13 @@ TEST_F(StageCommand, ASplitForceSaysWhatIsDoneAndWhatIsNot) {
   EXPECT_THAT(run_statistics({}).out, Not(HasSubstr("unfinished work")));
 }
 
-TEST_F(StageCommand, ShardsOnTheCommandLine) {
+TEST_F(StageCommand, Shards_TogetherCompleteTheStage) {
   write_boxes(input(), 5);
   EXPECT_THAT(run_statistics({"--shard", "0/2"}).out, HasSubstr("3 of 5 frames are done"));
   EXPECT_THAT(run_statistics({"--shard", "1/2"}).out, HasSubstr("statistics done"));
 }
 
-TEST_F(StageCommand, AShardWithoutAFrameIsNoFailure) {
+TEST_F(StageCommand, EmptyShard_IsNoFailure) {
   write_boxes(input(), 4);
   const ChildResult result = run_statistics({"--shard", "5/100000"});
   EXPECT_EQ(result.exit_code, 0) << result.err;
@@ -167,7 +167,7 @@ TEST_F(StageCommand, AShardWithoutAFrameIsNoFailure) {
   EXPECT_FALSE(std::filesystem::exists(workspace()));
 }
 
-TEST_F(StageCommand, ALockedWorkspaceIsRefused) {
+TEST_F(StageCommand, LockedWorkspace_IsRefused) {
   write_boxes(input(), 1);
   std::filesystem::create_directories(stage_folder());
   const auto lock = FileLock::try_lock(stage_folder() / ".lock", FileLock::Mode::Exclusive);
@@ -175,7 +175,7 @@ TEST_F(StageCommand, ALockedWorkspaceIsRefused) {
                  "another run is working on 'statistics' here");
 }
 
-TEST_F(StageCommand, ADryRunSaysWhichFramesAndThatAnotherRunIsWorking) {
+TEST_F(StageCommand, DryRun_ReportsSelectedFramesAndAnotherRun) {
   write_boxes(input(), 4);
   EXPECT_THAT(run_statistics({"--dry-run"}).out,
               AllOf(Not(HasSubstr("  only ")), Not(HasSubstr("another run"))));
@@ -191,7 +191,7 @@ TEST_F(StageCommand, ADryRunSaysWhichFramesAndThatAnotherRunIsWorking) {
   EXPECT_EQ(plan["running"], true);
 }
 
-TEST_F(StageCommand, AWorkspaceThatOthersMayLookIntoIsAWarning) {
+TEST_F(StageCommand, WorkspaceReadableByOthers_IsWarnedOf) {
   write_boxes(input(), 1);
   std::filesystem::create_directory(workspace());
   std::filesystem::permissions(workspace(), std::filesystem::perms(0755));
@@ -206,7 +206,7 @@ TEST_F(StageCommand, AWorkspaceThatOthersMayLookIntoIsAWarning) {
   EXPECT_THAT(run_statistics({}).out, Not(HasSubstr("warning")));
 }
 
-TEST_F(StageCommand, WhatTheStageWarnedOfIsSaidAtTheEndOfEveryRun) {
+TEST_F(StageCommand, StageWarnings_AreRepeatedAtTheEndOfEveryRun) {
   write_boxes(input(), 2);
   std::ofstream(input() / "box_000.obj") << "v 0 0 0\nv 0 1800 0\nv 500 0 0\nf 1 2 3\n";
   const std::string words = "the file does not say its unit";
@@ -226,7 +226,7 @@ TEST_F(StageCommand, WhatTheStageWarnedOfIsSaidAtTheEndOfEveryRun) {
                                HasSubstr(words)));
 }
 
-TEST_F(StageCommand, ConsentIsShown) {
+TEST_F(StageCommand, Consent_IsShown) {
   write_boxes(input(), 1);
   std::ofstream(input() / "capture.toml")
       << "[consent]\nwho = 'P. Doe'\nscope = 'research'\nuntil = 2030-12-31\n";
@@ -234,7 +234,7 @@ TEST_F(StageCommand, ConsentIsShown) {
   EXPECT_THAT(run({"status", workspace().string()}).out, HasSubstr("consent: P. Doe, research"));
 }
 
-TEST_F(StageCommand, ConsentThatEndedIsAWarning) {
+TEST_F(StageCommand, ExpiredConsent_IsWarnedOf) {
   write_boxes(input(), 1);
   std::ofstream(input() / "capture.toml")
       << "[consent]\nwho = 'P. Doe'\nscope = 'research'\nuntil = 2001-12-31\n";
@@ -250,7 +250,7 @@ TEST_F(StageCommand, ConsentThatEndedIsAWarning) {
   EXPECT_THAT(read_file_text(root_ / "out/statistics/consent.txt", 1 << 10), HasSubstr(warning));
 }
 
-TEST_F(StageCommand, ConsentThatChangedIsSaidWhereverItIsShown) {
+TEST_F(StageCommand, ChangedConsent_IsReportedEverywhere) {
   write_boxes(input(), 1);
   const auto state = [&](const std::string& what) {
     std::ofstream(root_ / "consent.toml") << "[consent]\nwho = 'P'\n" << what << "\n";
@@ -270,7 +270,7 @@ TEST_F(StageCommand, ConsentThatChangedIsSaidWhereverItIsShown) {
   EXPECT_THAT(read_file_text(root_ / "out/statistics/consent.txt", 1 << 10), HasSubstr(words));
 }
 
-TEST_F(StageCommand, RefusesAnotherKindOfInputBeforeItIsDigested) {
+TEST_F(StageCommand, OtherInputKind_IsRefusedBeforeHashing) {
   std::filesystem::create_directories(input());
   std::filesystem::create_symlink("nothing", input() / "link.txt");  // digesting refuses it
   for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--dry-run"}}) {
@@ -283,7 +283,7 @@ TEST_F(StageCommand, RefusesAnotherKindOfInputBeforeItIsDigested) {
 #endif
 }
 
-TEST_F(StageCommand, ReadsAteliersOwnSequences) {
+TEST_F(StageCommand, NativeSequences_AreRead) {
   Mesh mesh;
   mesh.vertices = Points::Random(3, 3);
   mesh.faces.resize(1, 3);

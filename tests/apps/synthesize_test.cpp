@@ -107,7 +107,7 @@ class Synthesize : public ::testing::Test {
 TemporaryDirectory* Synthesize::folder_ = nullptr;
 ChildResult* Synthesize::result_ = nullptr;
 
-TEST_F(Synthesize, WritesAWholePrivateCapture) {
+TEST_F(Synthesize, Capture_IsCompleteAndPrivate) {
   const CaptureInfo info = read_capture_info(capture());
   EXPECT_EQ(info.sequences.size(), 2U);
   EXPECT_TRUE(info.synthetic);
@@ -129,7 +129,7 @@ TEST_F(Synthesize, WritesAWholePrivateCapture) {
   }
 }
 
-TEST_F(Synthesize, TruthAgreesWithItself) {
+TEST_F(Synthesize, GroundTruth_IsSelfConsistent) {
   const GroundTruth truth = read_ground_truth(capture());
   ASSERT_EQ(truth.garments.size(), 1U);
   for (const int id : {0, 1, 2}) {
@@ -264,7 +264,7 @@ double correlation(const std::vector<double>& a, const std::vector<double>& b) {
   return (dx * dy).sum() / std::sqrt(dx.square().sum() * dy.square().sum());
 }
 
-TEST_F(Synthesize, UvLookupGivesThePicturesColour) {
+TEST_F(Synthesize, UvLookup_GivesTheImageColor) {
   // Hue and not brightness: light differs from place to place, the cloth's redness does not.
   const Camera camera = read_ground_truth(capture()).cameras[0];
   const Redness right = redness_of_dress(capture(), camera, 0);
@@ -278,7 +278,7 @@ TEST_F(Synthesize, UvLookupGivesThePicturesColour) {
   EXPECT_LT(correlation(wrong.seen, wrong.looked_up), 0.5);
 }
 
-TEST_F(Synthesize, ClothIsOutsideTheBodyAndSeamsAreEqual) {
+TEST_F(Synthesize, Cloth_IsOutsideTheBodyWithEqualSeams) {
   std::map<std::string, double> values;
   for (const Measure& measure : measure_capture(capture())) {
     values[measure.key] = measure.value;
@@ -291,7 +291,7 @@ TEST_F(Synthesize, ClothIsOutsideTheBodyAndSeamsAreEqual) {
   EXPECT_GT(values.at("capture.keypoint_found"), 0.5);
 }
 
-TEST_F(Synthesize, EvaluatePrintsAndChecks) {
+TEST_F(Synthesize, Evaluate_PrintsAndChecksFigures) {
   const ChildResult printed = run_child({program_path(), "evaluate", capture().string(),
                                          "--ground-truth", capture().string(), "--json"});
   EXPECT_EQ(printed.exit_code, 0) << printed.err;
@@ -307,7 +307,7 @@ TEST_F(Synthesize, EvaluatePrintsAndChecks) {
   EXPECT_THAT(truth.err, HasSubstr("expected a workspace"));
 }
 
-TEST_F(Synthesize, OtherLayoutsAreOpenedAgainByOurReaders) {
+TEST_F(Synthesize, OtherLayouts_AreReadBack) {
   for (const std::string layout :
        {"easymocap", "colmap", "panoptic", "dna", "actorshq", "nerfstudio"}) {
     // The capture is whole: the same command adds the layout.
@@ -325,7 +325,7 @@ TEST_F(Synthesize, OtherLayoutsAreOpenedAgainByOurReaders) {
   }
 }
 
-TEST_F(Synthesize, AnInterruptedLayoutIsMadeAnew) {
+TEST_F(Synthesize, InterruptedLayout_IsWrittenAgain) {
   const fs::path unfinished = capture() / ".easymocap.unfinished";
   fs::create_directories(unfinished / "clothed");
   std::ofstream(unfinished / "clothed" / "half.txt") << "x";
@@ -337,7 +337,7 @@ TEST_F(Synthesize, AnInterruptedLayoutIsMadeAnew) {
   fs::remove_all(capture() / "easymocap");
 }
 
-TEST_F(Synthesize, ItsSubjectIsSimulatedAnewAndNetworksAreJudgedByThat) {
+TEST_F(Synthesize, ResimulatedSubject_JudgesTheNetworks) {
   if (!fs::exists(fs::path(program_path()).parent_path() / "atelier-appearance")) {
     GTEST_SKIP() << "built without libtorch";
   }
@@ -381,7 +381,7 @@ TEST_F(Synthesize, ItsSubjectIsSimulatedAnewAndNetworksAreJudgedByThat) {
   EXPECT_THAT(without, ::testing::Not(HasSubstr("simulated")));
 }
 
-TEST_F(Synthesize, PerfectMeansNoErrorAtAll) {
+TEST_F(Synthesize, PerfectCapture_HasNoError) {
   const fs::path out = folder_->path() / "perfect";
   const ChildResult result =
       run_child(small(out, {"--perfect", "true", "--frames", "0", "--ground_truth_maps", "false"}));
@@ -416,7 +416,7 @@ void expect_same_files(const fs::path& found_in, const fs::path& expected_in) {
   }
 }
 
-TEST_F(Synthesize, GivesTheSameBytesOnOneThread) {
+TEST_F(Synthesize, OneThread_GivesIdenticalBytes) {
   cpu_set_t all;
   ASSERT_EQ(sched_getaffinity(0, sizeof(all), &all), 0);
   if (CPU_COUNT(&all) < 2) {
@@ -436,7 +436,7 @@ TEST_F(Synthesize, GivesTheSameBytesOnOneThread) {
   expect_same_files(folder_->path() / "one_thread", capture());
 }
 
-TEST_F(Synthesize, GoesOnAfterAKillWithTheSameBytes) {
+TEST_F(Synthesize, KilledRun_ResumesWithIdenticalBytes) {
   const fs::path other = folder_->path() / "killed";
   {
     // Killed as soon as the second clothed frame is being simulated.
@@ -477,7 +477,7 @@ void write_obj(const fs::path& file, const Points& vertices, const Triangles& fa
   }
 }
 
-TEST_F(Synthesize, TakesMeshSequencesOfOtherPrograms) {
+TEST_F(Synthesize, ForeignMeshSequences_AreAccepted) {
   const GroundTruth truth = read_ground_truth(capture());
   for (const int id : {0, 1}) {
     const GroundTruthFrame frame = read_ground_truth_frame(capture(), truth, id);
@@ -508,7 +508,7 @@ TEST_F(Synthesize, TakesMeshSequencesOfOtherPrograms) {
   EXPECT_THAT(longer.err, HasSubstr("2 frames"));
 }
 
-TEST_F(Synthesize, RefusesAFolderOfOtherOptionsOrOtherThings) {
+TEST_F(Synthesize, FolderOfOtherOptionsOrContent_IsRefused) {
   const ChildResult other = run_child(small(capture(), {"--seed", "2"}));
   EXPECT_EQ(other.exit_code, 2);
   EXPECT_THAT(other.err, HasSubstr("other options"));
@@ -522,7 +522,7 @@ TEST_F(Synthesize, RefusesAFolderOfOtherOptionsOrOtherThings) {
   EXPECT_FALSE(fs::exists(capture() / ".lock"));
 }
 
-TEST_F(Synthesize, AnInterruptedCaptureIsNoCapture) {
+TEST_F(Synthesize, InterruptedCapture_IsNotACapture) {
   const fs::path half = folder_->path() / "half";
   fs::copy(capture(), half, fs::copy_options::recursive);
   fs::remove(half / "capture.toml");
@@ -531,7 +531,7 @@ TEST_F(Synthesize, AnInterruptedCaptureIsNoCapture) {
   EXPECT_THAT(opened.err, HasSubstr("interrupted"));
 }
 
-TEST(GarmentFabric, TrousersUnderAPrintAreWovenUnlessAllIsPrinted) {
+TEST(GarmentFabric, TrousersUnderAPrint_AreWovenUnlessAllIsPrinted) {
   std::vector<GroundTruthGarment> worn(2);
   worn[0].label = Label::Upper;
   worn[1].label = Label::Lower;
@@ -545,7 +545,7 @@ TEST(GarmentFabric, TrousersUnderAPrintAreWovenUnlessAllIsPrinted) {
   EXPECT_NE(garment_fabric({}, worn, 0).hue, garment_fabric({}, worn, 1).hue);
 }
 
-TEST(SynthesizeRefuses, ImpossibleOptions) {
+TEST(SynthesizeRefuses, ImpossibleOptions_AreRefused) {
   const TemporaryDirectory folder;
   const auto refused = [&](std::vector<std::string> more, int code, const char* words) {
     const ChildResult result = run_child(small(folder.path() / "out", std::move(more)));
@@ -583,7 +583,7 @@ TEST(SynthesizeRefuses, ImpossibleOptions) {
   refused({"--body_sequence", npz}, 3, "tall along y");  // its numbers are good
 }
 
-TEST(SynthesizeRefuses, AGarmentThatCannotBePutOn) {
+TEST(SynthesizeRefuses, GarmentThatCannotBeWorn_IsRefused) {
   // A tube of 30 cm round, where the body is a metre.
   const TemporaryDirectory folder;
   const fs::path pattern = folder.path() / "tube.json";
@@ -606,7 +606,7 @@ TEST(SynthesizeRefuses, AGarmentThatCannotBePutOn) {
   EXPECT_FALSE(fs::exists(out / "images"));
 }
 
-TEST(SynthesizeRefuses, PlacesThatCannotBeWritten) {
+TEST(SynthesizeRefuses, UnwritablePlaces_AreRefused) {
   const TemporaryDirectory folder;
   std::ofstream(folder.path() / "file") << "x";
   const ChildResult below_a_file = run_child(small(folder.path() / "file" / "capture"));
@@ -621,7 +621,7 @@ TEST(SynthesizeRefuses, PlacesThatCannotBeWritten) {
   EXPECT_THAT(read_only.err, HasSubstr("/proc/atelier_capture"));
 }
 
-TEST(SynthesizeRefuses, AFullDiskLeavesNothingThatLooksWhole) {
+TEST(SynthesizeRefuses, FullDisk_LeavesNoApparentlyCompleteCapture) {
   const TemporaryDirectory folder;
   const std::string disk = (folder.path() / "disk").string();
   fs::create_directories(disk);

@@ -39,7 +39,7 @@ Eigen::VectorXd heights(const Pair& pair) {
 
 class DisplacedSubject : public ::testing::TestWithParam<std::uint64_t> {};
 
-TEST_P(DisplacedSubject, LeavesTheShapeSpaceAsFarAsItSays) {
+TEST_P(DisplacedSubject, Displacement_HasTheStatedAmplitudeAndWavelength) {
   const Pair pair = pair_of(GetParam());
   const Points& before = pair.exact.model.mesh.vertices;
   const Triangles& faces = pair.exact.model.mesh.faces;
@@ -89,7 +89,7 @@ TEST_P(DisplacedSubject, LeavesTheShapeSpaceAsFarAsItSays) {
   RecordProperty("wavelength_cm", std::to_string(100 * wavelength));
 }
 
-TEST_P(DisplacedSubject, HasWeightsOfItsOwn) {
+TEST_P(DisplacedSubject, DisplacedBody_HasItsOwnSkinWeights) {
   const Pair pair = pair_of(GetParam());
   const auto& real = pair.real.model.skin.weights;
   const auto& exact = pair.exact.model.skin.weights;
@@ -144,7 +144,7 @@ double share_in_body(const BodyModel& model, const Pose& pose) {
   return static_cast<double>(inside) / static_cast<double>(arm.size());
 }
 
-TEST(SyntheticMotion, ArmsStayClearOfTheTrunk) {
+TEST(SyntheticMotion, Arms_StayClearOfTheTrunk) {
   for (const std::uint64_t seed : {1, 2, 201}) {
     const SyntheticSubject subject = make_subject({}, seed);
     for (const char* motion : {"stride", "squat"}) {
@@ -180,7 +180,7 @@ std::vector<double> lags(const SyntheticSubject& subject, const std::string& mot
   return result;
 }
 
-TEST(SoftTissue, LagsByAboutTwoMillimetres) {
+TEST(SoftTissue, MovingTissue_LagsByAboutTwoMillimetres) {
   const SyntheticSubject subject = make_subject({}, 1);
   for (const char* motion : {"stride", "spin"}) {
     const std::vector<double> lag = lags(subject, motion);
@@ -200,7 +200,7 @@ TEST(SoftTissue, LagsByAboutTwoMillimetres) {
   }
 }
 
-TEST(SoftTissue, RestsOnABodyThatStandsStill) {
+TEST(SoftTissue, StandingBody_HasNoSoftTissueLag) {
   const SyntheticSubject subject = make_subject({}, 1);
   const Points skinned = subject.model.mesh.vertices;
   SoftTissue flesh;
@@ -210,11 +210,11 @@ TEST(SoftTissue, RestsOnABodyThatStandsStill) {
   EXPECT_EQ((with_soft_tissue(subject, skinned, flesh, 0.002) - skinned).cwiseAbs().maxCoeff(), 0);
 }
 
-TEST(SubjectRefused, FilesThatAreNoBody) {
+TEST(SubjectRefused, NonBodyFile_Throws) {
   EXPECT_THROW(make_subject({.body = "nowhere.npz"}, 1), DataError);
 }
 
-TEST(MotionsOfFiles, BeginFacingAsAtRestWhereverTheyAreEntered) {
+TEST(MotionsOfFiles, MotionEnteredAnywhere_BeginsFacingAsAtRest) {
   const SyntheticSubject subject = make_subject({.subject = "exact"}, 1);
   const Skeleton& skeleton = subject.model.skeleton;
   // Somebody who walks in a circle about (3, 0, -2), two metres off it, from a recording.

@@ -71,7 +71,7 @@ std::ptrdiff_t rows_with(const std::string& text, const std::string& cell) {
   return rows;
 }
 
-TEST_F(TableScripts, BodyTableGivesARowForEachVariant) {
+TEST_F(TableScripts, BodyTable_HasARowPerVariant) {
   const ChildResult done =
       run("body-table", {(folder_ / "table").string(), "tee", "7", "tiny"},
           R"({"personal.mean_mm": 2.5, "track.mean_mm": 4, "body.mean_mm": 3})");
@@ -87,7 +87,7 @@ TEST_F(TableScripts, BodyTableGivesARowForEachVariant) {
   EXPECT_EQ(rows_with(done.out, "| as it is | 3.00 | - |"), 2) << "what is not there is no figure";
 }
 
-TEST_F(TableScripts, ThoseOfRegistrationAndAppearanceToo) {
+TEST_F(TableScripts, RegistrationAndAppearanceTables_HaveARowPerVariant) {
   const ChildResult cloth =
       run("register-table", {"capture", (folder_ / "work").string()},
           R"({"register.chamfer_mm": 1.25, "register.point_mean_mm": 2, "register.point_p95_mm": 3,
@@ -103,7 +103,7 @@ TEST_F(TableScripts, ThoseOfRegistrationAndAppearanceToo) {
   EXPECT_THAT(commands(), HasSubstr("--shadow false --body true\n"));
 }
 
-TEST_F(TableScripts, RegistrationIsComparedWithTheSameCaptureInACodedPrint) {
+TEST_F(TableScripts, RegisterTable_ComparesWithTheCodedPrint) {
   const fs::path capture = folder_ / "capture";
   fs::create_directories(capture);
   std::ofstream(capture / "synthesis.json")
@@ -126,7 +126,7 @@ TEST_F(TableScripts, RegistrationIsComparedWithTheSameCaptureInACodedPrint) {
                                     (coded / "workspace").string() + "\n"));
 }
 
-TEST_F(TableScripts, AnOptionThatThereIsNotEndsThem) {
+TEST_F(TableScripts, UnknownOption_IsRefused) {
   const ChildResult refused =
       run("appearance-table", {"capture", (folder_ / "work").string(), "oracle", "--bodi", "true"},
           "{}");

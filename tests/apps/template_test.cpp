@@ -170,7 +170,7 @@ class TemplateStage : public ::testing::Test {
   TemporaryDirectory root_;
 };
 
-TEST_F(TemplateStage, MakesOneCleanMeshOfEachGarmentThatIsWorn) {
+TEST_F(TemplateStage, WornGarments_GiveOneCleanMeshEach) {
   const ChildResult done = made();
   ASSERT_EQ(done.exit_code, 0) << done.err;
   const nlohmann::json said =
@@ -198,7 +198,7 @@ TEST_F(TemplateStage, MakesOneCleanMeshOfEachGarmentThatIsWorn) {
   }
 }
 
-TEST_F(TemplateStage, GoesOnWithoutTheScanOfAFrame) {
+TEST_F(TemplateStage, FrameWithoutScan_IsSkipped) {
   seen.without_scan = 2;
   const ChildResult done = made({"--labels", "upper"});
   ASSERT_EQ(done.exit_code, 0) << done.err;
@@ -208,7 +208,7 @@ TEST_F(TemplateStage, GoesOnWithoutTheScanOfAFrame) {
   EXPECT_EQ(said.at("garments")[0].at("frame"), 1);
 }
 
-TEST_F(TemplateStage, SaysWhatOfAGarmentThatLeavesTheFrameIsMadeUp) {
+TEST_F(TemplateStage, GarmentLeavingTheView_GivesAnUnnamedOpening) {
   seen.where = [](const Eigen::Vector3d& middle) { return middle.x() > -0.1; };
   const ChildResult done = made({"--labels", "upper"});
   ASSERT_EQ(done.exit_code, 0) << done.err;
@@ -217,27 +217,27 @@ TEST_F(TemplateStage, SaysWhatOfAGarmentThatLeavesTheFrameIsMadeUp) {
   EXPECT_THAT(garment.boundary_names, Not(::testing::Contains("cuff right")));
 }
 
-TEST_F(TemplateStage, SaysThatMostOfAGarmentLeavesTheFrame) {
+TEST_F(TemplateStage, GarmentMostlyOutsideTheView_IsReported) {
   seen.where = [](const Eigen::Vector3d& middle) { return middle.x() > 0.12; };
   const ChildResult done = made({"--labels", "upper"});
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.out + done.err, HasSubstr("much-unseen"));
 }
 
-TEST_F(TemplateStage, RefusesLabelsThatCoverNothing) {
+TEST_F(TemplateStage, LabelsCoveringNothing_AreRefused) {
   const ChildResult done = made({"--labels", "dress"});
   EXPECT_EQ(done.exit_code, 3);
   EXPECT_THAT(done.err, HasSubstr("dress: 0 cm2 of its label"));
 }
 
-TEST_F(TemplateStage, RefusesAnArtistsMeshOfALabelThatCoversNothing) {
+TEST_F(TemplateStage, ImportedMeshWithLabelCoveringNothing_IsRefused) {
   const std::string file = saved(cone(1.34, 0.17, 1.0, 0.17, 0.03));
   const ChildResult done = made({"--labels", "dress", "--import", "dress=" + file});
   EXPECT_EQ(done.exit_code, 3);
   EXPECT_THAT(done.err, HasSubstr("dress: 0 cm2 of its label"));
 }
 
-TEST_F(TemplateStage, RefusesListsOfNoGarmentAndOfOneTwiceAtOnce) {
+TEST_F(TemplateStage, EmptyOrRepeatedGarmentLists_AreRefusedAtOnce) {
   for (const char* flag : {"--force", "--dry-run"}) {
     const ChildResult twice = made({"--labels", "upper,upper", flag});
     EXPECT_EQ(twice.exit_code, 3);
@@ -249,7 +249,7 @@ TEST_F(TemplateStage, RefusesListsOfNoGarmentAndOfOneTwiceAtOnce) {
   }
 }
 
-TEST_F(TemplateStage, RefusesMeshesThatAreNotThereOrOfNoGarmentThatIsMade) {
+TEST_F(TemplateStage, MissingMeshesOrUnwornGarments_AreRefused) {
   const ChildResult gone = made({"--dry-run", "--import", "lower=/nonexist.obj"});
   EXPECT_EQ(gone.exit_code, 3);
   EXPECT_THAT(gone.err, HasSubstr("/nonexist.obj: No such file"));
@@ -265,7 +265,7 @@ TEST_F(TemplateStage, RefusesMeshesThatAreNotThereOrOfNoGarmentThatIsMade) {
   EXPECT_THAT(other.err, HasSubstr("of a garment that is not made; expected one of those that"));
 }
 
-TEST_F(TemplateStage, RefusesMeshesThatCannotBeReadWhereItIsPlanned) {
+TEST_F(TemplateStage, UnreadableMeshes_AreRefusedWhilePlanning) {
   fs::create_directory(root_ / "artists");
   const auto refused = [&](const std::string& name, const std::string& content,
                            const std::string& words) {
@@ -288,7 +288,7 @@ TEST_F(TemplateStage, RefusesMeshesThatCannotBeReadWhereItIsPlanned) {
   EXPECT_THAT(folder.err, HasSubstr("a folder; expected a mesh file"));
 }
 
-TEST_F(TemplateStage, RefusesTheFolderAboveACapture) {
+TEST_F(TemplateStage, FolderAboveACapture_IsRefused) {
   fs::create_directory(root_ / "link");
   fs::create_symlink("nowhere", root_ / "link" / "current");  // as workspaces beside have
   const TemporaryDirectory other;
@@ -298,14 +298,14 @@ TEST_F(TemplateStage, RefusesTheFolderAboveACapture) {
   EXPECT_THAT(above.err, HasSubstr("did you mean " + capture().string() + "?"));
 }
 
-TEST_F(TemplateStage, RefusesScansThatAreNotThere) {
+TEST_F(TemplateStage, MissingScans_AreRefused) {
   seen.without_scan = -2;
   const ChildResult done = made();
   EXPECT_EQ(done.exit_code, 3);
   EXPECT_THAT(done.err, HasSubstr("no clothing in any frame"));
 }
 
-TEST_F(TemplateStage, TakesAnArtistsMesh) {
+TEST_F(TemplateStage, ImportedMesh_BecomesTheTemplate) {
   const Mesh top = cone(1.34, 0.17, 1.0, 0.17, 0.03);
   const ChildResult done = made({"--labels", "upper", "--import", "upper=" + saved(top)});
   ASSERT_EQ(done.exit_code, 0) << done.err;
@@ -317,7 +317,7 @@ TEST_F(TemplateStage, TakesAnArtistsMesh) {
   EXPECT_THAT(again.out, HasSubstr("input --import changed"));  // under the same name
 }
 
-TEST_F(TemplateStage, RefusesAnArtistsMeshWithAnEdgeOfThreeFaces) {
+TEST_F(TemplateStage, ImportedNonManifoldMesh_IsRefused) {
   Mesh top = cone(1.34, 0.17, 1.0, 0.17, 0.03);
   top.faces.conservativeResize(top.faces.rows() + 1, 3);
   top.faces.bottomRows(1) << top.faces(0, 0), top.faces(0, 1), top.faces(top.faces.rows() / 2, 2);
@@ -326,7 +326,7 @@ TEST_F(TemplateStage, RefusesAnArtistsMeshWithAnEdgeOfThreeFaces) {
   EXPECT_THAT(done.err, AllOf(HasSubstr("artist.obj: vertex"), HasSubstr("three faces")));
 }
 
-TEST_F(TemplateStage, RefusesAnArtistsMeshOfNoGarmentThatIsWorn) {
+TEST_F(TemplateStage, ImportedMeshWithoutLabel_IsRefused) {
   const std::string file = saved(cone(1.34, 0.17, 1.0, 0.17, 0.03));
   const ChildResult done = made({"--import", file});
   EXPECT_EQ(done.exit_code, 3);

@@ -18,7 +18,7 @@ void write_something(const fs::path& folder) {
   std::ofstream(folder / "file") << "x";
 }
 
-TEST(UnfinishedFolder, IsAtItsPlaceOnceItIsFinished) {
+TEST(UnfinishedFolder, FinishedFolder_AppearsAtItsPlace) {
   const TemporaryDirectory root;
   {
     const UnfinishedFolder folder(root / "new" / "out/");
@@ -30,7 +30,7 @@ TEST(UnfinishedFolder, IsAtItsPlaceOnceItIsFinished) {
   EXPECT_FALSE(fs::exists(root / "new" / ".out.unfinished"));
 }
 
-TEST(UnfinishedFolder, WhatIsNotFinishedLeavesNothing) {
+TEST(UnfinishedFolder, UnfinishedFolder_LeavesNothing) {
   const TemporaryDirectory root;
   {
     const UnfinishedFolder folder(root / "new" / "out");
@@ -39,14 +39,14 @@ TEST(UnfinishedFolder, WhatIsNotFinishedLeavesNothing) {
   EXPECT_FALSE(fs::exists(root / "new")) << "the folder above was made for it";
 }
 
-TEST(UnfinishedFolder, WhatAKillLeftIsWrittenAnew) {
+TEST(UnfinishedFolder, LeftoversOfAKilledRun_AreReplaced) {
   const TemporaryDirectory root;
   write_something(root / ".out.unfinished" / "out");
   const UnfinishedFolder folder(root / "out");
   EXPECT_FALSE(fs::exists(folder.content()));
 }
 
-TEST(UnfinishedFolder, IsRefusedWhereAnotherRunWritesIt) {
+TEST(UnfinishedFolder, FolderOfAnotherRun_IsRefused) {
   const TemporaryDirectory root;
   const UnfinishedFolder first(root / "out");
   write_something(first.content());

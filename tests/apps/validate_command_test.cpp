@@ -24,7 +24,7 @@ ChildResult validate(const std::vector<std::string>& arguments) {
   return run_child(command);
 }
 
-TEST(ValidateCommand, ExitsWithThreeOnErrorsAloneAndAsAStage) {
+TEST(ValidateCommand, CaptureErrors_GiveExitCodeThreeAloneAndAsAStage) {
   const TemporaryDirectory folder;
   const SmallCapture small;
   const std::string capture = (folder / "capture").string();
@@ -43,7 +43,7 @@ TEST(ValidateCommand, ExitsWithThreeOnErrorsAloneAndAsAStage) {
   }
 }
 
-TEST(ValidateCommand, PrintsJsonOfANameThatIsNoUtf8) {
+TEST(ValidateCommand, NonUtf8Name_IsPrintedAsValidJson) {
   const TemporaryDirectory folder;
   const std::string capture = (folder / "c\xe9").string();
   write_small_capture(capture, SmallCapture());
@@ -52,7 +52,7 @@ TEST(ValidateCommand, PrintsJsonOfANameThatIsNoUtf8) {
   EXPECT_THAT(result.out, HasSubstr("/c\xEF\xBF\xBD\""));
 }
 
-TEST(ValidateCommand, TellsOfConsentAsItIsNow) {
+TEST(ValidateCommand, Consent_IsReportedAsItIsNow) {
   const TemporaryDirectory folder;
   write_small_capture((folder / "capture").string(), SmallCapture());
   const auto findings = [&] {
@@ -67,7 +67,7 @@ TEST(ValidateCommand, TellsOfConsentAsItIsNow) {
   EXPECT_THAT(findings(), HasSubstr("P. Doe, new research"));
 }
 
-TEST(ValidateCommand, SaysThatCamerasAreMissingBesideTheDescription) {
+TEST(ValidateCommand, MissingCameraFile_IsReported) {
   const TemporaryDirectory folder;
   write_small_capture((folder / "capture").string(), SmallCapture());
   fs::remove(folder / "capture/cameras.json");
@@ -75,7 +75,7 @@ TEST(ValidateCommand, SaysThatCamerasAreMissingBesideTheDescription) {
   EXPECT_THAT(result.out, HasSubstr("no cameras.json beside capture.toml"));
 }
 
-TEST(ValidateCommand, RefusesALinkAsEveryStageDoes) {
+TEST(ValidateCommand, SymbolicLink_IsRefusedAsInEveryStage) {
   const TemporaryDirectory folder;
   const fs::path capture = folder / "capture";
   const SmallCapture small;
@@ -98,7 +98,7 @@ TEST(ValidateCommand, RefusesALinkAsEveryStageDoes) {
   EXPECT_THAT(validate({(folder / "link").string()}).out, Not(HasSubstr("symbolic-link")));
 }
 
-TEST(ValidateCommand, ADamagedFirstPictureBlamesNoOther) {
+TEST(ValidateCommand, DamagedFirstImage_BlamesNoOther) {
   const TemporaryDirectory folder;
   const fs::path capture = folder / "capture";
   const SmallCapture small;
@@ -120,7 +120,7 @@ TEST(ValidateCommand, ADamagedFirstPictureBlamesNoOther) {
   EXPECT_EQ(result.out.find(first, name + 1), std::string::npos) << result.out;
 }
 
-TEST(ValidateCommand, WritesNoPageIntoTheCapture) {
+TEST(ValidateCommand, PageInTheCapture_IsNotWritten) {
   const TemporaryDirectory folder;
   const fs::path capture = folder / "capture";
   write_small_capture(capture.string(), SmallCapture());
@@ -131,7 +131,7 @@ TEST(ValidateCommand, WritesNoPageIntoTheCapture) {
   EXPECT_FALSE(fs::exists(capture / "page.html"));
 }
 
-TEST(ValidateCommand, RefusesWhatIsNoCapture) {
+TEST(ValidateCommand, NonCapture_IsRefused) {
   const TemporaryDirectory folder;
   const ChildResult nothing = validate({(folder / "nothing").string()});
   EXPECT_EQ(nothing.exit_code, 3);

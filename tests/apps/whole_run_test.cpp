@@ -247,7 +247,7 @@ class WholeRun : public ::testing::Test {
 TemporaryDirectory* WholeRun::folder_ = nullptr;
 ChildResult WholeRun::made_;
 
-TEST_F(WholeRun, KilledAtRandomInEveryStageItComesToTheSameDigests) {
+TEST_F(WholeRun, KillsInEveryStage_LeadToTheSameDigests) {
   const int wanted = number("ATELIER_SOAK_KILLS", soak() ? 100 : 10);
   const int kills_in_a_stage = soak() ? 2 : 3;
   constexpr int kMaxRuns = 30;
@@ -284,7 +284,7 @@ TEST_F(WholeRun, KilledAtRandomInEveryStageItComesToTheSameDigests) {
   RecordProperty("runs", runs);
 }
 
-TEST_F(WholeRun, AFullDiskEndsEachStageWithASentenceAndItGoesOnToTheSameDigests) {
+TEST_F(WholeRun, FullDiskInEachStage_GivesOneLineAndResumes) {
   const fs::path disk = root_ / "disk";
   fs::create_directories(disk);
   if (mount("tmpfs", disk.c_str(), "tmpfs", 0, "size=300m") != 0) {
@@ -329,7 +329,7 @@ TEST_F(WholeRun, AFullDiskEndsEachStageWithASentenceAndItGoesOnToTheSameDigests)
   RecordProperty("full_disks", full);
 }
 
-TEST_F(WholeRun, AFullDiskEndsAnExportAndAReportWithASentenceAndLeavesNothing) {
+TEST_F(WholeRun, FullDiskInExportAndReport_LeavesNothing) {
   const fs::path disk = root_ / "disk";
   fs::create_directories(disk);
   if (mount("tmpfs", disk.c_str(), "tmpfs", 0, "size=64k") != 0) {
@@ -352,7 +352,7 @@ TEST_F(WholeRun, AFullDiskEndsAnExportAndAReportWithASentenceAndLeavesNothing) {
   EXPECT_EQ(digests(undisturbed()), expected_);
 }
 
-TEST_F(WholeRun, ItsReportLoadsInABrowserWithEveryPicture) {
+TEST_F(WholeRun, Report_LoadsInABrowserWithEveryImage) {
   if (!has_browser()) {
     GTEST_SKIP() << "no program chromium (scripts/setup)";
   }
@@ -365,7 +365,7 @@ TEST_F(WholeRun, ItsReportLoadsInABrowserWithEveryPicture) {
   EXPECT_THAT(found.messages, ::testing::Not(HasSubstr("CONSOLE")));
 }
 
-TEST_F(WholeRun, ADamagedFileOfAResultIsRefusedByExportAndMadeAnewByARun) {
+TEST_F(WholeRun, DamagedResultFile_IsRefusedByExportAndRecomputed) {
   const fs::path workspace = root_ / "work";
   copy_folder(undisturbed(), workspace);
   Random random{3, 0, 0};
@@ -397,7 +397,7 @@ TEST_F(WholeRun, ADamagedFileOfAResultIsRefusedByExportAndMadeAnewByARun) {
   RecordProperty("damaged", damaged);
 }
 
-TEST_F(WholeRun, ADamagedResultIsRefusedByTheStageThatReadsIt) {
+TEST_F(WholeRun, DamagedResult_IsRefusedByTheReadingStage) {
   // Stages whose only work before they refuse is to look at their inputs.
   const std::map<std::string, std::string> readers = {{"reconstruct", "personalize"},
                                                       {"personalize", "track"},
@@ -434,7 +434,7 @@ TEST_F(WholeRun, ADamagedResultIsRefusedByTheStageThatReadsIt) {
   RecordProperty("refused", refused);
 }
 
-TEST_F(WholeRun, ADamagedFileOfTheCaptureIsFoundAndTheSoundOneLeadsBack) {
+TEST_F(WholeRun, DamagedCaptureFile_IsFoundAndRestorable) {
   const fs::path capture = root_ / "capture";
   const fs::path workspace = root_ / "work";
   copy_folder(this_capture(), capture);
@@ -477,7 +477,7 @@ TEST_F(WholeRun, ADamagedFileOfTheCaptureIsFoundAndTheSoundOneLeadsBack) {
   RecordProperty("found_by_validate", found);
 }
 
-TEST_F(WholeRun, ADamagedFileOfTheCaptureIsRefusedByTheStageThatReadsItOrIsAnotherCapture) {
+TEST_F(WholeRun, DamagedCaptureFile_IsRefusedOrChangesTheDigest) {
   const fs::path capture = root_ / "capture";
   const fs::path workspace = root_ / "work";
   copy_folder(this_capture(), capture);
@@ -518,7 +518,7 @@ TEST_F(WholeRun, ADamagedFileOfTheCaptureIsRefusedByTheStageThatReadsItOrIsAnoth
   RecordProperty("refused_by_reconstruct", refused);
 }
 
-TEST_F(WholeRun, WithoutThePicturesThatAreHeldOutItComesToTheSameDigests) {
+TEST_F(WholeRun, HeldOutImages_DoNotChangeTheResult) {
   const fs::path capture = root_ / "capture";
   copy_folder(this_capture(), capture);
   for (const char* kind : {"images", "labels"}) {
@@ -529,7 +529,7 @@ TEST_F(WholeRun, WithoutThePicturesThatAreHeldOutItComesToTheSameDigests) {
   EXPECT_EQ(digests(root_ / "work"), expected_);
 }
 
-TEST_F(WholeRun, WhatIsMadeOfResultsForAStageIsMadeAnewWhereItIsDamaged) {
+TEST_F(WholeRun, DamagedDerivedInputs_AreRecomputed) {
   if (std::find(stages_.begin(), stages_.end(), "flatten") == stages_.end()) {
     GTEST_SKIP() << "the ordinary chain ends before";
   }

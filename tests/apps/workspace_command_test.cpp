@@ -17,7 +17,7 @@ using ::testing::HasSubstr;
 
 using WorkspaceCommand = Program;
 
-TEST_F(WorkspaceCommand, StatusChecks) {
+TEST_F(WorkspaceCommand, Status_ChecksResults) {
   write_boxes(input(), 1);
   run_statistics({});
   EXPECT_EQ(run({"status", workspace().string(), "--check", "--digests"}).exit_code, 0);
@@ -34,7 +34,7 @@ TEST_F(WorkspaceCommand, StatusChecks) {
   EXPECT_FALSE(findings[0]["advice"].get<std::string>().empty());
 }
 
-TEST_F(WorkspaceCommand, WhatANewerProgramWroteIsLeftAlone) {
+TEST_F(WorkspaceCommand, ResultOfANewerVersion_IsLeftAlone) {
   write_boxes(input(), 1);
   run_statistics({});
   const std::filesystem::path path = stage_folder() / "current/manifest.json";
@@ -59,7 +59,7 @@ TEST_F(WorkspaceCommand, WhatANewerProgramWroteIsLeftAlone) {
   EXPECT_EQ(read_file_text(path, 1 << 20), text);
 }
 
-TEST_F(WorkspaceCommand, ANewerResultBesideOlderOnesIsLeftAlone) {
+TEST_F(WorkspaceCommand, NewerResultBesideOlderOnes_IsLeftAlone) {
   write_boxes(input(), 1);
   run_statistics({});
   const std::filesystem::path older = std::filesystem::canonical(stage_folder() / "current");
@@ -100,7 +100,7 @@ TEST_F(WorkspaceCommand, ANewerResultBesideOlderOnesIsLeftAlone) {
   EXPECT_EQ(read_file_text(newer / "manifest.json", 1 << 20), text);
 }
 
-TEST_F(WorkspaceCommand, ResultsWithoutACurrentLinkAreSpokenOf) {
+TEST_F(WorkspaceCommand, ResultsWithoutCurrentLink_AreReported) {
   write_boxes(input(), 1);
   run_statistics({});
   std::filesystem::remove(stage_folder() / "current");
@@ -112,7 +112,7 @@ TEST_F(WorkspaceCommand, ResultsWithoutACurrentLinkAreSpokenOf) {
   EXPECT_THAT(run({"status", workspace().string()}).out, ::testing::Not(HasSubstr(words)));
 }
 
-TEST_F(WorkspaceCommand, AFolderInThePlaceOfCurrentIsSpokenOfAsTheStageDoes) {
+TEST_F(WorkspaceCommand, FolderInPlaceOfCurrent_IsReportedWithAdvice) {
   write_boxes(input(), 1);
   run_statistics({});
   std::filesystem::remove(stage_folder() / "current");
@@ -128,7 +128,7 @@ TEST_F(WorkspaceCommand, AFolderInThePlaceOfCurrentIsSpokenOfAsTheStageDoes) {
   expect_refusal(run_statistics({}), kExitBadData, words);
 }
 
-TEST_F(WorkspaceCommand, AFileInThePlaceOfAStagesFolderIsOneRefusal) {
+TEST_F(WorkspaceCommand, FileInPlaceOfAStageFolder_IsRefused) {
   write_boxes(input(), 1);
   std::filesystem::create_directories(workspace());
   std::ofstream(stage_folder()) << "a file";
@@ -146,7 +146,7 @@ TEST_F(WorkspaceCommand, AFileInThePlaceOfAStagesFolderIsOneRefusal) {
   }
 }
 
-TEST_F(WorkspaceCommand, GcSaysWhatARunningStageKeeps) {
+TEST_F(WorkspaceCommand, Gc_ReportsWhatARunningStageKeeps) {
   write_boxes(input(), 1);
   run_statistics({});
   run_statistics({"--statistics.edge_quantiles", "0.5"});
@@ -168,7 +168,7 @@ TEST_F(WorkspaceCommand, GcSaysWhatARunningStageKeeps) {
   EXPECT_EQ(json[0]["removed"], false);
 }
 
-TEST_F(WorkspaceCommand, AnErrorIsAnObjectOfJson) {
+TEST_F(WorkspaceCommand, Error_IsAJsonObject) {
   const std::string missing = (root_ / "nothing").string();
   const std::string picture = (root_ / "bad.jpg").string();
   std::ofstream(picture) << "no image";
@@ -190,7 +190,7 @@ TEST_F(WorkspaceCommand, AnErrorIsAnObjectOfJson) {
   }
 }
 
-TEST_F(WorkspaceCommand, GcRemovesOlderResults) {
+TEST_F(WorkspaceCommand, Gc_RemovesOlderResults) {
   write_boxes(input(), 1);
   run_statistics({});
   run_statistics({"--statistics.edge_quantiles", "0.5"});

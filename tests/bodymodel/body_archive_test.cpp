@@ -29,7 +29,7 @@ BodyModel whole_body() {
   return model;
 }
 
-TEST(BodyArchive, ABodyReadsBackToTheSameBits) {
+TEST(BodyArchive, WrittenBody_ReadsBackBitExact) {
   const fixtures::TemporaryDirectory folder;
   const BodyModel model = whole_body();
   write_body(folder / "body.npz", model);
@@ -46,7 +46,7 @@ TEST(BodyArchive, ABodyReadsBackToTheSameBits) {
   EXPECT_EQ(skin_vertices(back, pose, shape), skin_vertices(model, pose, shape));
 }
 
-TEST(BodyArchive, APlainBodyReadsBack) {
+TEST(BodyArchive, PlainBody_ReadsBackEqual) {
   const BodyModel model = fixtures::person_body(fixtures::person_skeleton());
   const BodyModel back = body_of_arrays(Npz(npz_bytes(body_arrays(model)), "p.npz"));
   EXPECT_TRUE(back.shape.empty());
@@ -55,7 +55,7 @@ TEST(BodyArchive, APlainBodyReadsBack) {
   EXPECT_EQ(back.mesh.vertices, model.mesh.vertices);
 }
 
-TEST(BodyArchive, AMotionReadsBackToTheSameBits) {
+TEST(BodyArchive, WrittenMotion_ReadsBackBitExact) {
   const fixtures::TemporaryDirectory folder;
   MotionClip clip = fixtures::person_clip();
   clip.end_sites = {{12, {0, 0.2, 0}}};
@@ -68,7 +68,7 @@ TEST(BodyArchive, AMotionReadsBackToTheSameBits) {
   EXPECT_EQ(back.motion.poses[3].root_translation, clip.motion.poses[3].root_translation);
 }
 
-TEST(BodyArchive, RefusesOtherUnitsAndAxes) {
+TEST(BodyArchive, OtherUnitsAndAxes_AreRefused) {
   const std::pair<const char*, const char*> frames[] = {{"unit", "cm"}, {"up", "z"}};
   for (const auto& [name, word] : frames) {
     const std::string said = std::string("array '") + name + "': '" + word + "'; expected";
@@ -86,7 +86,7 @@ TEST(BodyArchive, RefusesOtherUnitsAndAxes) {
   }
 }
 
-TEST(BodyArchive, RefusesNumbersBeyondTheCeiling) {
+TEST(BodyArchive, NumbersBeyondTheLimit_AreRefused) {
   for (const char* name : {"vertices", "offsets", "shape_joints"}) {
     Arrays arrays = body_arrays(whole_body());
     Tensor& tensor = arrays.at(name);
@@ -108,7 +108,7 @@ TEST(BodyArchive, RefusesNumbersBeyondTheCeiling) {
   EXPECT_EQ(read(wide).motion.poses[0].root_translation.x(), far);
 }
 
-TEST(BodyArchive, RefusesBrokenBodies) {
+TEST(BodyArchive, InconsistentBodies_AreRefused) {
   const auto refused = [](void (*spoil)(Arrays&), const char* where) {
     Arrays arrays = body_arrays(whole_body());
     spoil(arrays);
@@ -161,7 +161,7 @@ TEST(BodyArchive, RefusesBrokenBodies) {
       "numbers of 32 bits");
 }
 
-TEST(BodyArchive, RefusesBrokenMotions) {
+TEST(BodyArchive, InconsistentMotions_AreRefused) {
   const auto refused = [](void (*spoil)(Arrays&), const char* where) {
     Arrays arrays = motion_arrays(fixtures::person_clip());
     spoil(arrays);

@@ -37,7 +37,7 @@ fixtures::PersonNames mhr_names() {
           "l_uparm", "l_lowarm", "l_wrist",  "r_clavicle", "r_uparm", "r_lowarm", "r_wrist"};
 }
 
-TEST(BodyFile, AnMhrBodyComesAsGltfAndIsMoved) {
+TEST(BodyFile, GltfOfMhrBody_IsReadAndRetargeted) {
   const fs::path path = file("mhr.glb");
   write_gltf(path, gltf_body(person_body(person_skeleton(mhr_names()))));
   const BodyModel model = read_body_file(path).model;
@@ -50,7 +50,7 @@ TEST(BodyFile, AnMhrBodyComesAsGltfAndIsMoved) {
 
 // What Blender makes of an FBX in centimetres, as MHR's are: an armature of scale 0.01 above the
 // joints, whose bind matrices are in centimetres.
-TEST(BodyFile, AnArmatureInCentimetresIsAPersonInMetres) {
+TEST(BodyFile, GltfArmatureInCentimetres_GivesAPersonInMetres) {
   const BodyModel person = person_body(person_skeleton(mhr_names()));
   GltfScene scene = gltf_body(scaled_body(person, 100));
   GltfNode armature;
@@ -80,7 +80,7 @@ TEST(BodyFile, AnArmatureInCentimetresIsAPersonInMetres) {
   fs::remove(path);
 }
 
-TEST(BodyFile, RefusesMhrsOtherFilesWithAdvice) {
+TEST(BodyFile, OtherMhrFiles_AreRefusedWithAdvice) {
   const std::pair<const char*, const char*> refused[] = {
       {"mhr_model.pt", "can run code and is never loaded"},
       {"compact_v6_1.model", "without mesh and skin"},
@@ -103,7 +103,7 @@ TEST(BodyFile, RefusesMhrsOtherFilesWithAdvice) {
   fs::remove(path);
 }
 
-TEST(BodyFile, RefusesWhatIsNoBody) {
+TEST(BodyFile, NonBodyFiles_AreRefused) {
   EXPECT_THAT([] { read_body_file("walk.bvh"); },
               ThrowsMessage<DataError>(HasSubstr("extension '.bvh'")));
   EXPECT_THAT([] { read_body_file("nobody"); },

@@ -16,13 +16,13 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-TEST(BodyModel, AcceptsAWholeModel) {
+TEST(BodyModel, CompleteModel_IsAccepted) {
   EXPECT_NO_THROW(check_body_model(synthetic_body()));
   EXPECT_EQ(joint_count(synthetic_body()), 7);
   EXPECT_EQ(vertex_count(synthetic_body()), 40);
 }
 
-TEST(BodyModel, FindsByName) {
+TEST(BodyModel, ShapesAndGroups_AreFoundByName) {
   const BodyModel model = synthetic_body();
   EXPECT_EQ(find_shape(model, "belly"), 1);
   EXPECT_EQ(find_shape(model, "wings"), -1);
@@ -39,7 +39,7 @@ struct Damage {
 
 class BodyModelRefusal : public ::testing::TestWithParam<Damage> {};
 
-TEST_P(BodyModelRefusal, NamesThePlaceAndTheRule) {
+TEST_P(BodyModelRefusal, SpoiledModel_IsRefusedWithPlaceAndRule) {
   BodyModel model = synthetic_body();
   GetParam().spoil(model);
   EXPECT_THAT([&] { check_body_model(model, "person.npz"); },

@@ -24,7 +24,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-TEST(BodySize, AScaledBodyMovesAsTheBody) {
+TEST(BodySize, ScaledBody_MovesAsTheBody) {
   const BodyModel model = fixtures::synthetic_body();
   const BodyModel large = scaled_body(model, 100);
   Pose pose = fixtures::random_pose(model.skeleton, 3);
@@ -40,7 +40,7 @@ TEST(BodySize, AScaledBodyMovesAsTheBody) {
   EXPECT_THROW(scaled_body(model, std::nan("")), LogicError);
 }
 
-TEST(BodySize, PeopleInOtherUnitsAreRefusedWithTheFactorThatWouldDo) {
+TEST(BodySize, PeopleInOtherUnits_AreRefusedWithTheFactor) {
   const BodyModel person = person_body(person_skeleton());
   check_body_size(person, "p");
   const std::pair<double, const char*> units[] = {{100, "metres_per_unit = 0.01"},
@@ -58,7 +58,7 @@ TEST(BodySize, PeopleInOtherUnitsAreRefusedWithTheFactorThatWouldDo) {
   check_body_size(scaled_body(person, 0.4));  // a child
 }
 
-TEST(BodySize, APersonWhoLiesAlongZIsRefused) {
+TEST(BodySize, PersonLyingAlongZ_IsRefused) {
   BodyModel model = person_body(person_skeleton());
   for (Points* points : {&model.mesh.vertices, &model.skeleton.offsets}) {
     const Eigen::VectorXd y = points->col(1);
@@ -69,7 +69,7 @@ TEST(BodySize, APersonWhoLiesAlongZIsRefused) {
               ThrowsMessage<DataError>(AllOf(HasSubstr("head lies along z"), HasSubstr("Y up"))));
 }
 
-TEST(BodySize, AFileInCentimetresIsReadOnceItIsSaid) {
+TEST(BodySize, FileInCentimetres_IsReadOnceUnitIsGiven) {
   const fixtures::TemporaryDirectory folder;
   const std::filesystem::path path = folder / "cm.glb";
   const BodyModel person = person_body(person_skeleton());
@@ -83,7 +83,7 @@ TEST(BodySize, AFileInCentimetresIsReadOnceItIsSaid) {
   EXPECT_LT((back.skeleton.offsets - person.skeleton.offsets).cwiseAbs().maxCoeff(), 1e-6);
 }
 
-TEST(BodySize, TheFoxIsNoAnimalOf150Metres) {
+TEST(BodySize, FoxInCentimetres_IsRefusedUntilUnitIsGiven) {
   ATELIER_TEST_FILE(path, "gltf_skinned/bevy_fox/Fox.glb");
   EXPECT_THAT([&] { read_body_file(path); },
               ThrowsMessage<DataError>(

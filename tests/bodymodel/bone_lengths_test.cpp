@@ -38,7 +38,7 @@ BodyModel longer(const BodyModel& model, const std::string& name) {
   return at_shape(bones, shape);
 }
 
-TEST(BoneLengths, ABoneGrowsByWhatItIsToldAndNoOtherDoes) {
+TEST(BoneLengths, BoneLengthParameter_ChangesItsBoneOnly) {
   const struct {
     const char *name, *from, *to;
   } bones[] = {{"thigh_length", "left_hip", "left_knee"},
@@ -62,7 +62,7 @@ TEST(BoneLengths, ABoneGrowsByWhatItIsToldAndNoOtherDoes) {
   }
 }
 
-TEST(BoneLengths, TheTrunkGrowsUnderArmsAndHead) {
+TEST(BoneLengths, TrunkLength_MovesArmsAndHeadAlong) {
   const BodyModel taller = longer(human(), "trunk_length");
   EXPECT_NEAR(bone(taller.skeleton, "pelvis", "neck").norm(),
               bone(human().skeleton, "pelvis", "neck").norm() + 0.03, 1e-9);
@@ -74,7 +74,7 @@ TEST(BoneLengths, TheTrunkGrowsUnderArmsAndHead) {
   EXPECT_NEAR(moved.row(find_joint(human().skeleton, "head")).norm(), 0.03, 1e-9);
 }
 
-TEST(BoneLengths, SkinGoesAlong) {
+TEST(BoneLengths, Skin_FollowsTheBone) {
   const BodyModel taller = longer(human(), "shin_length");
   const Points moved = taller.mesh.vertices - human().mesh.vertices;
   const Points rest = rest_positions(human().skeleton);
@@ -91,7 +91,7 @@ TEST(BoneLengths, SkinGoesAlong) {
   }
 }
 
-TEST(BoneLengths, AModelWithoutShapesGetsASize) {
+TEST(BoneLengths, ModelWithoutShapes_GetsASizeParameter) {
   const BodyModel bones = with_bone_lengths(human());
   ASSERT_GE(find_shape(bones, "size"), 0);
   Eigen::VectorXd shape = neutral_shape(bones);
@@ -105,7 +105,7 @@ TEST(BoneLengths, AModelWithoutShapesGetsASize) {
   check_body_model(again);
 }
 
-TEST(BoneLengths, MakeHuman) {
+TEST(BoneLengths, MakeHumanBody_GetsBoneLengths) {
   ATELIER_TEST_FILE(base, "makehuman/base/base.obj");
   const BodyModel model = read_body_file(base).model;
   const BodyModel bones = with_bone_lengths(model);
@@ -113,7 +113,7 @@ TEST(BoneLengths, MakeHuman) {
   check_body_model(bones);
 }
 
-TEST(BoneLengths, WhatIsNoPersonIsRefused) {
+TEST(BoneLengths, NonPerson_IsRefused) {
   BodyModel box;
   box.skeleton = {{"root"}, {-1}, Points::Zero(1, 3), {}, {}, {}};
   box.mesh = human().mesh;

@@ -23,7 +23,7 @@ bool is_top(const Eigen::RowVector3d& p) {
   return p.y() > 0.001;
 }
 
-TEST(ClothedScan, RegionsAreTheirRoles) {
+TEST(ClothedScan, ScanRegions_FollowTheirRoles) {
   const ScanSurface scan = scan_surface(worn_on(ball(0.3), is_top, 0.01));
   const auto skin = nearest_point(scan, scan.skin, {0, -0.35, 0}, 1);
   ASSERT_TRUE(skin);
@@ -37,13 +37,13 @@ TEST(ClothedScan, RegionsAreTheirRoles) {
   EXPECT_TRUE(rim->border);
 }
 
-TEST(ClothedScan, WithoutRolesAllOfItIsCloth) {
+TEST(ClothedScan, ScanWithoutRoles_IsAllCloth) {
   const ScanSurface scan = scan_surface({ball(0.3), {}});
   EXPECT_EQ(scan.skin.faces.rows(), 0);
   EXPECT_EQ(scan.cover.faces.rows(), ball(0.3).faces.rows());
 }
 
-TEST(ClothedScan, GapsHaveASign) {
+TEST(ClothedScan, Gaps_HaveASign) {
   const ScanSurface scan = scan_surface({ball(0.3), {}});
   for (const CoverSign sign : {CoverSign::Winding, CoverSign::Normal}) {
     const auto inside = cover_gap(scan, {0, 0.28, 0}, {0, 1, 0}, 0.05, sign);
@@ -61,7 +61,7 @@ TEST(ClothedScan, GapsHaveASign) {
   EXPECT_LT(unsigned_gap->outward.y(), -0.99);
 }
 
-TEST(ClothedScan, ClothThatLooksAnotherWayIsNotOverIt) {
+TEST(ClothedScan, ClothFacingOtherwise_DoesNotCover) {
   const ScanSurface scan = scan_surface({ball(0.3), {}});
   EXPECT_FALSE(cover_gap(scan, {0, 0.32, 0}, {0, -1, 0}, 0.05, CoverSign::Normal));
   EXPECT_FALSE(cover_gap(scan, {0, 0.1, 0}, {0, 1, 0}, 0.05, CoverSign::Normal));
@@ -101,7 +101,7 @@ std::vector<Index> some_faces(const Mesh& mesh, int every, std::uint64_t seed) {
 
 // Patches that look the wrong way, as merged scans have them: over them normals say the opposite or
 // nothing, while the winding number, to which all of the scan adds, is hardly changed.
-TEST(ClothedScan, TurnedPatchesDoNotTurnTheWindingNumber) {
+TEST(ClothedScan, FlippedPatches_DoNotAffectTheWindingNumber) {
   for (const std::uint64_t seed : {1, 2, 3}) {
     ClothedScan scan{ball(0.3, 6), {}};  // patches of 7 mm about a vertex
     Random random{seed};
@@ -130,7 +130,7 @@ TEST(ClothedScan, TurnedPatchesDoNotTurnTheWindingNumber) {
 // Of a scan that looks inwards altogether sides are exchanged: skin and cloth contradict each other
 // wherever the skin is, and nothing is said, where its normals take another limb's skin for
 // covered.
-TEST(ClothedScan, AnInsideOutScanSaysNothing) {
+TEST(ClothedScan, InsideOutScan_GivesNoSign) {
   ClothedScan scan{ball(0.3), {}};
   scan.mesh.faces.col(1).swap(scan.mesh.faces.col(2));
   const ScanSurface surface = scan_surface(scan);
@@ -141,7 +141,7 @@ TEST(ClothedScan, AnInsideOutScanSaysNothing) {
 }
 
 // Holes of what no camera saw, and one side missing: what is told has the right sign.
-TEST(ClothedScan, HolesDoNotTurnTheWindingNumber) {
+TEST(ClothedScan, Holes_DoNotAffectTheWindingNumber) {
   for (const int every : {4, 10}) {
     const Mesh whole = ball(0.3);
     ClothedScan scan{whole, {}};
@@ -176,7 +176,7 @@ TEST(ClothedScan, HolesDoNotTurnTheWindingNumber) {
 
 // A foot in a shoe whose sole no camera sees: under the instep a winding number is a half and less,
 // and the sole is not outside of what lies over it.
-TEST(ClothedScan, WhatIsOpenBelowDoesNotPushItsFloorUp) {
+TEST(ClothedScan, SoleMissingFromAShoe_IsNotPushedUp) {
   Mesh shoe = ball(0.12);
   shoe.vertices.col(1) *= 0.3;  // 7 cm high
   for (const double opening : {-0.02, -0.01, 0.0}) {
@@ -194,7 +194,7 @@ TEST(ClothedScan, WhatIsOpenBelowDoesNotPushItsFloorUp) {
   }
 }
 
-TEST(ClothedScan, RefusesBadScans) {
+TEST(ClothedScan, BadScans_AreRefused) {
   ClothedScan scan = worn_on(ball(0.3, 2), is_top, 0.01);
   scan.roles.pop_back();
   ATELIER_EXPECT_REFUSED(scan_surface(scan, "scan.h5"), DataError, "scan.h5");
@@ -208,7 +208,7 @@ TEST(ClothedScan, RefusesBadScans) {
   ATELIER_EXPECT_REFUSED(scan_surface(scan), DataError, "inside from outside");
 }
 
-TEST(ClothedScan, RefusesScansOfAnotherUnitOrPlace) {
+TEST(ClothedScan, ScansOfOtherUnitOrPlace_AreRefused) {
   const Mesh body = ball(0.9, 2);
   ClothedScan scan = worn_on(ball(0.9, 2), is_top, 0.01);
   EXPECT_NO_THROW(check_scan_of_body(scan, body.vertices));
@@ -224,7 +224,7 @@ TEST(ClothedScan, RefusesScansOfAnotherUnitOrPlace) {
                          "in the same coordinates");
 }
 
-TEST(BodyCover, TellsBareFromCoveredAndTightFromLoose) {
+TEST(BodyCover, BareCoveredTightAndLooseSkin_AreToldApart) {
   const Mesh body = ball(0.3);
   for (const double gap : {0.004, 0.03}) {
     const ScanSurface scan = scan_surface(worn_on(body, is_top, gap));
@@ -244,7 +244,7 @@ TEST(BodyCover, TellsBareFromCoveredAndTightFromLoose) {
   }
 }
 
-TEST(BodyCover, ASkirtFarOffStillCoversTheLeg) {
+TEST(BodyCover, DistantSkirt_StillCoversTheLeg) {
   const Mesh leg = ball(0.08);
   Mesh skirt = fixtures::tube(60, 20, 1.6);
   skirt.vertices *= 0.3;
@@ -262,7 +262,7 @@ TEST(BodyCover, ASkirtFarOffStillCoversTheLeg) {
 }
 
 // A palm beside a skirt is near cloth, but outside of it: other frames see its skin.
-TEST(BodyCover, FramesAreHeardTogether) {
+TEST(BodyCover, VotesOfFrames_AreCombined) {
   const Mesh hand = ball(0.08);
   const ScanSurface seen = scan_surface(worn_on(
       hand, [](const auto&) { return false; }, 0));
@@ -278,7 +278,7 @@ TEST(BodyCover, FramesAreHeardTogether) {
   EXPECT_EQ(body_cover(hand.faces, votes).covered[up], 0);
 }
 
-TEST(BodyCover, RefusesVotesOfTwoBodies) {
+TEST(BodyCover, VotesOfTwoBodies_AreRefused) {
   const Mesh body = ball(0.3, 2);
   const Mesh other = ball(0.3, 3);
   const ScanSurface scan = scan_surface(worn_on(body, is_top, 0.01));
@@ -287,7 +287,7 @@ TEST(BodyCover, RefusesVotesOfTwoBodies) {
       LogicError, "two different bodies");
 }
 
-TEST(BodyCertificate, CountsWhatPokesOut) {
+TEST(BodyCertificate, VerticesOutsideTheCloth_AreCounted) {
   const Mesh body = ball(0.3);
   const ScanSurface scan = scan_surface(worn_on(body, is_top, 0.006));
   const BodyCover cover = body_cover(body.faces, cover_votes(body.faces, body.vertices, scan));

@@ -100,11 +100,11 @@ void expect_near_makehuman(bool male, double stature) {
   EXPECT_GT(a.normals, 0.90);
 }
 
-TEST(DefaultHumanMakeHuman, FemaleIsNear) {
+TEST(DefaultHumanMakeHuman, FemaleMakeHuman_IsNearTheDefaultHuman) {
   expect_near_makehuman(false, 1.59);
 }
 
-TEST(DefaultHumanMakeHuman, MaleIsNear) {
+TEST(DefaultHumanMakeHuman, MaleMakeHuman_IsNearTheDefaultHuman) {
   expect_near_makehuman(true, 1.73);
 }
 

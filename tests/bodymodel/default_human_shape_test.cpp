@@ -40,7 +40,7 @@ Pose t_pose(const BodyModel& model) {
   return pose;
 }
 
-TEST(DefaultHumanShape, TallAndShortPeopleAreScaledNotDeformed) {
+TEST(DefaultHumanShape, TallAndShortPeople_AreScaledNotDeformed) {
   for (const double male : {0.0, 0.5, 1.0}) {
     const BodyMeasurements average = measure_body(default_human({.male = male}));
     for (const double stature : {1.4, 1.5, 1.7, 1.9, 2.15}) {
@@ -52,7 +52,7 @@ TEST(DefaultHumanShape, TallAndShortPeopleAreScaledNotDeformed) {
   }
 }
 
-TEST(DefaultHumanShape, MeasuresWhatWasAskedFor) {
+TEST(DefaultHumanShape, RandomHumans_HaveTheRequestedMeasures) {
   Random random{20, 1, 0};
   double worst = 0;
   for (int i = 0; i < 8; ++i) {
@@ -72,7 +72,7 @@ TEST(DefaultHumanShape, MeasuresWhatWasAskedFor) {
   std::printf("largest error of a measure: %.4f%%\n", 100 * worst);
 }
 
-TEST(DefaultHumanShape, PresetsAreTheAveragesOfTheTables) {
+TEST(DefaultHumanShape, Presets_AreTheAveragesOfTheTables) {
   const BodyMeasurements woman = expected_measures(female_human());
   const BodyMeasurements man = expected_measures(male_human());
   EXPECT_DOUBLE_EQ(woman.stature, 1.63);
@@ -81,7 +81,7 @@ TEST(DefaultHumanShape, PresetsAreTheAveragesOfTheTables) {
   EXPECT_LT(woman.waist_girth / woman.hip_girth, man.waist_girth / man.hip_girth);
 }
 
-TEST(DefaultHumanShape, UnsetMeasuresFollowStatureAndMass) {
+TEST(DefaultHumanShape, UnsetMeasures_FollowStatureAndMass) {
   DefaultHumanOptions options = female_human();
   options.mass = 80;
   const BodyMeasurements heavy = expected_measures(options);
@@ -120,7 +120,7 @@ void say_progress(const char* what, const Bodies& range, int body) {
   }
 }
 
-TEST(DefaultHumanShape, NoSelfIntersectionInAPoseAndTPose) {
+TEST(DefaultHumanShape, NoSelfIntersectionOfRandomHumans_Occurs) {
   Random random{21, 1, 0};
   const Bodies range = bodies(12, 600);
   for (int i = 0; i < range.end; ++i) {
@@ -136,7 +136,7 @@ TEST(DefaultHumanShape, NoSelfIntersectionInAPoseAndTPose) {
 
 // All measures at the 5th percentile, all at the 95th, and corners where each is at the one or the
 // other by a coin.
-TEST(DefaultHumanShape, NoSelfIntersectionAtTheCornersOfTheShapeSpace) {
+TEST(DefaultHumanShape, NoSelfIntersectionAtShapeSpaceCorners_Occurs) {
   Random random{22, 1, 0};
   const Bodies range = bodies(28, 600);
   for (int i = 0; i < range.end; ++i) {
@@ -156,7 +156,7 @@ TEST(DefaultHumanShape, NoSelfIntersectionAtTheCornersOfTheShapeSpace) {
 
 // What crossed before the arm's root kept its distance from the flank: wide chests beside thick or
 // short arms.
-TEST(DefaultHumanShape, NoSelfIntersectionInTheArmpitOfAWideChest) {
+TEST(DefaultHumanShape, NoSelfIntersectionInArmpitsOfWideChests_Occurs) {
   const std::vector<double> corners[] = {
       {.95, .95, .95, .05, .05, .05, .05, .95, .95, .95, .05, .05},
       {.95, .95, .95, .95, .95, .05, .95, .95, .05, .95, .95, .95},
@@ -171,7 +171,7 @@ TEST(DefaultHumanShape, NoSelfIntersectionInTheArmpitOfAWideChest) {
 
 // What crossed in T-pose while a raised arm pushed the top of the shoulder out by more: thick arms
 // on narrow shoulders of short, heavy men.
-TEST(DefaultHumanShape, NoSelfIntersectionOnTopOfANarrowShoulder) {
+TEST(DefaultHumanShape, NoSelfIntersectionOnNarrowShoulders_Occurs) {
   const std::vector<double> corners[] = {
       {.05, .95, .05, .95, .05, .05, .95, .05, .95, .05, .95, .95},
       {.05, .95, .95, .05, .05, .05, .95, .95, .95, .95, .95, .95}};
@@ -181,7 +181,7 @@ TEST(DefaultHumanShape, NoSelfIntersectionOnTopOfANarrowShoulder) {
   }
 }
 
-TEST(DefaultHumanShape, LinearBasisMeasuresItsParameters) {
+TEST(DefaultHumanShape, LinearBasis_ChangesTheNamedMeasures) {
   const BodyModel model = default_human(female_human());
   EXPECT_EQ(model.shape.size(), 13u);
   // 1% of each parameter; the surface is not linear, so larger steps belong to the generator.
@@ -203,7 +203,7 @@ TEST(DefaultHumanShape, LinearBasisMeasuresItsParameters) {
   }
 }
 
-TEST(DefaultHumanShape, LinearBasisHoldsOverTenPercent) {
+TEST(DefaultHumanShape, LinearBasis_HoldsOverTenPercent) {
   const BodyModel model = default_human(male_human());
   Eigen::VectorXd shape = neutral_shape(model);
   shape[find_shape(model, "stature")] += 0.08;
@@ -267,7 +267,7 @@ struct Bend {
 };
 
 // Both directions of every axis in which a joint bends, as far as its limits go.
-TEST(DefaultHumanVolume, StaysAtNinetyDegrees) {
+TEST(DefaultHumanVolume, BendingToNinetyDegrees_KeepsTheVolume) {
   const double q = M_PI / 2;
   const double h = q * std::sqrt(0.5);
   const Bend bends[] = {{"knee flexion", "left_knee", {q, 0, 0}, 0.12},
@@ -313,7 +313,7 @@ TEST(DefaultHumanVolume, StaysAtNinetyDegrees) {
   }
 }
 
-TEST(DefaultHumanVolume, CorrectivesVanishAtRest) {
+TEST(DefaultHumanVolume, RestPose_HasNoCorrectives) {
   const BodyModel model = default_human(without_basis({}));
   const Points v = skin_vertices(model, rest_pose(model.skeleton));
   EXPECT_LT((v - model.mesh.vertices).cwiseAbs().maxCoeff(), 1e-12);
@@ -321,7 +321,7 @@ TEST(DefaultHumanVolume, CorrectivesVanishAtRest) {
 
 // Skin presses into skin at the ends of motion. How much: the share of the surface whose triangles
 // cross others. The limits are what it is now, not what it should be.
-TEST(DefaultHumanRig, TheFaceTurnsWithTheHead) {
+TEST(DefaultHumanRig, TurnedHead_CarriesTheFaceRigidly) {
   const BodyModel model = default_human(without_basis({}));
   const int head = find_joint(model.skeleton, "head");
   const Eigen::RowVector3d joint = rest_positions(model.skeleton).row(head);
@@ -348,7 +348,7 @@ TEST(DefaultHumanRig, TheFaceTurnsWithTheHead) {
   }
 }
 
-TEST(DefaultHumanFold, AtTheEndsOfMotionIsKnown) {
+TEST(DefaultHumanFold, SelfIntersectionAtExtremePoses_StaysBelowKnownArea) {
   struct Extreme {
     const char* name;
     std::vector<std::pair<const char*, Eigen::Vector3d>> turns;
@@ -420,7 +420,7 @@ TEST(DefaultHumanFold, AtTheEndsOfMotionIsKnown) {
   }
 }
 
-TEST(DefaultHumanAtlas, IslandsAreNamedAndFillTheSquareWithoutMirrors) {
+TEST(DefaultHumanAtlas, AtlasIslands_AreNamedUnmirroredAndFillTheSquare) {
   const BodyModel model = default_human(without_basis({}));
   const Mesh& mesh = model.mesh;
   ASSERT_EQ(mesh.uv_faces.rows(), mesh.faces.rows());
@@ -450,7 +450,7 @@ TEST(DefaultHumanAtlas, IslandsAreNamedAndFillTheSquareWithoutMirrors) {
 
 // No texel's centre is inside triangles of two islands, and hardly any in two of one: the web of
 // the thumb and the shoulder fold a little over the border of theirs.
-TEST(DefaultHumanAtlas, IslandsDoNotOverlap) {
+TEST(DefaultHumanAtlas, AtlasIslands_DoNotOverlap) {
   const Mesh mesh = default_human(without_basis({})).mesh;
   constexpr int kSide = 2048;
   std::vector<int> owner(static_cast<std::size_t>(kSide) * kSide, -1);
@@ -504,7 +504,7 @@ TEST(DefaultHumanAtlas, IslandsDoNotOverlap) {
   EXPECT_LT(within, 3e-4 * filled);
 }
 
-TEST(DefaultHumanLimits, AllowTheRestPoseAndMirror) {
+TEST(DefaultHumanLimits, JointLimits_AllowTheRestPoseAndAreMirrored) {
   const BodyModel model = default_human(without_basis({}));
   const Skeleton& s = model.skeleton;
   EXPECT_LE(s.limits_min.maxCoeff(), 0);
@@ -518,7 +518,7 @@ TEST(DefaultHumanLimits, AllowTheRestPoseAndMirror) {
   EXPECT_NEAR(s.limits_max(knee, 0), 140 * M_PI / 180, 1e-12);
 }
 
-TEST(DefaultHumanRandom, RepeatsAndRefuses) {
+TEST(DefaultHumanRandom, RandomHumans_RepeatAndRangesAreRefused) {
   Random a{5, 2, 0};
   Random b{5, 2, 0};
   EXPECT_EQ(random_human(a, 0.3).waist_girth, random_human(b, 0.3).waist_girth);

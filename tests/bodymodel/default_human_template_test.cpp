@@ -8,7 +8,7 @@ namespace atelier {
 namespace {
 
 // The committed vertices are the field's: whoever changes the anatomy makes the template anew.
-TEST(DefaultHumanTemplate, LiesOnTheFieldOfTheMiddleBuild) {
+TEST(DefaultHumanTemplate, TemplateVertices_LieOnTheFieldOfTheAverageBuild) {
   const HumanTemplate body = human_template();
   const HumanField field = human_field(human_anatomy({}));
   int off = 0;
@@ -26,7 +26,7 @@ TEST(DefaultHumanTemplate, LiesOnTheFieldOfTheMiddleBuild) {
 }
 
 // Two fans of triangles with a common border: the tip of one is pushed through the other.
-TEST(DefaultHumanTemplate, CrossingSkinIsSmoothed) {
+TEST(DefaultHumanTemplate, IntersectingSkin_IsSmoothed) {
   HumanTemplate body;
   body.middle = 0;
   for (int y = 0; y < 5; ++y) {
@@ -50,7 +50,7 @@ TEST(DefaultHumanTemplate, CrossingSkinIsSmoothed) {
   EXPECT_EQ(smooth.points[0].x, body.points[0].x);
 }
 
-TEST(DefaultHumanTemplate, SourceTextKeepsEveryNumber) {
+TEST(DefaultHumanTemplate, SourceText_KeepsEveryNumber) {
   HumanTemplate small;
   small.middle = 2;
   small.points = {{0, 0.00002, 1}, {0, 0.5, -0.25}, {0.1, 0.2, 0.3}};
@@ -64,7 +64,7 @@ TEST(DefaultHumanTemplate, SourceTextKeepsEveryNumber) {
 
 // The draft stands for the template, which takes a minute. Other processors than x86-64 may
 // contract products and sums, which moves its last digits.
-TEST(DefaultHumanTemplate, IsOfTheseSources) {
+TEST(DefaultHumanTemplate, CommittedTemplate_MatchesTheSources) {
 #if defined(__x86_64__) && !defined(__FMA__)
   EXPECT_EQ(human_template_draft(), human_template_data().draft)
       << "anatomy, field or polygoniser have changed since the template was made: run "
@@ -76,7 +76,7 @@ TEST(DefaultHumanTemplate, IsOfTheseSources) {
 
 // A woman's head and a man's are the middle one moved a little, alike on both sides of it, and no
 // part of it passes through another.
-TEST(DefaultHumanHead, DiffersByLessThanFourMillimetres) {
+TEST(DefaultHumanHead, HeadsOfBothSexes_DifferByLessThanFourMillimetres) {
   double most = 0;
   for (double y = 868; y <= 1000; y += 3) {
     for (double x = 0; x <= 45; x += 3) {
@@ -97,7 +97,7 @@ TEST(DefaultHumanHead, DiffersByLessThanFourMillimetres) {
   EXPECT_LT(most * 1.7, 4);  // millimetres at a stature of 1.7 m
 }
 
-TEST(DefaultHumanField, IsInsideTheBonesAndSymmetric) {
+TEST(DefaultHumanField, Field_EnclosesTheBonesAndIsSymmetric) {
   for (double male : {0.0, 0.5, 1.0}) {
     const HumanAnatomy anatomy = human_anatomy({.male = male});
     const HumanField field = human_field(anatomy);
@@ -115,7 +115,7 @@ TEST(DefaultHumanField, IsInsideTheBonesAndSymmetric) {
   }
 }
 
-TEST(DefaultHumanAnatomy, StationsInvertAndSectionsMeetTheirWidths) {
+TEST(DefaultHumanAnatomy, Stations_InvertAndSectionsHaveTheirWidths) {
   const HumanAnatomy anatomy = human_anatomy({});
   for (const HumanTube* tube : {&anatomy.trunk, &anatomy.leg, &anatomy.arm}) {
     const double last = static_cast<double>(tube->sections.size() - 1);
@@ -130,7 +130,7 @@ TEST(DefaultHumanAnatomy, StationsInvertAndSectionsMeetTheirWidths) {
   }
 }
 
-TEST(DefaultHumanAnatomy, LengthsFollowTheBuild) {
+TEST(DefaultHumanAnatomy, Lengths_FollowTheBuild) {
   const HumanAnatomy plain = human_anatomy({});
   const HumanAnatomy legs = human_anatomy({.leg = 1.1});
   EXPECT_DOUBLE_EQ(legs.joints.ankle.y, plain.joints.ankle.y);

@@ -35,7 +35,7 @@ std::vector<int> mirror_map(const BodyModel& model) {
   return mirror;
 }
 
-TEST(DefaultHumanTopology, IsOneClosedTwoManifoldWithoutHandles) {
+TEST(DefaultHumanTopology, DefaultHuman_IsOneClosedManifoldOfGenusZero) {
   for (double male : {0.0, 1.0}) {
     const BodyModel model = plain_human(male);
     EXPECT_NO_THROW(check_body_model(model));
@@ -50,12 +50,12 @@ TEST(DefaultHumanTopology, IsOneClosedTwoManifoldWithoutHandles) {
   }
 }
 
-TEST(DefaultHumanTopology, FacesOutwards) {
+TEST(DefaultHumanTopology, Surface_IsOrientedOutwards) {
   const BodyModel model = plain_human(0.5);
   EXPECT_GT(mesh_volume(model.mesh.vertices, model.mesh.faces), 0.04);
 }
 
-TEST(DefaultHumanTopology, LeftMirrorsRightExactly) {
+TEST(DefaultHumanTopology, LeftSide_MirrorsTheRightExactly) {
   const BodyModel model = plain_human(0);
   const std::vector<int> mirror = mirror_map(model);
   const Points& v = model.mesh.vertices;
@@ -80,7 +80,7 @@ TEST(DefaultHumanTopology, LeftMirrorsRightExactly) {
   }
 }
 
-TEST(DefaultHumanTopology, TrianglesAreEven) {
+TEST(DefaultHumanTopology, Triangles_AreWellShaped) {
   const BodyModel model = plain_human(1);
   const Points& v = model.mesh.vertices;
   const Triangles& f = model.mesh.faces;
@@ -126,7 +126,7 @@ TEST(DefaultHumanTopology, TrianglesAreEven) {
   EXPECT_GT(worst, 8);
 }
 
-TEST(DefaultHumanRig, HasTheTreeOfSmplX) {
+TEST(DefaultHumanRig, JointTree_MatchesSmplX) {
   const BodyModel model = plain_human(0.5);
   EXPECT_EQ(joint_count(model), 55);
   EXPECT_NO_THROW(check_skeleton(model.skeleton));
@@ -144,7 +144,7 @@ TEST(DefaultHumanRig, HasTheTreeOfSmplX) {
   }
 }
 
-TEST(DefaultHumanRig, WeightsArePartitionOfUnityAndBilateral) {
+TEST(DefaultHumanRig, SkinWeights_SumToOneAndAreSymmetric) {
   const BodyModel model = plain_human(0.5);
   const std::vector<int> mirror = mirror_map(model);
   const Index joints = joint_count(model);
@@ -171,7 +171,7 @@ TEST(DefaultHumanRig, WeightsArePartitionOfUnityAndBilateral) {
   }
 }
 
-TEST(DefaultHumanOptions, RefusesWhatIsOutOfRange) {
+TEST(DefaultHumanOptions, OptionOutOfRange_IsRefused) {
   DefaultHumanOptions options;
   options.male = 1.5;
   EXPECT_THROW(default_human(options), LogicError);
@@ -186,7 +186,7 @@ TEST(DefaultHumanOptions, RefusesWhatIsOutOfRange) {
   EXPECT_THROW(default_human(options), LogicError);
 }
 
-TEST(DefaultHumanOptions, NamesTheMeasureThatFitsNobody) {
+TEST(DefaultHumanOptions, ImpossibleMeasure_IsNamed) {
   DefaultHumanOptions options;
   options.stature = 1.6;
   options.leg_length = 1.05;
@@ -210,7 +210,7 @@ void expect_refused(const DefaultHumanOptions& options, const char* where, const
   }
 }
 
-TEST(DefaultHumanOptions, RefusesAGirthThatDoesNotBelongToTheMass) {
+TEST(DefaultHumanOptions, GirthContradictingTheMass_IsRefused) {
   DefaultHumanOptions options = female_human();
   options.mass = 90;
   options.waist_girth = 0.5;
@@ -221,7 +221,7 @@ TEST(DefaultHumanOptions, RefusesAGirthThatDoesNotBelongToTheMass) {
   expect_refused(options, "neck_girth", "the girths that are given speak for");
 }
 
-TEST(DefaultHumanOptions, RefusesAMassThatDoesNotBelongToTheStature) {
+TEST(DefaultHumanOptions, MassContradictingTheStature_IsRefused) {
   DefaultHumanOptions options = female_human();
   options.stature = 2.1;
   options.mass = 35;
@@ -232,7 +232,7 @@ TEST(DefaultHumanOptions, RefusesAMassThatDoesNotBelongToTheStature) {
 }
 
 // Each girth alone could be someone's; all of them together hold too little or too much.
-TEST(DefaultHumanOptions, RefusesGirthsThatTogetherDoNotHoldTheMass) {
+TEST(DefaultHumanOptions, GirthsContradictingTheMass_AreRefused) {
   DefaultHumanOptions options = female_human();
   options.shape_basis = false;
   options.mass = 61.5;
@@ -245,7 +245,7 @@ TEST(DefaultHumanOptions, RefusesGirthsThatTogetherDoNotHoldTheMass) {
   expect_refused(options, "mass", "the girths that are given speak for 72.1 kg");
 }
 
-TEST(DefaultHumanOptions, MassFollowsTheGirthsWhereItIsNotGiven) {
+TEST(DefaultHumanOptions, UnsetMass_FollowsTheGirths) {
   DefaultHumanOptions options = female_human();
   EXPECT_DOUBLE_EQ(likely_mass(options), 61.5);
   EXPECT_DOUBLE_EQ(expected_measures(options).mass, 61.5);

@@ -106,7 +106,7 @@ void expect_same_body(const BodyModel& a, const BodyModel& b, const char* which)
   EXPECT_LT(apart, 1e-6) << which;
 }
 
-TEST(FbxBody, ASmallBodyIsWhatGltfMakesOfIt) {
+TEST(FbxBody, SmallBody_MatchesItsGltf) {
   ATELIER_NEEDS_FBX();
   const BodyModel model = plain_body();
   const BodyModel expected = through_gltf(model);
@@ -123,7 +123,7 @@ TEST(FbxBody, ASmallBodyIsWhatGltfMakesOfIt) {
   }
 }
 
-TEST(FbxBody, TheDefaultHumanIsWhatGltfMakesOfIt) {
+TEST(FbxBody, DefaultHuman_MatchesItsGltf) {
   ATELIER_NEEDS_FBX();
   BodyModel model = default_human();
   model.correctives.clear();
@@ -138,7 +138,7 @@ TEST(FbxBody, TheDefaultHumanIsWhatGltfMakesOfIt) {
   EXPECT_GT(read.mesh.uvs.rows(), vertex_count(read));
 }
 
-TEST(FbxBody, MhrsNamesInCentimetresMoveEndToEnd) {
+TEST(FbxBody, MhrNamesInCentimetres_AreReadAndRetargeted) {
   ATELIER_NEEDS_FBX();
   BodyModel person = fixtures::person_body(fixtures::person_skeleton(mhr_bone_names()));
   ShapeParameter taller;
@@ -163,7 +163,7 @@ TEST(FbxBody, MhrsNamesInCentimetresMoveEndToEnd) {
   EXPECT_TRUE(moved.findings.empty());
 }
 
-TEST(FbxBody, AFileSavedInAnotherPoseRestsInItsBindPose) {
+TEST(FbxBody, FileSavedInOtherPose_RestsInItsBindPose) {
   ATELIER_NEEDS_FBX();
   const BodyModel person = fixtures::person_body(fixtures::person_skeleton());
   FbxTextOptions options;
@@ -174,7 +174,7 @@ TEST(FbxBody, AFileSavedInAnotherPoseRestsInItsBindPose) {
   EXPECT_LT((rest_positions(body.model.skeleton) - rest_positions(person.skeleton)).norm(), 1e-5);
 }
 
-TEST(FbxBody, JointsThatMoveNothingAreJoints) {
+TEST(FbxBody, JointsWithoutSkin_AreKept) {
   ATELIER_NEEDS_FBX();
   BodyModel person = fixtures::person_body(fixtures::person_skeleton());
   person.skin.joints = (person.skin.joints.array() == 14)  // an arm in the middle
@@ -197,7 +197,7 @@ TEST(FbxBody, JointsThatMoveNothingAreJoints) {
   }
 }
 
-TEST(FbxBody, WeightsAreScaledAndTheHeaviestEightKept) {
+TEST(FbxBody, Weights_AreNormalizedAndPrunedToEight) {
   ATELIER_NEEDS_FBX();
   BodyModel model = fixtures::person_body(fixtures::person_skeleton());
   const Index count = vertex_count(model);
@@ -235,7 +235,7 @@ std::string with_animation(std::string text) {
   return text;
 }
 
-TEST(FbxMotion, AnAnimationIsRead) {
+TEST(FbxMotion, Animation_IsRead) {
   ATELIER_NEEDS_FBX();
   const BodyModel person = fixtures::person_body(fixtures::person_skeleton());
   const fs::path path = fs::path(::testing::TempDir()) / "atelier_fbx_motion.fbx";
@@ -256,7 +256,7 @@ TEST(FbxMotion, AnAnimationIsRead) {
 
 // Blender saves a body that it has read as glTF in its own way: an armature of scale 100, bones
 // along y, leaf bones, a baked animation. Skips where Blender is not installed.
-TEST(FbxBody, TheDefaultHumanComesBackFromBlender) {
+TEST(FbxBody, DefaultHuman_RoundTripsThroughBlender) {
   ATELIER_NEEDS_FBX();
   const fixtures::TemporaryDirectory folder;
   if (fixtures::run_child({"sh", "-c", "command -v blender"}).exit_code != 0) {
@@ -304,7 +304,7 @@ bpy.ops.export_scene.fbx(filepath=target)
   EXPECT_LT(vertices, 1e-5);
 }
 
-TEST(FbxBodyRefused, WhatHoldsNoBody) {
+TEST(FbxBodyRefused, FileWithoutBody_IsRefused) {
   ATELIER_NEEDS_FBX();
   BodyModel nobody = fixtures::person_body(fixtures::person_skeleton());
   std::string text = fbx_text(nobody);
@@ -317,7 +317,7 @@ TEST(FbxBodyRefused, WhatHoldsNoBody) {
   EXPECT_THAT([&] { body_of(fbx_text(nobody)); }, ThrowsMessage<DataError>(HasSubstr("weight -1")));
 }
 
-TEST(FbxBodyRefused, OfAPersonInMetresThatSaysCentimetres) {
+TEST(FbxBodyRefused, PersonInMetresDeclaredAsCentimetres_IsRefused) {
   ATELIER_NEEDS_FBX();
   const fs::path path = fs::path(::testing::TempDir()) / "atelier_fbx_small.fbx";
   FbxTextOptions options;
@@ -335,7 +335,7 @@ TEST(FbxBodyRefused, OfAPersonInMetresThatSaysCentimetres) {
   fs::remove(path);
 }
 
-TEST(FbxBodyRefused, OtherFilesOfThatNameAndAllWhereTheBuildReadsNone) {
+TEST(FbxBodyRefused, NonFbxContent_IsRefused) {
   const fs::path path = fs::path(::testing::TempDir()) / "atelier_fbx_none.fbx";
   std::ofstream(path) << "solid cube\n";
   EXPECT_THAT([&] { read_body_file(path); },

@@ -40,7 +40,7 @@ Motion short_motion(const Skeleton& skeleton) {
   return motion;
 }
 
-TEST(GltfMotion, AMotionWithoutABodyReadsBack) {
+TEST(GltfMotion, MotionWithoutBody_ReadsBackEqual) {
   MotionClip clip = fixtures::person_clip();
   clip.skeleton.rest_rotations = Points::Zero(21, 3);
   clip.skeleton.rest_rotations.row(14) << 0, 0.2, -0.7;
@@ -58,7 +58,7 @@ TEST(GltfMotion, AMotionWithoutABodyReadsBack) {
   EXPECT_THROW(gltf_motion(clip), DataError);
 }
 
-TEST(GltfMotion, NoFrameIsLostToRoundedTimes) {
+TEST(GltfMotion, RoundedTimes_LoseNoFrame) {
   for (const double fps : {30.0, 40.0, 120.0}) {
     MotionClip clip = fixtures::person_clip();
     clip.motion.fps = fps;
@@ -75,7 +75,7 @@ TEST(GltfMotion, NoFrameIsLostToRoundedTimes) {
   }
 }
 
-TEST(GltfBody, WhatIsWrittenReadsBack) {
+TEST(GltfBody, WrittenBody_ReadsBackEqual) {
   const BodyModel model = plain_gltf_body();
   const Motion motion = short_motion(model.skeleton);
   const std::string bytes = glb_bytes(gltf_body(model, {}, motion));
@@ -95,13 +95,13 @@ TEST(GltfBody, WhatIsWrittenReadsBack) {
   }
 }
 
-TEST(GltfBody, ASceneAndItsBodyShowTheSame) {
+TEST(GltfBody, Scene_ShowsTheSameAsItsBody) {
   const BodyModel model = plain_gltf_body();
   const GltfScene scene = gltf_body(model);
   EXPECT_LT((rest_mesh(scene).vertices - model.mesh.vertices).cwiseAbs().maxCoeff(), 1e-9);
 }
 
-TEST(GltfBody, NormalsAreWritten) {
+TEST(GltfBody, Normals_AreWritten) {
   const BodyModel model = plain_gltf_body();
   const std::string bytes = glb_bytes(gltf_body(model));
   const GltfScene scene = read_gltf(std::as_bytes(std::span(bytes)), "a.glb");
@@ -110,14 +110,14 @@ TEST(GltfBody, NormalsAreWritten) {
   EXPECT_LT((normals - vertex_normals(model.mesh.vertices, model.mesh.faces)).norm(), 1e-5);
 }
 
-TEST(GltfBody, AShapeIsBakedIn) {
+TEST(GltfBody, Shape_IsBakedIn) {
   BodyModel model = fixtures::synthetic_body(40, 4);
   const Eigen::Vector2d shape(1.9, 1);
   const GltfBody back = read_gltf_body(gltf_body(model, shape));
   EXPECT_LT((back.model.mesh.vertices - shape_body(model, shape).vertices).norm(), 1e-9);
 }
 
-TEST(GltfBody, AnArmatureMayBeScaledAndTurned) {
+TEST(GltfBody, ScaledAndRotatedArmature_IsRead) {
   // As exporters write it: a parent node that turns and scales the whole skeleton, which the bind
   // matrices undo.
   const BodyModel model = plain_gltf_body();
@@ -140,7 +140,7 @@ TEST(GltfBody, AnArmatureMayBeScaledAndTurned) {
               0.01 * model.skeleton.offsets.row(3).norm(), 1e-9);
 }
 
-TEST(GltfBody, SplinesAndStepsAreSampled) {
+TEST(GltfBody, SplinesAndSteps_AreSampled) {
   GltfScene scene = gltf_body(plain_gltf_body());
   GltfChannel step{1, GltfPath::Rotation, GltfInterpolation::Step, {0, 1}, {}};
   step.values.resize(2, 4);
@@ -157,7 +157,7 @@ TEST(GltfBody, SplinesAndStepsAreSampled) {
   EXPECT_NE(clip.motion.poses[4].rotations.row(1), clip.motion.poses[0].rotations.row(1));
 }
 
-TEST(GltfBody, MorphTargetsBecomeShapes) {
+TEST(GltfBody, MorphTargets_BecomeShapes) {
   GltfScene scene = gltf_body(plain_gltf_body());
   GltfMorphTarget target;
   target.positions = Points::Constant(40, 3, 0.1);
@@ -169,7 +169,7 @@ TEST(GltfBody, MorphTargetsBecomeShapes) {
   EXPECT_NEAR(model.shape[0].surface.offsets(3, 1), 0.1, 1e-12);
 }
 
-TEST(GltfBody, RealPeopleLoadAndMove) {
+TEST(GltfBody, RealPeople_AreLoadedAndMoved) {
   ATELIER_TEST_FILE(file, "gltf_skinned/mesh2motion/m2m-custom-animation-success.glb");
   const GltfBody body = read_gltf_body(file);
   const MotionClip clip = read_gltf_motion(file);
@@ -186,14 +186,14 @@ TEST(GltfBody, RealPeopleLoadAndMove) {
   }
 }
 
-TEST(GltfBody, TheFoxLoads) {
+TEST(GltfBody, Fox_IsLoaded) {
   ATELIER_TEST_FILE(file, "gltf_skinned/bevy_fox/Fox.glb");
   const GltfBody body = read_gltf_body(file);
   const MotionClip clip = read_gltf_motion(file);
   EXPECT_TRUE(skin_vertices(body.model, clip.motion.poses.back()).allFinite());
 }
 
-TEST(GltfBody, RefusesWhatIsNoBody) {
+TEST(GltfBody, NonBody_IsRefused) {
   const auto refused = [](void (*spoil)(GltfScene&), const char* message) {
     GltfScene scene = gltf_body(plain_gltf_body());
     spoil(scene);
@@ -212,7 +212,7 @@ TEST(GltfBody, RefusesWhatIsNoBody) {
           "no joint that moves it");
 }
 
-TEST(GltfBody, RefusesWhatIsNoMotion) {
+TEST(GltfBody, NonMotion_IsRefused) {
   GltfScene scene = gltf_body(plain_gltf_body());
   EXPECT_THAT([&] { read_gltf_motion(scene, "a.glb"); },
               ThrowsMessage<DataError>(HasSubstr("animations: none; expected a motion")));
@@ -234,7 +234,7 @@ TEST(GltfBody, RefusesWhatIsNoMotion) {
               ThrowsMessage<DataError>(HasSubstr("skins")));
 }
 
-TEST(GltfBody, RefusesToWritePosesOfAnotherSkeleton) {
+TEST(GltfBody, PosesOfOtherSkeleton_AreRefused) {
   const BodyModel model = plain_gltf_body();
   Motion motion = short_motion(model.skeleton);
   motion.poses[2].rotations.conservativeResize(3, 3);

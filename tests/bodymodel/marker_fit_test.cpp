@@ -77,7 +77,7 @@ void print(const char* what, const MarkerFit& fit, const Errors& errors) {
               what, 1e3 * errors.joints, 1e3 * errors.worst, 100 * errors.bones, 1e3 * rms);
 }
 
-TEST(MarkerNames, MeanTheSamePlaceInEverySpelling) {
+TEST(MarkerNames, EverySpelling_GivesTheSamePlace) {
   for (const char* name : {"LKnee", "left_knee", "L.Knee", "knee_l", "Subject 1:LKnee", "LKJC"}) {
     const std::optional<MarkerPlace> place = marker_place(name);
     ASSERT_TRUE(place.has_value()) << name;
@@ -91,13 +91,13 @@ TEST(MarkerNames, MeanTheSamePlaceInEverySpelling) {
   EXPECT_EQ(marker_place("RBAK")->joint, "spine3");
 }
 
-TEST(MarkerNames, OthersMeanNothing) {
+TEST(MarkerNames, OtherNames_GiveNoPlace) {
   for (const char* name : {"", "*110", "Marker1", "Table", "L", "prop:corner", "RRKnee"}) {
     EXPECT_FALSE(marker_place(name).has_value()) << name;
   }
 }
 
-TEST(MarkerPose, JacobianAgreesWithFiniteDifferences) {
+TEST(MarkerPose, PoseJacobian_MatchesFiniteDifferences) {
   const Skeleton skeleton = human_skeleton(human_anatomy({}));
   RidingMarkers markers;
   markers.joints = {0, 4, 15, 21};
@@ -120,7 +120,7 @@ TEST(MarkerPose, JacobianAgreesWithFiniteDifferences) {
   EXPECT_LT(error, 1e-8);
 }
 
-TEST(MarkerPose, StaysWithinLimits) {
+TEST(MarkerPose, FittedPose_StaysWithinJointLimits) {
   const Skeleton skeleton = human_skeleton(human_anatomy({}));
   const int knee = find_joint(skeleton, "left_knee");
   Pose wrong = rest_pose(skeleton);
@@ -141,14 +141,14 @@ TEST(MarkerPose, StaysWithinLimits) {
   EXPECT_LT(open.rms, found.rms);
 }
 
-TEST(MarkerPose, RefusesSizesThatDoNotAgree) {
+TEST(MarkerPose, MismatchedSizes_AreRefused) {
   const Skeleton skeleton = human_skeleton(human_anatomy({}));
   RidingMarkers markers{{0}, Points::Zero(1, 3)};
   EXPECT_THROW(fit_pose(skeleton, markers, Points::Zero(2, 3), {true, true}, rest_pose(skeleton)),
                LogicError);
 }
 
-TEST(MarkerFit, JointCentresGiveTheMotionBack) {
+TEST(MarkerFit, JointCentreMarkers_RecoverTheMotion) {
   const MarkedPerson person = marked_person(joint_centre_names());
   const MarkerFit fit = fit_markers(person.clip);
   EXPECT_TRUE(fit.unknown.empty());
@@ -158,7 +158,7 @@ TEST(MarkerFit, JointCentresGiveTheMotionBack) {
   EXPECT_LT(errors.bones, 0.01);
 }
 
-TEST(MarkerFit, PlugInGaitGivesTheMotionBack) {
+TEST(MarkerFit, PlugInGaitMarkers_RecoverTheMotion) {
   const MarkedPerson person = marked_person(plug_in_gait_names(), 0.01, 0.001);
   const MarkerFit fit = fit_markers(person.clip);
   EXPECT_TRUE(fit.unknown.empty());
@@ -167,7 +167,7 @@ TEST(MarkerFit, PlugInGaitGivesTheMotionBack) {
   EXPECT_LT(errors.joints, 0.02);
 }
 
-TEST(MarkerFit, OpenSimNamesGiveTheMotionBack) {
+TEST(MarkerFit, OpenSimMarkers_RecoverTheMotion) {
   const MarkedPerson person = marked_person(opensim_names(), 0.01, 0.001);
   const MarkerFit fit = fit_markers(person.clip);
   EXPECT_TRUE(fit.unknown.empty());
@@ -176,7 +176,7 @@ TEST(MarkerFit, OpenSimNamesGiveTheMotionBack) {
   EXPECT_LT(errors.joints, 0.02);
 }
 
-TEST(MarkerFit, UnseenMarkersAndLostFramesAreBridged) {
+TEST(MarkerFit, UnseenMarkersAndLostFrames_AreBridged) {
   MarkedPerson person = marked_person(joint_centre_names());
   for (std::size_t f = 5; f < 25; ++f) {
     person.clip.seen[f][f % 21] = false;
@@ -189,7 +189,7 @@ TEST(MarkerFit, UnseenMarkersAndLostFramesAreBridged) {
   EXPECT_EQ(fit.clip.motion.poses[27].rotations, fit.clip.motion.poses[26].rotations);
 }
 
-TEST(MarkerFit, SwappedUnitsAndAxesAreRepairedAndSaid) {
+TEST(MarkerFit, SwappedUnitsAndAxes_AreRepairedAndReported) {
   MarkedPerson person = marked_person(joint_centre_names());
   for (Points& at : person.clip.positions) {
     const Eigen::VectorXd y = at.col(1);  // z up, in millimetres that the header calls metres
@@ -210,7 +210,7 @@ TEST(MarkerFit, SwappedUnitsAndAxesAreRepairedAndSaid) {
   EXPECT_LT(errors_of(asked, person).joints, 0.005);
 }
 
-TEST(MarkerFit, ATrcFileIsAMotionLikeAnyOther) {
+TEST(MarkerFit, TrcFile_IsReadAsAMotion) {
   const std::filesystem::path path =
       std::filesystem::path(::testing::TempDir()) / "marker_fit_person.trc";
   const MarkedPerson person = marked_person(joint_centre_names(), 0, 0, 12);
@@ -227,7 +227,7 @@ TEST(MarkerFit, ATrcFileIsAMotionLikeAnyOther) {
   std::filesystem::remove(path);
 }
 
-TEST(MarkerFit, TheRealTrialPosesADefaultHuman) {
+TEST(MarkerFit, RealTrial_PosesADefaultHuman) {
   for (const char* file :
        {"pose2sim_demo/single/pose-3d_reference/S00_P00_T01_BalancingTrial_0-100.trc",
         "pose2sim_demo/single/pose-3d_reference/S00_P00_T01_BalancingTrial_0-100_filt_butterworth."
@@ -254,7 +254,7 @@ TEST(MarkerFit, TheRealTrialPosesADefaultHuman) {
   }
 }
 
-TEST(MarkerHead, APitchIsMeasuredAndLevelled) {
+TEST(MarkerHead, HeadPitch_IsMeasuredAndRemoved) {
   Points places(5, 3);
   places << 0.05, 0.1, 0.09, -0.05, 0.1, 0.09, 0.05, 0.1, -0.08, -0.05, 0.1, -0.08, 0, 0, 0;
   const std::vector<std::size_t> band = {0, 1, 2, 3};
@@ -274,7 +274,7 @@ TEST(MarkerHead, APitchIsMeasuredAndLevelled) {
   EXPECT_THROW(head_pitch(places, band, recorded, seen), LogicError);
 }
 
-TEST(MarkerFit, RefusesMarkersOfNobody) {
+TEST(MarkerFit, UnknownMarkers_AreRefused) {
   MarkedPerson person = marked_person(joint_centre_names(), 0, 0, 3);
   for (std::size_t m = 0; m < person.clip.markers.size(); ++m) {
     person.clip.markers[m] = "M" + std::to_string(100 + m);
@@ -284,14 +284,14 @@ TEST(MarkerFit, RefusesMarkersOfNobody) {
                                              HasSubstr("M100"), HasSubstr("Plug-in Gait"))));
 }
 
-TEST(MarkerFit, RefusesArmsAlone) {
+TEST(MarkerFit, ArmMarkersAlone_AreRefused) {
   MarkedPerson person = marked_person(
       {"LShoulder", "LElbow", "LWrist", "RShoulder", "RElbow", "RWrist", "Neck", "Head"}, 0, 0, 3);
   EXPECT_THAT([&] { fit_markers(person.clip); },
               ThrowsMessage<DataError>(HasSubstr("of both legs")));
 }
 
-TEST(MarkerFit, RefusesMarkersInOnePlaceOrNeverSeen) {
+TEST(MarkerFit, CoincidentOrUnseenMarkers_AreRefused) {
   MarkedPerson person = marked_person(joint_centre_names(), 0, 0, 3);
   for (Points& at : person.clip.positions) {
     at.setZero();
@@ -305,7 +305,7 @@ TEST(MarkerFit, RefusesMarkersInOnePlaceOrNeverSeen) {
               ThrowsMessage<DataError>(HasSubstr("a person's markers")));
 }
 
-TEST(MarkerFit, OptionsAreDescribed) {
+TEST(MarkerFit, Options_AreDescribed) {
   MarkerFitOptions options;
   OptionTable table = describe(options);
   EXPECT_EQ(set_option(table, "noise", "0.02"), "");

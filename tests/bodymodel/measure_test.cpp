@@ -42,7 +42,7 @@ BodyModel measured_human() {
   return default_human(options);
 }
 
-TEST(MeshVolume, OfATubeAndFarFromTheOrigin) {
+TEST(MeshVolume, TubeAndDistantTube_HaveTheirVolume) {
   Mesh mesh = tube(0.2, 0.1, 0);
   const double volume = mesh_volume(mesh.vertices, mesh.faces);
   EXPECT_NEAR(volume, M_PI * 0.2 * 0.1, 1e-5);
@@ -50,7 +50,7 @@ TEST(MeshVolume, OfATubeAndFarFromTheOrigin) {
   EXPECT_NEAR(mesh_volume(mesh.vertices, mesh.faces), volume, 1e-9);
 }
 
-TEST(GirthAt, IsTheCircumference) {
+TEST(GirthAt, Girth_IsTheCircumferenceOfTheCut) {
   const Mesh mesh = tube(0.1, 0.1, 0);
   EXPECT_NEAR(girth_at(mesh.vertices, mesh.faces, {0.02, 0.5, 0.01}, {0, 1, 0}), 2 * M_PI * 0.1,
               1e-5);
@@ -61,7 +61,7 @@ TEST(GirthAt, IsTheCircumference) {
   EXPECT_NEAR(girth_at(mesh.vertices, mesh.faces, {0, 0.5, 0}, normal), ellipse, 1e-4);
 }
 
-TEST(GirthAt, TakesThePieceRoundTheBoneAndItsConvexOutline) {
+TEST(GirthAt, SeveralPieces_GiveTheConvexOutlineAroundTheBone) {
   Mesh mesh = tube(0.1, 0.1, 0);
   const Mesh other = tube(0.05, 0.05, 0.4);
   const Index n = mesh.vertices.rows();
@@ -75,7 +75,7 @@ TEST(GirthAt, TakesThePieceRoundTheBoneAndItsConvexOutline) {
   EXPECT_EQ(girth_at(both, faces, {0, 1.5, 0}, {0, 1, 0}), 0);
 }
 
-TEST(MeasureBody, IsTheSameWhereverTheBodyStands) {
+TEST(MeasureBody, TranslatedBody_HasTheSameMeasures) {
   BodyModel model = measured_human();
   const BodyMeasurements here = measure_body(model.mesh, model.skeleton);
   const Eigen::RowVector3d move(3, -1, 7);
@@ -105,7 +105,7 @@ void add_piece(BodyModel& model, const Mesh& piece, const Eigen::RowVector3d& pl
   model.skin.weights.col(0).tail(piece.vertices.rows()).setOnes();
 }
 
-TEST(MeasureBody, EyesTeethAndHairAreNotMeasured) {
+TEST(MeasureBody, EyesTeethAndHair_AreNotMeasured) {
   BodyModel model = measured_human();
   model.shape.clear();
   const BodyMeasurements plain = measure_body(model);
@@ -125,7 +125,7 @@ TEST(MeasureBody, EyesTeethAndHairAreNotMeasured) {
 }
 
 // MakeHuman's body with the eyes that hang on its base mesh: measured as the body alone.
-TEST(MeasureBody, MakeHumanWithEyesIsMeasuredAsItsSkin) {
+TEST(MeasureBody, MakeHumanWithEyes_IsMeasuredAsItsSkin) {
   ATELIER_TEST_FILE(base, "makehuman/base/base.obj");
   ATELIER_TEST_FILE(eyes, "makehuman/eyes/high-poly.mhclo");
   const MakeHumanBody body = read_makehuman({base,
@@ -143,7 +143,7 @@ TEST(MeasureBody, MakeHumanWithEyesIsMeasuredAsItsSkin) {
   }
 }
 
-TEST(MeasureBody, ScalesWithTheBody) {
+TEST(MeasureBody, ScaledBody_HasScaledMeasures) {
   BodyModel model = measured_human();
   const BodyMeasurements one = measure_body(model.mesh, model.skeleton);
   model.mesh.vertices *= 1.1;
@@ -155,7 +155,7 @@ TEST(MeasureBody, ScalesWithTheBody) {
   }
 }
 
-TEST(MeasureBody, NamesAreUniqueAndHaveUnits) {
+TEST(MeasureBody, Names_AreUniqueAndHaveUnits) {
   std::vector<std::string> names;
   for (const NamedMeasurement& name : measurement_names()) {
     EXPECT_THAT(name.unit, ::testing::AnyOf("m", "kg"));
@@ -165,7 +165,7 @@ TEST(MeasureBody, NamesAreUniqueAndHaveUnits) {
   EXPECT_EQ(names.size(), 14u);
 }
 
-TEST(MeasureBody, RefusesASkeletonWithoutItsJoints) {
+TEST(MeasureBody, SkeletonWithoutItsJoints_IsRefused) {
   BodyModel model = measured_human();
   model.skeleton.names[find_joint(model.skeleton, "left_knee")] = "knee";
   try {
@@ -177,7 +177,7 @@ TEST(MeasureBody, RefusesASkeletonWithoutItsJoints) {
   EXPECT_THROW(measure_body(Mesh{}, model.skeleton), LogicError);
 }
 
-TEST(MeasureBody, RefusesBonesOutsideTheSkin) {
+TEST(MeasureBody, BonesOutsideTheSkin_AreRefused) {
   BodyModel model = measured_human();
   model.skeleton.offsets(0, 2) += 2;  // the skeleton stands beside its body
   try {
@@ -189,7 +189,7 @@ TEST(MeasureBody, RefusesBonesOutsideTheSkin) {
   }
 }
 
-TEST(MeasureBody, GirthsOfTheTrunkDoNotAskWhereTheSpineRuns) {
+TEST(MeasureBody, TrunkGirths_DoNotDependOnTheSpine) {
   BodyModel model = measured_human();
   const BodyMeasurements inside = measure_body(model.mesh, model.skeleton);
   // MakeHuman's pelvis and neck joints lie so far back that the line between them leaves the small
@@ -208,7 +208,7 @@ TEST(MeasureBody, GirthsOfTheTrunkDoNotAskWhereTheSpineRuns) {
   EXPECT_DOUBLE_EQ(behind.hip_girth, inside.hip_girth);
 }
 
-TEST(MeasureBody, RefusesAnOpenSkin) {
+TEST(MeasureBody, OpenSkin_IsRefused) {
   BodyModel model = measured_human();
   // Half of the triangles: no cut closes.
   const Triangles left = model.mesh.faces.topRows(model.mesh.faces.rows() / 2);
@@ -224,7 +224,7 @@ void expect_refused_measure(const char* words, const Spoil& spoil) {
               ::testing::ThrowsMessage<DataError>(::testing::HasSubstr(words)));
 }
 
-TEST(MeasureBody, RefusesWhatHasNoVolume) {
+TEST(MeasureBody, SkinWithoutVolume_IsRefused) {
   expect_refused_measure("an opening of 0.", [](BodyModel& m) {  // without a foot
     const double ankle = rest_positions(m.skeleton)(find_joint(m.skeleton, "left_ankle"), 1);
     Triangles kept(m.mesh.faces.rows(), 3);
@@ -243,7 +243,7 @@ TEST(MeasureBody, RefusesWhatHasNoVolume) {
                          [](BodyModel& m) { m.mesh.faces.col(1).swap(m.mesh.faces.col(2)); });
 }
 
-TEST(MeasureBody, RefusesWhoDoesNotStand) {
+TEST(MeasureBody, BodyNotStandingUpright_IsRefused) {
   expect_refused_measure("legs that do not stand upright", [](BodyModel& m) {
     m.skeleton.offsets.row(find_joint(m.skeleton, "left_knee")) << 0, 0, 0.4;
     m.skeleton.offsets.row(find_joint(m.skeleton, "left_ankle")) << 0, 0, 0.4;
@@ -256,7 +256,7 @@ TEST(MeasureBody, RefusesWhoDoesNotStand) {
                          });
 }
 
-TEST(Measure, SplitSeamsAreJoined) {
+TEST(Measure, SplitSeams_AreJoined) {
   DefaultHumanOptions options;
   options.shape_basis = false;
   BodyModel model = default_human(options);

@@ -25,7 +25,7 @@ Mhclo parse(const std::string& text) {
   return read_mhclo(std::as_bytes(std::span(text)), "a.mhclo", 10);
 }
 
-TEST(Mhclo, ReadsBothKindsOfRowsBetweenOtherWords) {
+TEST(Mhclo, BothKindsOfRows_AreRead) {
   const Mhclo garment = parse(kGarment);
   EXPECT_EQ(garment.name, "shirt");
   EXPECT_EQ(garment.obj_file, "shirt.obj");
@@ -35,7 +35,7 @@ TEST(Mhclo, ReadsBothKindsOfRowsBetweenOtherWords) {
   EXPECT_EQ(garment.deleted, (std::vector<int>{3, 4, 6, 7, 8}));
 }
 
-TEST(Mhclo, OffsetsScaleWithTheBody) {
+TEST(Mhclo, Offsets_ScaleWithTheBody) {
   const Mhclo garment = parse(kGarment);
   Points base = Points::Zero(10, 3);
   base.row(1) << 0.4, 0, 0;  // the two ends of x_scale are 4 dm apart, 2 when it was made
@@ -45,7 +45,7 @@ TEST(Mhclo, OffsetsScaleWithTheBody) {
   EXPECT_NEAR((vertices.row(1) - Eigen::RowVector3d(0.1 + 0.2, 0.25, 0)).norm(), 0, 1e-15);
 }
 
-TEST(Mhclo, RefusesBrokenFiles) {
+TEST(Mhclo, MalformedFiles_AreRefused) {
   const auto refused = [](const char* from, const char* to, const char* message) {
     std::string text = kGarment;
     text.replace(text.find(from), std::string(from).size(), to);
@@ -80,7 +80,7 @@ MakeHumanBody real_body(double gender) {
   return read_makehuman(files, options);
 }
 
-TEST(Mhclo, RealGarmentsFitAnyBody) {
+TEST(Mhclo, RealGarments_FitAnyBody) {
   ATELIER_TEST_FILE(clothes, "makehuman/clothes");
   for (const double gender : {0.0, 1.0}) {
     const MakeHumanBody body = real_body(gender);
@@ -98,7 +98,7 @@ TEST(Mhclo, RealGarmentsFitAnyBody) {
   }
 }
 
-TEST(Mhclo, AGarmentMovesWithItsBody) {
+TEST(Mhclo, Garment_MovesWithItsBody) {
   ATELIER_TEST_FILE(file, "makehuman/clothes/male_casualsuit03/male_casualsuit03.mhclo");
   const MakeHumanBody body = real_body(1);
   const BodyModel garment = read_makehuman_garment(file, body);
@@ -109,7 +109,7 @@ TEST(Mhclo, AGarmentMovesWithItsBody) {
   EXPECT_TRUE(moved.allFinite());
 }
 
-TEST(Mhclo, RefusesAnObjElsewhere) {
+TEST(Mhclo, ObjOutsideTheFolder_IsRefused) {
   ATELIER_TEST_FILE(file, "makehuman/base/base.obj");
   const MakeHumanBody body = real_body(0.5);
   const fixtures::TemporaryDirectory folder;
@@ -121,7 +121,7 @@ TEST(Mhclo, RefusesAnObjElsewhere) {
   }
 }
 
-TEST(Mhclo, RefusesAnObjOfAnotherGarment) {
+TEST(Mhclo, ObjOfAnotherGarment_IsRefused) {
   ATELIER_TEST_FILE(file, "makehuman/base/base.obj");
   const MakeHumanBody body = real_body(0.5);
   const fixtures::TemporaryDirectory folder;

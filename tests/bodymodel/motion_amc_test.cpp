@@ -42,7 +42,7 @@ MotionClip parse_amc(const std::string& asf, const std::string& amc,
                   options);
 }
 
-TEST(Amc, JointsAreWhereBonesBegin) {
+TEST(Amc, Joints_AreAtTheStartOfBones) {
   const MotionClip clip = parse_amc(kMotionAmcAsf, kAmc);
   EXPECT_EQ(clip.skeleton.names, (std::vector<std::string>{"root", "thigh", "shin"}));
   const Points rest = rest_positions(clip.skeleton);
@@ -54,7 +54,7 @@ TEST(Amc, JointsAreWhereBonesBegin) {
   EXPECT_EQ(clip.findings.at(0).code, "motion-fps");
 }
 
-TEST(Amc, RotationsAreInTheBonesAxes) {
+TEST(Amc, Rotations_AreInTheBoneAxes) {
   const MotionClip clip = parse_amc(kMotionAmcAsf, kAmc);
   // C from "axis 10 20 30 XYZ" turns about x first; M is about the bone's x alone.
   const Eigen::Matrix3d c = fixtures::euler_matrix("ZYX", kDegree * Eigen::Vector3d(30, 20, 10));
@@ -65,7 +65,7 @@ TEST(Amc, RotationsAreInTheBonesAxes) {
   EXPECT_EQ(clip.motion.poses[0].root_translation, Eigen::Vector3d(1, 2, 3));
 }
 
-TEST(Amc, TheCmuFileLoadsAndStandsUpright) {
+TEST(Amc, CmuFile_IsReadUpright) {
   ATELIER_TEST_FILE(asf, "mocap_bvh/fairmotion_cmu/11.asf");
   const MotionClip clip = read_amc(asf, asf.parent_path() / "11_01.amc");
   const Humanoid person = recognised_humanoid(clip.skeleton);
@@ -88,7 +88,7 @@ struct AmcRefusalCase {
 
 class AmcRefusal : public ::testing::TestWithParam<AmcRefusalCase> {};
 
-TEST_P(AmcRefusal, NamesTheLine) {
+TEST_P(AmcRefusal, SpoiledFile_IsRefusedWithItsLine) {
   std::string asf = kMotionAmcAsf;
   std::string amc = kAmc;
   std::string& text = GetParam().in_asf ? asf : amc;
@@ -133,7 +133,7 @@ const AmcRefusalCase kAmcCases[] = {
 INSTANTIATE_TEST_SUITE_P(Files, AmcRefusal, ::testing::ValuesIn(kAmcCases),
                          [](const auto& file) { return std::string(file.param.name); });
 
-TEST(Amc, RefusesNothing) {
+TEST(Amc, EmptyFile_IsRefused) {
   EXPECT_THAT([] { parse_amc(kMotionAmcAsf, ""); },
               ThrowsMessage<DataError>(HasSubstr("no frames")));
   EXPECT_THAT([] { parse_amc("", kAmc); }, ThrowsMessage<DataError>(HasSubstr("no bones")));
@@ -152,7 +152,7 @@ MarkerClip parse_trc(const std::string& text) {
   return read_trc(std::as_bytes(std::span(text)), "a.trc");
 }
 
-TEST(Trc, ReadsMetresAndGaps) {
+TEST(Trc, MetresAndGaps_AreRead) {
   const MarkerClip clip = parse_trc(kTrc);
   EXPECT_EQ(clip.markers, (std::vector<std::string>{"RHip", "LHip"}));
   EXPECT_EQ(clip.fps, 60);
@@ -162,7 +162,7 @@ TEST(Trc, ReadsMetresAndGaps) {
   EXPECT_EQ(clip.positions[1].row(0).norm(), 0);
 }
 
-TEST(Trc, TheRealFileLoads) {
+TEST(Trc, RealFile_IsRead) {
   ATELIER_TEST_FILE(file,
                     "pose2sim_demo/single/pose-3d_reference/S00_P00_T01_BalancingTrial_0-100.trc");
   const MarkerClip clip = read_trc(file);
@@ -171,7 +171,7 @@ TEST(Trc, TheRealFileLoads) {
   EXPECT_NEAR(clip.positions[0](0, 1), 0.9015, 1e-4);
 }
 
-TEST(Trc, RefusesBrokenFiles) {
+TEST(Trc, MalformedFiles_AreRefused) {
   const auto refused = [](const char* from, const char* to, const char* message) {
     std::string text = kTrc;
     text.replace(text.find(from), std::string(from).size(), to);

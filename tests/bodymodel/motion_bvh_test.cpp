@@ -44,7 +44,7 @@ std::string good_arm() {
   return arm("3 Zrotation Xrotation Yrotation", "0 1 0 0 0 0 90 0 0", "1 2 3 10 20 30 40 50 60");
 }
 
-TEST(Bvh, ReadsTreeOffsetsAndMotion) {
+TEST(Bvh, TreeOffsetsAndMotion_AreRead) {
   const MotionClip clip = parse_bvh(good_arm());
   EXPECT_EQ(clip.skeleton.names, (std::vector<std::string>{"shoulder", "elbow"}));
   EXPECT_EQ(clip.skeleton.parents, (std::vector<int>{-1, 0}));
@@ -58,7 +58,7 @@ TEST(Bvh, ReadsTreeOffsetsAndMotion) {
   EXPECT_NEAR((clip.motion.poses[1].root_translation - Eigen::Vector3d(1, 1, 3)).norm(), 0, 1e-15);
 }
 
-TEST(Bvh, EveryOrderOfRotationsIsTheProductInTheFilesOrder) {
+TEST(Bvh, EveryRotationOrder_IsMultipliedInFileOrder) {
   for (const std::string order : {"XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX"}) {
     std::string channels = "3";
     for (const char axis : order) {
@@ -72,7 +72,7 @@ TEST(Bvh, EveryOrderOfRotationsIsTheProductInTheFilesOrder) {
   }
 }
 
-TEST(Bvh, OneTwoAndNoRotationChannelsAreFine) {
+TEST(Bvh, FewerThanThreeRotationChannels_AreAccepted) {
   EXPECT_NEAR(parse_bvh(arm("1 Yrotation", "0 0 0 0 0 0 45", "0 0 0 0 0 0 0"))
                   .motion.poses[0]
                   .rotations(1, 1),
@@ -81,7 +81,7 @@ TEST(Bvh, OneTwoAndNoRotationChannelsAreFine) {
       parse_bvh(arm("0", "0 0 0 0 0 0", "0 0 0 0 0 0")).motion.poses[0].rotations.row(1).norm(), 0);
 }
 
-TEST(Bvh, SixChannelJointsKeepTheirBones) {
+TEST(Bvh, SixChannelJoints_KeepTheirBones) {
   // Absolute positions, equal to the OFFSET, and changes of it, zero: both leave the bone alone.
   for (const std::string position : {"0.3 0 0", "0 0 0"}) {
     const MotionClip clip =
@@ -93,7 +93,7 @@ TEST(Bvh, SixChannelJointsKeepTheirBones) {
   }
 }
 
-TEST(Bvh, ABoneThatStretchesIsSaid) {
+TEST(Bvh, StretchingBone_IsReported) {
   const MotionClip clip =
       parse_bvh(arm("6 Xposition Yposition Zposition Zrotation Xrotation Yrotation",
                     "0 0 0 0 0 0 0.3 0 0 90 0 0", "0 0 0 0 0 0 0.5 0 0 0 0 0"));
@@ -101,7 +101,7 @@ TEST(Bvh, ABoneThatStretchesIsSaid) {
   EXPECT_EQ(clip.findings[0].code, "motion-stretch");
 }
 
-TEST(Bvh, WritersHabitsAreFine) {
+TEST(Bvh, UnusualFormatting_IsAccepted) {
   // Windows line ends, lower case, braces on the name's line, names with blanks, named end sites.
   const MotionClip clip = parse_bvh(
       "hierarchy\r\nroot my hips {\r\noffset 0 0 0\r\nchannels 3 zrotation xrotation yrotation\r\n"
@@ -110,7 +110,7 @@ TEST(Bvh, WritersHabitsAreFine) {
   EXPECT_EQ(clip.motion.fps, 25);
 }
 
-TEST(Bvh, RepeatedNamesAreNumberedAndSaid) {
+TEST(Bvh, RepeatedNames_AreNumberedAndReported) {
   std::string text = good_arm();
   text.replace(text.find("elbow"), 5, "shoulder");
   const MotionClip clip = parse_bvh(text);
@@ -119,7 +119,7 @@ TEST(Bvh, RepeatedNamesAreNumberedAndSaid) {
   EXPECT_EQ(clip.findings[0].code, "motion-names");
 }
 
-TEST(Bvh, WhatIsWrittenReadsBack) {
+TEST(Bvh, WrittenClip_ReadsBackEqual) {
   MotionClip clip;
   clip.skeleton = fixtures::synthetic_body().skeleton;
   clip.motion.fps = 30;
@@ -144,7 +144,7 @@ TEST(Bvh, WhatIsWrittenReadsBack) {
   }
 }
 
-TEST(Bvh, EveryRealFileLoads) {
+TEST(Bvh, EveryRealFile_IsRead) {
   const std::filesystem::path root = fixtures::test_data_root();
   if (!std::filesystem::exists(root / "mocap_bvh")) {
     GTEST_SKIP() << "no test data at " << root;
@@ -166,7 +166,7 @@ TEST(Bvh, EveryRealFileLoads) {
   EXPECT_EQ(files, 31);
 }
 
-TEST(Bvh, TheCmuWalkIsInInchesOverItsScale) {
+TEST(Bvh, CmuWalk_IsScaledFromItsUnit) {
   ATELIER_TEST_FILE(path, "mocap_bvh/fairmotion_cmu/01_01.bvh");
   const MotionClip clip = read_bvh(path);
   EXPECT_EQ(clip.motion.fps, 120);
@@ -188,7 +188,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 
 class BvhRefusal : public ::testing::TestWithParam<Refusal> {};
 
-TEST_P(BvhRefusal, NamesLineAndRule) {
+TEST_P(BvhRefusal, SpoiledFile_IsRefusedWithLineAndRule) {
   EXPECT_THAT([&] { parse_bvh(GetParam().text); },
               ThrowsMessage<DataError>(AllOf(HasSubstr("a.bvh"), HasSubstr(GetParam().where),
                                              HasSubstr(GetParam().message))));
@@ -243,14 +243,14 @@ INSTANTIATE_TEST_SUITE_P(
     }),
     [](const auto& file) { return std::string(file.param.name); });
 
-TEST(Bvh, RefusesMoreJointsThanTheLimit) {
+TEST(Bvh, MoreJointsThanTheLimit_AreRefused) {
   Limits limits;
   limits.joints = 1;
   EXPECT_THAT([&] { parse_bvh(good_arm(), kMetres, limits); },
               ThrowsMessage<DataError>(HasSubstr("at most 1")));
 }
 
-TEST(Bvh, RefusesToWriteAnUnknownOrder) {
+TEST(Bvh, UnknownRotationOrder_IsRefusedOnWrite) {
   const MotionClip clip = parse_bvh(good_arm());
   BvhWriteOptions options;
   options.order = "XYX";
@@ -258,7 +258,7 @@ TEST(Bvh, RefusesToWriteAnUnknownOrder) {
               ThrowsMessage<LogicError>(HasSubstr("unknown rotation order XYX")));
 }
 
-TEST(Bvh, RefusesToWriteABrokenClip) {
+TEST(Bvh, NonFiniteClip_IsRefusedOnWrite) {
   MotionClip clip = parse_bvh(good_arm());
   clip.motion.poses[1].rotations(1, 0) = NAN;
   EXPECT_THAT([&] { bvh_text(clip); }, ThrowsMessage<DataError>(HasSubstr("frame 1")));

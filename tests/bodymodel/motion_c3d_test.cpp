@@ -27,7 +27,7 @@ std::filesystem::path corpus(const char* name) {
   return fixtures::source_directory() / "fuzz/corpus/c3d" / name;
 }
 
-TEST(C3d, RealNumbersLittleEndian) {
+TEST(C3d, LittleEndianReals_AreRead) {
   const MarkerClip clip = read_c3d(corpus("small.c3d"));
   EXPECT_EQ(clip.name, "small");
   EXPECT_THAT(clip.markers, ElementsAre("LFWT", "RFWT", "LKNE"));  // "*4" has no name
@@ -41,7 +41,7 @@ TEST(C3d, RealNumbersLittleEndian) {
   EXPECT_TRUE(clip.positions[1].row(1).isZero(0));
 }
 
-TEST(C3d, WholeNumbersBigEndian) {
+TEST(C3d, BigEndianIntegers_AreRead) {
   const MarkerClip clip = read_c3d(corpus("whole_big.c3d"));
   EXPECT_EQ(clip.metres_per_unit, 1);
   EXPECT_NEAR(clip.positions[1](2, 0), 200, 1e-4);
@@ -49,7 +49,7 @@ TEST(C3d, WholeNumbersBigEndian) {
   EXPECT_NEAR(clip.positions[1](2, 2), 980, 1e-4);
 }
 
-TEST(C3d, RefusesWhatItsHeaderPromisesAndTheFileLacks) {
+TEST(C3d, TruncatedFile_IsRefused) {
   std::vector<std::byte> bytes = read_file_bytes(corpus("small.c3d"), 1 << 20);
   bytes.resize(bytes.size() - 1);
   EXPECT_THAT([&] { read_c3d(bytes, "cut.c3d"); }, ThrowsMessage<DataError>(HasSubstr("cut.c3d")));
@@ -58,7 +58,7 @@ TEST(C3d, RefusesWhatItsHeaderPromisesAndTheFileLacks) {
 }
 
 // CMU 02_01, "walk", as it was recorded.
-TEST(C3d, TheCmuWalkWalksOnTheDefaultHuman) {
+TEST(C3d, CmuWalk_MovesTheDefaultHuman) {
   ATELIER_TEST_FILE(path, "mocap_bvh/momentum_c3d/02_01.c3d");
   const MarkerFit fit = fit_markers(read_c3d(path));
   EXPECT_EQ(fit.used.size() + fit.unknown.size(), 41u);

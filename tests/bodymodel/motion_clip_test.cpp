@@ -20,7 +20,7 @@ using fixtures::person_clip;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-TEST(MotionClip, GuessesUnitsByTheLegs) {
+TEST(MotionClip, Units_AreGuessedFromTheLegs) {
   for (const double unit : {1.0, 0.1, 0.0254 / 0.45, 0.0254, 0.01, 0.001}) {
     MotionClip clip = person_clip();
     clip.skeleton.offsets /= unit;
@@ -28,14 +28,14 @@ TEST(MotionClip, GuessesUnitsByTheLegs) {
   }
 }
 
-TEST(MotionClip, AnUnknownUnitMakesAnAdult) {
+TEST(MotionClip, UnknownUnit_IsScaledToAnAdult) {
   MotionClip clip = person_clip();
   clip.skeleton.offsets /= 0.0379;
   const double unit = guess_metres_per_unit(clip, 'y');
   EXPECT_NEAR(unit, 0.0379, 0.002);
 }
 
-TEST(MotionClip, TurnsZUpIntoYUp) {
+TEST(MotionClip, ZUpMotion_IsTurnedToYUp) {
   MotionClip clip = person_clip();
   // The same person as a Z-up program writes it: (x, y, z) -> (x, -z, y), in centimetres.
   const Eigen::Matrix3d tip = axis_rotation(0, std::numbers::pi / 2);
@@ -57,13 +57,13 @@ TEST(MotionClip, TurnsZUpIntoYUp) {
   }
 }
 
-TEST(MotionClip, FrameRatesAreRounded) {
+TEST(MotionClip, FrameRates_AreRounded) {
   EXPECT_EQ(frame_rate(0.0083333), 120);
   EXPECT_EQ(frame_rate(0.041667), 24);
   EXPECT_NEAR(frame_rate(0.0334), 29.94, 0.01);
 }
 
-TEST(MotionClip, ResamplingKeepsTheMotion) {
+TEST(MotionClip, Resampling_KeepsTheMotion) {
   Motion motion;
   motion.fps = 120;
   const Eigen::RowVector3d turn(0.5, 1, -0.3);
@@ -85,13 +85,13 @@ TEST(MotionClip, ResamplingKeepsTheMotion) {
   }
 }
 
-TEST(MotionClip, InterpolationTakesTheShortWay) {
+TEST(MotionClip, Interpolation_TakesTheShortWay) {
   const Eigen::Vector3d half =
       interpolated_rotation({0, 0, 3}, {0, 0, -3}, 0.5);  // 180 degrees between, through pi
   EXPECT_NEAR(std::abs(half.z()), std::numbers::pi, 1e-9);
 }
 
-TEST(MotionClip, SmoothPosesGoThroughEveryFrameWithoutAJumpOfSpeed) {
+TEST(MotionClip, SmoothPoses_InterpolateFramesWithContinuousSpeed) {
   Motion motion;
   motion.fps = 12;
   for (int i = 0; i < 9; ++i) {  // a spin beyond a whole turn, which gains speed and loses it
@@ -126,7 +126,7 @@ TEST(MotionClip, SmoothPosesGoThroughEveryFrameWithoutAJumpOfSpeed) {
             1e-12);
 }
 
-TEST(MotionClip, ASmoothPoseOfASteadyTurnIsThatTurnFromTheFirstFrameOn) {
+TEST(MotionClip, SteadyTurn_IsSmoothFromTheFirstFrame) {
   Motion motion;
   motion.fps = 10;
   for (int i = 0; i < 4; ++i) {
@@ -143,21 +143,21 @@ TEST(MotionClip, ASmoothPoseOfASteadyTurnIsThatTurnFromTheFirstFrameOn) {
   }
 }
 
-TEST(MotionClip, RefusesASmoothPoseOfNoMotion) {
+TEST(MotionClip, SmoothPoseOfAnEmptyMotion_IsRefused) {
   EXPECT_THROW(smooth_pose(Motion{}, 0), LogicError);
   Motion motion;
   motion.poses.emplace_back();
   EXPECT_THROW(smooth_pose(motion, 0), LogicError) << "no rate";
 }
 
-TEST(MotionClip, RefusesResamplingToNothing) {
+TEST(MotionClip, ResamplingToNothing_IsRefused) {
   EXPECT_THAT([] { resampled(Motion{}, 30); }, ThrowsMessage<LogicError>(HasSubstr("positive")));
   Motion motion;
   motion.fps = 30;
   EXPECT_THAT([&] { resampled(motion, 0); }, ThrowsMessage<LogicError>(HasSubstr("positive")));
 }
 
-TEST(MotionClip, RefusesBrokenClips) {
+TEST(MotionClip, InconsistentClips_AreRefused) {
   const auto refused = [](void (*spoil)(MotionClip&), const char* message) {
     MotionClip clip = person_clip();
     spoil(clip);
@@ -174,7 +174,7 @@ TEST(MotionClip, RefusesBrokenClips) {
   refused([](MotionClip& c) { c.end_sites.push_back({99, {0, 0, 0}}); }, "end site");
 }
 
-TEST(MotionClip, RefusesUnknownAxesAndUnits) {
+TEST(MotionClip, UnknownAxesAndUnits_AreRefused) {
   EXPECT_THAT(
       [] {
         in_metres_y_up(person_clip(), {0, 'x', 0});

@@ -31,7 +31,7 @@ double legs(const MotionClip& clip) {
   return leg_length(clip.skeleton, recognised_humanoid(clip.skeleton));
 }
 
-TEST(MotionFile, EveryWrittenFormatReadsBack) {
+TEST(MotionFile, EveryWrittenFormat_ReadsBackEqual) {
   const fixtures::TemporaryDirectory folder;
   MotionClip clip = person_clip();
   clip.motion.fps = 50;
@@ -48,7 +48,7 @@ TEST(MotionFile, EveryWrittenFormatReadsBack) {
   EXPECT_THROW(write_motion_file(folder / "a.fbx", clip), LogicError);
 }
 
-TEST(MotionFile, CentimetresInAFormatOfMetresAreRepairedAndSaid) {
+TEST(MotionFile, CentimetresInMetreFormats_AreRepairedAndReported) {
   const fixtures::TemporaryDirectory folder;
   for (const char* name : {"cm.npz", "cm.glb"}) {
     SCOPED_TRACE(name);
@@ -61,7 +61,7 @@ TEST(MotionFile, CentimetresInAFormatOfMetresAreRepairedAndSaid) {
   }
 }
 
-TEST(MotionFile, WhatIsSaidOfANpzCounts) {
+TEST(MotionFile, GivenUnitAndRate_ApplyToNpz) {
   const fixtures::TemporaryDirectory folder;
   write_motion_file(folder / "m.npz", person_clip());
   EXPECT_TRUE(read_motion_file(folder / "m.npz").findings.empty());
@@ -73,7 +73,7 @@ TEST(MotionFile, WhatIsSaidOfANpzCounts) {
   EXPECT_EQ(child.motion.fps, 24);
 }
 
-TEST(MotionFile, RefusesOtherExtensions) {
+TEST(MotionFile, OtherExtensions_AreRefused) {
   EXPECT_THAT([] { read_motion_file("walk.usd"); },
               ThrowsMessage<DataError>(HasSubstr("extension '.usd'")));
 }

@@ -244,7 +244,7 @@ std::vector<Eigen::Vector3d> limbs(const Skeleton& skeleton, const Pose& pose) {
   return directions;
 }
 
-TEST(RetargetTable, EveryFormatMovesEveryBody) {
+TEST(RetargetTable, EveryFormat_MovesEveryBody) {
   const std::pair<const char*, fs::path> motions[] = {{"BVH", bvh_file()},
                                                       {"AMASS", amass_file()},
                                                       {"AMC/ASF", amc_file()},
@@ -292,7 +292,7 @@ TEST(RetargetTable, EveryFormatMovesEveryBody) {
   }
 }
 
-TEST(RetargetTable, RefusesAMotionOfNobodyInEveryFormat) {
+TEST(RetargetTable, NonHumanMotion_IsRefusedInEveryFormat) {
   MotionClip fox = person_clip();
   for (std::size_t j = 0; j < fox.skeleton.names.size(); ++j) {
     fox.skeleton.names[j] = "b" + std::to_string(j);

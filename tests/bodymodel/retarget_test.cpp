@@ -36,7 +36,7 @@ RetargetOptions plain() {
   return options;
 }
 
-TEST(Retarget, TheSameSkeletonGivesTheSameMotion) {
+TEST(Retarget, SameSkeleton_GivesTheSameMotion) {
   const MotionClip clip = person_clip();
   const Retargeted result = retarget(clip, person_body(clip.skeleton), {}, plain());
   EXPECT_NEAR(result.scale, 1, 1e-12);
@@ -49,7 +49,7 @@ TEST(Retarget, TheSameSkeletonGivesTheSameMotion) {
   }
 }
 
-TEST(Retarget, AnotherRestPoseGivesTheSamePostures) {
+TEST(Retarget, OtherRestPose_GivesTheSamePostures) {
   // A target whose joints have rest rotations and whose arms hang: postures must be the clip's.
   const MotionClip clip = person_clip();
   Skeleton target = person_skeleton();
@@ -69,7 +69,7 @@ TEST(Retarget, AnotherRestPoseGivesTheSamePostures) {
 }
 
 // Arms hang in the clip and on the body, not in the clip's rest pose: a frame is the reference.
-TEST(Retarget, AHeadBowedInTheReferenceFrameIsBowedOnTheBody) {
+TEST(Retarget, HeadBowedInTheReferenceFrame_IsBowedOnTheBody) {
   MotionClip clip = person_clip();
   for (Pose& pose : clip.motion.poses) {
     pose.rotations.row(12) << 0.5, 0, 0;
@@ -89,7 +89,7 @@ TEST(Retarget, AHeadBowedInTheReferenceFrameIsBowedOnTheBody) {
   }
 }
 
-TEST(Retarget, ABodyTwiceAsLargeTakesStepsTwiceAsLong) {
+TEST(Retarget, BodyTwiceAsLarge_TakesStepsTwiceAsLong) {
   const MotionClip clip = person_clip();
   Skeleton target = person_skeleton();
   target.offsets *= 2;
@@ -100,7 +100,7 @@ TEST(Retarget, ABodyTwiceAsLargeTakesStepsTwiceAsLong) {
   EXPECT_NEAR(step.z(), 2 * 0.08, 1e-9);
 }
 
-TEST(Retarget, MoreSpineJointsShareTheBend) {
+TEST(Retarget, AdditionalSpineJoints_ShareTheBend) {
   MotionClip clip = person_clip();
   for (Pose& pose : clip.motion.poses) {
     pose.rotations.setZero();
@@ -127,7 +127,7 @@ TEST(Retarget, MoreSpineJointsShareTheBend) {
   EXPECT_LT(part, 0.5);
 }
 
-TEST(Retarget, FramesAreResampled) {
+TEST(Retarget, Frames_AreResampled) {
   RetargetOptions options = plain();
   options.fps = 60;
   const Retargeted result = retarget(person_clip(), person_body(person_skeleton()), {}, options);
@@ -136,7 +136,7 @@ TEST(Retarget, FramesAreResampled) {
   EXPECT_EQ(result.contacts.size(), 9u);
 }
 
-TEST(Retarget, ACalibrationPoseIsLeftOutAndSaid) {
+TEST(Retarget, CalibrationPose_IsLeftOutAndReported) {
   MotionClip clip = person_clip();
   for (std::size_t i = 1; i < clip.motion.poses.size(); ++i) {
     for (const int joint : {14, 18, 1, 5, 15, 19}) {
@@ -153,7 +153,7 @@ TEST(Retarget, ACalibrationPoseIsLeftOutAndSaid) {
 }
 
 // The zombie's actor starts in a T-pose and moves on from there: a pose of the motion, which stays.
-TEST(Retarget, ATPoseThatIsActedStays) {
+TEST(Retarget, ActedTPose_IsKept) {
   ATELIER_TEST_FILE(path, "mocap_bvh/animated_drawings/fair1/zombie.bvh");
   const MotionClip clip = read_bvh(path);
   DefaultHumanOptions human = female_human();
@@ -172,7 +172,7 @@ TEST(Retarget, ATPoseThatIsActedStays) {
   EXPECT_NEAR(height("right_wrist"), height("right_shoulder"), 0.15);
 }
 
-TEST(Retarget, FourLegsAreSaidAndACrawlIsNot) {
+TEST(Retarget, FourLegs_AreReportedAndACrawlIsNot) {
   MotionClip animal = person_clip();
   for (const int joint : {9, 10, 11}) {  // the trunk lies level
     std::swap(animal.skeleton.offsets(joint, 1), animal.skeleton.offsets(joint, 2));
@@ -194,7 +194,7 @@ TEST(Retarget, FourLegsAreSaidAndACrawlIsNot) {
   EXPECT_TRUE(retarget(crawl, person_body(person_skeleton()), {}, plain()).findings.empty());
 }
 
-TEST(Retarget, StandingFeetStayWhereTheyStand) {
+TEST(Retarget, PlantedFeet_StayInPlace) {
   // A clip whose root drifts over a foot that should stand: contacts must come out still.
   MotionClip clip = person_clip();
   clip.motion.poses.clear();
@@ -225,7 +225,7 @@ TEST(Retarget, StandingFeetStayWhereTheyStand) {
   EXPECT_LT(high.z() - low.z(), 1e-6);
 }
 
-TEST(Retarget, TheLegReachesWhereItIsSent) {
+TEST(Retarget, AnkleTarget_IsReached) {
   const Skeleton skeleton = person_skeleton();
   const Humanoid person = recognised_humanoid(skeleton);
   Pose pose = rest_pose(skeleton);
@@ -242,7 +242,7 @@ TEST(Retarget, TheLegReachesWhereItIsSent) {
   EXPECT_EQ((after.positions.row(7) - before.positions.row(7)).norm(), 0);
 }
 
-TEST(Retarget, OutOfReachTheLegStretchesTowards) {
+TEST(Retarget, UnreachableAnkleTarget_StraightensTheLeg) {
   const Skeleton skeleton = person_skeleton();
   const Humanoid person = recognised_humanoid(skeleton);
   const Pose moved =
@@ -272,7 +272,7 @@ Eigen::Vector3d look(const BodyModel& model, int head, const Pose& pose) {
 }
 
 // Every BVH of the data: captures, and MakeHuman's poses and animations.
-TEST(Retarget, EveryRealMotionOnMakeHumanAndTheDefaultHuman) {
+TEST(Retarget, EveryRealMotion_MovesMakeHumanAndTheDefaultHuman) {
   ATELIER_TEST_FILE(base, "makehuman/base/base.obj");
   const std::filesystem::path root = fixtures::test_data_root();
   DefaultHumanOptions human = female_human();
@@ -325,7 +325,7 @@ TEST(Retarget, EveryRealMotionOnMakeHumanAndTheDefaultHuman) {
   RecordProperty("files", files);
 }
 
-TEST(Retarget, AnAbsurdScaleIsSaidWithItsNumber) {
+TEST(Retarget, ImplausibleScale_IsReportedWithItsNumber) {
   MotionClip clip = person_clip();
   clip.skeleton.offsets *= 100;  // centimetres that nobody said
   for (Pose& pose : clip.motion.poses) {
@@ -343,7 +343,7 @@ TEST(Retarget, AnAbsurdScaleIsSaidWithItsNumber) {
       retarget(person_clip(), person_body(person_skeleton()), {}, plain()).findings.empty());
 }
 
-TEST(Retarget, AWalkKeepsItsFeetOnTheGround) {
+TEST(Retarget, Walk_KeepsItsFeetOnTheGround) {
   ATELIER_TEST_FILE(path, "mocap_bvh/bvh_python/test_freebvh.bvh");
   ATELIER_TEST_FILE(base, "makehuman/base/base.obj");
   const MakeHumanBody body = makehuman(fixtures::test_data_root());
@@ -370,7 +370,7 @@ TEST(Retarget, AWalkKeepsItsFeetOnTheGround) {
   EXPECT_LT(slide, 0.002);  // metres a frame
 }
 
-TEST(Retarget, RefusesAMotionOfNobody) {
+TEST(Retarget, NonHumanMotion_IsRefused) {
   MotionClip clip = person_clip();
   clip.skeleton = fixtures::synthetic_body().skeleton;
   clip.name = "fox";
@@ -380,12 +380,12 @@ TEST(Retarget, RefusesAMotionOfNobody) {
               ThrowsMessage<DataError>(HasSubstr("joints that match no person")));
 }
 
-TEST(Retarget, RefusesABodyOfNobody) {
+TEST(Retarget, NonHumanBody_IsRefused) {
   EXPECT_THAT([&] { retarget(person_clip(), fixtures::synthetic_body()); },
               ThrowsMessage<DataError>(HasSubstr("synthetic")));
 }
 
-TEST(Retarget, OptionsAreDescribed) {
+TEST(Retarget, Options_AreDescribed) {
   RetargetOptions options;
   OptionTable table = describe(options);
   EXPECT_EQ(set_option(table, "fps", "25"), "");

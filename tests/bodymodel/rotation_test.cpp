@@ -16,12 +16,12 @@ Eigen::Vector3d random_vector(Random& random, double scale) {
   return {scale * normal(random), scale * normal(random), scale * normal(random)};
 }
 
-TEST(Rotation, MatrixIsRightHandedAboutItsAxis) {
+TEST(Rotation, Matrix_IsRightHandedAboutItsAxis) {
   const Eigen::Matrix3d quarter = rotation_matrix({0, 0, std::numbers::pi / 2});
   EXPECT_NEAR((quarter * Eigen::Vector3d::UnitX() - Eigen::Vector3d::UnitY()).norm(), 0, 1e-15);
 }
 
-TEST(Rotation, MatrixIsOrthonormalAtAnyAngle) {
+TEST(Rotation, Matrix_IsOrthonormalAtAnyAngle) {
   Random random{1};
   for (const double scale : {1e-12, 1e-6, 1e-3, 1e-2, 1.0, 10.0}) {
     const Eigen::Matrix3d r = rotation_matrix(random_vector(random, scale));
@@ -30,7 +30,7 @@ TEST(Rotation, MatrixIsOrthonormalAtAnyAngle) {
   }
 }
 
-TEST(Rotation, SeriesMeetsTheFormula) {
+TEST(Rotation, SmallAngleSeries_MeetsTheFormula) {
   const Eigen::Vector3d axis = Eigen::Vector3d(1, 2, -3).normalized();
   const Eigen::Matrix3d below = rotation_matrix(0.999999e-3 * axis);
   const Eigen::Matrix3d above = rotation_matrix(1.000001e-3 * axis);
@@ -38,7 +38,7 @@ TEST(Rotation, SeriesMeetsTheFormula) {
   EXPECT_LT((left_jacobian(0.999999e-3 * axis) - left_jacobian(1.000001e-3 * axis)).norm(), 1e-8);
 }
 
-TEST(Rotation, DerivativesAgreeWithFiniteDifferences) {
+TEST(Rotation, Derivatives_MatchFiniteDifferences) {
   Random random{2};
   for (const double scale : {0.0, 1e-5, 1e-2, 0.5, 2.0}) {
     const Eigen::Vector3d r = random_vector(random, scale);
@@ -61,7 +61,7 @@ TEST(Rotation, DerivativesAgreeWithFiniteDifferences) {
   }
 }
 
-TEST(Rotation, LogarithmInvertsExponential) {
+TEST(Rotation, Logarithm_InvertsTheExponential) {
   Random random{3};
   for (const double angle :
        {0.0, 1e-9, 1e-4, 1.0, 3.0, std::numbers::pi - 1e-6, std::numbers::pi - 1e-12}) {
@@ -72,14 +72,14 @@ TEST(Rotation, LogarithmInvertsExponential) {
   }
 }
 
-TEST(Rotation, QuaternionAndMatrixAgree) {
+TEST(Rotation, QuaternionAndMatrix_Agree) {
   Random random{4};
   const Eigen::Vector3d r = random_vector(random, 0.8);
   EXPECT_LT((matrix_of_quaternion(quaternion_of(r)) - rotation_matrix(r)).norm(), 1e-14);
   EXPECT_LT((quaternion_of_matrix(rotation_matrix(r)) - quaternion_of(r)).norm(), 1e-14);
 }
 
-TEST(Rotation, BetweenDirections) {
+TEST(Rotation, RotationBetween_MapsOneDirectionToTheOther) {
   Random random{5};
   const Eigen::Vector3d a = random_vector(random, 2);
   const Eigen::Vector3d b = random_vector(random, 3);
@@ -88,7 +88,7 @@ TEST(Rotation, BetweenDirections) {
   EXPECT_LT((rotation_between(a, -a) * a + a).norm(), 1e-12);
 }
 
-TEST(Rotation, NearestEquivalentKeepsTheRotationAndStaysNear) {
+TEST(Rotation, NearestEquivalent_KeepsTheRotationAndStaysNear) {
   const Eigen::Vector3d axis = Eigen::Vector3d(1, 1, 0).normalized();
   const Eigen::Vector3d r = (std::numbers::pi - 0.1) * -axis;
   const Eigen::Vector3d moved = nearest_equivalent(r, (std::numbers::pi - 0.1) * axis);

@@ -15,7 +15,7 @@ using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-TEST(SkinWeights, PackSortsByWeightAndAddsRepeats) {
+TEST(SkinWeights, PackedWeights_AreSortedAndMerged) {
   const PackedSkin packed = pack_skin_weights({{{0, 0.2}, {2, 0.5}, {0, 0.3}}, {{1, 1}}}, 3);
   ASSERT_EQ(packed.skin.joints.cols(), 2);
   EXPECT_TRUE(packed.findings.empty());
@@ -26,7 +26,7 @@ TEST(SkinWeights, PackSortsByWeightAndAddsRepeats) {
   EXPECT_DOUBLE_EQ(packed.skin.weights(1, 1), 0);
 }
 
-TEST(SkinWeights, SumsThatAreNotOneAreScaledAndSaid) {
+TEST(SkinWeights, SumsOtherThanOne_AreNormalizedAndReported) {
   const PackedSkin packed = pack_skin_weights({{{0, 0.6}, {1, 0.36}}, {{1, 1.06}}}, 2);
   EXPECT_DOUBLE_EQ(packed.skin.weights(0, 0), 0.6 / 0.96);
   EXPECT_DOUBLE_EQ(packed.skin.weights(1, 0), 1);
@@ -35,14 +35,14 @@ TEST(SkinWeights, SumsThatAreNotOneAreScaledAndSaid) {
   EXPECT_THAT(packed.findings[0].what, HasSubstr("2 vertices had weights that sum to 0.96"));
 }
 
-TEST(SkinWeights, NegativeWeightsBecomeZeroAndAreSaid) {
+TEST(SkinWeights, NegativeWeights_BecomeZeroAndAreReported) {
   const PackedSkin packed = pack_skin_weights({{{0, 1.25}, {1, -0.25}}}, 2);
   EXPECT_DOUBLE_EQ(packed.skin.weights(0, 0), 1);
   ASSERT_EQ(packed.findings.size(), 1u);
   EXPECT_EQ(packed.findings[0].code, "skin-weights-negative");
 }
 
-TEST(SkinWeights, TheLightestArePrunedAndSaid) {
+TEST(SkinWeights, LightestWeights_ArePrunedAndReported) {
   SkinPackOptions options;
   options.max_slots = 2;
   const PackedSkin packed = pack_skin_weights({{{0, 0.5}, {1, 0.2}, {2, 0.3}}}, 3, options);
@@ -52,7 +52,7 @@ TEST(SkinWeights, TheLightestArePrunedAndSaid) {
   EXPECT_EQ(packed.findings.at(0).code, "skin-weights-pruned");
 }
 
-TEST(SkinWeights, ARepairedModelPassesItsCheck) {
+TEST(SkinWeights, RepairedModel_PassesItsCheck) {
   BodyModel model = fixtures::synthetic_body();
   model.skin.weights *= 0.9;
   model.skin.weights(3, 0) = -0.01;
@@ -63,7 +63,7 @@ TEST(SkinWeights, ARepairedModelPassesItsCheck) {
   EXPECT_NO_THROW(check_body_model(model));
 }
 
-TEST(SkinWeights, RefusesWhatCannotBeRepaired) {
+TEST(SkinWeights, UnrepairableWeights_AreRefused) {
   EXPECT_THAT(
       [] {
         pack_skin_weights({{{0, 1}}, {}}, 2, {}, "a.json");

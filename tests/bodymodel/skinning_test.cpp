@@ -47,7 +47,7 @@ using fixtures::synthetic_body;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
-TEST(Skinning, RestPoseGivesTheTemplate) {
+TEST(Skinning, RestPose_GivesTheTemplate) {
   const BodyModel model = synthetic_body();
   for (const SkinMethod method : {SkinMethod::Linear, SkinMethod::DualQuaternion}) {
     SkinOptions options;
@@ -57,7 +57,7 @@ TEST(Skinning, RestPoseGivesTheTemplate) {
   }
 }
 
-TEST(Skinning, AWholeTurnOfTheRootMovesTheBodyRigidly) {
+TEST(Skinning, RootRotation_MovesTheBodyRigidly) {
   BodyModel model = synthetic_body();
   model.correctives.clear();
   Pose pose = rest_pose(model.skeleton);
@@ -75,7 +75,7 @@ TEST(Skinning, AWholeTurnOfTheRootMovesTheBodyRigidly) {
   }
 }
 
-TEST(Skinning, LinearIsTheWeightedMeanOfRigidMotions) {
+TEST(Skinning, LinearBlending_IsTheWeightedMeanOfRigidMotions) {
   const BodyModel model = synthetic_body();
   const Pose pose = random_pose(model.skeleton, 9);
   const ShapedBody body = shape_body(model, Eigen::Vector2d(1.8, -1));
@@ -95,14 +95,14 @@ TEST(Skinning, LinearIsTheWeightedMeanOfRigidMotions) {
   }
 }
 
-TEST(Skinning, ShapeIsLinearInPhysicalValues) {
+TEST(Skinning, Shape_IsLinearInPhysicalValues) {
   const BodyModel model = synthetic_body();
   const Eigen::Vector2d tall(1.9, 0);
   const Points moved = shape_body(model, tall).vertices - model.mesh.vertices;
   EXPECT_LT((moved - 0.2 * model.shape[0].surface.offsets).norm(), 1e-14);
 }
 
-TEST(Skinning, AModelAtAShapeHasTheSameShapesFromThere) {
+TEST(Skinning, ModelAtAShape_HasTheSameShapesFromThere) {
   const BodyModel model = fixtures::synthetic_body();
   const Eigen::Vector2d here(1.9, 0.7);
   const BodyModel moved = at_shape(model, here);
@@ -116,14 +116,14 @@ TEST(Skinning, AModelAtAShapeHasTheSameShapesFromThere) {
   EXPECT_THROW(at_shape(model, Eigen::Vector3d(1, 2, 3)), LogicError);
 }
 
-TEST(Skinning, SparseDirectionsTouchOnlyTheirVertices) {
+TEST(Skinning, SparseDirections_MoveOnlyTheirVertices) {
   const BodyModel model = synthetic_body();
   const Points moved = shape_body(model, Eigen::Vector2d(1.7, 2)).vertices - model.mesh.vertices;
   EXPECT_LT((moved.row(17) - 2 * model.shape[1].surface.offsets.row(3)).norm(), 1e-15);
   EXPECT_EQ(moved.row(16).norm(), 0);
 }
 
-TEST(Skinning, BendFeatureIsOneAtARightAngleAndZeroBehind) {
+TEST(Skinning, BendFeature_IsOneAtARightAngleAndZeroBehind) {
   BodyModel model = synthetic_body();
   Pose pose = rest_pose(model.skeleton);
   const Eigen::Vector3d axis = model.correctives.back().axis;
@@ -137,7 +137,7 @@ TEST(Skinning, BendFeatureIsOneAtARightAngleAndZeroBehind) {
   EXPECT_EQ(feature(-1), 0);
 }
 
-TEST(Skinning, PoseFeatureGradientAgreesWithFiniteDifferences) {
+TEST(Skinning, PoseFeatureGradient_MatchesFiniteDifferences) {
   const BodyModel model = synthetic_body();
   const Pose pose = random_pose(model.skeleton, 10);
   const Points analytic = pose_features_gradient(model, pose);
@@ -150,7 +150,7 @@ TEST(Skinning, PoseFeatureGradientAgreesWithFiniteDifferences) {
   }
 }
 
-TEST(Skinning, VertexJacobianAgreesWithFiniteDifferences) {
+TEST(Skinning, VertexJacobian_MatchesFiniteDifferences) {
   const BodyModel model = synthetic_body(60, 8);
   const SkinChains chains = skin_chains(model);
   double worst = 0;
@@ -180,14 +180,14 @@ TEST(Skinning, VertexJacobianAgreesWithFiniteDifferences) {
   EXPECT_LT(worst, 1e-6);
 }
 
-TEST(Skinning, PosedBodyAgreesWithForward) {
+TEST(Skinning, PosedBody_AgreesWithForwardSkinning) {
   const BodyModel model = synthetic_body();
   const Pose pose = random_pose(model.skeleton, 11);
   const ShapedBody body = shape_body(model);
   EXPECT_EQ(pose_body(model, body, pose).vertices, skin_vertices(model, body, pose));
 }
 
-TEST(Skinning, RowsHoldOnlyTheChainWhenCorrectivesAreLeftOut) {
+TEST(Skinning, RowsWithoutCorrectives_HoldOnlyTheChain) {
   const BodyModel model = synthetic_body();
   const SkinChains chains = skin_chains(model, false);
   const Pose pose = random_pose(model.skeleton, 12);
@@ -209,7 +209,7 @@ TEST(Skinning, RowsHoldOnlyTheChainWhenCorrectivesAreLeftOut) {
   }
 }
 
-TEST(Skinning, DualQuaternionsKeepTheRadiusOfATwistedTube) {
+TEST(Skinning, DualQuaternions_KeepTheRadiusOfATwistedTube) {
   // A vertex half-way between two joints, the second twisted by 150 degrees: linear blending pulls
   // it towards the axis, dual quaternions do not.
   BodyModel model;
@@ -232,7 +232,7 @@ TEST(Skinning, DualQuaternionsKeepTheRadiusOfATwistedTube) {
   EXPECT_NEAR(posed(0, 1), 0.5, 1e-12);
 }
 
-TEST(Skinning, SameBitsOnAnyNumberOfThreads) {
+TEST(Skinning, AnyThreadCount_GivesTheSameBits) {
   const BodyModel model = synthetic_body(10'000, 4);
   const Pose pose = random_pose(model.skeleton, 13);
   const int before = thread_count();
@@ -244,7 +244,7 @@ TEST(Skinning, SameBitsOnAnyNumberOfThreads) {
   EXPECT_EQ(one, seven);
 }
 
-TEST(Skinning, VectorCodeAgreesWithScalarCode) {
+TEST(Skinning, VectorAndScalarCode_Agree) {
   for (const int slots : {2, 3, 4, 8}) {
     for (const Index vertices : {3, 40, 9'001}) {
       const BodyModel model = synthetic_body(vertices, slots);
@@ -260,7 +260,7 @@ TEST(Skinning, VectorCodeAgreesWithScalarCode) {
   }
 }
 
-TEST(Skinning, CudaTakesItsTimeInProportionToItsBytes) {
+TEST(Skinning, CudaSkinning_TakesTimeProportionalToBytes) {
 #ifdef ATELIER_HAS_CUDA
   if (cuda_available()) {
     for (const Index vertices : {20'000, 2'000'000}) {
@@ -281,7 +281,7 @@ TEST(Skinning, CudaTakesItsTimeInProportionToItsBytes) {
   GTEST_SKIP() << "no CUDA device answers";
 }
 
-TEST(Skinning, CudaAgreesWithCpu) {
+TEST(Skinning, CudaAndCpu_Agree) {
   if (!cuda_available()) {
     GTEST_SKIP() << "no CUDA device answers";
   }
@@ -299,7 +299,7 @@ TEST(Skinning, CudaAgreesWithCpu) {
   }
 }
 
-TEST(Skinning, RefusesCudaWhereThereIsNone) {
+TEST(Skinning, MissingGpu_IsRefused) {
   if (cuda_available()) {
     GTEST_SKIP() << "there is a CUDA device";
   }
@@ -309,7 +309,7 @@ TEST(Skinning, RefusesCudaWhereThereIsNone) {
   EXPECT_THROW(skin_vertices(model, rest_pose(model.skeleton), {}, options), EnvironmentError);
 }
 
-TEST(Skinning, RefusesAPoseOfAnotherModel) {
+TEST(Skinning, PoseOfOtherModel_IsRefused) {
   const BodyModel model = synthetic_body();
   Pose pose = rest_pose(model.skeleton);
   pose.rotations.conservativeResize(3, 3);
@@ -319,7 +319,7 @@ TEST(Skinning, RefusesAPoseOfAnotherModel) {
               ThrowsMessage<LogicError>(HasSubstr("body model has 7 joints")));
 }
 
-TEST(Skinning, RefusesAShapedBodyOfAnotherModel) {
+TEST(Skinning, ShapedBodyOfOtherModel_IsRefused) {
   const BodyModel model = synthetic_body();
   const ShapedBody other = shape_body(synthetic_body(50));
   EXPECT_THAT([&] { skin_vertices(model, other, rest_pose(model.skeleton)); },
@@ -327,7 +327,7 @@ TEST(Skinning, RefusesAShapedBodyOfAnotherModel) {
 }
 
 // Also where a corner counts nothing, where all three are one vertex, and where joints are held.
-TEST(Skinning, PointsOnFacesAndTheirRowsAreThoseOfTheirCorners) {
+TEST(Skinning, FacePointsAndRows_AreCombinedFromTheirCorners) {
   const BodyModel model = synthetic_body();
   const ShapedBody body = shape_body(model);
   const Pose pose = random_pose(model.skeleton, 13);
@@ -385,7 +385,7 @@ TEST(Skinning, PointsOnFacesAndTheirRowsAreThoseOfTheirCorners) {
   }
 }
 
-TEST(Skinning, PointsOnTheSameFaceAreOneChainAndPlacesNeedNoDirections) {
+TEST(Skinning, PointsOnTheSameFace_ShareAChain) {
   const BodyModel model = synthetic_body();
   const ShapedBody body = shape_body(model);
   FacePoints points;
@@ -402,7 +402,7 @@ TEST(Skinning, PointsOnTheSameFaceAreOneChainAndPlacesNeedNoDirections) {
                     });
 }
 
-TEST(Skinning, RefusesPointsOutOfRange) {
+TEST(Skinning, PointsOutOfRange_AreRefused) {
   const BodyModel model = synthetic_body();
   const ShapedBody body = shape_body(model);
   const SkinChains chains = skin_chains(model);
@@ -429,7 +429,7 @@ TEST(Skinning, RefusesPointsOutOfRange) {
       ThrowsMessage<LogicError>(HasSubstr("one direction for each point")));
 }
 
-TEST(Skinning, RefusesRowsOutOfRange) {
+TEST(Skinning, RowsOutOfRange_AreRefused) {
   const BodyModel model = synthetic_body();
   const ShapedBody body = shape_body(model);
   const PosedBody posed = pose_body(model, body, rest_pose(model.skeleton));

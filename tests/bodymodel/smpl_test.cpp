@@ -84,14 +84,14 @@ BodyModel read(const Arrays& arrays, const SmplOptions& options = {}) {
   return read_smpl(Npz(npz_bytes(arrays), "body.npz"), options).model;
 }
 
-TEST(Smpl, TellsTheFamilyByItsJoints) {
+TEST(Smpl, JointCount_TellsTheFamily) {
   EXPECT_EQ(read(smpl_arrays(24, 10)).name, "smpl");
   EXPECT_EQ(read(smpl_arrays(52, 16)).name, "smplh");
   EXPECT_EQ(read(smpl_arrays(55, 20)).name, "smplx");
   EXPECT_EQ(read(smpl_arrays(24, 300, true)).name, "star");
 }
 
-TEST(Smpl, JointTreesAreThePublishedOnes) {
+TEST(Smpl, JointTrees_MatchThePublishedOnes) {
   const std::vector<int> smpl = smpl_parents(24);
   EXPECT_EQ(smpl, (std::vector<int>{-1, 0, 0, 0,  1,  2,  3,  4,  5,  6,  7,  8,
                                     9,  9, 9, 12, 13, 14, 16, 17, 18, 19, 20, 21}));
@@ -164,7 +164,7 @@ Points published_vertices(const Arrays& a, Index joints, const Pose& pose,
   return result;
 }
 
-TEST(Smpl, VerticesAreThoseOfThePublishedFormula) {
+TEST(Smpl, Vertices_MatchThePublishedFormula) {
   for (const Index joints : {24, 52, 55}) {
     const Arrays arrays = smpl_arrays(joints, 20);
     const BodyModel model = read(arrays);
@@ -186,7 +186,7 @@ TEST(Smpl, VerticesAreThoseOfThePublishedFormula) {
   }
 }
 
-TEST(Smpl, FlatPoseDirectionsAreTheSame) {
+TEST(Smpl, FlatPoseDirections_GiveTheSame) {
   Arrays arrays = smpl_arrays(24, 10);
   const BodyModel model = read(arrays);
   const std::vector<double> values = doubles_of(arrays["posedirs"]);
@@ -201,7 +201,7 @@ TEST(Smpl, FlatPoseDirectionsAreTheSame) {
   EXPECT_EQ(other.correctives[100].surface.offsets, model.correctives[100].surface.offsets);
 }
 
-TEST(Smpl, StarAddsItsLastFeatureToTheSecondShape) {
+TEST(Smpl, StarLastFeature_IsAddedToTheSecondShape) {
   Arrays arrays = smpl_arrays(24, 10, true);
   const BodyModel model = read(arrays);
   EXPECT_EQ(model.correctives.size(), 92u);
@@ -212,7 +212,7 @@ TEST(Smpl, StarAddsItsLastFeatureToTheSecondShape) {
               shapes[(4 * 3 + 2) * 10 + 1] + poses[(4 * 3 + 2) * 93 + 92], 1e-12);
 }
 
-TEST(Smpl, ExpressionsComeAfterTheShapes) {
+TEST(Smpl, Expressions_ComeAfterTheShapes) {
   SmplOptions options;
   options.betas = 4;
   options.expressions = 2;
@@ -223,7 +223,7 @@ TEST(Smpl, ExpressionsComeAfterTheShapes) {
   EXPECT_NEAR(model.shape[4].surface.offsets(0, 0), shapes[10], 1e-12);
 }
 
-TEST(Smpl, WeightsThatDoNotSumToOneAreScaledAndSaid) {
+TEST(Smpl, WeightsNotSummingToOne_AreNormalizedAndReported) {
   Arrays arrays = smpl_arrays(24, 10);
   EXPECT_TRUE(read_smpl(Npz(npz_bytes(arrays), "body.npz")).findings.empty());
   reinterpret_cast<float*>(arrays["weights"].data.data())[0] += 0.2f;
@@ -244,7 +244,7 @@ struct SmplDamage {
 
 class SmplRefusal : public ::testing::TestWithParam<SmplDamage> {};
 
-TEST_P(SmplRefusal, NamesTheArrayAndWhatIsExpected) {
+TEST_P(SmplRefusal, SpoiledArray_IsRefusedWithWhatIsExpected) {
   Arrays arrays = smpl_arrays(24, 10);
   GetParam().spoil(arrays);
   EXPECT_THAT([&] { read(arrays); },
@@ -361,7 +361,7 @@ MotionClip read_motion(const Arrays& arrays, const BodyModel* model = nullptr) {
   return read_amass(Npz(npz_bytes(arrays), "walk_poses.npz"), model);
 }
 
-TEST(Amass, TurnsTheWorldAndNothingElse) {
+TEST(Amass, WorldAxes_AreTurnedAndNothingElse) {
   const BodyModel model = read(smpl_arrays(52, 16));
   const Arrays arrays = amass_arrays();
   const MotionClip clip = read_motion(arrays, &model);
@@ -385,7 +385,7 @@ TEST(Amass, TurnsTheWorldAndNothingElse) {
   }
 }
 
-TEST(Amass, BothFlavoursAndAnAverageAdult) {
+TEST(Amass, EveryPoseLayout_UsesAnAverageAdultSkeleton) {
   for (const std::int64_t columns : {72, 156, 165}) {
     const MotionClip clip = read_motion(amass_arrays(columns));
     EXPECT_EQ(clip.skeleton.names.size(), static_cast<std::size_t>(columns / 3));
@@ -395,7 +395,7 @@ TEST(Amass, BothFlavoursAndAnAverageAdult) {
   }
 }
 
-TEST(Amass, StageiiArraysAreTheSameMotion) {
+TEST(Amass, StageIIArrays_GiveTheSameMotion) {
   Arrays arrays = amass_arrays(165);
   const MotionClip whole = read_motion(arrays);
   const std::vector<double> poses = doubles_of(arrays["poses"]);
@@ -419,7 +419,7 @@ TEST(Amass, StageiiArraysAreTheSameMotion) {
   EXPECT_EQ(parts.motion.poses[3].rotations, whole.motion.poses[3].rotations);
 }
 
-TEST(Amass, RefusesBrokenFiles) {
+TEST(Amass, MalformedFiles_AreRefused) {
   const auto refused = [](void (*spoil)(Arrays&), const char* where, const char* message) {
     Arrays arrays = amass_arrays();
     spoil(arrays);
@@ -444,7 +444,7 @@ TEST(Amass, RefusesBrokenFiles) {
           "mocap_framerate", "more than 0");
 }
 
-TEST(Amass, RefusesABodyOfAnotherFamily) {
+TEST(Amass, BodyOfAnotherFamily_IsRefused) {
   const BodyModel model = read(smpl_arrays(24, 10));
   EXPECT_THAT([&] { read_motion(amass_arrays(156), &model); },
               ThrowsMessage<DataError>(HasSubstr("24 as body model smpl has")));

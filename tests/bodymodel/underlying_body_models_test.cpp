@@ -48,11 +48,11 @@ void fits_under_clothes(const BodyModel& model) {
   EXPECT_TRUE(body.trusted);
 }
 
-TEST(UnderlyingBodyModels, DefaultHuman) {
+TEST(UnderlyingBodyModels, DefaultHuman_IsFittedUnderClothes) {
   fits_under_clothes(read_body_file("default").model);
 }
 
-TEST(UnderlyingBodyModels, MakeHuman) {
+TEST(UnderlyingBodyModels, MakeHumanBody_IsFittedUnderClothes) {
   ATELIER_TEST_FILE(base, "makehuman/base/base.obj");
   fits_under_clothes(read_body_file(base).model);
 }
@@ -75,7 +75,7 @@ PosedScan ball_frame(Index frame, bool with_scan = true) {
   return at;
 }
 
-TEST(UnderlyingSequence, FramesAreTheSameInAnyOrder) {
+TEST(UnderlyingSequence, Frames_AreTheSameInAnyOrder) {
   const Mesh truth = fixtures::ball(0.3, 3);
   const auto load = [](Index frame) { return ball_frame(frame); };
   const UnderlyingSequence forwards(truth.faces, 5, load);
@@ -86,7 +86,7 @@ TEST(UnderlyingSequence, FramesAreTheSameInAnyOrder) {
   EXPECT_EQ(backwards.at(0).vertices, first.vertices);
 }
 
-TEST(UnderlyingSequence, NeighboursTellWhatAFrameHides) {
+TEST(UnderlyingSequence, NeighborFrames_ImproveHiddenRegions) {
   const Mesh truth = fixtures::ball(0.3, 3);
   const auto load = [](Index frame) { return ball_frame(frame); };
   UnderlyingSequenceOptions options;
@@ -109,7 +109,7 @@ TEST(UnderlyingSequence, NeighboursTellWhatAFrameHides) {
   EXPECT_LT(with, 0.9 * error());
 }
 
-TEST(UnderlyingSequence, AFrameWithoutScanIsBridged) {
+TEST(UnderlyingSequence, FrameWithoutScan_IsBridged) {
   const Mesh truth = fixtures::ball(0.3, 3);
   const UnderlyingSequence sequence(truth.faces, 5,
                                     [](Index frame) { return ball_frame(frame, frame != 2); });
@@ -119,14 +119,14 @@ TEST(UnderlyingSequence, AFrameWithoutScanIsBridged) {
             0.4 * body_error(truth.faces, ball_frame(2).posed, truth, {}).mean);
 }
 
-TEST(UnderlyingSequence, NoScanAtAllGivesThePersonalBody) {
+TEST(UnderlyingSequence, NoScansAtAll_GiveThePersonalBody) {
   const Mesh truth = fixtures::ball(0.3, 3);
   const UnderlyingSequence sequence(truth.faces, 2,
                                     [](Index frame) { return ball_frame(frame, false); });
   EXPECT_EQ(sequence.at(1).vertices, ball_frame(1).posed);
 }
 
-TEST(UnderlyingSequence, RefusesFramesThatAreNotThere) {
+TEST(UnderlyingSequence, FramesOutOfRange_AreRefused) {
   const Mesh truth = fixtures::ball(0.3, 3);
   const UnderlyingSequence sequence(truth.faces, 2,
                                     [](Index frame) { return ball_frame(frame, false); });

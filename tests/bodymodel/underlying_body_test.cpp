@@ -50,7 +50,7 @@ struct Scene {
   }
 };
 
-TEST(UnderlyingBody, LiesOnSkinAndUnderCloth) {
+TEST(UnderlyingBody, FittedBody_LiesOnSkinAndUnderCloth) {
   const Scene scene;
   const BodyError before = scene.error(scene.posed);
   const UnderlyingBody body = scene.fit();
@@ -65,13 +65,13 @@ TEST(UnderlyingBody, LiesOnSkinAndUnderCloth) {
   EXPECT_TRUE(body.findings.empty());
 }
 
-TEST(UnderlyingBody, LooseClothDoesNotPullItOut) {
+TEST(UnderlyingBody, LooseCloth_DoesNotPullTheBodyOut) {
   const Scene scene(0.035, 0.003);
   const BodyError after = scene.error(scene.fit().vertices);
   EXPECT_LT(after.covered_mean, 0.003);
 }
 
-TEST(UnderlyingBody, SkinThatPokesOutIsPushedBackOnlyWithASign) {
+TEST(UnderlyingBody, SkinOutsideTheCloth_IsPushedBackOnlyWithASign) {
   Scene scene(0.004, 0.001);
   for (Index v = 0; v < scene.posed.rows(); ++v) {
     if (scene.truth.vertices(v, 1) > 0.2) {
@@ -90,7 +90,7 @@ TEST(UnderlyingBody, SkinThatPokesOutIsPushedBackOnlyWithASign) {
 }
 
 // Patches of a scan that look the wrong way: by normals nothing is known of the skin next to them.
-TEST(UnderlyingBody, TurnedPatchesOfTheScanAreCoverToo) {
+TEST(UnderlyingBody, FlippedScanPatches_StillCover) {
   Scene scene(0.004, 0.001);
   for (Index v = 0; v < scene.posed.rows(); ++v) {
     if (scene.truth.vertices(v, 1) > 0.2) {
@@ -119,7 +119,7 @@ TEST(UnderlyingBody, TurnedPatchesOfTheScanAreCoverToo) {
   EXPECT_LT(winding, normals);
 }
 
-TEST(UnderlyingBody, CouplingCarriesWhatSkinSaysUnderCloth) {
+TEST(UnderlyingBody, Coupling_CarriesSkinEvidenceUnderCloth) {
   Scene scene(0.03, 0);
   scene.posed = scene.truth.vertices;
   scene.posed.col(0).array() += 0.01;
@@ -132,7 +132,7 @@ TEST(UnderlyingBody, CouplingCarriesWhatSkinSaysUnderCloth) {
 }
 
 // The same wrong shape in every frame: what others found of it holds where this one sees nothing.
-TEST(UnderlyingBody, OffsetsOfOtherFramesShapeWhatIsNotSeen) {
+TEST(UnderlyingBody, OffsetsOfOtherFrames_ShapeUnseenRegions) {
   const Scene scene(0.004);
   const UnderlyingBody first = scene.fit();
   Scene hidden = scene;
@@ -145,7 +145,7 @@ TEST(UnderlyingBody, OffsetsOfOtherFramesShapeWhatIsNotSeen) {
   EXPECT_LT(with, 0.6 * without);
 }
 
-TEST(UnderlyingBody, BeginsWhereItIsTold) {
+TEST(UnderlyingBody, GivenStart_IsUsed) {
   const Scene scene;
   const UnderlyingBody body = scene.fit();
   UnderlyingBodyOptions options;
@@ -154,7 +154,7 @@ TEST(UnderlyingBody, BeginsWhereItIsTold) {
   EXPECT_LT((again.vertices - body.vertices).rowwise().norm().mean(), 2e-4);
 }
 
-TEST(UnderlyingBody, SameBitsOnAnyNumberOfThreads) {
+TEST(UnderlyingBody, AnyThreadCount_GivesTheSameBits) {
   const Scene scene;
   set_thread_count(1);
   const UnderlyingBody one = scene.fit();
@@ -165,7 +165,7 @@ TEST(UnderlyingBody, SameBitsOnAnyNumberOfThreads) {
   EXPECT_EQ(one.certificate.proximity, three.certificate.proximity);
 }
 
-TEST(UnderlyingBody, WithoutAScanIsThePersonalBody) {
+TEST(UnderlyingBody, NoScan_GivesThePersonalBody) {
   Scene scene;
   scene.scan = {};
   const UnderlyingBody body = scene.fit();
@@ -179,7 +179,7 @@ TEST(UnderlyingBody, WithoutAScanIsThePersonalBody) {
   EXPECT_GT(thicker.vertices.rowwise().norm().mean(), scene.posed.rowwise().norm().mean() + 0.009);
 }
 
-TEST(UnderlyingBody, HalfAScanIsSaidAndTheRestFollows) {
+TEST(UnderlyingBody, HalfAScan_IsReportedAndTheRestFollows) {
   Scene scene;
   scene.scan = part_of(scene.scan, [](const auto& p) { return p.x() > 0.05; });
   const UnderlyingBody body = scene.fit();
@@ -189,7 +189,7 @@ TEST(UnderlyingBody, HalfAScanIsSaidAndTheRestFollows) {
   EXPECT_LT(scene.error(body.vertices).mean, scene.error(scene.posed).mean);
 }
 
-TEST(UnderlyingBody, ASecondPersonInTheScanDoesNoHarm) {
+TEST(UnderlyingBody, SecondPersonInTheScan_IsHarmless) {
   const Scene alone;
   Scene beside;
   Mesh& scan = beside.scan.mesh;
@@ -210,7 +210,7 @@ TEST(UnderlyingBody, ASecondPersonInTheScanDoesNoHarm) {
   EXPECT_EQ(body.certificate.outside_rate, 0);
 }
 
-TEST(UnderlyingBody, WithoutLabelsItOnlyStaysInside) {
+TEST(UnderlyingBody, ScanWithoutLabels_OnlyKeepsTheBodyInside) {
   Scene scene;
   scene.scan.roles.clear();
   scene.cover = body_cover(scene.truth.faces,
@@ -224,7 +224,7 @@ TEST(UnderlyingBody, WithoutLabelsItOnlyStaysInside) {
   EXPECT_LT(scene.error(body.vertices).mean, 0.004);  // bare skin is given the cloth's gap too
 }
 
-TEST(UnderlyingBody, RefusesWhatIsOfAnotherBody) {
+TEST(UnderlyingBody, DataOfAnotherBody_IsRefused) {
   const Scene scene;
   const ScanSurface scan = scan_surface(scene.scan);
   BodyCover other = scene.cover;
@@ -243,7 +243,7 @@ TEST(UnderlyingBody, RefusesWhatIsOfAnotherBody) {
                          "finite");
 }
 
-TEST(SurfaceFrames, TurnWithTheSurface) {
+TEST(SurfaceFrames, Frames_RotateWithTheSurface) {
   const Mesh mesh = ball(0.3, 2);
   const Eigen::Matrix3d turn =
       Eigen::AngleAxisd(0.7, Eigen::Vector3d(1, 2, 3).normalized()).toRotationMatrix();
@@ -259,7 +259,7 @@ TEST(SurfaceFrames, TurnWithTheSurface) {
   ATELIER_EXPECT_REFUSED(from_surface_frames(still, Points(3, 3)), LogicError, "another surface");
 }
 
-TEST(BodyError, MeasuresKnownErrors) {
+TEST(BodyError, KnownErrors_AreMeasured) {
   const Scene scene(0.005);
   const BodyError none = scene.error(scene.truth.vertices);
   EXPECT_NEAR(none.mean, 0, 1e-9);

@@ -10,7 +10,7 @@
 namespace atelier {
 namespace {
 
-TEST(Unpose, LeadsBackToRestAndFromThereToThePose) {
+TEST(Unpose, Unposing_InvertsPosing) {
   const BodyModel model = default_human();
   const ShapedBody body = shape_body(model);
   Random random{1, 0, 0};
@@ -31,7 +31,7 @@ TEST(Unpose, LeadsBackToRestAndFromThereToThePose) {
   EXPECT_LT((skin_vertices(model, off, pose, plain) - posed).cwiseAbs().maxCoeff(), 1e-9);
 }
 
-TEST(Unpose, RefusesVerticesOfAnotherBody) {
+TEST(Unpose, VerticesOfAnotherBody_AreRefused) {
   const BodyModel model = default_human();
   const Pose pose = rest_pose(model.skeleton);
   EXPECT_THROW(unposed_vertices(model, shape_body(model), pose, Points(3, 3)), LogicError);

@@ -61,7 +61,7 @@ double vertex_energy(const VertexEnergy& energy, const Points& x) {
   return sum;
 }
 
-TEST(VertexEnergy, GradientAgreesWithFiniteDifferences) {
+TEST(VertexEnergy, EnergyGradient_MatchesFiniteDifferences) {
   const Mesh mesh = fixtures::sphere(1);
   const VertexEnergy energy = every_term(mesh);
   const Eigen::VectorXd x =
@@ -77,7 +77,7 @@ TEST(VertexEnergy, GradientAgreesWithFiniteDifferences) {
   EXPECT_LT(fixtures::jacobian_error(analytic, numeric), 1e-7);
 }
 
-TEST(VertexEnergy, OneStepReachesTheMinimumOfAQuadratic) {
+TEST(VertexEnergy, QuadraticEnergy_IsMinimizedInOneStep) {
   const Mesh mesh = fixtures::sphere(2);
   const VertexEnergy energy = every_term(mesh, false);
   const Points x = lower_vertex_energy(energy, mesh.vertices,
@@ -86,7 +86,7 @@ TEST(VertexEnergy, OneStepReachesTheMinimumOfAQuadratic) {
             1e-9 * vertex_energy_gradient(energy, mesh.vertices).norm());
 }
 
-TEST(VertexEnergy, SaturatingRowsGoDownAndConverge) {
+TEST(VertexEnergy, RobustRows_DecreaseAndConverge) {
   const Mesh mesh = fixtures::sphere(2);
   const VertexEnergy energy = every_term(mesh);
   Points x = mesh.vertices;
@@ -101,7 +101,7 @@ TEST(VertexEnergy, SaturatingRowsGoDownAndConverge) {
   EXPECT_LT(vertex_energy_gradient(energy, x).norm(), 1e-5);
 }
 
-TEST(VertexEnergy, AnOutlierPullsLessTheFartherItIs) {
+TEST(VertexEnergy, Outlier_PullsLessTheFartherItIs) {
   VertexEnergy energy;
   energy.edges.resize(0, 2);
   energy.edge_vectors.resize(0, 3);
@@ -120,7 +120,7 @@ TEST(VertexEnergy, AnOutlierPullsLessTheFartherItIs) {
   EXPECT_LT(pulled_to(1), 1e-6);
 }
 
-TEST(VertexEnergy, RefusesWhatDoesNotFitTogether) {
+TEST(VertexEnergy, MismatchedSizes_AreRefused) {
   const Mesh mesh = fixtures::sphere(0);
   VertexEnergy energy = every_term(mesh);
   energy.anchor_weights.conservativeResize(3);

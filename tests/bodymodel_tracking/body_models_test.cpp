@@ -90,11 +90,11 @@ void is_measured_and_followed(const BodyModel& model) {
   EXPECT_LT(error, 0.012);
 }
 
-TEST(TrackedModels, DefaultHuman) {
+TEST(TrackedModels, DefaultHuman_IsMeasuredAndTracked) {
   is_measured_and_followed(read_body_file("default").model);
 }
 
-TEST(TrackedModels, MakeHuman) {
+TEST(TrackedModels, MakeHumanBody_IsMeasuredAndTracked) {
   ATELIER_TEST_FILE(base, "makehuman/base/base.obj");
   is_measured_and_followed(read_body_file(base).model);
 }

@@ -36,7 +36,7 @@ double at(const Eigen::VectorXd& errors, const char* name) {
   return errors[find_joint(fitted_human().shaped.skeleton, name)];
 }
 
-TEST(DetectorBias, AreWhatAKeypointIsOffByInEveryPose) {
+TEST(DetectorBias, ConstantKeypointOffset_IsTheDetectorBias) {
   const Seen seen = walk(8, 0, {0.02, 0, 0.015});
   const Eigen::VectorXd errors = detector_bias(fitted_human(), seen.frames, seen.x);
   ASSERT_EQ(errors.size(), static_cast<Index>(fitted_human().slots.size()));
@@ -46,12 +46,12 @@ TEST(DetectorBias, AreWhatAKeypointIsOffByInEveryPose) {
   EXPECT_LT(at(errors, "spine2"), 0.025);
 }
 
-TEST(DetectorBias, NoiseIsNoneOfThem) {
+TEST(DetectorBias, Noise_GivesNoDetectorBias) {
   const Seen seen = walk(40, 0.01, Eigen::Vector3d::Zero());
   EXPECT_LT(detector_bias(fitted_human(), seen.frames, seen.x).maxCoeff(), 0.005);
 }
 
-TEST(DetectorBias, OfFewerThanThreeFramesAreTheUsualOnes) {
+TEST(DetectorBias, FewerThanThreeFrames_GiveTheDefaultBias) {
   for (const int frames : {0, 1, 2}) {
     const Seen seen = walk(frames, 0, Eigen::Vector3d::Zero());
     const Eigen::VectorXd errors = detector_bias(fitted_human(), seen.frames, seen.x);

@@ -39,7 +39,7 @@ double gradient_error(const FittedPerson& person, const FrameTargets& targets,
          numeric.cwiseAbs().maxCoeff();
 }
 
-TEST(FrameEnergy, GradientOfKeypointsLimitsAndRest) {
+TEST(FrameEnergy, KeypointLimitAndRestGradient_MatchesFiniteDifferences) {
   const FittedPerson& person = fitted_human();
   Random random{1};
   FrameTargets targets = keypoints_of(person, walking(person, 0.3), 0.02, random);
@@ -49,7 +49,7 @@ TEST(FrameEnergy, GradientOfKeypointsLimitsAndRest) {
   EXPECT_LT(gradient_error(person, none, crooked(person)), 1e-6);
 }
 
-TEST(FrameEnergy, GradientOfSkinAndClothing) {
+TEST(FrameEnergy, SkinAndClothingGradient_MatchesFiniteDifferences) {
   const FittedPerson& person = fitted_human();
   const Eigen::VectorXd x = crooked(person);
   const Points vertices = skin_vertices(plain_human(), pose_of_variables(person, x));
@@ -75,7 +75,7 @@ TEST(FrameEnergy, GradientOfSkinAndClothing) {
   }
 }
 
-TEST(FrameEnergy, HessianIsThatOfGaussAndNewton) {
+TEST(FrameEnergy, Hessian_IsGaussNewton) {
   // Near a solution without outliers residuals vanish, and with them what Gauss-Newton leaves out.
   const FittedPerson& person = fitted_human();
   const Eigen::VectorXd x = walking(person, 0.3);
@@ -92,7 +92,7 @@ TEST(FrameEnergy, HessianIsThatOfGaussAndNewton) {
   EXPECT_LT((numeric - analytic).cwiseAbs().maxCoeff() / numeric.cwiseAbs().maxCoeff(), 1e-5);
 }
 
-TEST(FrameEnergy, JacobiansOfJointsAndAccelerations) {
+TEST(FrameEnergy, JointAndAccelerationJacobians_MatchFiniteDifferences) {
   const FittedPerson& person = fitted_human();
   const Eigen::VectorXd x = crooked(person);
   EXPECT_LT(
@@ -115,7 +115,7 @@ TEST(FrameEnergy, JacobiansOfJointsAndAccelerations) {
   }
 }
 
-TEST(FrameEnergy, UniformMotionHasNoAcceleration) {
+TEST(FrameEnergy, UniformMotion_HasNoAcceleration) {
   const FittedPerson& person = fitted_human();
   std::array<Eigen::VectorXd, 3> three;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -149,7 +149,7 @@ Eigen::VectorXd window_gradient(const FittedPerson& person, const TrackWindow& w
 
 // The solver has a window in blocks by limb, of which most pairs are left out: what it takes for
 // the gradient must be the whole one. Points of skin lie between limbs too, and fingers are sought.
-TEST(FrameEnergy, AWindowEndsWhereItsWholeGradientVanishes) {
+TEST(FrameEnergy, SolvedWindow_HasAVanishingGradient) {
   const FittedPerson person = fitted_person(plain_human(), body_25_names(), true);
   Random random{3};
   std::vector<FrameTargets> targets;
@@ -185,7 +185,7 @@ TEST(FrameEnergy, AWindowEndsWhereItsWholeGradientVanishes) {
             2e-3 * window_gradient(person, window, window.start).norm());
 }
 
-TEST(FrameEnergy, WrongSizesAreRefused) {
+TEST(FrameEnergy, WrongSizes_AreRefused) {
   const FittedPerson& person = fitted_human();
   FrameTargets targets;
   targets.keypoints = Points::Zero(3, 3);

@@ -25,7 +25,7 @@ std::vector<FrameTargets> scaled(const std::vector<double>& factors) {
   return frames;
 }
 
-TEST(KeypointUnit, FramesTooLargeAreTakenAwayAndTheLargestIsSaid) {
+TEST(KeypointUnit, TooLargeFrames_AreRemovedAndTheLargestReported) {
   std::vector<FrameTargets> frames = scaled({1, 1000, 1, 100});
   const OtherUnits others = without_other_units(frames);
   EXPECT_THAT(others.frames, ElementsAre(1, 3));
@@ -44,7 +44,7 @@ TEST(KeypointUnit, FramesTooLargeAreTakenAwayAndTheLargestIsSaid) {
   EXPECT_EQ(finding.advice, "left out; gone; look whether they are in millimetres");
 }
 
-TEST(KeypointUnit, FramesTooSmallAreNoMillimetres) {
+TEST(KeypointUnit, TooSmallFrames_AreNotCalledMillimetres) {
   std::vector<FrameTargets> frames = scaled({0.005, 0.001, 0.002, 1});
   const OtherUnits others = without_other_units(frames);
   EXPECT_THAT(others.frames, ElementsAre(0, 1, 2));
@@ -57,7 +57,7 @@ TEST(KeypointUnit, FramesTooSmallAreNoMillimetres) {
   EXPECT_THAT(finding.advice, Not(HasSubstr("millimetres")));
 }
 
-TEST(KeypointUnit, BothAreOneFinding) {
+TEST(KeypointUnit, TooLargeAndTooSmallFrames_GiveOneFinding) {
   std::vector<FrameTargets> frames = scaled({1000, 1, 0.001});
   const OtherUnits others = without_other_units(frames);
   const Finding finding = keypoint_unit(others, {0, 1, 2}, "gone");
@@ -66,7 +66,7 @@ TEST(KeypointUnit, BothAreOneFinding) {
   EXPECT_THAT(finding.advice, HasSubstr("in what unit they are"));
 }
 
-TEST(KeypointUnit, APersonsAreLeft) {
+TEST(KeypointUnit, PlausibleFrames_AreKept) {
   std::vector<FrameTargets> frames = scaled({1, 0.3, 2});
   frames[0].keypoints.row(3) *= 1000;  // one that is far off says nothing of the others
   frames.push_back({});

@@ -61,7 +61,7 @@ TrackedMotion three_frames() {
   return tracked;
 }
 
-TEST(PersonArchives, APersonComesBackTheSame) {
+TEST(PersonArchives, Person_RoundTrips) {
   TemporaryDirectory folder;
   Eigen::VectorXd shape = neutral_shape(body());
   shape[0] = 1.75;
@@ -82,7 +82,7 @@ TEST(PersonArchives, APersonComesBackTheSame) {
   EXPECT_EQ(read_body(folder.path() / "person.npz").mesh.vertices, person.model.mesh.vertices);
 }
 
-TEST(PersonArchives, ABodyIsAPlainPerson) {
+TEST(PersonArchives, Body_IsReadAsAPlainPerson) {
   TemporaryDirectory folder;
   write_body(folder.path() / "body.npz", body());
   const PersonalBody person = read_personal_body(folder.path() / "body.npz");
@@ -91,7 +91,7 @@ TEST(PersonArchives, ABodyIsAPlainPerson) {
   EXPECT_EQ(person.displacements.cwiseAbs().maxCoeff(), 0);
 }
 
-TEST(PersonArchives, APersonOfWrongSizesIsRefused) {
+TEST(PersonArchives, PersonOfWrongSizes_IsRefused) {
   TemporaryDirectory folder;
   const auto path = folder.path() / "person.npz";
   const auto with = [&](const std::string& name, const Tensor& tensor) {
@@ -119,14 +119,14 @@ TEST(PersonArchives, APersonOfWrongSizesIsRefused) {
               HasSubstr("a list of names"));
 }
 
-TEST(PersonArchives, AShapedModelIsNoPerson) {
+TEST(PersonArchives, ShapedModel_IsRefusedAsAPerson) {
   PersonalBody person = plain_person(body());
   person.model = body();
   EXPECT_THAT(refusal([&] { check_personal_body(person); }), HasSubstr("one shape"));
   EXPECT_THROW(plain_person(body(), Eigen::VectorXd::Zero(2)), LogicError);
 }
 
-TEST(PersonArchives, ATrackedMotionComesBackTheSame) {
+TEST(PersonArchives, TrackedMotion_RoundTrips) {
   TemporaryDirectory folder;
   const TrackedMotion tracked = three_frames();
   write_tracked_motion(folder.path() / "tracked.h5", tracked);
@@ -143,7 +143,7 @@ TEST(PersonArchives, ATrackedMotionComesBackTheSame) {
   EXPECT_EQ(back.region, tracked.region);
 }
 
-TEST(PersonArchives, AWrongTrackedMotionIsRefused) {
+TEST(PersonArchives, MalformedTrackedMotion_IsRefused) {
   const auto with = [](const std::function<void(Archive&)>& change) {
     Archive archive = archive_of(three_frames());
     change(archive);

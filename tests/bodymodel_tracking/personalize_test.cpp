@@ -87,7 +87,7 @@ PersonalizeOptions quick() {
   return options;
 }
 
-TEST(Personalize, ShapeDerivativesAreThoseOfTheCost) {
+TEST(Personalize, ShapeDerivatives_MatchFiniteDifferences) {
   const FittedPerson start = fitted_person(shaped_human(), body_25_names());
   Eigen::VectorXd shape = neutral_shape(shaped_human());
   for (Index s = 0; s < shape.size(); ++s) {
@@ -129,7 +129,7 @@ TEST(Personalize, ShapeDerivativesAreThoseOfTheCost) {
   }
 }
 
-TEST(Personalize, ThreeFramesFindSomebodyElse) {
+TEST(Personalize, ThreeFrames_RecoverAnotherPerson) {
   const TrackInput input = bare_frames(3, 0.005);
   PersonalizeOptions options;
   options.samples = 1500;
@@ -146,7 +146,7 @@ TEST(Personalize, ThreeFramesFindSomebodyElse) {
   EXPECT_LT(found.unseen, 0.2);
 }
 
-TEST(Personalize, BonesThatNoShapeHasAreFound) {
+TEST(Personalize, BonesOutsideTheShapeSpace_AreRecovered) {
   // One whose forearms are longer and shins shorter than any shape of the model says.
   const BodyModel bones = with_bone_lengths(shaped_human());
   Eigen::VectorXd shape = neutral_shape(bones);
@@ -177,7 +177,7 @@ TEST(Personalize, BonesThatNoShapeHasAreFound) {
   EXPECT_LT(with, 0.7 * without);
 }
 
-TEST(Personalize, KeypointsAloneGiveBoneLengths) {
+TEST(Personalize, KeypointsAlone_GiveBoneLengths) {
   TrackInput input = bare_frames(4, 0.003);
   for (TrackFrame& frame : input.frames) {
     frame.scan = {};
@@ -192,7 +192,7 @@ TEST(Personalize, KeypointsAloneGiveBoneLengths) {
 }
 
 // A detector is off where joints truly are by centimetres, and in every frame alike.
-TEST(Personalize, KeypointsAloneThatAreOffDoNotBendTheShape) {
+TEST(Personalize, BiasedKeypointsAlone_KeepAPlausibleShape) {
   for (const std::uint64_t seed : {1, 2, 3}) {
     TrackInput input = bare_frames(4, 0.003);
     Random random{seed};
@@ -213,7 +213,7 @@ TEST(Personalize, KeypointsAloneThatAreOffDoNotBendTheShape) {
 
 // Heels, which mass moves by a millimetre or two, are off in all frames alike: they make nobody
 // thin.
-TEST(Personalize, KeypointsAloneFindLengthsAndLeaveGirthsAsUsual) {
+TEST(Personalize, KeypointsAlone_RecoverLengthsAndKeepPriorGirths) {
   DefaultHumanOptions options;
   options.male = 1;
   options.stature = 1.82;
@@ -244,7 +244,7 @@ TEST(Personalize, KeypointsAloneFindLengthsAndLeaveGirthsAsUsual) {
 }
 
 // Scans are believed, and what nobody has is said.
-TEST(Personalize, LimbsThatNobodyHasAreSaid) {
+TEST(Personalize, ImplausibleLimbs_AreReported) {
   Eigen::VectorXd shape = neutral_shape(shaped_human());
   shape[find_shape(shaped_human(), "mass")] -= 16;
   const Personalization thin = personalize(
@@ -256,7 +256,7 @@ TEST(Personalize, LimbsThatNobodyHasAreSaid) {
   EXPECT_THAT(usual.findings, Not(Contains(Field(&Finding::code, "measure-implausible"))));
 }
 
-TEST(Personalize, WhatWasNotSeenIsSaid) {
+TEST(Personalize, UnseenSurface_IsReported) {
   TrackInput input = bare_frames(2, 0.003);
   for (TrackFrame& frame : input.frames) {
     for (Index i = 0; i < frame.scan.points.rows(); ++i) {
@@ -275,7 +275,7 @@ TEST(Personalize, WhatWasNotSeenIsSaid) {
   EXPECT_GT(found.unseen, 0.1);
 }
 
-TEST(Personalize, ScansInMillimetresAreLeftOut) {
+TEST(Personalize, ScansInMillimetres_AreLeftOut) {
   TrackInput input = bare_frames(3, 0.003);
   input.frames[1].scan.points *= 1000;
   input.frames[1].scan.areas *= 1e6;
@@ -290,7 +290,7 @@ TEST(Personalize, ScansInMillimetresAreLeftOut) {
   EXPECT_THAT(none.findings, Contains(Field(&Finding::code, "no-scans")));
 }
 
-TEST(Personalize, ScansOfAnotherPlaceAreLeftOut) {
+TEST(Personalize, ScansOfAnotherPlace_AreLeftOut) {
   TrackInput input = bare_frames(3, 0.003);
   input.frames[1].scan.points.col(0).array() += 3;
   const Personalization found = personalize(shaped_human(), input, quick());
@@ -305,7 +305,7 @@ TEST(Personalize, ScansOfAnotherPlaceAreLeftOut) {
   EXPECT_EQ(none.scan_rms, 0);
 }
 
-TEST(Personalize, ClothingAloneMovesNoSurface) {
+TEST(Personalize, ClothingAlone_MovesNoSurface) {
   TrackInput input = bare_frames(3, 0.003);
   for (TrackFrame& frame : input.frames) {  // as scans of a clothed sequence without labels
     std::fill(frame.scan.parts.begin(), frame.scan.parts.end(), ScanPart::Cloth);
@@ -316,7 +316,7 @@ TEST(Personalize, ClothingAloneMovesNoSurface) {
   EXPECT_LT(found.person.displacements.rowwise().norm().maxCoeff(), 1e-9);
 }
 
-TEST(Personalize, HalfOfTheBodyFollowsTheOtherHalf) {
+TEST(Personalize, UnseenHalf_FollowsTheSeenHalf) {
   TrackInput input = bare_frames(3, 0.003);
   for (TrackFrame& frame : input.frames) {
     ASSERT_EQ(frame.scan.points.rows(), vertex_count(somebody()));
@@ -332,7 +332,7 @@ TEST(Personalize, HalfOfTheBodyFollowsTheOtherHalf) {
   EXPECT_LT(surface_error(found.person.model, somebody()), 0.006);
 }
 
-TEST(Personalize, TheOtherPersonInTheScanDoesNotCount) {
+TEST(Personalize, SecondPersonInTheScan_IsIgnored) {
   TrackInput input = bare_frames(3, 0.003);
   for (TrackFrame& frame : input.frames) {
     ScanPoints both = frame.scan;
@@ -350,7 +350,7 @@ TEST(Personalize, TheOtherPersonInTheScanDoesNotCount) {
   EXPECT_LT(surface_error(found.person.model, somebody()), 0.004);
 }
 
-TEST(Personalize, NobodyIsRefused) {
+TEST(Personalize, InputWithoutAPerson_IsRefused) {
   TrackInput input = bare_frames(1, 0);
   input.frames[0].deviations.setZero();
   try {
@@ -376,7 +376,7 @@ TEST(Personalize, NobodyIsRefused) {
                LogicError);
 }
 
-TEST(Personalize, EveryVertexHasAMirrorImage) {
+TEST(Personalize, EveryVertex_HasAMirrorImage) {
   const std::vector<int> mirror = mirror_vertices(plain_human().mesh.vertices);
   for (std::size_t v = 0; v < mirror.size(); ++v) {
     ASSERT_GE(mirror[v], 0);

@@ -75,13 +75,13 @@ void keeps_its_girths(const BodyModel& model, const TrackInput& few) {
   EXPECT_NEAR(ours.mass / (usual.mass * taller * taller), 1, 0.15);
 }
 
-TEST(RealTrial, KeypointsAloneLeaveLimbsTheirGirths) {
+TEST(RealTrial, KeypointsAlone_KeepTheGirthsOfLimbs) {
   ATELIER_TEST_FILE(path, kTrial);
   keeps_its_girths(default_human(), trial(path, 10));
   keeps_its_girths(default_human(female_human()), trial(path, 10));
 }
 
-TEST(RealTrial, KeypointsAloneLeaveMakeHumansLimbsTheirGirths) {
+TEST(RealTrial, KeypointsAlone_KeepTheGirthsOfMakeHumansLimbs) {
   ATELIER_TEST_FILE(path, kTrial);
   ATELIER_TEST_FILE(root, "makehuman");
   MakeHumanFiles files;
@@ -103,7 +103,7 @@ TEST(RealTrial, KeypointsAloneLeaveMakeHumansLimbsTheirGirths) {
   keeps_its_girths(model, trial(path, 10));
 }
 
-TEST(RealTrial, AHundredFramesAreFollowedByKeypointsAlone) {
+TEST(RealTrial, HundredFrames_AreTrackedFromKeypointsAlone) {
   ATELIER_TEST_FILE(path, kTrial);
   const TrackInput input = trial(path);
   ASSERT_EQ(input.frames.size(), 100u);

@@ -21,7 +21,7 @@ ScanAgreement agreement_of(const Eigen::VectorXd& pose, const ScanPoints& scan,
                         vertex_areas(rest.vertices, plain_human().mesh.faces), scan, region);
 }
 
-TEST(ScanAgreement, EachLimbCounts) {
+TEST(ScanAgreement, EachLimb_IsJudged) {
   const Eigen::VectorXd x = walking(fitted_human(), 0.3);
   const ScanPoints scan = scan_of(x);
   EXPECT_TRUE(agreement_of(x, scan).holds);
@@ -39,7 +39,7 @@ TEST(ScanAgreement, EachLimbCounts) {
   EXPECT_THAT(elbow.loose, Not(Contains(find_joint(plain_human().skeleton, "left_wrist"))));
 }
 
-TEST(ScanAgreement, NoiseOfAScanCostsNothing) {
+TEST(ScanAgreement, ScanNoise_CostsNothing) {
   const Eigen::VectorXd x = walking(fitted_human(), 0.3);
   ScanPoints scan = scan_of(x);
   Random random{4};
@@ -62,7 +62,7 @@ std::vector<char> leg_region() {
   return region;
 }
 
-TEST(ScanAgreement, ClothingThatIsLeftOutSaysNothingEitherWay) {
+TEST(ScanAgreement, ExcludedClothing_IsNotJudged) {
   const Eigen::VectorXd x = walking(fitted_human(), 0.3);
   const std::vector<char> region = leg_region();
   ScanPoints scan = scan_of(x);
@@ -77,7 +77,7 @@ TEST(ScanAgreement, ClothingThatIsLeftOutSaysNothingEitherWay) {
   EXPECT_FALSE(agreement_of(turned(x, "left_knee", 0.8), scan, region).holds) << "its foot is off";
 }
 
-TEST(ScanAgreement, LimbsThatNothingShowsAreLoose) {
+TEST(ScanAgreement, UnseenLimbs_AreLoose) {
   const Eigen::VectorXd x = walking(fitted_human(), 0.3);
   const ScanPoints scan = scan_of(x);
   std::vector<char> low;
@@ -130,7 +130,7 @@ ScanPoints in_a_skirt(const Eigen::VectorXd& x, ScanPart skirt) {
 }
 
 // Its nearest points are skin of calves, of a hand or of the other leg, and the skirt is far off.
-TEST(ScanAgreement, WhatIsUnderClothingLeftOutByLabelIsNotJudgedByItself) {
+TEST(ScanAgreement, LimbsUnderExcludedClothing_AreJudgedByTheSkin) {
   const Eigen::VectorXd x = walking(fitted_human(), 0.3);
   const ScanPoints scan = in_a_skirt(x, ScanPart::LeftOut);
   EXPECT_TRUE(agreement_of(x, scan).holds);
@@ -147,7 +147,7 @@ TEST(ScanAgreement, WhatIsUnderClothingLeftOutByLabelIsNotJudgedByItself) {
   }
 }
 
-TEST(ScanAgreement, AHandUnderASkirtThatIsLeftOutIsLoose) {
+TEST(ScanAgreement, HandUnderAnExcludedSkirt_IsLoose) {
   const Eigen::VectorXd x = walking(fitted_human(), 0.3);
   const ScanPoints scan = in_a_skirt(x, ScanPart::LeftOut);
   const ScanAgreement inside = agreement_of(turned(x, "left_shoulder", -0.9), scan);
@@ -155,7 +155,7 @@ TEST(ScanAgreement, AHandUnderASkirtThatIsLeftOutIsLoose) {
   EXPECT_THAT(inside.loose, Contains(find_joint(plain_human().skeleton, "left_wrist")));
 }
 
-TEST(ScanAgreement, WithoutLabelsALimbIsWithinTenCentimetres) {
+TEST(ScanAgreement, UnlabelledScan_AllowsTenCentimetresPerLimb) {
   const Eigen::VectorXd x = walking(fitted_human(), 0.3);
   ScanPoints scan = scan_of(x);
   std::fill(scan.parts.begin(), scan.parts.end(), ScanPart::Cloth);

@@ -21,7 +21,7 @@ constexpr double kSeenNoise = 0.003;   // m
 constexpr double kRunRate = 12;        // frames a second, as captures have
 constexpr std::size_t kRunFrames = 9;  // of a run
 
-TEST(StartPose, AnyPoseIsFoundFromItsKeypoints) {
+TEST(StartPose, AnyPose_IsFoundFromItsKeypoints) {
   const FittedPerson& person = fitted_human();
   Random random{11};
   for (int trial = 0; trial < 12; ++trial) {
@@ -126,7 +126,7 @@ INSTANTIATE_TEST_SUITE_P(StartPose, ExchangedSides,
                                          MovingPerson{"lying", lying}),
                          [](const auto& motion) { return std::string(motion.param.name); });
 
-TEST_P(ExchangedSides, ArePutRightInWholeRunsOfFrames) {
+TEST_P(ExchangedSides, SwappedSides_AreCorrectedOverRunsOfFrames) {
   const FittedPerson& person = fitted_human();
   Random random{12};
   for (const Exchange& what : exchanges()) {
@@ -153,7 +153,7 @@ TEST_P(ExchangedSides, ArePutRightInWholeRunsOfFrames) {
   }
 }
 
-TEST_P(ExchangedSides, AreTrackedAsIfTheyHadNeverBeen) {
+TEST_P(ExchangedSides, SwappedSides_AreTrackedAsIfNeverSwapped) {
   const FittedPerson& person = fitted_human();
   Random random{21};
   for (const Exchange& what : exchanges()) {
@@ -185,7 +185,7 @@ TEST_P(ExchangedSides, AreTrackedAsIfTheyHadNeverBeen) {
   }
 }
 
-TEST(StartPose, LegsAndAllOfThePersonExchangedInOneSequence) {
+TEST(StartPose, LegsAndWholePersonSwappedInOneSequence_AreCorrected) {
   const FittedPerson& person = fitted_human();
   Random random{12};
   std::vector<FrameTargets> frames;

@@ -18,12 +18,12 @@ double change_by(const BodyModel& model, const char* name, double more) {
   return more * more * change(s, s);
 }
 
-TEST(Thickness, SizeGoesWithTheRootOfStature) {
+TEST(Thickness, Size_ScalesWithTheRootOfStature) {
   // A tenth more of everything is a tenth thicker, where half of that is usual: in all six parts.
   EXPECT_NEAR(change_by(with_bone_lengths(plain_human()), "size", 0.1), 6 * 0.05 * 0.05, 1e-9);
 }
 
-TEST(Thickness, LongerBonesAreNotThicker) {
+TEST(Thickness, LongerBones_AreNotThicker) {
   const BodyModel model = with_bone_lengths(plain_human());
   for (const ShapeParameter& bone : model.shape) {
     if (bone.name != "size") {
@@ -32,7 +32,7 @@ TEST(Thickness, LongerBonesAreNotThicker) {
   }
 }
 
-TEST(Thickness, ThickerShinsAreSeen) {
+TEST(Thickness, ThickerShins_AreMeasured) {
   BodyModel model = plain_human();
   const Points joints = rest_positions(model.skeleton);
   ShapeParameter thick{"shins",
@@ -60,14 +60,14 @@ TEST(Thickness, ThickerShinsAreSeen) {
   EXPECT_NEAR(change_by(model, "shins", 0.1), 0.01, 1e-9);
 }
 
-TEST(Thickness, MassAtGivenGirthsIsOfWhatHasNone) {
+TEST(Thickness, MassAtGivenGirths_ThickensUngivenParts) {
   const BodyModel model = default_human();
   // Ten kilograms less are two fifths of the calves' and forearms' girths.
   EXPECT_GT(change_by(model, "mass", 10), 2 * 0.2 * 0.2);
   EXPECT_LT(change_by(model, "arm_length", 0.02), 6 * 0.02 * 0.02);
 }
 
-TEST(Thickness, NobodyIsRefused) {
+TEST(Thickness, NonHumanSkeleton_Throws) {
   BodyModel model = with_bone_lengths(plain_human());
   for (std::size_t j = 0; j < model.skeleton.names.size(); ++j) {
     model.skeleton.names[j] = "b" + std::to_string(j);

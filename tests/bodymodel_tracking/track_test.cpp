@@ -42,7 +42,7 @@ double error_of(const Tracking& tracking, std::size_t f, double seconds) {
                      walking(fitted_human(), seconds));
 }
 
-TEST(Track, FollowsKeypoints) {
+TEST(Track, Keypoints_AreTracked) {
   const Tracking tracking = track(plain_human(), walk(20, 0.008));
   double mean = 0;
   for (std::size_t f = 0; f < 20; ++f) {
@@ -58,7 +58,7 @@ TEST(Track, FollowsKeypoints) {
 }
 
 // Detectors put a hip where no joint is, in every frame.
-TEST(Track, WhatKeypointsAreOffByInEveryFrameIsPartOfTheDeviation) {
+TEST(Track, ConstantKeypointOffset_RaisesTheStandardDeviation) {
   const auto deviation = [](double beside, bool scanned) {
     TrackInput input = walk(12, 0.004);
     for (std::size_t f = 0; f < 12; ++f) {
@@ -83,7 +83,7 @@ TEST(Track, WhatKeypointsAreOffByInEveryFrameIsPartOfTheDeviation) {
   EXPECT_LT(deviation(0.05, true), right) << "a scan says where it is";
 }
 
-TEST(Track, ScansMakeItExact) {
+TEST(Track, Scans_MakeTrackingExact) {
   TrackInput input = walk(4, 0.012, 12);
   for (std::size_t f = 0; f < 4; ++f) {
     input.frames[f].scan = body_scan(f / 12.0);
@@ -100,7 +100,7 @@ TEST(Track, ScansMakeItExact) {
   EXPECT_LT(mean, 0.004);
 }
 
-TEST(Track, TheSameDigitsOnAnyNumberOfThreads) {
+TEST(Track, AnyThreadCount_GivesTheSameDigits) {
   TrackInput input = walk(10, 0.01);
   input.frames[4].scan = body_scan(4 / 30.0);
   TrackOptions options;
@@ -123,7 +123,7 @@ TEST(Track, TheSameDigitsOnAnyNumberOfThreads) {
 }
 
 // Detectors put joints beside where they are, which one or two frames do not show.
-TEST(Track, WithoutScansAFrameOrTwoStateWhatDetectorsAreUsuallyOffBy) {
+TEST(Track, FewFramesWithoutScans_StateTheUsualDetectorBias) {
   const auto deviation = [](int frames, bool scanned) {
     TrackInput input = walk(frames, 0.004);
     for (std::size_t f = 0; scanned && f < input.frames.size(); ++f) {
@@ -139,7 +139,7 @@ TEST(Track, WithoutScansAFrameOrTwoStateWhatDetectorsAreUsuallyOffBy) {
   EXPECT_LT(deviation(3, false), 0.01) << "three show that these are right";
 }
 
-TEST(Track, KeypointsInAnotherUnitAreOneFindingAndCountAsMissing) {
+TEST(Track, KeypointsInOtherUnits_GiveOneFindingAndAreMissing) {
   TrackInput input = walk(6, 0.004);
   input.frames[1].keypoints *= 1000;
   input.frames[4].keypoints *= 1000;
@@ -152,7 +152,7 @@ TEST(Track, KeypointsInAnotherUnitAreOneFindingAndCountAsMissing) {
   EXPECT_LT(error_of(tracking, 4, 4 / 30.0), 0.03);
 }
 
-TEST(Track, AFrameWithoutKeypointsIsBridgedAndNotTrusted) {
+TEST(Track, FrameWithoutKeypoints_IsBridgedAndUntrusted) {
   TrackInput input = walk(9, 0.004);
   input.frames[4].keypoints.resize(0, 3);
   input.frames[4].deviations.resize(0);
@@ -165,7 +165,7 @@ TEST(Track, AFrameWithoutKeypointsIsBridgedAndNotTrusted) {
   EXPECT_THAT(tracking.findings, Contains(Field(&Finding::code, "frame-untrusted")));
 }
 
-TEST(Track, ManyFramesThatAreNotTrustedAreOneFinding) {
+TEST(Track, ManyUntrustedFrames_GiveOneFinding) {
   TrackInput input = walk(14, 0.004);
   for (std::size_t f = 2; f < 12; ++f) {
     input.frames[f].deviations.setZero();
@@ -177,7 +177,7 @@ TEST(Track, ManyFramesThatAreNotTrustedAreOneFinding) {
             "frames 2, 3, 4, 5, 6, 7, 8, 9 and 2 others");
 }
 
-TEST(Track, AScanIsEnoughWhereKeypointsAreMissing) {
+TEST(Track, MissingKeypoints_AreReplacedByAScan) {
   TrackInput input = walk(5, 0.004, 12);
   input.frames[2].keypoints.resize(0, 3);
   input.frames[2].deviations.resize(0);
@@ -188,7 +188,7 @@ TEST(Track, AScanIsEnoughWhereKeypointsAreMissing) {
 }
 
 // Frames a second apart: between the poses before and behind, arms are where nobody holds them.
-TEST(Track, AScanThatAnArmIsOffHoldsNoFrame) {
+TEST(Track, ScanWithAnArmOff_LeavesTheFrameUntrusted) {
   TrackInput input = walk(3, 0.004, 1);
   input.frames[1].keypoints.resize(0, 3);
   input.frames[1].deviations.resize(0);
@@ -201,7 +201,7 @@ TEST(Track, AScanThatAnArmIsOffHoldsNoFrame) {
   EXPECT_THAT(tracking.findings, Contains(Field(&Finding::code, "frame-untrusted")));
 }
 
-TEST(Track, KeypointsThatContradictEachOtherAreNotTrusted) {
+TEST(Track, ContradictoryKeypoints_AreUntrusted) {
   TrackInput input = walk(7, 0.004);
   Random random{4};
   for (Index k = 0; k < input.frames[3].keypoints.rows(); ++k) {
@@ -213,7 +213,7 @@ TEST(Track, KeypointsThatContradictEachOtherAreNotTrusted) {
   EXPECT_LT(error_of(tracking, 3, 3 / 30.0), 0.03);
 }
 
-TEST(Track, PosesThatMissTheirKeypointsAreNotTrusted) {
+TEST(Track, PosesMissingTheirKeypoints_AreUntrusted) {
   // Frames said to be ten times as close in time as they are: accelerations hold the person still.
   TrackInput input = walk(8, 0.004, 12);
   input.fps = 120;
@@ -232,7 +232,7 @@ TEST(Track, PosesThatMissTheirKeypointsAreNotTrusted) {
   EXPECT_THAT(tracking.findings, Not(Contains(Field(&Finding::code, "frame-untrusted"))));
 }
 
-TEST(Track, AKeypointThatNoPoseMeetsCostsNoTrust) {
+TEST(Track, SingleUnreachableKeypoint_CostsNoTrust) {
   TrackInput input = walk(5, 0.004);
   const auto& names = input.keypoint_names;
   const auto wrist = std::find(names.begin(), names.end(), "left_wrist") - names.begin();
@@ -242,7 +242,7 @@ TEST(Track, AKeypointThatNoPoseMeetsCostsNoTrust) {
   EXPECT_THAT(tracking.tracked.trusted, ::testing::Each(1));
 }
 
-TEST(Track, NothingSeenAtAllIsSaid) {
+TEST(Track, NothingSeen_IsUntrusted) {
   TrackInput input = walk(3, 0);
   for (TrackFrame& frame : input.frames) {
     frame.keypoints.resize(0, 3);
@@ -252,7 +252,7 @@ TEST(Track, NothingSeenAtAllIsSaid) {
   EXPECT_THAT(tracking.tracked.trusted, ::testing::Each(0));
 }
 
-TEST(Track, AScanInMillimetresIsLeftOut) {
+TEST(Track, ScanInMillimetres_IsLeftOut) {
   TrackInput input = walk(3, 0.004);
   input.frames[1].scan = body_scan(1 / 30.0);
   input.frames[1].scan.points *= 1000;
@@ -264,7 +264,7 @@ TEST(Track, AScanInMillimetresIsLeftOut) {
   EXPECT_LT(error_of(tracking, 1, 1 / 30.0), 0.015);
 }
 
-TEST(Track, ScansWithoutLabelsAreClothingWithTheBodyInside) {
+TEST(Track, ScansWithoutLabels_AreClothingAroundTheBody) {
   TrackInput input = walk(3, 0.012, 12);
   for (std::size_t f = 0; f < 3; ++f) {
     input.frames[f].scan = body_scan(f / 12.0);
@@ -279,7 +279,7 @@ TEST(Track, ScansWithoutLabelsAreClothingWithTheBodyInside) {
 }
 
 // An unlabelled scan is all clothing: it says that the body is inside, no nearer than 10 cm.
-TEST(Track, AScanWithoutLabelsBearsOutAFrameWithoutKeypoints) {
+TEST(Track, UnlabelledScan_ConfirmsAFrameWithoutKeypoints) {
   const auto followed = [](const Eigen::VectorXd& shown) {
     TrackInput input = walk(5, 0.004, 12);
     for (std::size_t f = 0; f < 5; ++f) {
@@ -301,7 +301,7 @@ TEST(Track, AScanWithoutLabelsBearsOutAFrameWithoutKeypoints) {
   EXPECT_GT(wrong.tracked.deviations.row(2).minCoeff(), 0.1);
 }
 
-TEST(ScanMatch, VerticesFindTheScanButNotPastItsHoles) {
+TEST(ScanMatch, Vertices_MatchTheScanButNotAcrossItsHoles) {
   const Eigen::VectorXd x = walking(fitted_human(), 0);
   const BodySurface rest = rest_surface(fitted_human());
   const BodySurface surface = posed_surface(fitted_human(), rest, x);
@@ -341,7 +341,7 @@ TEST(ScanMatch, VerticesFindTheScanButNotPastItsHoles) {
   EXPECT_THROW(match_model(surface, areas.head(3), scan, scan_lookup(scan), {}), LogicError);
 }
 
-TEST(Track, HalfAScanAndASecondPersonDoNoHarm) {
+TEST(Track, HalfAScanAndASecondPerson_AreHarmless) {
   TrackInput input = walk(3, 0.004, 12);
   ScanPoints& scan = input.frames[1].scan;
   const ScanPoints whole = body_scan(1 / 12.0);
@@ -371,7 +371,7 @@ TEST(Track, HalfAScanAndASecondPersonDoNoHarm) {
   EXPECT_THAT(tracking.findings, Contains(Field(&Finding::code, "scan-far")));
 }
 
-TEST(Track, WhatSwingsIsFoundAndLeftOut) {
+TEST(Track, SwingingClothing_IsFoundAndExcluded) {
   // A cone round the legs that swings from side to side, and skin above.
   TrackInput input = walk(6, 0.006, 12);
   for (std::size_t f = 0; f < 6; ++f) {
@@ -409,7 +409,7 @@ TEST(Track, WhatSwingsIsFoundAndLeftOut) {
   }
 }
 
-TEST(Track, WrongCallsAreRefused) {
+TEST(Track, WrongCalls_AreRefused) {
   TrackInput input = walk(3, 0);
   TrackOptions options;
   options.overlap = 9;

@@ -48,7 +48,7 @@ std::string without_packages() {
   return flags;
 }
 
-TEST(Configure, CoreAndSimulationBuildWhereOnlyEigenAndHdf5Are) {
+TEST(Configure, OnlyEigenAndHdf5_BuildCoreAndSimulation) {
   const fixtures::TemporaryDirectory folder;
   const Output output = configure(folder, "-DATELIER_CUDA=OFF " + without_packages());
   ASSERT_EQ(output.code, 0) << output.text;
@@ -61,7 +61,7 @@ TEST(Configure, CoreAndSimulationBuildWhereOnlyEigenAndHdf5Are) {
   EXPECT_FALSE(has_target(folder, "core_io"));
 }
 
-TEST(Configure, TwinsAndNetworksBuildWhereOnlyCudaAndLibtorchAreBeside) {
+TEST(Configure, OnlyCudaAndLibtorch_BuildTwinsAndNetworks) {
   std::string nvcc = run("command -v nvcc || ls /usr/local/cuda/bin/nvcc").text;
   nvcc = nvcc.substr(0, nvcc.find('\n'));
   if (!std::filesystem::exists(nvcc)) {
@@ -87,7 +87,7 @@ TEST(Configure, TwinsAndNetworksBuildWhereOnlyCudaAndLibtorchAreBeside) {
       << output.text;
 }
 
-TEST(ConfigureRefused, DependencyWithoutPublicOrPrivate) {
+TEST(ConfigureRefused, DependencyWithoutPublicOrPrivate_IsRefused) {
   const fixtures::TemporaryDirectory folder;
   const std::string lists = (folder / "CMakeLists.txt").string();
   FILE* file = fopen(lists.c_str(), "w");

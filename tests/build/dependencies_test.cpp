@@ -106,7 +106,7 @@ std::set<std::string> listed_libraries() {
   return listed;
 }
 
-TEST(Dependencies, StemsHaveNoVersions) {
+TEST(Dependencies, LibraryStems_HaveNoVersions) {
   EXPECT_EQ(stem_of("libvtkCommonCore-9.1.so.1"), "libvtkCommonCore");
   EXPECT_EQ(stem_of("libglib-2.0.so.0"), "libglib");
   EXPECT_EQ(stem_of("libOpenEXR-3_1.so.30"), "libOpenEXR");
@@ -163,7 +163,7 @@ std::set<std::string> listed_packages() {
   return listed;
 }
 
-TEST(Dependencies, EveryPackageThatSetupInstallsIsInTheTables) {
+TEST(Dependencies, EveryInstalledPackage_IsInTheTables) {
   const std::set<std::string> packages = packages_of_setup();
   EXPECT_GT(packages.size(), 40U);
   const std::set<std::string> listed = listed_packages();
@@ -173,7 +173,7 @@ TEST(Dependencies, EveryPackageThatSetupInstallsIsInTheTables) {
 }
 
 // Each of these brings a hundred others (docs/decisions/0009-heavy-libraries-late.md).
-TEST(Dependencies, TheProgramStartsWithoutHeavyLibraries) {
+TEST(Dependencies, Program_StartsWithoutHeavyLibraries) {
   if (fixtures::program_path().empty()) {
     GTEST_SKIP() << "the program is not built";
   }
@@ -185,7 +185,7 @@ TEST(Dependencies, TheProgramStartsWithoutHeavyLibraries) {
   }
 }
 
-TEST(Dependencies, WhatTheProgramNeedsIsInTheTable) {
+TEST(Dependencies, DirectLibraries_AreInTheTable) {
   if (fixtures::program_path().empty()) {
     GTEST_SKIP() << "the program is not built";
   }
@@ -197,7 +197,7 @@ TEST(Dependencies, WhatTheProgramNeedsIsInTheTable) {
   }
 }
 
-TEST(Dependencies, WhatThoseNeedIsInTheTable) {
+TEST(Dependencies, IndirectLibraries_AreInTheTable) {
   if (fixtures::program_path().empty()) {
     GTEST_SKIP() << "the program is not built";
   }

@@ -56,7 +56,7 @@ std::string top_folder(const std::string& path) {
   return path.substr(0, path.find('/'));
 }
 
-TEST(DependencyLaw, SiblingsNeverIncludeEachOther) {
+TEST(DependencyLaw, Siblings_NeverIncludeEachOther) {
   for (const std::string& folder : kFolders) {
     if (folder == "apps") {
       continue;
@@ -71,7 +71,7 @@ TEST(DependencyLaw, SiblingsNeverIncludeEachOther) {
   }
 }
 
-TEST(DependencyLaw, AppsIncludeByFullPath) {
+TEST(DependencyLaw, Apps_IncludeByFullPath) {
   for_each_own_include(fixtures::source_directory() / "apps", true,
                        [](const std::string& file, const std::string& included) {
                          EXPECT_EQ(kFolders.count(top_folder(included)), 1U)
@@ -80,7 +80,7 @@ TEST(DependencyLaw, AppsIncludeByFullPath) {
 }
 
 // core uses none of its parts; core/io neither render nor store; those two use io alone.
-TEST(DependencyLaw, PartsOfCoreKeepTheirOrder) {
+TEST(DependencyLaw, PartsOfCore_KeepTheirOrder) {
   const auto check = [](const std::string& folder, const std::set<std::string>& allowed) {
     for_each_own_include(
         fixtures::source_directory() / folder, folder != "core",
@@ -102,7 +102,7 @@ TEST(DependencyLaw, PartsOfCoreKeepTheirOrder) {
 
 // Heavy packages stay in .cpp files: a header that includes one makes every user pay. The exception
 // is a header that says "Private to <folder>" and that no other folder includes.
-TEST(DependencyLaw, HeadersIncludeNoHeavyPackage) {
+TEST(DependencyLaw, Headers_IncludeNoHeavyPackage) {
   const std::regex heavy(
       R"re(^\s*#\s*include\s+<(torch/|pcl/|CGAL/|ceres/|opencv2/|embree3/|CLI/|spdlog/|hdf5\.h|nlohmann/json\.hpp|toml\+\+/|tiny_gltf\.h|tbb/|oneapi/))re");
   const fs::path root = fixtures::source_directory();
@@ -140,7 +140,7 @@ TEST(DependencyLaw, HeadersIncludeNoHeavyPackage) {
   }
 }
 
-TEST(DependencyLaw, EveryHeaderIsGuardedOnce) {
+TEST(DependencyLaw, EveryHeader_IsGuardedOnce) {
   for (const std::string& folder : kFolders) {
     const fs::path path = fixtures::source_directory() / folder;
     if (!fs::exists(path)) {

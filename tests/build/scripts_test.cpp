@@ -15,7 +15,7 @@
 namespace atelier::fixtures {
 namespace {
 
-TEST(ScriptsRefused, AnOptionWithoutItsValue) {
+TEST(ScriptsRefused, OptionWithoutValue_IsRefused) {
   const std::vector<std::vector<std::string>> commands = {
       {"lint", "--build"}, {"lint", "--base"},   {"lint", "--base", ""},
       {"lint", "--bas"},   {"test", "--preset"}, {"test", "--pres"}};
@@ -38,7 +38,7 @@ ChildResult run_script(const std::string& name, std::vector<std::string> argumen
   return run_child(arguments);
 }
 
-TEST(Lint, WhereGitKnowsNoRevisionItLooksAtNothingAndSaysSo) {
+TEST(Lint, MissingGitRevision_IsReported) {
   const TemporaryDirectory folder;
   fs::create_directories(folder / "scripts");
   fs::copy_file(source_directory() / "scripts/lint", folder / "scripts/lint");
@@ -57,7 +57,7 @@ TEST(ApiReference, PublicHeaders_GiveNoWarning) {
   EXPECT_TRUE(fs::exists(folder / "html/index.html"));
 }
 
-TEST(Scripts, AllSayWhatTheyAreFor) {
+TEST(Scripts, EveryScript_PrintsHelp) {
   for (const auto& entry : fs::directory_iterator(source_directory() / "scripts")) {
     if (!entry.is_regular_file()) {
       continue;
@@ -71,14 +71,14 @@ TEST(Scripts, AllSayWhatTheyAreFor) {
   }
 }
 
-TEST(ScriptsRefused, ArgumentsThatAreNone) {
+TEST(ScriptsRefused, UnknownArguments_AreRefused) {
   EXPECT_EQ(run_script("gpu", {"--foo"}).exit_code, 2);
   EXPECT_EQ(run_script("gpu-appearance", {}).exit_code, 2);
   EXPECT_EQ(run_script("gpu-appearance", {"--data"}).exit_code, 2);
   EXPECT_EQ(run_script("gpu-appearance", {"nothing.h5"}).exit_code, 3);
 }
 
-TEST(ScriptsRefused, NoResultsOfTestsAreNoSuccess) {
+TEST(ScriptsRefused, MissingTestResults_AreAFailure) {
   const TemporaryDirectory folder;
   for (const fs::path& place : {folder.path(), folder / "missing"}) {
     const ChildResult result = run_script("count-tests", {place.string()});
@@ -171,7 +171,7 @@ class Demo : public ::testing::Test {
   fs::path caller_ = root_ / "caller";
 };
 
-TEST_F(Demo, WorksInTheCallersFolderAndSaysHowItGoesOn) {
+TEST_F(Demo, FreshFolder_IsFilledAndSaysHowToContinue) {
   const ChildResult done = demo("out1 -- --seed 3");
   ASSERT_EQ(done.exit_code, 0) << done.err << done.out;
   EXPECT_TRUE(fs::exists(caller_ / "out1/workspace"));
@@ -187,12 +187,12 @@ TEST_F(Demo, WorksInTheCallersFolderAndSaysHowItGoesOn) {
                                    capture + " --check\n"));
 }
 
-TEST_F(Demo, GoesOnWithACaptureThatWasInterrupted) {
+TEST_F(Demo, InterruptedCapture_IsResumed) {
   fs::create_directories(caller_ / "out1/capture/.unfinished");
   EXPECT_EQ(demo("out1").exit_code, 0);
 }
 
-TEST_F(Demo, ARefusedCaptureLeavesThePlaceFree) {
+TEST_F(Demo, RefusedCapture_LeavesThePlaceFree) {
   EXPECT_EQ(demo("out1 -- --wrong").exit_code, 2);
   EXPECT_THAT(told(), ::testing::Not(HasSubstr("--wrong\n"))) << "told before anything is made";
   EXPECT_EQ(demo("out1 -- late").exit_code, 3);
@@ -200,7 +200,7 @@ TEST_F(Demo, ARefusedCaptureLeavesThePlaceFree) {
   EXPECT_EQ(demo("out1").exit_code, 0);
 }
 
-TEST_F(Demo, AFolderOfOtherThingsIsRefused) {
+TEST_F(Demo, FolderOfOtherThings_IsRefused) {
   fs::create_directories(caller_ / "out1/letters");
   std::ofstream(caller_ / "file") << "x";
   for (const char* place : {"out1", "file", "''", "--foo", "out2 --foo"}) {

@@ -33,7 +33,7 @@ std::string replaced(std::string text, const std::string& from, const std::strin
   return text.replace(at, from.size(), to);
 }
 
-TEST(CaptureInfo, ReadsBackWhatItWrote) {
+TEST(CaptureInfo, WrittenInfo_ReadsBackEqual) {
   const CaptureInfo info = two_sequences();
   const CaptureInfo back = parse_capture_toml(capture_toml(info));
   EXPECT_EQ(back.subject, info.subject);
@@ -46,7 +46,7 @@ TEST(CaptureInfo, ReadsBackWhatItWrote) {
   EXPECT_TRUE(back.synthetic);
 }
 
-TEST(CaptureInfo, RefusesMalformedFiles) {
+TEST(CaptureInfo, MalformedFile_IsRefused) {
   const std::string good = capture_toml(two_sequences());
   const auto refused = [&](const std::string& from, const std::string& to, const char* words) {
     ATELIER_EXPECT_REFUSED(parse_capture_toml(replaced(good, from, to), "capture.toml"), DataError,
@@ -67,12 +67,12 @@ TEST(CaptureInfo, RefusesMalformedFiles) {
   refused("image_format = \"png\"", "image_format = \"exe\"", "png or jpg");
 }
 
-TEST(CaptureInfo, AFolderWithoutItIsNoFinishedCapture) {
+TEST(CaptureInfo, FolderWithoutInfo_IsNoFinishedCapture) {
   const fixtures::TemporaryDirectory folder;
   ATELIER_EXPECT_REFUSED(read_capture_info(folder.path()), DataError, "finished native capture");
 }
 
-TEST(CamerasFile, ReadsBackTheSameBits) {
+TEST(CamerasFile, WrittenCameras_ReadBackBitExact) {
   const std::vector<Camera> cameras = dome_cameras({.cameras = 6, .pairs = false}, {1, 1});
   const std::vector<Camera> back = parse_cameras_json(cameras_json(cameras));
   ASSERT_EQ(back.size(), cameras.size());
@@ -86,7 +86,7 @@ TEST(CamerasFile, ReadsBackTheSameBits) {
   }
 }
 
-TEST(CamerasFile, RefusesMalformedFiles) {
+TEST(CamerasFile, MalformedFile_IsRefused) {
   const std::string good =
       cameras_json(dome_cameras({.cameras = 2, .pairs = false, .jitter = 0}, {1, 1}));
   const auto refused = [&](const std::string& from, const std::string& to, const char* words) {
@@ -103,7 +103,7 @@ TEST(CamerasFile, RefusesMalformedFiles) {
   ATELIER_EXPECT_REFUSED(cameras_json({}), DataError, "at least one camera");
 }
 
-TEST(KeypointSchema, HasItsPointsAndMirrorsThem) {
+TEST(KeypointSchema, Schemas_HaveTheirPointsAndMirrors) {
   EXPECT_EQ(body_25_schema().points.size(), 25U);
   EXPECT_EQ(coco_wholebody_schema().points.size(), 133U);
   for (const char* name : {"body_25", "coco_wholebody"}) {

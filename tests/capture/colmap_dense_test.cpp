@@ -51,7 +51,7 @@ DepthMap small_map() {
   return map;
 }
 
-TEST(ColmapDense, AMatrixIsStoredChannelByChannel) {
+TEST(ColmapDense, Matrix_IsStoredChannelByChannel) {
   Image image(2, 1, 3);
   image.data = {1, 2, 3, 4, 5, 6};
   const std::string text = colmap_matrix(image);
@@ -62,7 +62,7 @@ TEST(ColmapDense, AMatrixIsStoredChannelByChannel) {
   EXPECT_EQ(parse_colmap_matrix(bytes_of(text)).data, image.data);
 }
 
-TEST(ColmapDense, MapsComeBackInTheWorldsFrame) {
+TEST(ColmapDense, DepthMap_RoundTripsInWorldFrame) {
   const TemporaryDirectory folder;
   const DepthMap map = small_map();
   write_dense_workspace(folder.path(), {map.camera}, {Image(3, 2, 3, 0.5F)}, Points(0, 3));
@@ -77,7 +77,7 @@ TEST(ColmapDense, MapsComeBackInTheWorldsFrame) {
   }
 }
 
-TEST(ColmapDense, CamerasAndPlacesAreThoseOfColmap) {
+TEST(ColmapDense, CamerasAndPoints_AreWrittenAsColmapExpects) {
   const TemporaryDirectory folder;
   const DepthMap map = small_map();
   Points places(1, 3);
@@ -97,7 +97,7 @@ TEST(ColmapDense, CamerasAndPlacesAreThoseOfColmap) {
   EXPECT_THAT(read("points3D.txt"), ::testing::HasSubstr(" 1 0\n"));  // image 1, its point 0
 }
 
-TEST(ColmapDense, RefusesMatricesThatAreNone) {
+TEST(ColmapDense, MalformedMatrix_IsRefused) {
   const std::string good = colmap_matrix(small_map().depth);
   const auto refused = [](const std::string& text, const char* words) {
     ATELIER_EXPECT_REFUSED(parse_colmap_matrix(bytes_of(text), "map.bin"), DataError, words);
@@ -114,7 +114,7 @@ TEST(ColmapDense, RefusesMatricesThatAreNone) {
   refused(good + "x", "25 bytes");
 }
 
-TEST(ColmapDense, RefusesMapsThatCannotBe) {
+TEST(ColmapDense, ImplausibleDepthMap_IsRefused) {
   const TemporaryDirectory folder;
   const DepthMap map = small_map();
   write_dense_workspace(folder.path(), {map.camera}, {Image(3, 2, 3, 0.5F)}, Points(0, 3));

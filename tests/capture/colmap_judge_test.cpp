@@ -53,7 +53,7 @@ class Colmap : public ::testing::Test {
   fixtures::SmallCapture small_;
 };
 
-TEST_F(Colmap, CountsTheCamerasAndPicturesThatWeWrote) {
+TEST_F(Colmap, WrittenModel_HasAllCamerasAndImagesInColmap) {
   for (const std::string layout : {"colmap", "colmap_binary"}) {
     const fs::path model =
         write_layout(folder_ / "capture", layout, folder_ / layout).folders.front() / "sparse/0";
@@ -63,7 +63,7 @@ TEST_F(Colmap, CountsTheCamerasAndPicturesThatWeWrote) {
   }
 }
 
-TEST_F(Colmap, WhatItConvertsProjectsToTheSamePixels) {
+TEST_F(Colmap, ModelConvertedByColmap_ProjectsToSamePixels) {
   const fs::path model =
       write_layout(folder_ / "capture", "colmap", folder_ / "colmap").folders.front() / "sparse/0";
   const std::array<std::pair<const char*, const char*>, 2> forms = {

@@ -15,7 +15,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST(Corrections, WhatValidateAdvisesIsTaken) {
+TEST(Corrections, AdvisedCorrections_AreAccepted) {
   const std::pair<const char*, const char*> good[] = {
       {"leave_out", "cam3,cam5"},
       {"sync", "cam3=-4,cam5=2"},
@@ -38,7 +38,7 @@ TEST(Corrections, WhatValidateAdvisesIsTaken) {
   }
 }
 
-TEST(Corrections, WhatNoCaptureTakesIsRefused) {
+TEST(Corrections, MalformedCorrections_AreRefused) {
   const std::pair<std::pair<const char*, const char*>, const char*> bad[] = {
       {{"sync", "x"}, "cannot be 'x': it takes CAMERA=VALUE,CAMERA=VALUE"},
       {{"sync", "00=abc"}, "cannot be 'abc': it takes a number of frames"},
@@ -65,7 +65,7 @@ TEST(Corrections, WhatNoCaptureTakesIsRefused) {
   }
 }
 
-TEST(Corrections, CamerasThatTheCaptureDoesNotHaveAreRefused) {
+TEST(Corrections, UnknownCamera_IsRefused) {
   const fixtures::TemporaryDirectory folder;
   fixtures::write_small_capture(folder / "capture");
   DatasetOptions options;

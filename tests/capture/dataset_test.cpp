@@ -47,7 +47,7 @@ class Datasets : public ::testing::Test {
   fixtures::SmallCapture small_;
 };
 
-TEST_F(Datasets, ANativeCaptureOpensWithAllItSays) {
+TEST_F(Datasets, NativeCapture_OpensWithAllItsFacts) {
   const Dataset dataset = open_dataset(capture());
   EXPECT_EQ(dataset.layout, "native");
   EXPECT_EQ(dataset.info.subject, "somebody");
@@ -64,7 +64,7 @@ TEST_F(Datasets, ANativeCaptureOpensWithAllItSays) {
   EXPECT_TRUE(dataset.findings.empty());
 }
 
-TEST_F(Datasets, AFolderAboveACaptureIsRefusedWithItsPlace) {
+TEST_F(Datasets, FolderAboveCapture_IsRefusedWithHint) {
   const std::string words = "did you mean " + capture().string() + "?";
   ATELIER_EXPECT_REFUSED(open_dataset(folder_.path()), DataError, words);
   ATELIER_EXPECT_REFUSED(require_no_folder_above(folder_.path()), DataError, words);
@@ -73,7 +73,7 @@ TEST_F(Datasets, AFolderAboveACaptureIsRefusedWithItsPlace) {
   EXPECT_NO_THROW(require_no_folder_above(folder_ / "nothing"));
 }
 
-TEST_F(Datasets, UnitAndUpOfTheCallerWin) {
+TEST_F(Datasets, UnitAndUpOption_OverrideTheLayout) {
   const fs::path folder = in("colmap");
   DatasetOptions options;
   const Dataset plain = open_dataset(folder, options);
@@ -89,7 +89,7 @@ TEST_F(Datasets, UnitAndUpOfTheCallerWin) {
       1e-12);
 }
 
-TEST_F(Datasets, PicturesOfHalfTheSizeScaleTheirCameras) {
+TEST_F(Datasets, HalfSizeImages_ScaleTheirCameras) {
   const fs::path folder = in("easymocap");
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder / "images")) {
     if (entry.is_regular_file()) {
@@ -104,7 +104,7 @@ TEST_F(Datasets, PicturesOfHalfTheSizeScaleTheirCameras) {
   EXPECT_NEAR(dataset.cameras[0].cx, 0.5 * small_.cameras[0].cx, 1e-12);
 }
 
-TEST_F(Datasets, ThePrincipalPointTellsTheFullSizeWhereTheLayoutDoesNot) {
+TEST_F(Datasets, PrincipalPoint_TellsFullSizeWhereLayoutDoesNot) {
   small_.cameras[0].cx = 30.5;
   fs::remove_all(capture());
   fixtures::write_small_capture(capture(), small_);
@@ -120,7 +120,7 @@ TEST_F(Datasets, ThePrincipalPointTellsTheFullSizeWhereTheLayoutDoesNot) {
   ASSERT_NE(find_finding(dataset, "image-scale"), nullptr);
 }
 
-TEST_F(Datasets, PicturesOfAnotherShapeAreAFinding) {
+TEST_F(Datasets, ImagesOfOtherAspect_GiveAFinding) {
   const fs::path folder = in("easymocap");
   const fs::path picture = folder / "images" / "01" / "000000.png";
   fs::remove(picture);
@@ -133,7 +133,7 @@ TEST_F(Datasets, PicturesOfAnotherShapeAreAFinding) {
   EXPECT_NE(finding->what.find("4 px"), std::string::npos);
 }
 
-TEST_F(Datasets, ACameraThatIsNoneIsLeftOutAndNamed) {
+TEST_F(Datasets, BadCamera_IsLeftOutWithAnError) {
   const fs::path folder = in("avatarrex");
   const fs::path file = folder / "calibration_full.json";
   const std::string text = read_file_text(file, 1 << 20);
@@ -150,7 +150,7 @@ TEST_F(Datasets, ACameraThatIsNoneIsLeftOutAndNamed) {
   EXPECT_EQ(finding->severity, Severity::Error);
 }
 
-TEST_F(Datasets, ARotationOfFewDigitsBecomesTheNearestOne) {
+TEST_F(Datasets, RoundedRotation_IsOrthonormalized) {
   const fs::path folder = in("human36m");
   const fs::path file = folder / "camera-parameters.json";
   std::string text = read_file_text(file, 1 << 20);
@@ -165,7 +165,7 @@ TEST_F(Datasets, ARotationOfFewDigitsBecomesTheNearestOne) {
   EXPECT_EQ(dataset.cameras.size(), 3U);
 }
 
-TEST_F(Datasets, ABrokenPictureLeavesTheRest) {
+TEST_F(Datasets, BrokenImage_LeavesTheRestReadable) {
   const fs::path folder = in("easymocap");
   const fs::path picture = folder / "images" / "00" / "000000.png";
   EXPECT_EQ(fs::hard_link_count(picture), 1) << "the capture's own is another file";
@@ -184,7 +184,7 @@ TEST_F(Datasets, ABrokenPictureLeavesTheRest) {
   EXPECT_NE(find_finding(open_dataset(folder), "image-broken"), nullptr);
 }
 
-TEST_F(Datasets, NamesOfCamerasAreMatchedByNumberThenByOrder) {
+TEST_F(Datasets, CameraNames_AreMatchedByNumberThenOrder) {
   const MatchedNames number =
       matched_names({"1", "02", "Camera_B3"}, {"cam_01", "cam_2_json", "x3"});
   EXPECT_EQ(number.names, (std::vector<std::string>{"cam_01", "cam_2_json", "x3"}));
@@ -197,7 +197,7 @@ TEST_F(Datasets, NamesOfCamerasAreMatchedByNumberThenByOrder) {
   EXPECT_EQ(some.names, (std::vector<std::string>{"left", ""}));
 }
 
-TEST_F(Datasets, NumbersOfFilesAreTheLastOnes) {
+TEST_F(Datasets, FrameNumber_IsTheLastNumberInTheName) {
   EXPECT_EQ(frame_number("cam01.0081.json"), 81);
   EXPECT_EQ(frame_number("000012_keypoints.json"), 12);
   EXPECT_EQ(frame_number("a/Cam001_rgb000003.jpg"), 3);
@@ -205,12 +205,12 @@ TEST_F(Datasets, NumbersOfFilesAreTheLastOnes) {
   EXPECT_EQ(frame_number("1234567890.png"), std::nullopt);
 }
 
-TEST_F(Datasets, TwoPicturesOfOneFrameAreRefused) {
+TEST_F(Datasets, TwoImagesOfOneFrame_AreRefused) {
   fs::copy(capture() / "images/00/000003.png", capture() / "images/00/3.png");
   ATELIER_EXPECT_REFUSED(open_dataset(capture()), DataError, "a second image of frame 3");
 }
 
-TEST_F(Datasets, PathsThatLeaveTheFolderAreRefused) {
+TEST_F(Datasets, PathOutOfTheFolder_IsRefused) {
   for (const char* name : {"../x.png", "/etc/passwd", "a/../../b.png", "", "a//..//b"}) {
     ATELIER_EXPECT_REFUSED(path_under("root", name, "images.txt", "image 1"), DataError,
                            "without '..'");
@@ -220,13 +220,13 @@ TEST_F(Datasets, PathsThatLeaveTheFolderAreRefused) {
   ATELIER_EXPECT_REFUSED(open_dataset(folder), DataError, "without '..'");
 }
 
-TEST_F(Datasets, WhatIsNoCaptureIsRefusedWithTheLayoutsThatWereTried) {
+TEST_F(Datasets, UnknownFolder_IsRefusedListingLayouts) {
   fs::create_directory(folder_ / "empty");
   ATELIER_EXPECT_REFUSED(open_dataset(folder_ / "empty"), DataError, "easymocap, goliath");
   ATELIER_EXPECT_REFUSED(open_dataset(folder_ / "nowhere"), DataError, "nothing is there");
 }
 
-TEST_F(Datasets, TwoLayoutsInOneFolderAreSaid) {
+TEST_F(Datasets, AmbiguousLayout_GivesAFinding) {
   const fs::path folder = in("colmap");
   fs::copy(in("easymocap") / "intri.yml", folder / "intri.yml");
   fs::copy(folder_ / "easymocap" / "clothed" / "extri.yml", folder / "extri.yml");
@@ -240,7 +240,7 @@ TEST_F(Datasets, TwoLayoutsInOneFolderAreSaid) {
   EXPECT_EQ(open_dataset(folder, options).layout, "colmap");
 }
 
-TEST_F(Datasets, MasksOfEveryKindBecomeBlackAndWhite) {
+TEST_F(Datasets, MasksOfEveryKind_BecomeBinary) {
   const fs::path folder = in("easymocap");
   const fs::path mask = folder / "mask/00/000000.png";
   const auto read = [&](const ByteImage& image) {
@@ -265,7 +265,7 @@ TEST_F(Datasets, MasksOfEveryKindBecomeBlackAndWhite) {
   EXPECT_EQ(read(alpha).at(4, 3), 255);
 }
 
-TEST_F(Datasets, TheOrderOfKeypointsIsToldByHowLimbsJoin) {
+TEST_F(Datasets, KeypointSchema_IsGuessedFromLimbs) {
   // A standing person in BODY_25B.
   Keypoints2d person = Keypoints2d::Zero(25, 3);
   const KeypointSchema& schema = keypoint_schema("body_25b");
@@ -293,7 +293,7 @@ TEST_F(Datasets, TheOrderOfKeypointsIsToldByHowLimbsJoin) {
   EXPECT_EQ(guess_keypoint_schema(7, {}), "");
 }
 
-TEST(RealDatasets, ThePose2SimDemoOpensWithItsFaultsNamed) {
+TEST(RealDatasets, Pose2SimDemo_OpensWithItsFaultsReported) {
   ATELIER_TEST_FILE(folder, "pose2sim_demo/single");
   const Dataset dataset = open_dataset(folder);
   EXPECT_EQ(dataset.layout, "pose2sim");
@@ -317,7 +317,7 @@ TEST(RealDatasets, ThePose2SimDemoOpensWithItsFaultsNamed) {
   EXPECT_TRUE(reader.byte_image(2, 0).has_value());
 }
 
-TEST(RealDatasets, QualisysAndItsPose2SimConversionAgree) {
+TEST(RealDatasets, QualisysAndPose2Sim_GiveTheSameCameras) {
   ATELIER_TEST_FILE(folder, "pose2sim_demo/single");
   DatasetOptions options;
   const Dataset toml = open_dataset(folder, options);
@@ -335,7 +335,7 @@ TEST(RealDatasets, QualisysAndItsPose2SimConversionAgree) {
   }
 }
 
-TEST(RealDatasets, CaliscopeArraysOpenWithTheirVideos) {
+TEST(RealDatasets, CaliscopeArrays_OpenWithVideos) {
   ATELIER_TEST_FILE(folder, "caliscope_calib/charuco_3to4cam_solved");
   const Dataset dataset = open_dataset(folder);
   EXPECT_EQ(dataset.layout, "caliscope");
@@ -346,7 +346,7 @@ TEST(RealDatasets, CaliscopeArraysOpenWithTheirVideos) {
   EXPECT_EQ(open_dataset(four).layout, "caliscope");
 }
 
-TEST(RealDatasets, TheHuman36mCalibrationOpensForEverySubject) {
+TEST(RealDatasets, Human36mCalibration_OpensForEverySubject) {
   ATELIER_TEST_FILE(file, "keypoint_annotations/human36m_camera-parameters.json");
   DatasetOptions options;
   options.subject = "S9";

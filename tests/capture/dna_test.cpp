@@ -75,7 +75,7 @@ const Finding* find(const Dataset& dataset, const std::string& code) {
   return nullptr;
 }
 
-TEST_F(Dna, RefusesNumbersThatAreNone) {
+TEST_F(Dna, NonFiniteCameraParameters_AreRefused) {
   RowMatrix k = matrix_of(sound_.datasets.at("Camera_Parameter/01/K"));
   k(0, 2) = kNan;
   refused("Camera_Parameter/01/K", tensor_of(k), "Camera_Parameter/01/K");
@@ -88,7 +88,7 @@ TEST_F(Dna, RefusesNumbersThatAreNone) {
           "Camera_Parameter/00/Color_Calibration");
 }
 
-TEST_F(Dna, RefusesMatricesOfAnotherSize) {
+TEST_F(Dna, MatricesOfOtherSize_AreRefused) {
   refused("Camera_Parameter/01/K", tensor_of(rows(2, 3, 1)), "Camera_Parameter/01/K");
   refused("Camera_Parameter/01/K", tensor_of(rows(3, 4, 1)), "Camera_Parameter/01/K");
   refused("Camera_Parameter/01/K", tensor_of(rows(0, 3, 1)), "Camera_Parameter/01/K");
@@ -102,7 +102,7 @@ TEST_F(Dna, RefusesMatricesOfAnotherSize) {
           "Camera_Parameter/01/Color_Calibration");
 }
 
-TEST_F(Dna, RefusesCamerasThatContradictThemselves) {
+TEST_F(Dna, ContradictoryCameras_AreRefused) {
   RowMatrix k = matrix_of(sound_.datasets.at("Camera_Parameter/01/K"));
   refused("Camera_Parameter/01/K", tensor_of(RowMatrix(k.transpose())), "transposed");
   refused("Camera_Parameter/1/K", tensor_of(k), "each once");
@@ -115,7 +115,7 @@ TEST_F(Dna, RefusesCamerasThatContradictThemselves) {
   ATELIER_EXPECT_REFUSED(open_dataset(capture_), DataError, "no camera");
 }
 
-TEST_F(Dna, ACameraWithoutARotationIsLeftOutAndNamed) {
+TEST_F(Dna, CameraWithoutRotation_IsLeftOutWithAnError) {
   RowMatrix rt = RowMatrix::Identity(4, 4);
   rt(0, 0) = 3;
   write([&](Arrays& arrays) { arrays["Camera_Parameter/01/RT"] = tensor_of(rt); });
@@ -124,7 +124,7 @@ TEST_F(Dna, ACameraWithoutARotationIsLeftOutAndNamed) {
   EXPECT_TRUE(has_errors(dataset.findings));
 }
 
-TEST_F(Dna, KeypointsOfAnotherShapeAreLeftOutAndNamed) {
+TEST_F(Dna, KeypointsOfOtherShape_AreLeftOutWithAFinding) {
   write([](Arrays& arrays) {
     arrays["Keypoints_2D/01"] = tensor_of(rows(2, 75, 1));
     arrays["Keypoints_3D/keypoints3d"] =
@@ -140,7 +140,7 @@ TEST_F(Dna, KeypointsOfAnotherShapeAreLeftOutAndNamed) {
   EXPECT_TRUE(dataset.keypoints3d.empty());
 }
 
-TEST_F(Dna, KeypointsThatAreNoNumbersAreRefusedWhereTheyAreRead) {
+TEST_F(Dna, NonFiniteKeypoints_AreRefusedWhenRead) {
   write([](Arrays& arrays) {
     arrays["Keypoints_2D/01"] = tensor_of(std::vector<double>(2 * 25 * 3, kNan), {2, 25, 3});
   });
@@ -149,7 +149,7 @@ TEST_F(Dna, KeypointsThatAreNoNumbersAreRefusedWhereTheyAreRead) {
   EXPECT_FALSE(reader.keypoints(0, 0).empty());
 }
 
-TEST_F(Dna, RowsThatCostTheFileNothingAreNotCounted) {
+TEST_F(Dna, EmptyKeypointRows_AreNotCounted) {
   write([](Arrays& arrays) {
     arrays["Keypoints_2D/01"] = {ElementType::Float64, {1'000'000, 0, 3}, {}, {}};
   });
@@ -163,7 +163,7 @@ TEST_F(Dna, RowsThatCostTheFileNothingAreNotCounted) {
   ATELIER_EXPECT_REFUSED(open_dataset(capture_, options, few), DataError, "frames of keypoints");
 }
 
-TEST_F(Dna, APictureThatIsNoneIsRefusedByItsName) {
+TEST_F(Dna, BrokenImage_IsRefusedByName) {
   write([](Arrays& arrays) {
     arrays["Mask/01/mask/0"] = tensor_of(std::vector<double>{1, 2, 3});
     arrays["Mask/02/mask/0"] = {

@@ -18,7 +18,7 @@ double angle_between(const Camera& a, const Camera& b) {
   return std::acos(p.normalized().dot(q.normalized())) * 180 / std::numbers::pi;
 }
 
-TEST(Dome, StandsInPairsOnPostsOfAlternatingHeight) {
+TEST(Dome, CameraPairs_StandOnPostsOfAlternatingHeight) {
   const std::vector<Camera> cameras =
       dome_cameras({.cameras = 16, .width = 800, .height = 1000, .jitter = 0}, {1, 2});
   ASSERT_EQ(cameras.size(), 16U);
@@ -30,7 +30,7 @@ TEST(Dome, StandsInPairsOnPostsOfAlternatingHeight) {
   EXPECT_NEAR(angle_between(cameras[0], cameras[2]), 45, 1e-9);
 }
 
-TEST(Dome, EveryCameraSeesTheWholeSubject) {
+TEST(Dome, EveryCamera_SeesTheWholeSubject) {
   for (const Camera& camera : dome_cameras({.cameras = 10, .width = 400, .height = 480}, {7, 1})) {
     for (const double y : {0.02, 1.0, 1.9}) {
       for (const double x : {-0.45, 0.0, 0.45}) {
@@ -44,7 +44,7 @@ TEST(Dome, EveryCameraSeesTheWholeSubject) {
   }
 }
 
-TEST(Dome, CalibrationIsOffByTheAskedRms) {
+TEST(Dome, CalibrationNoise_HasRequestedRms) {
   const std::vector<Camera> truth =
       dome_cameras({.cameras = 4, .width = 800, .height = 1000}, {3, 4});
   for (const double rms : {0.05, 0.2, 1.0}) {
@@ -57,7 +57,7 @@ TEST(Dome, CalibrationIsOffByTheAskedRms) {
   EXPECT_NEAR(reprojection_rms(truth[0], calibrated_cameras(truth, 0, {3, 5})[0]), 0, 1e-9);
 }
 
-TEST(Dome, RefusesWhatCannotBeBuilt) {
+TEST(Dome, ImpossibleDomes_AreRefused) {
   ATELIER_EXPECT_REFUSED(dome_cameras({.cameras = 7, .pairs = true}, {}), LogicError, "posts");
   ATELIER_EXPECT_REFUSED(dome_cameras({.cameras = 1}, {}), LogicError, "cameras");
   ATELIER_EXPECT_REFUSED(dome_cameras({.radius = 0}, {}), LogicError, "radius");

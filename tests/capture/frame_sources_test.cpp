@@ -39,7 +39,7 @@ void write_grey_video(const fs::path& path, Index count) {
   });
 }
 
-TEST(FrameSources, AFolderThatMayNotBeLookedAtIsNotEmptyRefused) {
+TEST(FrameSources, UnreadableFolder_IsRefused) {
   const fixtures::TemporaryDirectory folder;
   fixtures::write_small_capture(folder / "capture");
   for (const char* part : {"images", "labels", "keypoints2d", "images/01"}) {
@@ -50,7 +50,7 @@ TEST(FrameSources, AFolderThatMayNotBeLookedAtIsNotEmptyRefused) {
   }
 }
 
-TEST(FrameSources, LinksThatLeadNowhereAreNoEmptyFolderRefused) {
+TEST(FrameSources, DanglingFolderLink_IsRefused) {
   const fixtures::TemporaryDirectory folder;
   fixtures::write_small_capture(folder / "capture");
   fs::remove_all(folder / "capture/labels");
@@ -58,7 +58,7 @@ TEST(FrameSources, LinksThatLeadNowhereAreNoEmptyFolderRefused) {
   ATELIER_EXPECT_REFUSED(open_dataset(folder / "capture"), EnvironmentError, "capture/labels");
 }
 
-TEST(FrameSources, AFileInThePlaceOfAFolderRefused) {
+TEST(FrameSources, FileInPlaceOfFolder_IsRefused) {
   for (const char* place : {"images", "labels", "keypoints2d", "images/01"}) {
     const fixtures::TemporaryDirectory folder;
     fixtures::write_small_capture(folder / "capture");
@@ -70,7 +70,7 @@ TEST(FrameSources, AFileInThePlaceOfAFolderRefused) {
   }
 }
 
-TEST(FrameSources, AFolderInThePlaceOfAPictureRefused) {
+TEST(FrameSources, FolderInPlaceOfImage_IsRefused) {
   const fixtures::TemporaryDirectory folder;
   fixtures::write_small_capture(folder / "capture");
   const fs::path picture = folder / "capture/images/01" / (frame_name(3) + ".png");
@@ -80,7 +80,7 @@ TEST(FrameSources, AFolderInThePlaceOfAPictureRefused) {
                          picture.string() + ": a folder; expected a file");
 }
 
-TEST(FrameSources, WhatIsNotThereIsEmpty) {
+TEST(FrameSources, MissingFolders_AreEmpty) {
   const fixtures::TemporaryDirectory folder;
   fixtures::write_small_capture(folder / "capture");
   fs::remove_all(folder / "capture/labels");
@@ -91,7 +91,7 @@ TEST(FrameSources, WhatIsNotThereIsEmpty) {
   EXPECT_TRUE(dataset.frames[2].keypoints.empty());
 }
 
-TEST(FrameSources, AZipOfPicturesIsACamera) {
+TEST(FrameSources, ZipOfImages_IsACamera) {
   const fixtures::TemporaryDirectory folder;
   fixtures::write_small_capture(folder / "capture");
   std::vector<std::pair<std::string, std::vector<std::byte>>> members = {{"00/", {}},
@@ -116,7 +116,7 @@ TEST(FrameSources, AZipOfPicturesIsACamera) {
   EXPECT_EQ(reader.encoded_image(0, 3)->extension, ".png");
 }
 
-TEST(FrameSources, AVideoIsReadInAnyOrder) {
+TEST(FrameSources, Video_IsReadInAnyOrder) {
   const fixtures::TemporaryDirectory folder;
   make_private_directory(folder / "videos");
   write_grey_video(folder / "videos/a.mp4", 6);
@@ -133,7 +133,7 @@ TEST(FrameSources, AVideoIsReadInAnyOrder) {
   EXPECT_NEAR(read_byte_image(png->bytes, "png").at(5, 5, 0), 60, 6);
 }
 
-TEST(FrameSources, VideosThatAreNoneAreRefused) {
+TEST(FrameSources, BadVideos_AreRefused) {
   const fixtures::TemporaryDirectory folder;
   write_grey_video(folder / "good.mp4", 3);
   std::vector<std::byte> bytes = read_file_bytes(folder / "good.mp4", 1 << 24);
@@ -154,14 +154,14 @@ TEST(FrameSources, VideosThatAreNoneAreRefused) {
                          "no number of frames");
 }
 
-TEST(FrameSources, ADamagedZipIsRefused) {
+TEST(FrameSources, DamagedZip_IsRefused) {
   const fixtures::TemporaryDirectory folder;
   make_private_directory(folder / "images");
   write_file_atomically(folder / "images/a.zip", "no zip at all");
   ATELIER_EXPECT_REFUSED(open_dataset(folder.path()), DataError, "no readable zip");
 }
 
-TEST(Keypoints, SeveralPeopleWithTheirNumbersReadBack) {
+TEST(Keypoints, SeveralPeople_RoundTrip) {
   const std::vector<PersonKeypoints> people = fixtures::small_people(1);
   const std::vector<PersonKeypoints> back =
       parse_openpose(openpose_json(people, 0.5), "people.json", 0.5);
@@ -173,7 +173,7 @@ TEST(Keypoints, SeveralPeopleWithTheirNumbersReadBack) {
   EXPECT_TRUE(parse_openpose(R"({"people":[{"pose_keypoints_2d":[]}]})").empty());
 }
 
-TEST(Keypoints, EveryOrderHasItsNumberOfPointsAndMirrorsItself) {
+TEST(Keypoints, Schemas_HaveTheirPointCountAndMirrors) {
   const std::map<std::string, std::size_t> sizes = {
       {"body_25", 25},  {"body_25b", 25},        {"coco_17", 17}, {"coco_18", 18},
       {"halpe_26", 26}, {"coco_wholebody", 133}, {"coco_19", 19}};
@@ -192,7 +192,7 @@ TEST(Keypoints, EveryOrderHasItsNumberOfPointsAndMirrorsItself) {
   EXPECT_EQ(find_keypoint(keypoint_schema("coco_19"), "left_eye"), 15);
 }
 
-TEST(Keypoints, PointsInSpaceReadBackInTheirWorld) {
+TEST(Keypoints, Points3d_ReadBackInDatasetFrame) {
   PersonPoints person;
   person.id = 4;
   person.points = Keypoints3d::Zero(2, 4);
@@ -217,7 +217,7 @@ TEST(Keypoints, PointsInSpaceReadBackInTheirWorld) {
   EXPECT_TRUE(reader.keypoints3d(1).empty());
 }
 
-TEST(Keypoints, PointsInSpaceSayHowSureTheyAreAndWhichWereBridged) {
+TEST(Keypoints, StandardDeviationsAndBridgedPoints_RoundTrip) {
   PersonPose person;
   person.id = 1;
   person.pose.points.resize(3);
@@ -245,7 +245,7 @@ TEST(Keypoints, PointsInSpaceSayHowSureTheyAreAndWhichWereBridged) {
   EXPECT_EQ(back[0].points.row(2), Eigen::RowVector4d(0.4, 0.5, 0.6, 0.05));
 }
 
-TEST(Labels, EveryTaxonomyBecomesOurs) {
+TEST(Labels, EveryTaxonomy_MapsToOurLabels) {
   const auto one = [](const std::string& name, int number) {
     return static_cast<Label>(
         to_atelier_labels(ByteImage(1, 1, 1, static_cast<std::uint8_t>(number)),
@@ -274,7 +274,7 @@ TEST(Labels, EveryTaxonomyBecomesOurs) {
   EXPECT_EQ(labels.data, (std::vector<std::uint8_t>{3, 0, 255}));
 }
 
-TEST(Labels, NumbersAndNamesThatATaxonomyLacksAreRefused) {
+TEST(Labels, UnknownLabelOrTaxonomy_IsRefused) {
   ByteImage labels(4, 2, 1);
   labels.at(3, 1) = 20;
   ATELIER_EXPECT_REFUSED(to_atelier_labels(labels, label_taxonomy("lip"), "a.png"), DataError,
@@ -284,7 +284,7 @@ TEST(Labels, NumbersAndNamesThatATaxonomyLacksAreRefused) {
                          "3 channels");
 }
 
-TEST(Labels, RealLabelImagesBecomeOurs) {
+TEST(Labels, RealLabelImages_MapConsistently) {
   ATELIER_TEST_FILE(lip, "human_parsing_labels/demo_lip.png");
   ATELIER_TEST_FILE(atr, "human_parsing_labels/demo_atr.png");
   // The same person by two networks: skin and hair must cover about the same pixels.
@@ -304,7 +304,7 @@ TEST(Labels, RealLabelImagesBecomeOurs) {
   }
 }
 
-TEST(Pickles, OnlyOnePlainNumberIsRead) {
+TEST(Pickles, SinglePlainNumber_IsAllThatIsRead) {
   const auto read = [](const std::string& text) {
     return pickled_number(std::as_bytes(std::span(text)));
   };

@@ -64,7 +64,7 @@ double mean_error(const std::vector<SpacePose>& truth, const std::vector<SpacePo
   return sum / static_cast<double>(truth.size() * names.size());
 }
 
-TEST(KeepDistances, BonesKeepTheirLengthAndJointsComeNearer) {
+TEST(KeepDistances, BoneLengths_AreStabilizedAndJointsImprove) {
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
     Figure figure(24, 0.01, seed);
     std::vector<SpacePose> found = figure.seen;
@@ -90,7 +90,7 @@ TEST(KeepDistances, BonesKeepTheirLengthAndJointsComeNearer) {
 }
 
 // A shoulder that rises by 4 cm is not held at the mean.
-TEST(KeepDistances, WhatChangesIsLeftAsItIs) {
+TEST(KeepDistances, ChangingDistance_IsNotConstrained) {
   Figure figure(24, 0.002, 3);
   std::vector<SpacePose> found = figure.seen;
   keep_distances(found, schema());
@@ -98,7 +98,7 @@ TEST(KeepDistances, WhatChangesIsLeftAsItIs) {
             1.2 * mean_error(figure.truth, figure.seen, {"left_shoulder"}));
 }
 
-TEST(KeepDistances, FewFramesSayNothing) {
+TEST(KeepDistances, FewFrames_ChangeNothing) {
   Figure figure(5, 0.01, 1);
   std::vector<SpacePose> found = figure.seen;
   keep_distances(found, schema());
@@ -108,7 +108,7 @@ TEST(KeepDistances, FewFramesSayNothing) {
   EXPECT_TRUE(none.empty());
 }
 
-TEST(KeepDistances, WhatWasNotFoundOrBridgedStays) {
+TEST(KeepDistances, MissingOrBridgedPoints_StayUnchanged) {
   Figure figure(12, 0.01, 2);
   SpacePoint& lost = figure.seen[4].points[row("left_knee")];
   lost = SpacePoint{};

@@ -148,7 +148,7 @@ void expect_apart(const Told& told, int people) {
   EXPECT_LT(median_of(told.errors), 0.008);
 }
 
-TEST(Keypoints3d, PeopleAreToldApartWhereTheyCrossAndDropOut) {
+TEST(Keypoints3d, CrossingPeopleWithDropout_AreToldApart) {
   std::printf("people  seed  dropout  found  purity  median error\n");
   for (const int people : {2, 3, 4}) {
     for (const std::uint64_t seed : {5, 6}) {
@@ -162,7 +162,7 @@ TEST(Keypoints3d, PeopleAreToldApartWhereTheyCrossAndDropOut) {
   }
 }
 
-TEST(Keypoints3d, PeopleInFilesOfBody25AreToldApart) {
+TEST(Keypoints3d, Body25Files_AreAssociatedByPerson) {
   constexpr int kPeople = 3;
   const Crowd crowd = crowd_of(kPeople, 7, 0.1);
   const TemporaryDirectory folder;
@@ -187,7 +187,7 @@ TEST(Keypoints3d, PeopleInFilesOfBody25AreToldApart) {
   expect_apart(tell_apart(crowd, read), kPeople);
 }
 
-TEST(Keypoints3d, AssociationRefusesSizesThatDiffer) {
+TEST(Keypoints3d, MismatchedSizes_AreRefused) {
   Crowd crowd = crowd_of(2, 1, 0);
   crowd.detections.people[0].pop_back();
   EXPECT_THROW(associate_people(crowd.cameras, crowd.detections, body_25_schema()), LogicError);
@@ -196,7 +196,7 @@ TEST(Keypoints3d, AssociationRefusesSizesThatDiffer) {
   EXPECT_THROW(associate_people(crowd.cameras, crowd.detections, body_25_schema()), LogicError);
 }
 
-TEST(Keypoints3d, NobodyIsNobody) {
+TEST(Keypoints3d, NoDetections_GiveNobody) {
   Crowd crowd = crowd_of(2, 1, 0);
   for (auto& frame : crowd.detections.people) {
     frame.assign(crowd.cameras.size(), {});
@@ -280,13 +280,13 @@ void expect_targets(bool clothed, double most) {
   }
 }
 
-TEST(Keypoints3d, TheTargetsOverTenSeeds) {
+TEST(Keypoints3d, TenSeeds_MeetTheTargets) {
   expect_targets(false, 0.005);
 }
 
 // Half of a body's points are under cloth, three times as far off and drawn to its middle. With a
 // detector's error as the options have it for all points these are 8.5 to 11.3 mm off.
-TEST(Keypoints3d, WhatADetectorIsWorthUnderClothesIsMeasured) {
+TEST(Keypoints3d, ClothedDetectorNoise_IsEstimated) {
   expect_targets(true, 0.008);
 }
 
@@ -315,7 +315,7 @@ std::map<std::string, std::vector<Eigen::Vector3d>> read_trc(const std::filesyst
   return markers;
 }
 
-TEST(Keypoints3d, ARealRecordingAgainstWhatItWasPublishedWith) {
+TEST(Keypoints3d, RealRecording_AgreesWithPublishedResult) {
   ATELIER_TEST_FILE(folder, "pose2sim_demo/single");
   DatasetOptions options;
   options.layout = "pose2sim";

@@ -115,7 +115,7 @@ class EveryLayout : public ::testing::TestWithParam<Holds> {
 INSTANTIATE_TEST_SUITE_P(Layouts, EveryLayout, ::testing::ValuesIn(kLayouts),
                          [](const auto& layout) { return std::string(layout.param.layout); });
 
-TEST_P(EveryLayout, KeepsProjectionsPicturesAndWhatElseItHolds) {
+TEST_P(EveryLayout, ConvertedCapture_KeepsProjectionsImagesAndDetections) {
   fixtures::SmallCapture capture;
   for (Camera& camera : capture.cameras) {
     if (GetParam().distortion) {
@@ -170,7 +170,7 @@ TEST_P(EveryLayout, KeepsProjectionsPicturesAndWhatElseItHolds) {
   EXPECT_EQ(frame_ids(dataset).size(), 2U);
 }
 
-TEST_P(EveryLayout, KeepsFisheyeOrSaysThatItIsLost) {
+TEST_P(EveryLayout, FisheyeLens_IsKeptOrReportedLost) {
   fixtures::SmallCapture capture;
   for (Camera& camera : capture.cameras) {
     camera.distortion_model = Distortion::Fisheye;
@@ -188,7 +188,7 @@ TEST_P(EveryLayout, KeepsFisheyeOrSaysThatItIsLost) {
   }
 }
 
-TEST_P(EveryLayout, SaysWhatOfAGainIsLost) {
+TEST_P(EveryLayout, ColorGain_IsKeptOrReportedLost) {
   fixtures::SmallCapture capture;
   capture.cameras[1].gain = {1.1, 1, 0.9};
   there_and_back(capture);
@@ -199,7 +199,7 @@ TEST_P(EveryLayout, SaysWhatOfAGainIsLost) {
   EXPECT_EQ(said, !GetParam().gain);
 }
 
-TEST_P(EveryLayout, TakesJpegBytesAsTheyAre) {
+TEST_P(EveryLayout, JpegBytes_AreCopiedUnchanged) {
   fixtures::SmallCapture capture;
   capture.extension = ".jpg";
   const Dataset dataset = there_and_back(capture);
@@ -212,14 +212,14 @@ TEST_P(EveryLayout, TakesJpegBytesAsTheyAre) {
   EXPECT_EQ(image->extension, ".jpg");
 }
 
-TEST_P(EveryLayout, RefusesAFolderWithoutItsFiles) {
+TEST_P(EveryLayout, FolderWithoutItsFiles_IsRefused) {
   fs::create_directory(folder_ / "empty");
   DatasetOptions options;
   options.layout = GetParam().layout;
   EXPECT_THROW(open_dataset(folder_ / "empty", options), DataError);
 }
 
-TEST_P(EveryLayout, IsRefusedWhereItsCalibrationIsCutOff) {
+TEST_P(EveryLayout, TruncatedCalibration_IsRefused) {
   fixtures::write_small_capture(folder_ / "capture");
   const fs::path out =
       write_layout(folder_ / "capture", GetParam().layout, folder_ / "out").folders.front();
@@ -264,7 +264,7 @@ class Layout : public ::testing::Test {
 
 const Eigen::Vector3d kPoint(0.2, 1.3, -0.1);
 
-TEST_F(Layout, PanopticIsInCentimetresYDownWithPixelCentresAtZero) {
+TEST_F(Layout, Panoptic_IsInCentimetresYDown) {
   write_layout(capture(), "panoptic", out());
   const nlohmann::json root = json("calibration_clothed.json");
   const Eigen::Vector3d theirs = 100 * Eigen::Vector3d(kPoint.x(), -kPoint.y(), -kPoint.z());
@@ -283,7 +283,7 @@ TEST_F(Layout, PanopticIsInCentimetresYDownWithPixelCentresAtZero) {
   }
 }
 
-TEST_F(Layout, NerfstudioIsZUpAndLooksBackwards) {
+TEST_F(Layout, Nerfstudio_IsZUpAndLooksBackwards) {
   write_layout(capture(), "nerfstudio", out());
   const nlohmann::json root = json("transforms.json");
   EXPECT_EQ(root["frames"].size(), 6U);
@@ -300,7 +300,7 @@ TEST_F(Layout, NerfstudioIsZUpAndLooksBackwards) {
   EXPECT_DOUBLE_EQ(root["frames"][1]["time"].get<double>(), 1.0 / 12);
 }
 
-TEST_F(Layout, EasyMocapShiftsPixelsCountsFromZeroAndHasZUp) {
+TEST_F(Layout, EasyMocap_ShiftsPixelsAndIsZUp) {
   const LayoutReport report = write_layout(capture(), "easymocap", out());
   EXPECT_FALSE(report.lost.empty());
   EXPECT_TRUE(fs::exists(out() / "clothed/images" / cameras_[0].id / "000000.png"));
@@ -319,7 +319,7 @@ TEST_F(Layout, EasyMocapShiftsPixelsCountsFromZeroAndHasZUp) {
             1e-12);
 }
 
-TEST_F(Layout, ActorsHqStoresSharesOfTheSizeAndCameraToWorld) {
+TEST_F(Layout, ActorsHq_StoresRelativeIntrinsicsAndCameraToWorld) {
   write_layout(capture(), "actorshq", out());
   std::istringstream csv(text("1x/calibration.csv"));
   std::string header;
@@ -339,7 +339,7 @@ TEST_F(Layout, ActorsHqStoresSharesOfTheSizeAndCameraToWorld) {
   EXPECT_TRUE(fs::exists(out() / "clothed/1x/rgbs/Cam001/Cam001_rgb000003.png"));
 }
 
-TEST_F(Layout, GoliathStoresMatricesTransposedInMillimetres) {
+TEST_F(Layout, Goliath_StoresTransposedMatricesInMillimetres) {
   write_layout(capture(), "goliath", out());
   const nlohmann::json entry = json("camera_calibration.json")["KRT"][0];
   EXPECT_EQ(entry["K"][0][2], 0.0);
@@ -349,7 +349,7 @@ TEST_F(Layout, GoliathStoresMatricesTransposedInMillimetres) {
   EXPECT_TRUE(fs::exists(out() / "clothed/image" / ("cam" + cameras_[0].id + ".zip")));
 }
 
-TEST_F(Layout, FromEveryLayoutToEveryOtherNothingMoves) {
+TEST_F(Layout, ChainOfAllLayouts_KeepsProjections) {
   // One after the other through all that hold the lens: errors would add up.
   Dataset dataset = open_dataset(capture());
   int step = 0;
@@ -366,7 +366,7 @@ TEST_F(Layout, FromEveryLayoutToEveryOtherNothingMoves) {
   }
 }
 
-TEST_F(Layout, RefusesUnfinishedCapturesAndFoldersThatAreThere) {
+TEST_F(Layout, UnfinishedCaptureOrExistingFolder_IsRefused) {
   write_layout(capture(), "colmap", out());
   ATELIER_EXPECT_REFUSED(write_layout(capture(), "colmap", out()), EnvironmentError,
                          "there already");
@@ -376,7 +376,7 @@ TEST_F(Layout, RefusesUnfinishedCapturesAndFoldersThatAreThere) {
                          "finished native capture");
 }
 
-TEST_F(Layout, RefusesToWriteCalibrationsOfPicturesAlone) {
+TEST_F(Layout, CalibrationOfUncalibratedCapture_IsRefused) {
   fs::remove(capture() / "capture.toml");
   fs::remove(capture() / "cameras.json");
   const Dataset dataset = open_dataset(capture());

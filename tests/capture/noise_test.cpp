@@ -32,7 +32,7 @@ Points scattered(const KeypointSchema& schema, Random random) {
   return points;
 }
 
-TEST(Detector, PerfectIsTheExactProjection) {
+TEST(Detector, PerfectDetector_GivesExactProjection) {
   const Camera camera = one_camera();
   const KeypointSchema& schema = body_25_schema();
   const Points points = scattered(schema, {5, 5});
@@ -46,7 +46,7 @@ TEST(Detector, PerfectIsTheExactProjection) {
   }
 }
 
-TEST(Detector, NoiseDropoutAndConfidenceAreAsAsked) {
+TEST(Detector, NoiseDropoutAndConfidence_HaveRequestedSize) {
   const Camera camera = one_camera();
   const KeypointSchema& schema = coco_wholebody_schema();
   const DetectorOptions options{.dropout = 0.1, .swaps = 0, .outliers = 0};
@@ -80,7 +80,7 @@ TEST(Detector, NoiseDropoutAndConfidenceAreAsAsked) {
   EXPECT_LT(2 * sharp / sharp_count, blurred / blurred_count);
 }
 
-TEST(Detector, OutliersSwapsAndClothDoWhatTheySay) {
+TEST(Detector, OutliersSwapsAndClothBias_HaveRequestedEffect) {
   const Camera camera = one_camera();
   const KeypointSchema& schema = body_25_schema();
   const Points points = scattered(schema, {9, 1});
@@ -116,7 +116,7 @@ TEST(Detector, OutliersSwapsAndClothDoWhatTheySay) {
   EXPECT_NEAR(far / 5000.0, 0.1, 0.025);
 }
 
-TEST(Detector, RefusesListsOfOtherLengths) {
+TEST(Detector, MismatchedLists_AreRefused) {
   ATELIER_EXPECT_REFUSED(
       detected_keypoints(one_camera(), body_25_schema(), Points::Zero(3, 3), {}, {}, {}),
       LogicError, "one point and one sight");
@@ -132,7 +132,7 @@ ByteImage person_labels() {
   return labels;
 }
 
-TEST(LabelNoise, StraysAtBordersAlone) {
+TEST(LabelNoise, LabelErrors_OccurOnlyAtBorders) {
   const ByteImage truth = person_labels();
   EXPECT_EQ(detected_labels(truth, {.perfect = true}, {1, 1}).data, truth.data);
   const ByteImage found = detected_labels(truth, {}, {1, 1});
@@ -153,7 +153,7 @@ TEST(LabelNoise, StraysAtBordersAlone) {
   EXPECT_EQ(deep, 0);
 }
 
-TEST(Sensor, NoiseGrowsAsTheRootOfTheLight) {
+TEST(Sensor, ShotNoise_GrowsAsRootOfLight) {
   const SensorOptions options{.shot_noise = 0.02, .read_noise = 0};
   for (const float value : {0.25F, 1.0F}) {
     const Image light(64, 64, 3, value);
@@ -170,7 +170,7 @@ TEST(Sensor, NoiseGrowsAsTheRootOfTheLight) {
   ATELIER_EXPECT_REFUSED(noisy(Image(2, 2, 1), {}, 1, 1), LogicError, "three channels");
 }
 
-TEST(Sensor, IsTheSameOnAnyNumberOfThreads) {
+TEST(Sensor, AnyThreadCount_GivesTheSameImages) {
   const Image light(300, 400, 3, 0.5F);
   const int before = thread_count();
   set_thread_count(1);
@@ -182,7 +182,7 @@ TEST(Sensor, IsTheSameOnAnyNumberOfThreads) {
   set_thread_count(before);
 }
 
-TEST(Fabric, CodedCellsAreUniqueByTheirNeighbourhoods) {
+TEST(Fabric, CodedCells_AreUniqueByNeighborhood) {
   // Cells of 8 texels: the colour at each cell's middle.
   const FabricOptions options{.kind = FabricKind::Coded, .resolution = 512, .cell = 1.0 / 64};
   const Image cloth = fabric_image(1, options, 5);
@@ -207,13 +207,13 @@ TEST(Fabric, CodedCellsAreUniqueByTheirNeighbourhoods) {
   EXPECT_LE(repeats, 2);
 }
 
-TEST(Fabric, APrintIsTheSameOnAllGarments) {
+TEST(Fabric, Print_IsTheSameOnAllGarments) {
   const Image print = fabric_image(0.2, {.kind = FabricKind::Print, .resolution = 64}, 3);
   const Image all = fabric_image(0.2, {.kind = FabricKind::AllPrint, .resolution = 64}, 3);
   EXPECT_EQ(print.data, all.data);
 }
 
-TEST(Fabric, KindsDifferInContrast) {
+TEST(Fabric, FabricKinds_IncreaseInContrast) {
   const auto contrast = [](FabricKind kind) {
     const Image cloth = fabric_image(0.4, {.kind = kind, .resolution = 256}, 1);
     double sum = 0;
@@ -232,7 +232,7 @@ TEST(Fabric, KindsDifferInContrast) {
   ATELIER_EXPECT_REFUSED(fabric_image(1, {.resolution = 1}, 1), LogicError, "resolution");
 }
 
-TEST(Atlas, KnowsWhereTexelsLie) {
+TEST(Atlas, Texels_MapToSurfacePoints) {
   Mesh square;
   square.vertices.resize(4, 3);
   square.vertices << 0, 0, 0, 2, 0, 0, 2, 2, 0, 0, 2, 0;

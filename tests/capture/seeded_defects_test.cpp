@@ -1,6 +1,6 @@
 // What goes wrong with captures, seeded into good ones: each defect is found, named where it is,
 // and put right by the setting that validate advises. docs/guide/troubleshooting.md is the table:
-// ATELIER_WRITE_DOCS=1 test_capture --gtest_filter=SeededDefects.TheTableIsInTheDocuments
+// ATELIER_WRITE_DOCS=1 test_capture --gtest_filter=SeededDefects.DefectTable_MatchesTheDocument
 
 #include "tests/capture/seeded_defects.h"
 
@@ -38,7 +38,7 @@ std::string lines(const std::vector<Finding>& findings) {
 
 class SeededDefectTest : public ::testing::TestWithParam<SeededDefect> {};
 
-TEST_P(SeededDefectTest, IsFoundNamedAndPutRight) {
+TEST_P(SeededDefectTest, SeededDefect_IsFoundAndCorrectable) {
   const SeededDefect& defect = GetParam();
   TemporaryDirectory folder;
   write_spoiled(defect, {seeded_rigs()[static_cast<std::size_t>(defect.rig)],
@@ -66,7 +66,7 @@ INSTANTIATE_TEST_SUITE_P(Calibration, SeededDefectTest, ::testing::ValuesIn(cali
 INSTANTIATE_TEST_SUITE_P(Pictures, SeededDefectTest, ::testing::ValuesIn(picture_defects()));
 INSTANTIATE_TEST_SUITE_P(Detections, SeededDefectTest, ::testing::ValuesIn(detection_defects()));
 
-TEST(SeededDefects, GoodCapturesOfOtherSeedsHaveNoFinding) {
+TEST(SeededDefects, GoodCapturesOfOtherSeeds_HaveNoFinding) {
   for (const SeededRig& made : seeded_rigs()) {
     for (const std::uint64_t seed : {made.seed, made.seed + 100, made.seed + 200}) {
       SeededRig rig = made;
@@ -109,7 +109,7 @@ std::string table() {
   return text.str();
 }
 
-TEST(SeededDefects, TheTableIsInTheDocuments) {
+TEST(SeededDefects, DefectTable_MatchesTheDocument) {
   EXPECT_GE(all_defects().size(), 60U);
   const std::filesystem::path file = source_directory() / "docs/guide/troubleshooting.md";
   std::string document = read_file_text(file.string(), 1 << 20);

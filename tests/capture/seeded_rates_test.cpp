@@ -71,7 +71,7 @@ struct Rate {
   int blamed = 0;   ///< captures in which another camera got an error
 };
 
-TEST(SeededRates, DefectsOnRigsDrawnAnew) {
+TEST(SeededRates, DefectsOnRandomRigs_MeetDetectionRates) {
   const int rigs = drawn(1, 20);
   const std::vector<SeededDefect> defects = all_defects();
   std::vector<Rate> rates(defects.size());
@@ -141,7 +141,7 @@ TEST(SeededRates, DefectsOnRigsDrawnAnew) {
 
 /// Good captures of detections alone: 2 to 12 cameras, of a whole circle or an arc, 1 to 40 frames,
 /// somebody who walks or stands, detectors good and bad.
-TEST(SeededRates, GoodCapturesSmallAndLarge) {
+TEST(SeededRates, GoodRandomCaptures_RarelyGiveFindings) {
   const int captures = drawn(12, 600);
   std::map<std::string, int> counts;
   int errors = 0;

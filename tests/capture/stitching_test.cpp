@@ -23,7 +23,7 @@ Mesh two_panels() {
   return mesh;
 }
 
-TEST(Stitching, FoldsOpeningsAndDrawsSeams) {
+TEST(Stitching, Stitching_DrawsHemsAndSeams) {
   constexpr int kTexels = 1000;  // a texel is a millimetre
   const Image plain(kTexels, kTexels, 3, 0.5F);
   const Image sewn = with_stitching(plain, two_panels(), 1.0);
@@ -48,7 +48,7 @@ TEST(Stitching, FoldsOpeningsAndDrawsSeams) {
   EXPECT_LT(dark, 250);
 }
 
-TEST(Stitching, RefusesWhatItCannotDraw) {
+TEST(Stitching, BadMeshImageOrOptions_AreRefused) {
   const Image plain(16, 16, 3, 0.5F);
   Mesh bare = two_panels();
   bare.uvs.resize(0, 2);

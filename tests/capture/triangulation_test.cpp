@@ -75,7 +75,7 @@ struct Recording {
   }
 };
 
-TEST(TriangulatePoint, ExactDetectionsGiveTheExactPoint) {
+TEST(TriangulatePoint, ExactDetections_GiveTheExactPoint) {
   const std::vector<Camera> cameras = circle_of_cameras({.count = 5});
   const Points truth = person(0);
   Keypoints2d rows(5, 3);
@@ -88,7 +88,7 @@ TEST(TriangulatePoint, ExactDetectionsGiveTheExactPoint) {
   EXPECT_LT(point.error, 1e-4);
 }
 
-TEST(TriangulatePoint, OutliersDoNotMoveIt) {
+TEST(TriangulatePoint, Outliers_DoNotMoveThePoint) {
   const std::vector<Camera> cameras = circle_of_cameras({.count = 8});
   const Points truth = person(0);
   Keypoints2d rows(8, 3);
@@ -103,7 +103,7 @@ TEST(TriangulatePoint, OutliersDoNotMoveIt) {
   EXPECT_EQ(point.views, 5);
 }
 
-TEST(TriangulatePoint, CovarianceIsThatOfTheErrors) {
+TEST(TriangulatePoint, Covariance_MatchesTheScatter) {
   const std::vector<Camera> cameras = circle_of_cameras({.count = 6});
   const Points truth = person(0);
   Eigen::Matrix3d spread = Eigen::Matrix3d::Zero();
@@ -127,7 +127,7 @@ TEST(TriangulatePoint, CovarianceIsThatOfTheErrors) {
   }
 }
 
-TEST(TriangulatePoint, OneViewOrParallelRaysAreNotEnough) {
+TEST(TriangulatePoint, OneViewOrParallelRays_GiveNoPoint) {
   const std::vector<Camera> cameras = circle_of_cameras({.count = 4});
   Keypoints2d rows = Keypoints2d::Zero(4, 3);
   rows.row(2) << 400, 500, 1;
@@ -138,14 +138,14 @@ TEST(TriangulatePoint, OneViewOrParallelRaysAreNotEnough) {
   EXPECT_EQ(triangulate_point(twins, same).confidence, 0);
 }
 
-TEST(Triangulate, NoisyDetectionsWithinTheTarget) {
+TEST(Triangulate, NoisyDetections_StayWithinTarget) {
   for (const std::uint64_t seed : {1, 2, 3}) {
     const Recording recording(4, {.noise = 3, .outliers = 0.1}, seed);
     EXPECT_LT(recording.mean_error(recording.triangulated()), 0.005);
   }
 }
 
-TEST(Triangulate, ACameraThatIsOffIsNamedAndCountsLess) {
+TEST(Triangulate, MiscalibratedCamera_IsNamedAndDownweighted) {
   Recording recording(4, {.noise = 3, .outliers = 0.1});
   for (auto& frame : recording.detections) {
     frame[5].col(0).array() += 12;
@@ -157,12 +157,12 @@ TEST(Triangulate, ACameraThatIsOffIsNamedAndCountsLess) {
   EXPECT_LT(recording.mean_error(found), 0.005);
 }
 
-TEST(Triangulate, GoodCamerasAreNotNamed) {
+TEST(Triangulate, GoodCameras_AreNotNamed) {
   const Recording recording(4, {.noise = 3, .outliers = 0.1});
   EXPECT_THAT(recording.triangulated().findings, IsEmpty());
 }
 
-TEST(Triangulate, SwappedLimbsAreFoundAndSwappedBack) {
+TEST(Triangulate, SwappedLimbs_AreSwappedBack) {
   Recording recording(2, {.perfect = true});
   const KeypointSchema& schema = body_25_schema();
   Keypoints2d& view = recording.detections[1][3];
@@ -178,7 +178,7 @@ TEST(Triangulate, SwappedLimbsAreFoundAndSwappedBack) {
       14);
 }
 
-TEST(Triangulate, ShortGapsAreBridgedAndFlaggedLongOnesStay) {
+TEST(Triangulate, ShortGaps_AreBridgedAndLongOnesStay) {
   Recording recording(8, {.perfect = true});
   for (std::size_t i = 0; i < recording.cameras.size(); ++i) {
     recording.detections[2][i].row(4).setZero();
@@ -195,7 +195,7 @@ TEST(Triangulate, ShortGapsAreBridgedAndFlaggedLongOnesStay) {
   EXPECT_EQ(found.frames[3].points[9].confidence, 0);
 }
 
-TEST(Triangulate, RefusesSizesThatDiffer) {
+TEST(Triangulate, MismatchedSizes_AreRefused) {
   const Recording recording(1, {.perfect = true});
   auto detections = recording.detections;
   detections[0].pop_back();

@@ -47,7 +47,7 @@ std::vector<Camera> stage(int count = 8) {
   return circle_of_cameras({.count = count, .width = 200, .height = 250, .focal = 300});
 }
 
-TEST(CheckCameras, AGoodStageHasNoFinding) {
+TEST(CheckCameras, GoodRig_HasNoFinding) {
   EXPECT_THAT(codes(check_cameras(stage())), IsEmpty());
 }
 
@@ -59,7 +59,7 @@ struct CameraDefect {
 
 class CheckCamerasDefect : public ::testing::TestWithParam<CameraDefect> {};
 
-TEST_P(CheckCamerasDefect, IsNamed) {
+TEST_P(CheckCamerasDefect, CameraDefect_IsNamed) {
   std::vector<Camera> cameras = stage();
   GetParam().spoil(cameras);
   const std::vector<Finding> findings = check_cameras(cameras);
@@ -125,7 +125,7 @@ INSTANTIATE_TEST_SUITE_P(
                        c[0].distortion = {-3};
                      }}));
 
-TEST(CheckCameras, CamerasSideBySideOnABarAreNotApart) {
+TEST(CheckCameras, CamerasOnABar_AreNotCalledApart) {
   std::vector<Camera> bar = stage(4);
   for (std::size_t c = 0; c < bar.size(); ++c) {
     const Eigen::Vector3d centre(0.3 * static_cast<double>(c), 1.2, 3);
@@ -135,7 +135,7 @@ TEST(CheckCameras, CamerasSideBySideOnABarAreNotApart) {
   EXPECT_THAT(codes(check_cameras(bar)), IsEmpty());
 }
 
-TEST(RefitPose, FindsWhereACameraStandsAmongWildPixels) {
+TEST(RefitPose, OutlierPixels_DoNotPreventRefit) {
   const Camera truth = stage(8)[2];
   Random random{4, 0, 0};
   std::vector<Sighting> sightings;
@@ -156,7 +156,7 @@ TEST(RefitPose, FindsWhereACameraStandsAmongWildPixels) {
   EXPECT_LT((found.camera_from_world_rotation - truth.camera_from_world_rotation).norm(), 0.005);
 }
 
-TEST(RefitPose, LeavesACameraAloneThatSeesTooLittle) {
+TEST(RefitPose, TooFewSightings_LeaveThePoseUnchanged) {
   const Camera camera = stage(8)[0];
   const Eigen::Vector3d behind = 2 * camera_center(camera);
   for (const std::vector<Sighting>& little :
@@ -168,7 +168,7 @@ TEST(RefitPose, LeavesACameraAloneThatSeesTooLittle) {
   }
 }
 
-TEST(SurelyLess, IsMoreThanChance) {
+TEST(SurelyLess, SmallerErrors_CountOnlyIfSignificant) {
   Random random{6, 0, 0};
   std::vector<double> now;
   std::vector<double> as_good;
@@ -240,16 +240,16 @@ class CheckFrames : public ::testing::Test {
   Dataset dataset_;
 };
 
-TEST_F(CheckFrames, GoodPicturesHaveNoFinding) {
+TEST_F(CheckFrames, GoodImages_HaveNoFinding) {
   EXPECT_THAT(codes(findings()), IsEmpty());
 }
 
-TEST_F(CheckFrames, APictureThatIsCutOffIsNamed) {
+TEST_F(CheckFrames, TruncatedImage_IsNamed) {
   std::filesystem::resize_file(file("i", 1, 2), 300);
   EXPECT_TRUE(has(findings(), "image-damaged", "cam1 frame 2"));
 }
 
-TEST_F(CheckFrames, BlackSaturatedAndBlurredPictures) {
+TEST_F(CheckFrames, BlackSaturatedAndBlurredImages_AreNamed) {
   put_image(0, 3, ByteImage(40, 50, 3));
   put_image(1, 4, ByteImage(40, 50, 3, 255));
   ByteImage smooth(40, 50, 3);
@@ -267,7 +267,7 @@ TEST_F(CheckFrames, BlackSaturatedAndBlurredPictures) {
   EXPECT_TRUE(has(found, "image-blurred", "cam2 frame 5"));
 }
 
-TEST_F(CheckFrames, ProgressEndsAtItsTotalWherePicturesAreMissing) {
+TEST_F(CheckFrames, ProgressWithMissingImages_EndsAtItsTotal) {
   dataset_.frames[0].images.erase(2);
   dataset_.frames[1].images.clear();
   for (const int every : {1, 2}) {
@@ -285,7 +285,7 @@ TEST_F(CheckFrames, ProgressEndsAtItsTotalWherePicturesAreMissing) {
   }
 }
 
-TEST_F(CheckFrames, MissingRepeatedAndBrighterFrames) {
+TEST_F(CheckFrames, MissingRepeatedAndBrighterFrames_AreNamed) {
   dataset_.frames[0].images.erase(2);
   put_image(1, 4, picture(1, 3));
   put_image(2, 5, picture(2, 5, 1.6));
@@ -297,12 +297,12 @@ TEST_F(CheckFrames, MissingRepeatedAndBrighterFrames) {
   EXPECT_TRUE(has(found, "exposure-jump", "cam2 frame 5"));
 }
 
-TEST_F(CheckFrames, ACameraWithoutPictures) {
+TEST_F(CheckFrames, CameraWithoutImages_IsNamed) {
   dataset_.frames[1].images.clear();
   EXPECT_TRUE(has(findings(), "camera-without-pictures", "cam1"));
 }
 
-TEST_F(CheckFrames, NoPicturesAtAll) {
+TEST_F(CheckFrames, NoImagesAtAll_NamesEveryCamera) {
   CaptureSequence sequence{.name = "a", .kind = "clothed", .fps = 30, .frame_ids = {0, 1}};
   dataset_.info.sequences.push_back(sequence);
   for (CameraFrames& frames : dataset_.frames) {
@@ -311,12 +311,12 @@ TEST_F(CheckFrames, NoPicturesAtAll) {
   EXPECT_EQ(codes(findings()), std::vector<std::string>(3, "camera-without-pictures"));
 }
 
-TEST_F(CheckFrames, APictureOfAnotherSize) {
+TEST_F(CheckFrames, ImageOfOtherSize_IsNamed) {
   put_image(0, 1, ByteImage(30, 50, 3, 90));
   EXPECT_TRUE(has(findings(), "frame-size", "cam0 frame 1"));
 }
 
-TEST_F(CheckFrames, EmptyFullAndInvertedMasks) {
+TEST_F(CheckFrames, EmptyFullAndInvertedMasks_AreNamed) {
   put_mask(0, 1, ByteImage(40, 50, 1));
   put_mask(1, 1, ByteImage(40, 50, 1, 255));
   ByteImage inverted = box();
@@ -330,7 +330,7 @@ TEST_F(CheckFrames, EmptyFullAndInvertedMasks) {
   EXPECT_TRUE(has(found, "mask-inverted", "cam2 frame 1"));
 }
 
-TEST_F(CheckFrames, TheMaskOfAPersonWhoFillsThePictureIsNotInverted) {
+TEST_F(CheckFrames, MaskFillingTheImage_IsNotCalledInverted) {
   ByteImage close(40, 50, 1, 255);
   for (int y = 0; y < 8; ++y) {
     for (int x = 0; x < 6; ++x) {
@@ -341,7 +341,7 @@ TEST_F(CheckFrames, TheMaskOfAPersonWhoFillsThePictureIsNotInverted) {
   EXPECT_THAT(codes(findings()), IsEmpty());
 }
 
-TEST_F(CheckFrames, ManyOfACameraAreSaidOnce) {
+TEST_F(CheckFrames, RepeatedFindingsOfACamera_AreMerged) {
   for (int f = 0; f < 6; ++f) {
     put_mask(0, f, ByteImage(40, 50, 1));
   }
@@ -428,11 +428,11 @@ class CheckKeypoints : public ::testing::Test {
   Dataset dataset_;
 };
 
-TEST_F(CheckKeypoints, AGoodCaptureHasNoFinding) {
+TEST_F(CheckKeypoints, GoodCapture_HasNoFinding) {
   EXPECT_THAT(codes(findings()), IsEmpty());
 }
 
-TEST_F(CheckKeypoints, ACameraThatMovedIsOff) {
+TEST_F(CheckKeypoints, MovedCamera_IsNamed) {
   Camera& camera = dataset_.cameras[4];
   const Eigen::Vector3d centre = camera_center(camera);
   camera.camera_from_world_rotation =
@@ -441,12 +441,12 @@ TEST_F(CheckKeypoints, ACameraThatMovedIsOff) {
   EXPECT_TRUE(has(findings(), "camera-off", "cam4"));
 }
 
-TEST_F(CheckKeypoints, ATransposedRotationIsOff) {
+TEST_F(CheckKeypoints, TransposedRotation_IsNamed) {
   dataset_.cameras[3].camera_from_world_rotation.transposeInPlace();
   EXPECT_TRUE(has(findings(), "extrinsic-transposed", "cam3"));
 }
 
-TEST_F(CheckKeypoints, ACameraOutOfSyncIsNamedWithItsShift) {
+TEST_F(CheckKeypoints, CameraOutOfSync_IsNamedWithItsShift) {
   const std::vector<Finding> found = findings({}, 2, 3);
   ASSERT_TRUE(has(found, "camera-out-of-sync", "cam2")) << ::testing::PrintToString(codes(found));
   for (const Finding& finding : found) {
@@ -456,7 +456,7 @@ TEST_F(CheckKeypoints, ACameraOutOfSyncIsNamedWithItsShift) {
   }
 }
 
-TEST_F(CheckKeypoints, MillimetresAreTheSizeOfNobody) {
+TEST_F(CheckKeypoints, TranslationsInMillimetres_GiveAPersonSizeFinding) {
   for (Camera& camera : dataset_.cameras) {
     camera.camera_from_world_translation *= 1000;
   }
@@ -464,7 +464,7 @@ TEST_F(CheckKeypoints, MillimetresAreTheSizeOfNobody) {
   ASSERT_TRUE(has(found, "person-size"));
 }
 
-TEST_F(CheckKeypoints, AnotherOrderOfPointsIsNobody) {
+TEST_F(CheckKeypoints, WrongKeypointOrder_IsFound) {
   const auto scramble = [](int /*camera*/, int /*frame*/, Keypoints2d& rows) {
     const KeypointSchema& schema = body_25_schema();
     rows.row(find_keypoint(schema, "left_knee")).swap(rows.row(find_keypoint(schema, "nose")));
@@ -472,7 +472,7 @@ TEST_F(CheckKeypoints, AnotherOrderOfPointsIsNobody) {
   EXPECT_TRUE(has(findings(scramble), "keypoint-order"));
 }
 
-TEST_F(CheckKeypoints, PointsOfAnotherPictureSizeAreNamedWithTheFactor) {
+TEST_F(CheckKeypoints, ScaledKeypoints_AreNamed) {
   const auto enlarge = [](int camera, int /*frame*/, Keypoints2d& rows) {
     if (camera == 1) {
       rows.leftCols(2) *= 4;
@@ -481,7 +481,7 @@ TEST_F(CheckKeypoints, PointsOfAnotherPictureSizeAreNamedWithTheFactor) {
   EXPECT_TRUE(has(findings(enlarge), "keypoints-scaled", "cam1"));
 }
 
-TEST_F(CheckKeypoints, CamerasThatSwapNamesAreNamed) {
+TEST_F(CheckKeypoints, CamerasWithSwappedNames_AreNamed) {
   std::swap(dataset_.cameras[1].camera_from_world_rotation,
             dataset_.cameras[5].camera_from_world_rotation);
   std::swap(dataset_.cameras[1].camera_from_world_translation,
@@ -491,7 +491,7 @@ TEST_F(CheckKeypoints, CamerasThatSwapNamesAreNamed) {
   EXPECT_TRUE(has(found, "camera-mislabelled", "cam5"));
 }
 
-TEST_F(CheckKeypoints, ACalibrationOfAnotherStageMeetsNowhere) {
+TEST_F(CheckKeypoints, CalibrationOfOtherRig_IsFound) {
   Random random{3, 0, 0};
   for (Camera& camera : dataset_.cameras) {
     camera.camera_from_world_rotation =
@@ -501,7 +501,7 @@ TEST_F(CheckKeypoints, ACalibrationOfAnotherStageMeetsNowhere) {
   EXPECT_TRUE(has(findings(), "calibration-error"));
 }
 
-TEST_F(CheckKeypoints, TwentyFivePointsThatShouldBeSeventeen) {
+TEST_F(CheckKeypoints, WrongKeypointCount_IsFound) {
   dataset_.info.keypoint_schema = "coco_17";
   EXPECT_TRUE(has(findings(), "keypoint-count"));
 }

@@ -14,7 +14,7 @@ class WrittenLayout : public ::testing::TestWithParam<std::string> {};
 INSTANTIATE_TEST_SUITE_P(Layouts, WrittenLayout, ::testing::ValuesIn(layout_names()),
                          [](const auto& layout) { return layout.param; });
 
-TEST_P(WrittenLayout, OfAGoodCaptureHasNoError) {
+TEST_P(WrittenLayout, LayoutOfGoodCapture_HasNoError) {
   static const SeededCapture good = [] {
     SeededRig rig = seeded_rigs().front();
     rig.frames = 3;

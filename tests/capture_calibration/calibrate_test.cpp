@@ -35,7 +35,7 @@ RigidNumbers relative(const std::vector<Camera>& cameras, std::size_t a, std::si
   return chained(pose(b), inverse_of(pose(a)));
 }
 
-TEST(Lens, DerivativesAreThoseOfDifferences) {
+TEST(Lens, LensJacobians_MatchFiniteDifferences) {
   Random random{3, 1};
   for (const Distortion model : {Distortion::None, Distortion::Brown, Distortion::Fisheye}) {
     LensNumbers lens;
@@ -58,7 +58,7 @@ TEST(Lens, DerivativesAreThoseOfDifferences) {
   }
 }
 
-TEST(Lens, IsTheOneOfCamera) {
+TEST(Lens, LensPixel_MatchesCameraProjection) {
   const std::vector<Camera> cameras = arc_of_cameras(2);
   const Eigen::Vector3d point(0.2, -0.1, 0.3);
   for (Camera camera : cameras) {
@@ -72,7 +72,7 @@ TEST(Lens, IsTheOneOfCamera) {
   }
 }
 
-TEST(RigidNumbers, MoveChainInvertAndDifferentiate) {
+TEST(RigidNumbers, RigidTransforms_ChainInvertAndDifferentiate) {
   Random random{5, 1};
   for (int trial = 0; trial < 20; ++trial) {
     RigidNumbers a;
@@ -93,7 +93,7 @@ TEST(RigidNumbers, MoveChainInvertAndDifferentiate) {
   }
 }
 
-TEST(Bundle, DerivativesThatTheSolverGetsAreThoseOfDifferences) {
+TEST(Bundle, SolverJacobians_MatchFiniteDifferences) {
   Random random{7, 1};
   const std::vector<Camera> cameras = arc_of_cameras(1);
   Bundle bundle;
@@ -135,7 +135,7 @@ TEST(Bundle, DerivativesThatTheSolverGetsAreThoseOfDifferences) {
   EXPECT_LT(jacobian_error(jacobian.by_board, by_board), 1e-5);
 }
 
-TEST(Calibrate, FindsARigExactlyFromExactCorners) {
+TEST(Calibrate, ExactCorners_GiveTheExactRig) {
   Random random{11, 1};
   const std::vector<Camera> truth = arc_of_cameras(3);
   const auto views = views_of(truth, kBoard, held_boards(kBoard, 14, random), 0, random);
@@ -153,7 +153,7 @@ TEST(Calibrate, FindsARigExactlyFromExactCorners) {
   }
 }
 
-TEST(Calibrate, FindsTheSameRigFromAChainThatNoFrameSpans) {
+TEST(Calibrate, ChainOfCamerasWithoutCommonFrame_IsCalibrated) {
   // Camera 0 and 2 never see the board at once.
   Random random{13, 1};
   const std::vector<Camera> truth = arc_of_cameras(3);
@@ -166,7 +166,7 @@ TEST(Calibrate, FindsTheSameRigFromAChainThatNoFrameSpans) {
   EXPECT_LT(found.rms, 0.2);
 }
 
-TEST(Calibrate, ASingleMarkerCarriedAboutConnectsKnownLenses) {
+TEST(Calibrate, SingleMarker_ConnectsKnownLenses) {
   Random random{17, 1};
   const BoardOptions marker{.kind = BoardKind::Marker, .square = 0.2};
   const std::vector<Camera> truth = arc_of_cameras(4);
@@ -184,7 +184,7 @@ TEST(Calibrate, ASingleMarkerCarriedAboutConnectsKnownLenses) {
   EXPECT_LT(found.rms, 0.35);
 }
 
-TEST(Calibrate, DeviationsAgreeWithTheScatterOverRepeats) {
+TEST(Calibrate, StandardDeviations_MatchScatterOverRepeats) {
   const std::vector<Camera> truth = arc_of_cameras(2);
   Random placing{19, 1};
   const auto boards = held_boards(kBoard, 10, placing, 0.25);
@@ -223,7 +223,7 @@ TEST(Calibrate, DeviationsAgreeWithTheScatterOverRepeats) {
   }
 }
 
-TEST(Calibrate, LeavesOutViewsOfAnotherInstant) {
+TEST(Calibrate, ViewOfOtherInstant_IsLeftOut) {
   Random random{23, 1};
   const std::vector<Camera> truth = arc_of_cameras(3);
   auto views = views_of(truth, kBoard, held_boards(kBoard, 16, random), 0.1, random);
@@ -243,7 +243,7 @@ TEST(Calibrate, LeavesOutViewsOfAnotherInstant) {
   EXPECT_LT(found.rms, 0.2);
 }
 
-TEST(Calibrate, TakesTheLensThatTheViewsSpeakFor) {
+TEST(Calibrate, LensModel_IsChosenFromTheViews) {
   Random random{29, 1};
   const auto boards = held_boards(kBoard, 16, random, 0.0);
   const std::vector<Camera> straight = arc_of_cameras(1, 0);
@@ -265,7 +265,7 @@ TEST(Calibrate, TakesTheLensThatTheViewsSpeakFor) {
   EXPECT_NEAR(wide.cameras[0].fx, 500, 5);
 }
 
-TEST(Calibrate, FindingsNameWhatIsMissing) {
+TEST(Calibrate, MissingViews_GiveFindings) {
   Random random{31, 1};
   const std::vector<Camera> truth = arc_of_cameras(4);
   auto views = views_of(truth, kBoard, held_boards(kBoard, 16, random), 0.1, random);
@@ -285,7 +285,7 @@ TEST(Calibrate, FindingsNameWhatIsMissing) {
   EXPECT_TRUE(has_errors(found.findings));
 }
 
-TEST(Calibrate, RefusesBoardsThatFaceTheCamera) {
+TEST(Calibrate, FrontoParallelBoards_AreRefusedOrReported) {
   // Parallel to the image, a board says nothing about the focal length.
   Random random{37, 1};
   const std::vector<Camera> truth = arc_of_cameras(1, 0);
@@ -304,7 +304,7 @@ TEST(Calibrate, RefusesBoardsThatFaceTheCamera) {
   }
 }
 
-TEST(Calibrate, RefusesNoViewsFewViewsAndSymmetricBoards) {
+TEST(Calibrate, TooFewViewsAndSymmetricBoards_AreRefused) {
   Random random{41, 1};
   const std::vector<Camera> truth = arc_of_cameras(2);
   ATELIER_EXPECT_REFUSED(calibrate(unknown_rig(truth), {}, kBoard), DataError,
@@ -322,7 +322,7 @@ TEST(Calibrate, RefusesNoViewsFewViewsAndSymmetricBoards) {
                          "no two of them see the board at the same instant");
 }
 
-TEST(Calibrate, RefusesViewsOfWhatIsNotThere) {
+TEST(Calibrate, OutOfRangeCameraOrCorner_IsRefused) {
   BoardView view;
   view.camera_idx = 2;
   ATELIER_EXPECT_REFUSED(calibrate(unknown_rig(arc_of_cameras(2)), {view}, kBoard), LogicError,
@@ -337,7 +337,7 @@ TEST(Calibrate, RefusesViewsOfWhatIsNotThere) {
                          "a corner that the board does not have");
 }
 
-TEST(StandUp, TurnsTheRigUprightAndOntoTheGround) {
+TEST(StandUp, CalibratedRig_IsTurnedUprightOntoTheGround) {
   Random random{43, 1};
   const std::vector<Camera> truth = arc_of_cameras(3);
   auto boards = held_boards(kBoard, 14, random);

@@ -136,7 +136,7 @@ Eigen::Vector2d mean_offset(const BoardOptions& board, const Camera& camera,
   return sum / static_cast<double>(view.ids.size());
 }
 
-TEST(FindBoard, FindsDrawnBoardsOfEveryKindWhereTheyAre) {
+TEST(FindBoard, DrawnBoardsOfEveryKind_AreFoundInPlace) {
   const Camera camera = plain_camera();
   const BoardOptions boards[] = {
       {.columns = 9, .rows = 6, .square = 0.04},
@@ -156,7 +156,7 @@ TEST(FindBoard, FindsDrawnBoardsOfEveryKindWhereTheyAre) {
   }
 }
 
-TEST(FindBoard, FindsInvertedBoards) {
+TEST(FindBoard, InvertedBoard_IsFoundIfConfigured) {
   const Camera camera = plain_camera();
   BoardOptions board{.kind = BoardKind::Charuco, .columns = 6, .rows = 5, .square = 0.06};
   ByteImage image = seen(board, camera, before_camera(board, 0));
@@ -168,7 +168,7 @@ TEST(FindBoard, FindsInvertedBoards) {
   EXPECT_EQ(find_board(image, board).rejected, "");
 }
 
-TEST(FindBoard, SaysWhyABoardIsNotTaken) {
+TEST(FindBoard, MismatchedBoard_SaysWhy) {
   const Camera camera = plain_camera();
   const BoardOptions chessboard{.columns = 9, .rows = 6, .square = 0.04};
   const ByteImage image = seen(chessboard, camera, before_camera(chessboard, 0));
@@ -192,7 +192,7 @@ TEST(FindBoard, SaysWhyABoardIsNotTaken) {
   EXPECT_NE(find_board(ByteImage(64, 64, 3, 90), chessboard).rejected, "");
 }
 
-TEST(FindBoard, RefusesWhatIsNoBoardOrNoPicture) {
+TEST(FindBoard, BadBoardOrImage_IsRefused) {
   ATELIER_EXPECT_REFUSED(find_board(ByteImage(8, 8, 2), BoardOptions{}), LogicError,
                          "1 or 3 channels");
   BoardOptions board{.kind = BoardKind::Charuco};
@@ -235,7 +235,7 @@ Camera shipped_lens(const std::filesystem::path& file, const std::string& matrix
   return camera;
 }
 
-TEST(RealBoards, OpencvStereoIsNoWorseThanWhatWasShipped) {
+TEST(RealBoards, OpencvStereo_IsNoWorseThanShippedCalibration) {
   ATELIER_TEST_FILE(folder, "opencv_stereo_chessboard");
   const BoardOptions board{.columns = 10, .rows = 7, .square = 0.025};
   std::vector<BoardView> views;
@@ -351,7 +351,7 @@ std::vector<double> point_errors(const std::vector<Camera>& cameras,
   return errors;
 }
 
-TEST(RealBoards, CaliscopeCharucoIsNoWorseThanWhatWasShipped) {
+TEST(RealBoards, CaliscopeCharuco_IsNoWorseThanShippedCalibration) {
   ATELIER_TEST_FILE(folder, "caliscope_calib/charuco_3to4cam_solved");
   const BoardOptions board{
       .kind = BoardKind::Charuco, .columns = 4, .rows = 5, .square = 0.054, .inverted = true};

@@ -41,7 +41,7 @@ DetectOptions small_options(NetworkKind kind) {
   return options;
 }
 
-TEST(Detect, PointsComeBackToWhereTheyAreInThePicture) {
+TEST(Detect, DetectedPoints_AreInImageCoordinates) {
   const DetectPicture whole{discs(), whole_box(120, 100)};
   const DetectPicture part{discs(), {20, 10, 70, 85}};
   for (const NetworkKind kind : {NetworkKind::Heatmap, NetworkKind::Simcc}) {
@@ -63,7 +63,7 @@ TEST(Detect, PointsComeBackToWhereTheyAreInThePicture) {
   }
 }
 
-TEST(Detect, OrderOfChannelsMeanAndDeviationAreTheNetworks) {
+TEST(Detect, ChannelOrderAndNormalization_AreApplied) {
   DetectOptions options = small_options(NetworkKind::Heatmap);
   options.bgr = true;
   const auto model = onnx_bytes(mixing_network(kEach, options.width, options.height));
@@ -76,7 +76,7 @@ TEST(Detect, OrderOfChannelsMeanAndDeviationAreTheNetworks) {
   EXPECT_EQ(none[0].people[0].norm(), 0);
 }
 
-TEST(Detect, RowsForYThatComeFirstAreTold) {
+TEST(Detect, SimccOutputsInOtherOrder_AreRecognized) {
   const DetectOptions options = small_options(NetworkKind::Simcc);
   SmallNetwork network = simcc_network(kEach, options.width, options.height);
   std::swap(network.outputs[0], network.outputs[1]);
@@ -86,7 +86,7 @@ TEST(Detect, RowsForYThatComeFirstAreTold) {
   EXPECT_NEAR(found[0].people[0](1, 1), 52, 1.3);
 }
 
-TEST(Detect, ClassesCoverTheBoxAlone) {
+TEST(Detect, ParsedClasses_CoverOnlyTheBox) {
   DetectOptions options = small_options(NetworkKind::Parsing);
   const auto model = onnx_bytes(mixing_network(
       {{0.2F, 0.2F, 0.2F}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, options.width, options.height));
@@ -97,7 +97,7 @@ TEST(Detect, ClassesCoverTheBoxAlone) {
   EXPECT_EQ(found[0].classes.at(60, 80), 0);
 }
 
-TEST(Detect, BoxesGoRoundTheMask) {
+TEST(Detect, MaskBox_EnclosesTheMask) {
   ByteImage mask(100, 80, 1);
   mask.at(10, 20) = 255;
   mask.at(29, 59) = 255;
@@ -109,7 +109,7 @@ TEST(Detect, BoxesGoRoundTheMask) {
   EXPECT_DOUBLE_EQ(mask_box(ByteImage(100, 80, 1), 1.5).width, 100);
 }
 
-TEST(Detect, RefusesWhatDoesNotFit) {
+TEST(Detect, MismatchedNetworkOrOptions_AreRefused) {
   const DetectOptions options = small_options(NetworkKind::Simcc);
   const auto one_output = onnx_bytes(mixing_network(kEach, options.width, options.height));
   const DetectPicture whole{discs(), whole_box(120, 100)};

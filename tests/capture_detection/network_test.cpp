@@ -41,7 +41,7 @@ Image three_blobs() {
 
 const std::vector<std::vector<float>> kNetworkEach = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
 
-TEST(Network, HeatmapsGiveThePointsThatWereDrawn) {
+TEST(Network, Heatmaps_GiveTheDrawnPoints) {
   const auto outputs = run_network(onnx_bytes(mixing_network(kNetworkEach, kWidth, kHeight)),
                                    {{three_blobs()}}, "small.onnx");
   ASSERT_EQ(outputs.size(), 1U);
@@ -55,7 +55,7 @@ TEST(Network, HeatmapsGiveThePointsThatWereDrawn) {
   EXPECT_NEAR(points(2, 2), 0.4, 1e-3);
 }
 
-TEST(Network, SimccGivesThePixelsThatWereDrawn) {
+TEST(Network, Simcc_GivesTheDrawnPixels) {
   const auto outputs = run_network(onnx_bytes(simcc_network(kNetworkEach, kWidth, kHeight)),
                                    {{three_blobs()}, {three_blobs()}}, "small.onnx");
   ASSERT_EQ(outputs.size(), 2U);
@@ -69,7 +69,7 @@ TEST(Network, SimccGivesThePixelsThatWereDrawn) {
   }
 }
 
-TEST(Network, ParsingGivesTheClassOfEachPixel) {
+TEST(Network, Parsing_GivesTheClassOfEachPixel) {
   Image image(kWidth, kHeight, 3);
   for (int y = 0; y < kHeight; ++y) {
     for (int x = 0; x < kWidth; ++x) {
@@ -84,7 +84,7 @@ TEST(Network, ParsingGivesTheClassOfEachPixel) {
   EXPECT_EQ(labels.at(44, 60), 2);
 }
 
-TEST(Network, HostileFilesAreRefusedAndHarmNobody) {
+TEST(Network, HostileFile_IsRefused) {
   const NetworkInput input{three_blobs()};
   const auto refused = [&](const std::vector<std::byte>& model) {
     try {
@@ -112,7 +112,7 @@ TEST(Network, HostileFilesAreRefusedAndHarmNobody) {
   EXPECT_TRUE(refused(onnx_bytes(vast)));
 }
 
-TEST(Network, EveryFlippedByteEndsInAnAnswerOrARefusal) {
+TEST(Network, FlippedByte_EndsInAnswerOrRefusal) {
   const std::vector<std::byte> good = onnx_bytes(mixing_network(kNetworkEach, 8, 8));
   for (std::size_t at = 0; at < good.size(); at += 11) {
     std::vector<std::byte> damaged = good;
@@ -125,7 +125,7 @@ TEST(Network, EveryFlippedByteEndsInAnAnswerOrARefusal) {
   }
 }
 
-TEST(Network, RefusesPicturesThatAreNone) {
+TEST(Network, BadInputImage_IsRefused) {
   const std::vector<std::byte> good = onnx_bytes(mixing_network(kNetworkEach, 8, 8));
   ATELIER_EXPECT_REFUSED(run_network(good, {{Image(8, 8, 1)}}, "x"), LogicError, "three channels");
   ATELIER_EXPECT_REFUSED(run_network(good, {{Image()}}, "x"), LogicError, "has pixels");
@@ -143,7 +143,7 @@ NetworkOutput zeros(std::vector<int> shape) {
   return output;
 }
 
-TEST(Decode, RefusesOtherShapes) {
+TEST(Decode, TensorsOfOtherShape_AreRefused) {
   ATELIER_EXPECT_REFUSED(decode_heatmaps(zeros({3, 8}), 3, 8, 8), DataError, "shape [1,3,8]");
   ATELIER_EXPECT_REFUSED(decode_heatmaps(zeros({3, 8, 8}), 17, 8, 8), DataError,
                          "[1,17 or more,h,w]");
@@ -159,7 +159,7 @@ TEST(Decode, RefusesOtherShapes) {
 }
 
 /// Two stick people as OpenPose's maps have them.
-TEST(Decode, OpenPoseFieldsKeepTwoPeopleApart) {
+TEST(Decode, OpenPoseFields_SeparateTwoPeople) {
   constexpr int kSide = 64;
   NetworkOutput maps = zeros({57, kSide, kSide});
   const auto at = [&](int map, int x, int y) -> float& {

@@ -74,7 +74,7 @@ Shot shot(float centre, bool person, std::uint64_t seed, bool screen = false,
   return shot;
 }
 
-TEST(Masks, FromPlatesLeaveOutTheShadow) {
+TEST(Masks, CleanPlates_ExcludeTheShadow) {
   const EmptyStage background =
       background_of_plates({shot(0, false, 1).image, shot(0, false, 2).image});
   double iou = 0;
@@ -91,7 +91,7 @@ TEST(Masks, FromPlatesLeaveOutTheShadow) {
             mask_iou(mask_from_background(one.image, background), one.truth) - 0.02);
 }
 
-TEST(Masks, OnePlateDoesAndManySayTheNoise) {
+TEST(Masks, OnePlateOrManyNoisyPlates_GiveGoodMasks) {
   const Shot one = shot(80, true, 7, false, 0.02F);
   const EmptyStage single = background_of_plates({shot(0, false, 1, false, 0.02F).image});
   EXPECT_GT(mask_iou(mask_from_background(one.image, single), one.truth), 0.9);
@@ -103,13 +103,13 @@ TEST(Masks, OnePlateDoesAndManySayTheNoise) {
             0.9);
 }
 
-TEST(Masks, OfAnEmptyStageAreEmpty) {
+TEST(Masks, EmptyStage_GivesEmptyMask) {
   const EmptyStage background = background_of_plates({shot(0, false, 1).image});
   const ByteImage mask = mask_from_background(shot(0, false, 5).image, background);
   EXPECT_EQ(std::count(mask.data.begin(), mask.data.end(), 0), kWidth * kHeight);
 }
 
-TEST(Masks, FromAColouredScreen) {
+TEST(Masks, ColoredScreen_GivesMaskByChroma) {
   const Shot one = shot(80, true, 7, true);
   const double given = mask_iou(mask_by_chroma(one.image, {.key = {0.03, 0.45, 0.08}}), one.truth);
   const double told = mask_iou(mask_by_chroma(one.image, {.key = {0, 0, 0}}), one.truth);
@@ -118,7 +118,7 @@ TEST(Masks, FromAColouredScreen) {
   EXPECT_GT(told, 0.97);
 }
 
-TEST(Masks, FromWhatEachPixelIsMostOfTheTime) {
+TEST(Masks, BackgroundOverTime_GivesMask) {
   std::vector<Image> frames;
   for (int i = 0; i < 15; ++i) {
     frames.push_back(
@@ -132,7 +132,7 @@ TEST(Masks, FromWhatEachPixelIsMostOfTheTime) {
   EXPECT_GT(iou, 0.95);
 }
 
-TEST(Masks, OfAPersonWhoHardlyMovesAreSaidToBeDoubtful) {
+TEST(Masks, NearlyStillPerson_IsReportedDoubtful) {
   std::vector<Image> frames;
   for (int i = 0; i < 12; ++i) {
     frames.push_back(
@@ -141,7 +141,7 @@ TEST(Masks, OfAPersonWhoHardlyMovesAreSaidToBeDoubtful) {
   EXPECT_GT(background_over_time(frames).still_share, 0.05);
 }
 
-TEST(CleanMask, OpensClosesKeepsTheLargeAndFillsSmallHoles) {
+TEST(CleanMask, SmallHolesAndSpecks_AreRemoved) {
   ByteImage mask(60, 60, 1);
   for (int y = 10; y < 40; ++y) {
     for (int x = 10; x < 40; ++x) {
@@ -168,7 +168,7 @@ TEST(CleanMask, OpensClosesKeepsTheLargeAndFillsSmallHoles) {
   EXPECT_EQ(clean_mask(ring, options).at(25, 25), 0);
 }
 
-TEST(Masks, RefuseBadInput) {
+TEST(Masks, BadInput_IsRefused) {
   ATELIER_EXPECT_REFUSED(background_of_plates({}), DataError, "an image of the empty stage");
   ATELIER_EXPECT_REFUSED(background_of_plates({Image(4, 4, 3), Image(5, 4, 3)}), DataError,
                          "images of one size");
@@ -185,7 +185,7 @@ TEST(Masks, RefuseBadInput) {
   ATELIER_EXPECT_REFUSED(mask_iou(ByteImage(2, 2, 1), ByteImage(3, 2, 1)), LogicError, "two sizes");
 }
 
-TEST(Masks, StandNoiseNanAndEmptyPictures) {
+TEST(Masks, NanAndEmptyImages_AreAccepted) {
   Image image(16, 16, 3, 0.3F);
   image.at(3, 3, 1) = std::numeric_limits<float>::quiet_NaN();
   const EmptyStage background = background_of_plates({Image(16, 16, 3, 0.3F)});

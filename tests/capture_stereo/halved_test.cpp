@@ -5,7 +5,7 @@
 namespace atelier::fixtures {
 namespace {
 
-TEST(Halved, EachPixelIsTheMeanOfFourInEveryChannel) {
+TEST(Halved, Pixels_AreMeansOfFourPerChannel) {
   Image image(4, 2, 2);
   for (int y = 0; y < 2; ++y) {
     for (int x = 0; x < 4; ++x) {
@@ -21,7 +21,7 @@ TEST(Halved, EachPixelIsTheMeanOfFourInEveryChannel) {
   EXPECT_FLOAT_EQ(half.at(1, 0, 1), 7);
 }
 
-TEST(Halved, OddSizesKeepTheirLastPixels) {
+TEST(Halved, OddSizes_KeepTheirLastPixels) {
   Image image(3, 3, 1);
   image.at(2, 2) = 5;
   const Image half = halved(image);
@@ -29,7 +29,7 @@ TEST(Halved, OddSizesKeepTheirLastPixels) {
   EXPECT_FLOAT_EQ(half.at(1, 1), 5);
 }
 
-TEST(Halved, PointsLandAtHalfThePixel) {
+TEST(Halved, HalvedCamera_ProjectsToHalfThePixel) {
   Camera camera;
   camera.width = 640;
   camera.height = 480;
@@ -43,7 +43,7 @@ TEST(Halved, PointsLandAtHalfThePixel) {
   EXPECT_LT((*project(half, point) - *project(camera, point) / 2).norm(), 1e-12);
 }
 
-TEST(Halved, OfLabelsTheGreatestStays) {
+TEST(Halved, HalvedLabels_KeepTheGreatest) {
   ByteImage labels(2, 2, 1);
   labels.at(1, 0) = 3;
   labels.at(0, 1) = 9;

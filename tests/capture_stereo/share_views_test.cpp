@@ -44,7 +44,7 @@ std::size_t computed(const std::vector<std::vector<std::size_t>>& shares,
                          });
 }
 
-TEST(ShareViews, AreDisjointAndTogetherAll) {
+TEST(ShareViews, Shares_AreDisjointAndComplete) {
   const std::vector<Camera> cameras = sixteen_cameras();
   for (int shares = 1; shares <= 17; ++shares) {
     std::vector<std::size_t> all;
@@ -61,7 +61,7 @@ TEST(ShareViews, AreDisjointAndTogetherAll) {
   }
 }
 
-TEST(ShareViews, StandSideBySideWhateverTheirOrder) {
+TEST(ShareViews, Shares_AreAdjacentWhateverTheCameraOrder) {
   std::vector<Camera> cameras = sixteen_cameras();
   std::vector<Camera> mixed;
   for (std::size_t i = 0; i < 16; ++i) {
@@ -83,7 +83,7 @@ TEST(ShareViews, StandSideBySideWhateverTheirOrder) {
   }
 }
 
-TEST(ShareViews, NeighboursComputeFewerViewsThanEveryNth) {
+TEST(ShareViews, AdjacentShares_ComputeFewerViewsThanStrided) {
   const std::vector<Camera> cameras = sixteen_cameras();
   const auto sources = choose_sources(cameras, looked_at(cameras), 3);
   for (const int shares : {2, 4}) {
@@ -104,13 +104,13 @@ TEST(ShareViews, NeighboursComputeFewerViewsThanEveryNth) {
   }
 }
 
-TEST(ShareViews, SourcesComeAlongOnce) {
+TEST(ShareViews, SourceViews_AreAddedOnce) {
   EXPECT_THAT(with_sources({1}, {{1, 2}, {0, 2}, {1}}), ElementsAre(0, 1, 2));
   EXPECT_THAT(with_sources({0, 2}, {{2}, {0}, {0}}), ElementsAre(0, 2));
   EXPECT_THAT(with_sources({}, {{1}, {0}}), ElementsAre());
 }
 
-TEST(ShareViews, RefusesSharesAndViewsOutOfRange) {
+TEST(ShareViews, ShareOrViewOutOfRange_IsRefused) {
   const std::vector<Camera> cameras = sixteen_cameras();
   EXPECT_THROW(share_of_views(cameras, 4, 4), LogicError);
   EXPECT_THROW(share_of_views(cameras, -1, 4), LogicError);

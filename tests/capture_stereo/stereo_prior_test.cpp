@@ -49,7 +49,7 @@ struct PlaneView {
   }
 };
 
-TEST(StereoPrior, APlaneIsPredictedWhereNothingIsSure) {
+TEST(StereoPrior, Plane_IsPredictedIntoUncertainHole) {
   PlaneView view;
   for (int y = 12; y < 20; ++y) {
     for (int x = 16; x < 24; ++x) {  // a hole of 2 x 2 cells
@@ -68,7 +68,7 @@ TEST(StereoPrior, APlaneIsPredictedWhereNothingIsSure) {
   EXPECT_LT(dot(found.normal, pixel_ray(view.problem, 18, 14)), 0);
 }
 
-TEST(StereoPrior, NothingIsPredictedOfTooFew) {
+TEST(StereoPrior, TooFewSurePixels_PredictNothing) {
   PlaneView view;
   std::fill(view.costs.begin(), view.costs.end(), 1.2f);
   EXPECT_EQ(dot(view.predicted(4, 3), {1, 1, 1}), 0);
@@ -78,7 +78,7 @@ TEST(StereoPrior, NothingIsPredictedOfTooFew) {
   EXPECT_EQ(dot(view.predicted(4, 3), {1, 1, 1}), 0);
 }
 
-TEST(StereoPrior, NothingIsPredictedAcrossAnEdge) {
+TEST(StereoPrior, DepthEdge_IsNotPredictedAcross) {
   PlaneView view;
   for (int y = 0; y < view.height; ++y) {
     for (int x = 18; x < view.width; ++x) {
@@ -90,7 +90,7 @@ TEST(StereoPrior, NothingIsPredictedAcrossAnEdge) {
   EXPECT_GT(norm(view.predicted(8, 3)), 0);
 }
 
-TEST(StereoPrior, DoubtGrowsWithDistanceAndIsBounded) {
+TEST(StereoPrior, Penalty_GrowsWithDistanceAndIsBounded) {
   const PlaneView view;
   const StereoPlane here = view.at(18, 14);
   EXPECT_NEAR(prior_doubt(view.problem, here, here), 0, 1e-6);
@@ -106,7 +106,7 @@ TEST(StereoPrior, DoubtGrowsWithDistanceAndIsBounded) {
   EXPECT_EQ(prior_doubt(view.problem, {0, here.normal}, here), 0);  // nothing is predicted
 }
 
-TEST(StereoPrior, CellsBeyondTheImageHoldNothing) {
+TEST(StereoPrior, CellsBeyondTheImage_AreEmpty) {
   const PlaneView view;
   EXPECT_EQ(cell_moments(view.problem, view.planes.data(), view.costs.data(), 9, 7).count, 16);
   EXPECT_EQ(cell_moments(view.problem, view.planes.data(), view.costs.data(), 10, 7).count, 0);

@@ -53,7 +53,7 @@ Errors errors_of(const TexturedBall& ball, const DepthMap& map) {
 class Stereo : public DeviceTest {};
 ATELIER_ON_EVERY_DEVICE(Stereo);
 
-TEST_P(Stereo, FindsABallToAFractionOfAPixel) {
+TEST_P(Stereo, TexturedBall_IsFoundWithSubpixelError) {
   const TexturedBall ball;
   const auto views = ball.views(4, 0.25, 160, 160);
   const std::vector<DepthMap> maps = stereo(views, {}, device());
@@ -66,7 +66,7 @@ TEST_P(Stereo, FindsABallToAFractionOfAPixel) {
   }
 }
 
-TEST_P(Stereo, BrightnessPlacesShadingThatHasNoPattern) {
+TEST_P(Stereo, BrightnessTerm_LocatesShadingWithoutPattern) {
   TexturedBall ball;
   ball.contrast = 0.004;
   ball.noise = 0.001;
@@ -98,7 +98,7 @@ double share_of_ring(const TexturedBall& ball, const DepthMap& map) {
   return static_cast<double>(good) / all;
 }
 
-TEST_P(Stereo, WhatIsSureCarriesOverARingWithoutTexture) {
+TEST_P(Stereo, Prior_FillsARingWithoutTexture) {
   TexturedBall ball;
   ball.band = 0.02;
   const auto views = ball.views(4, 0.25, 160, 160);
@@ -109,7 +109,7 @@ TEST_P(Stereo, WhatIsSureCarriesOverARingWithoutTexture) {
   }
 }
 
-TEST_P(Stereo, LooksOnlyWhereItIsTold) {
+TEST_P(Stereo, Depths_AreSearchedOnlyWithinBounds) {
   const TexturedBall ball;
   auto views = ball.views(2, 0.25, 96, 96);
   for (int y = 0; y < 96; ++y) {
@@ -134,7 +134,7 @@ TEST_P(Stereo, LooksOnlyWhereItIsTold) {
   }
 }
 
-TEST_P(Stereo, AViewTooSmallToBeHalvedKeepsItsPlanes) {
+TEST_P(Stereo, ViewTooSmallToHalve_KeepsItsPlanes) {
   const TexturedBall ball;
   auto views = ball.views(4, 0.25, 160, 160);
   // One camera of 56 pixels among them: it stays as it is while the others are halved.
@@ -149,7 +149,7 @@ TEST_P(Stereo, AViewTooSmallToBeHalvedKeepsItsPlanes) {
   EXPECT_LT(found.median, 1.2 * errors_of(ball, only_fine[2]).median);
 }
 
-TEST(FinerPlane, IsItsOwnWhereTheViewWasNotHalved) {
+TEST(FinerPlane, UnhalvedView_KeepsItsOwnPlane) {
   std::vector<StereoPlane> planes(20);
   for (std::size_t i = 0; i < planes.size(); ++i) {
     planes[i] = {1 + 0.1F * static_cast<float>(i), {0, 0, -1}};
@@ -163,7 +163,7 @@ TEST(FinerPlane, IsItsOwnWhereTheViewWasNotHalved) {
   }
 }
 
-TEST_P(Stereo, RepeatsBitForBit) {
+TEST_P(Stereo, RepeatedRun_IsBitIdentical) {
   const auto views = TexturedBall().views(3, 0.25, 96, 96);
   const StereoOptions options{.iterations = 2, .refinements = 1};
   const auto once = stereo(views, options, device());
@@ -174,14 +174,14 @@ TEST_P(Stereo, RepeatsBitForBit) {
   }
 }
 
-TEST_P(Stereo, AViewThatNobodySeesKnowsNothingForSure) {
+TEST_P(Stereo, ViewWithoutSources_HasZeroConfidence) {
   auto views = TexturedBall().views(2, 0.25, 96, 96);
   views[0].sources.clear();
   const auto maps = stereo(views, {.iterations = 1, .refinements = 1}, device());
   EXPECT_EQ(*std::max_element(maps[0].confidence.data.begin(), maps[0].confidence.data.end()), 0);
 }
 
-TEST_P(Stereo, ABlackViewIsOutvoted) {
+TEST_P(Stereo, BlackView_IsOutvoted) {
   const TexturedBall ball;
   auto views = ball.views(5, 0.25, 160, 160);
   std::fill(views[1].image.data.begin(), views[1].image.data.end(), 0.0f);
@@ -191,7 +191,7 @@ TEST_P(Stereo, ABlackViewIsOutvoted) {
             0.01f);
 }
 
-TEST(StereoTwins, AgreeOnNearlyEveryPixel) {
+TEST(StereoTwins, CpuAndCuda_AgreeOnNearlyEveryPixel) {
   if (!cuda_available()) {
     GTEST_SKIP() << "no CUDA device";
   }
@@ -215,7 +215,7 @@ TEST(StereoTwins, AgreeOnNearlyEveryPixel) {
 #endif
 }
 
-TEST(StereoCpu, SameBitsOnAnyNumberOfThreadsAndInVectorCode) {
+TEST(StereoCpu, ThreadCountAndVectorCode_DoNotChangeTheResult) {
   const auto views = TexturedBall().views(3, 0.25, 96, 96);
   StereoOptions options{.iterations = 2, .refinements = 1};
   const auto reference = stereo(views, options);
@@ -231,7 +231,7 @@ TEST(StereoCpu, SameBitsOnAnyNumberOfThreadsAndInVectorCode) {
   }
 }
 
-TEST(StereoRefusal, ViewsThatDoNotFit) {
+TEST(StereoRefusal, InconsistentViewsOrOptions_Throw) {
   auto views = TexturedBall().views(2, 0.25, 64, 64);
   EXPECT_THROW(stereo(views, {.sources = 0}), LogicError);
   EXPECT_THROW(stereo(views, {.sources = 9}), LogicError);
@@ -249,7 +249,7 @@ TEST(StereoRefusal, ViewsThatDoNotFit) {
   EXPECT_THROW(stereo(other), LogicError);
 }
 
-TEST(StereoRefusal, BoundsThatAreNone) {
+TEST(StereoRefusal, BadDepthBounds_Throw) {
   for (const auto& [near_depth, far_depth] :
        {std::pair{2.0f, 1.0f}, {1.0f, std::numeric_limits<float>::infinity()}, {-1.0f, 1.0f}}) {
     auto views = TexturedBall().views(2, 0.25, 64, 64);
@@ -264,7 +264,7 @@ TEST(StereoRefusal, BoundsThatAreNone) {
   }
 }
 
-TEST(StereoRefusal, CudaWithoutADevice) {
+TEST(StereoRefusal, CudaWithoutGpu_Throws) {
   if (cuda_available()) {
     GTEST_SKIP() << "there is a device";
   }

@@ -72,7 +72,7 @@ double volume(const VisualHull& hull) {
   return count * hull.voxel_size * hull.voxel_size * hull.voxel_size;
 }
 
-TEST(ChooseSources, NeighboursOfFifteenDegreesFirst) {
+TEST(ChooseSources, NeighborsAt15Degrees_ComeFirst) {
   const Ring ring(24);
   const auto sources = choose_sources(ring.cameras, Eigen::Vector3d::Zero(), 4);
   EXPECT_THAT(sources[5], ::testing::UnorderedElementsAre(3, 4, 6, 7));
@@ -80,20 +80,20 @@ TEST(ChooseSources, NeighboursOfFifteenDegreesFirst) {
   EXPECT_THAT(sources[0], ::testing::UnorderedElementsAre(1, 2, 22, 23));
 }
 
-TEST(ChooseSources, NoneBehindTheSubject) {
+TEST(ChooseSources, CamerasBehindTheSubject_AreNotSources) {
   const Ring ring(3);  // 120 degrees apart
   for (const auto& sources : choose_sources(ring.cameras, Eigen::Vector3d::Zero(), 4)) {
     EXPECT_TRUE(sources.empty());
   }
 }
 
-TEST(LookedAt, IsWhereTheAxesMeet) {
+TEST(LookedAt, LookedAtPoint_IsWhereTheAxesMeet) {
   EXPECT_LT(looked_at(Ring(5).cameras).norm(), 1e-9);
   const std::vector<Camera> one(1, Ring(5).cameras[0]);
   EXPECT_NEAR((looked_at(one) - camera_center(one[0])).norm(), 1, 1e-9);
 }
 
-TEST(VisualHull, HoldsTheBallAndLittleElse) {
+TEST(VisualHull, BallMasks_GiveATightHull) {
   const Ring ring(16);
   const VisualHull hull = visual_hull(ring.cameras, ring.masks, {.voxel_size = 0.02});
   const double ball = 4.0 / 3 * 3.14159265 * 0.027;
@@ -108,7 +108,7 @@ TEST(VisualHull, HoldsTheBallAndLittleElse) {
   }
 }
 
-TEST(VisualHull, OneWrongMaskCanBeTolerated) {
+TEST(VisualHull, OneWrongMask_CanBeTolerated) {
   Ring ring(16);
   for (std::uint8_t& pixel : ring.masks[3].data) {
     pixel = 1 - pixel;  // inverted
@@ -119,7 +119,7 @@ TEST(VisualHull, OneWrongMaskCanBeTolerated) {
             0.9 * right);
 }
 
-TEST(VisualHull, NoMaskLeavesNothing) {
+TEST(VisualHull, EmptyMasks_GiveAnEmptyHull) {
   Ring ring(6);
   for (ByteImage& mask : ring.masks) {
     std::fill(mask.data.begin(), mask.data.end(), std::uint8_t{0});
@@ -127,7 +127,7 @@ TEST(VisualHull, NoMaskLeavesNothing) {
   EXPECT_EQ(volume(visual_hull(ring.cameras, ring.masks)), 0);
 }
 
-TEST(VisualHull, RefusesMasksOfOtherSizes) {
+TEST(VisualHull, MasksOfOtherSize_AreRefused) {
   Ring ring(4);
   ring.masks[2] = ByteImage(10, 10, 1);
   EXPECT_THROW(visual_hull(ring.cameras, ring.masks), LogicError);
@@ -135,7 +135,7 @@ TEST(VisualHull, RefusesMasksOfOtherSizes) {
   EXPECT_THROW(visual_hull(ring.cameras, ring.masks), LogicError);
 }
 
-TEST(DepthBounds, HoldTheTrueDepth) {
+TEST(DepthBounds, DepthBounds_EncloseTheTrueDepth) {
   const Ring ring(16);
   const TexturedBall ball;
   const VisualHull hull = visual_hull(ring.cameras, ring.masks, {.voxel_size = 0.02});
@@ -158,7 +158,7 @@ TEST(DepthBounds, HoldTheTrueDepth) {
   EXPECT_GT(close, looked * 2 / 3);
 }
 
-TEST(Fuse, PointsLieOnTheBall) {
+TEST(Fuse, FusedPoints_LieOnTheBall) {
   const Ring ring(16);
   const TexturedBall ball;
   const Mesh points = fuse(true_maps(ball, ring.cameras), {});
@@ -171,7 +171,7 @@ TEST(Fuse, PointsLieOnTheBall) {
   }
 }
 
-TEST(Fuse, WhatOneViewAloneBelievesIsLeftOut) {
+TEST(Fuse, DepthSeenByOneViewOnly_IsLeftOut) {
   const Ring ring(16);
   const TexturedBall ball;
   auto maps = true_maps(ball, ring.cameras);
@@ -182,7 +182,7 @@ TEST(Fuse, WhatOneViewAloneBelievesIsLeftOut) {
   EXPECT_NEAR(points.vertices.rowwise().norm().maxCoeff(), 0.3, 0.001);
 }
 
-TEST(Fuse, ColoursAreTheMeanOfTheViews) {
+TEST(Fuse, PointColors_AreMeansOfTheViews) {
   const Ring ring(16);
   std::vector<Image> images(16, Image(120, 120, 3, 0.25f));
   const Mesh points = fuse(true_maps(TexturedBall(), ring.cameras), images);
@@ -191,13 +191,13 @@ TEST(Fuse, ColoursAreTheMeanOfTheViews) {
   EXPECT_NEAR(points.colors.maxCoeff(), 0.25, 1e-6);
 }
 
-TEST(Fuse, RefusesImagesOfOtherSizes) {
+TEST(Fuse, ImagesOfOtherSize_AreRefused) {
   const auto maps = true_maps(TexturedBall(), Ring(3).cameras);
   EXPECT_THROW(fuse(maps, {Image(120, 120, 3)}), LogicError);
   EXPECT_THROW(fuse(maps, std::vector<Image>(3, Image(60, 120, 3))), LogicError);
 }
 
-TEST(Undistorted, ShowsWhatTheStraightCameraSees) {
+TEST(Undistorted, UndistortedImage_MatchesPinholeCamera) {
   Camera camera = Ring(3).cameras[0];
   camera.distortion_model = Distortion::Brown;
   camera.distortion = {-0.2, 0.05, 0.001, -0.002};
@@ -220,7 +220,7 @@ TEST(Undistorted, ShowsWhatTheStraightCameraSees) {
   }
 }
 
-TEST(Undistorted, RefusesAnImageOfAnotherSize) {
+TEST(Undistorted, ImageOfOtherSize_IsRefused) {
   const Camera camera = Ring(3).cameras[0];
   EXPECT_THROW(undistorted(camera, Image(3, 3, 1)), LogicError);
   EXPECT_THROW(undistorted(camera, ByteImage(3, 3, 1)), LogicError);

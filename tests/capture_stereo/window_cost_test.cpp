@@ -40,13 +40,13 @@ float cost_with_gloss(float value, float gloss) {
   return window_cost<ScalarSamples>(problem, window, problem.source[0], 8, 8, {2, {0, 0, -1}});
 }
 
-TEST(WindowCost, TheSameIsNothing) {
+TEST(WindowCost, IdenticalWindows_CostNothing) {
   EXPECT_NEAR(cost_with_gloss(0.6F, 0), 0, 1e-3);
 }
 
 // The same light on black cloth is three times the gamma-coded value that it is on skin, and is no
 // more a sign of another place.
-TEST(WindowCost, GlossOnDarkClothCostsAsOnSkin) {
+TEST(WindowCost, GlossOnDarkCloth_CostsAsOnSkin) {
   for (const float gloss : {0.005F, 0.01F}) {
     const float skin = cost_with_gloss(0.6F, gloss);
     EXPECT_GT(skin, 0.1F);

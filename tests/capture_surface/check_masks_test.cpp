@@ -38,14 +38,14 @@ void invert(ByteImage& mask) {
   }
 }
 
-TEST(CheckMasks, RightMasksFit) {
+TEST(CheckMasks, ValidMasks_AreGood) {
   for (const int views : {2, 3, 4, 5, 8, 20}) {
     const Masks all = masks_of_ball(views);
     EXPECT_THAT(check_masks(all.cameras, all.masks), Each(MaskFit::Good)) << views;
   }
 }
 
-TEST(CheckMasks, OneInFourMayBeInverted) {
+TEST(CheckMasks, QuarterInvertedMasks_AreIdentified) {
   Masks all = masks_of_ball(12);
   for (const std::size_t wrong : {2u, 3u, 7u}) {
     invert(all.masks[wrong]);
@@ -56,7 +56,7 @@ TEST(CheckMasks, OneInFourMayBeInverted) {
   }
 }
 
-TEST(CheckMasks, AnEmptyMaskIsOffAndNoMaskIsNot) {
+TEST(CheckMasks, EmptyMask_IsOffAndAbsentMaskIsNot) {
   Masks all = masks_of_ball(8);
   std::fill(all.masks[1].data.begin(), all.masks[1].data.end(), std::uint8_t{0});
   all.masks[4] = {};
@@ -66,13 +66,13 @@ TEST(CheckMasks, AnEmptyMaskIsOffAndNoMaskIsNot) {
   }
 }
 
-TEST(CheckMasks, OfThreeViewsNoneCanBeTold) {
+TEST(CheckMasks, EmptyMaskAmongThree_CannotBeTold) {
   Masks all = masks_of_ball(3);
   std::fill(all.masks[0].data.begin(), all.masks[0].data.end(), std::uint8_t{0});
   EXPECT_THAT(check_masks(all.cameras, all.masks), Each(MaskFit::Good));
 }
 
-TEST(CheckMasks, WhatIsSetRoundThePictureIsInvertedBeItAllOrFew) {
+TEST(CheckMasks, MasksSetAroundTheBorder_AreInverted) {
   for (const int views : {2, 3, 8}) {
     Masks all = masks_of_ball(views);
     for (ByteImage& mask : all.masks) {
@@ -82,13 +82,13 @@ TEST(CheckMasks, WhatIsSetRoundThePictureIsInvertedBeItAllOrFew) {
   }
 }
 
-TEST(CheckMasks, AMaskThatIsSetEverywhereSaysNothing) {
+TEST(CheckMasks, FullMask_IsNotCalledInverted) {
   Masks all = masks_of_ball(3);
   std::fill(all.masks[0].data.begin(), all.masks[0].data.end(), std::uint8_t{255});
   EXPECT_THAT(check_masks(all.cameras, all.masks), Each(MaskFit::Good));
 }
 
-TEST(CheckMasks, RefusesOtherNumbersAndSizes) {
+TEST(CheckMasks, OtherCountsOrSizes_AreRefused) {
   Masks all = masks_of_ball(4);
   all.masks[2] = ByteImage(30, 60, 1);
   EXPECT_THROW(check_masks(all.cameras, all.masks), LogicError);

@@ -63,7 +63,7 @@ double largest_error(const ColorGains& found, const std::vector<Eigen::Vector3d>
   return error;
 }
 
-TEST(ColorGains, AreExactWithoutNoise) {
+TEST(ColorGains, NoiseFreeSamples_GiveExactGains) {
   const Scene scene = ring(8, 2000, 0, 0, 1);
   const ColorGains found = color_gains(8, scene.samples);
   EXPECT_LT(largest_error(found, scene.gain), 1e-6);
@@ -74,7 +74,7 @@ TEST(ColorGains, AreExactWithoutNoise) {
   EXPECT_LT((product - Eigen::Vector3d::Ones()).norm(), 1e-9);  // the gauge
 }
 
-TEST(ColorGains, WithstandOutliers) {
+TEST(ColorGains, Outliers_BarelyChangeTheGains) {
   for (const std::uint64_t seed : {2, 3, 4}) {
     const Scene scene = ring(8, 3000, 0.03, 0.2, seed);
     const ColorGains found = color_gains(8, scene.samples);
@@ -84,7 +84,7 @@ TEST(ColorGains, WithstandOutliers) {
   }
 }
 
-TEST(ColorGains, DeviationsAgreeWithTheScatter) {
+TEST(ColorGains, StandardDeviations_MatchTheScatter) {
   constexpr int kRepeats = 20;
   double errors = 0;
   double said = 0;
@@ -100,7 +100,7 @@ TEST(ColorGains, DeviationsAgreeWithTheScatter) {
   EXPECT_GT(std::sqrt(errors / said), 0.5);
 }
 
-TEST(ColorGains, AreNotTakenInByWhiteGloss) {
+TEST(ColorGains, WhiteGloss_BarelyChangesTheGains) {
   // Half of the cameras see 4% of white light on everything.
   for (const std::uint64_t seed : {11, 12, 13}) {
     Scene scene = ring(8, 3000, 0.005, 0, seed);
@@ -112,7 +112,7 @@ TEST(ColorGains, AreNotTakenInByWhiteGloss) {
   }
 }
 
-TEST(ColorGains, OfAGreySceneAreThoseOfBrightness) {
+TEST(ColorGains, GrayScene_GivesGainsFromBrightness) {
   Scene scene = ring(8, 3000, 0, 0, 14);
   for (ColorSample& sample : scene.samples) {
     sample.color =
@@ -121,7 +121,7 @@ TEST(ColorGains, OfAGreySceneAreThoseOfBrightness) {
   EXPECT_LT(largest_error(color_gains(8, scene.samples), scene.gain), 1e-6);
 }
 
-TEST(ColorGains, LeaveCamerasAloneThatShareNothing) {
+TEST(ColorGains, CameraWithoutOverlap_KeepsGainOneWithAFinding) {
   Scene scene = ring(5, 1000, 0.01, 0, 7);
   scene.samples.push_back({5, 100000, Eigen::Vector3d::Constant(0.2), 1});
   const ColorGains found = color_gains(6, scene.samples);
@@ -131,7 +131,7 @@ TEST(ColorGains, LeaveCamerasAloneThatShareNothing) {
   EXPECT_EQ(found.findings[0].place, "5");
 }
 
-TEST(ColorGains, LeaveOutWhatIsDarkOrClipped) {
+TEST(ColorGains, DarkOrClippedSamples_AreLeftOut) {
   Scene scene = ring(4, 1000, 0, 0, 9);
   for (std::size_t i = 0; i < scene.samples.size(); i += 5) {
     scene.samples[i].color.setConstant(i % 2 == 0 ? 1.0 : 1e-4);
@@ -139,7 +139,7 @@ TEST(ColorGains, LeaveOutWhatIsDarkOrClipped) {
   EXPECT_LT(largest_error(color_gains(4, scene.samples), scene.gain), 1e-6);
 }
 
-TEST(ColorGains, AreRefusedWithoutOverlapOrCameras) {
+TEST(ColorGains, NoOverlapOrNoCameras_AreRefused) {
   std::vector<ColorSample> apart;
   for (int p = 0; p < 200; ++p) {
     apart.push_back({p % 2, p, Eigen::Vector3d::Constant(0.3), 1});
@@ -149,7 +149,7 @@ TEST(ColorGains, AreRefusedWithoutOverlapOrCameras) {
   ATELIER_EXPECT_REFUSED(color_gains(2, {}), DataError, "no two cameras");
 }
 
-TEST(GainError, LeavesOutAFactorOnAllAndFindsTheRest) {
+TEST(GainError, CommonFactor_IsIgnoredAndTheRestIsMeasured) {
   std::vector<Camera> truth(3);
   for (std::size_t c = 0; c < truth.size(); ++c) {
     truth[c].id = std::to_string(c);
@@ -167,7 +167,7 @@ TEST(GainError, LeavesOutAFactorOnAllAndFindsTheRest) {
   EXPECT_EQ(gain_error({}, truth).mean, 0);
 }
 
-TEST(GainError, RefusesCamerasOfAnotherCaptureAndGainsThatAreNone) {
+TEST(GainError, UnknownCameraOrBadGain_IsRefused) {
   std::vector<Camera> cameras(1);
   cameras[0].id = "left";
   ATELIER_EXPECT_REFUSED(gain_error(cameras, std::vector<Camera>(1)), DataError, "'left'");

@@ -53,7 +53,7 @@ ReconstructOptions quick_options() {
   return options;
 }
 
-TEST(ColorSamples, GiveTheGainsOfCamerasRoundABall) {
+TEST(ColorSamples, CamerasAroundABall_GiveTheirGains) {
   std::vector<Eigen::Vector3d> truth;
   const std::vector<InstantView> views = views_with_gains(truth);
   const auto samples = color_samples(views, quick_options());
@@ -77,7 +77,7 @@ TEST(ColorSamples, GiveTheGainsOfCamerasRoundABall) {
   EXPECT_LT(worst, 0.03);
 }
 
-TEST(ColorSamples, AreRefusedWithoutASubject) {
+TEST(ColorSamples, EmptyMasks_AreRefused) {
   std::vector<Eigen::Vector3d> truth;
   std::vector<InstantView> views = views_with_gains(truth);
   for (InstantView& view : views) {

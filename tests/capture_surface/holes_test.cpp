@@ -12,11 +12,11 @@
 namespace atelier::fixtures {
 namespace {
 
-TEST(Holes, AClosedSurfaceHasNone) {
+TEST(Holes, ClosedSurface_HasNone) {
   EXPECT_TRUE(find_holes(tetrahedron()).empty());
 }
 
-TEST(Holes, OfATetrahedronWithoutAFace) {
+TEST(Holes, TetrahedronWithoutAFace_HasOneHole) {
   Mesh open = tetrahedron();
   const Eigen::RowVector3i face = open.faces.row(3);
   open.faces.conservativeResize(3, 3);
@@ -67,7 +67,7 @@ struct HalfSeenBall {
   }
 };
 
-TEST(HullSupport, StandsWhereStereoSeesNothing) {
+TEST(HullSupport, UnseenSide_IsSupportedByTheHull) {
   const HalfSeenBall seen;
   const Mesh support = hull_support(seen.hull, {}, seen.points, 0.05, 0.1);
   ASSERT_GT(support.vertices.rows(), 100);
@@ -81,7 +81,7 @@ TEST(HullSupport, StandsWhereStereoSeesNothing) {
   }
 }
 
-TEST(HullSupport, GivesWayWhereAMapSeesThrough) {
+TEST(HullSupport, DepthMapSeeingThrough_RemovesSupport) {
   const HalfSeenBall seen;
   // From below, a surface well inside the hull.
   DepthMap map;
@@ -98,7 +98,7 @@ TEST(HullSupport, GivesWayWhereAMapSeesThrough) {
   EXPECT_GT(rest.vertices.col(1).minCoeff(), -0.15);
 }
 
-TEST(HullSupport, RefusesToStandAlone) {
+TEST(HullSupport, SupportWithoutPoints_IsRefused) {
   const HalfSeenBall seen;
   EXPECT_THROW(hull_support(seen.hull, {}, Mesh{}, 0.05, 0.1), LogicError);
 }

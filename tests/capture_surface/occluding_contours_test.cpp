@@ -81,7 +81,7 @@ double mean_radius(const Mesh& mesh) {
   return mesh.vertices(Eigen::all, {0, 2}).rowwise().norm().mean();
 }
 
-TEST(OccludingContours, ALimbThatIsTooThinGrowsToItsOutlineWhateverMasksAreOff) {
+TEST(OccludingContours, TooThinLimb_GrowsToItsOutline) {
   const Mesh found = moved(limb(kLimbRadius - 0.003), LimbViews());
   EXPECT_NEAR(mean_radius(found), kLimbRadius, 2e-4);
   EXPECT_LT(
@@ -89,21 +89,21 @@ TEST(OccludingContours, ALimbThatIsTooThinGrowsToItsOutlineWhateverMasksAreOff) 
       6e-4);
 }
 
-TEST(OccludingContours, OneThatIsTooThickShrinks) {
+TEST(OccludingContours, TooThickLimb_ShrinksToItsOutline) {
   EXPECT_NEAR(mean_radius(moved(limb(kLimbRadius + 0.003), LimbViews())), kLimbRadius, 2e-4);
 }
 
-TEST(OccludingContours, OneThatIsRightStays) {
+TEST(OccludingContours, CorrectLimb_StaysUnchanged) {
   EXPECT_NEAR(mean_radius(moved(limb(kLimbRadius), LimbViews())), kLimbRadius, 2e-4);
 }
 
-TEST(OccludingContours, AViewThatIsOffIsAnOutlier) {
+TEST(OccludingContours, MiscalibratedView_IsAnOutlier) {
   LimbViews views;
   views.cameras[3].cx += 5;
   EXPECT_NEAR(mean_radius(moved(limb(kLimbRadius - 0.003), views)), kLimbRadius, 5e-4);
 }
 
-TEST(OccludingContours, WhatMayNotMoveStaysToTheBit) {
+TEST(OccludingContours, FixedVertices_StayBitExact) {
   const Mesh thin = limb(kLimbRadius - 0.003);
   std::vector<std::uint8_t> movable = all_of(thin);
   for (Index v = 0; v < thin.vertices.rows(); ++v) {
@@ -121,7 +121,7 @@ TEST(OccludingContours, WhatMayNotMoveStaysToTheBit) {
   }
 }
 
-TEST(OccludingContours, WhereNothingIsToldNothingMoves) {
+TEST(OccludingContours, NoVisibleContour_MovesNothing) {
   const Mesh thin = limb(kLimbRadius - 0.003);
   const LimbViews alike(0.2F);  // skin as bright as the background
   EXPECT_EQ(moved(thin, alike).vertices, thin.vertices);
@@ -137,7 +137,7 @@ TEST(OccludingContours, WhereNothingIsToldNothingMoves) {
   EXPECT_EQ(moved(Mesh{}, LimbViews()).vertices.rows(), 0);
 }
 
-TEST(OccludingContours, ContoursBehindSomethingElseSayNothing) {
+TEST(OccludingContours, OccludedContours_MoveNothing) {
   Mesh thin = limb(kLimbRadius - 0.003);
   const Mesh wall = limb(kLimbRadius + 0.02);  // around it, cut nowhere
   const Index first = thin.vertices.rows();
@@ -153,7 +153,7 @@ TEST(OccludingContours, ContoursBehindSomethingElseSayNothing) {
   EXPECT_EQ(found.vertices, both.vertices);
 }
 
-TEST(OccludingContours, TheSameBitsOnAnyNumberOfThreads) {
+TEST(OccludingContours, AnyThreadCount_GivesTheSameBits) {
   const LimbViews views;
   const Mesh thin = limb(kLimbRadius - 0.003);
   const Mesh many = moved(thin, views);
@@ -163,7 +163,7 @@ TEST(OccludingContours, TheSameBitsOnAnyNumberOfThreads) {
   EXPECT_EQ(many.vertices, one.vertices);
 }
 
-TEST(OccludingContours, AttributesAreKept) {
+TEST(OccludingContours, VertexAttributes_AreKept) {
   Mesh thin = limb(kLimbRadius - 0.003);
   thin.colors = thin.vertices.cast<float>();
   thin.confidence = thin.vertices.col(1).cast<float>();
@@ -175,7 +175,7 @@ TEST(OccludingContours, AttributesAreKept) {
   EXPECT_EQ(found.faces, thin.faces);
 }
 
-TEST(OccludingContours, SizesThatDisagreeAreRefused) {
+TEST(OccludingContours, MismatchedSizes_AreRefused) {
   const Mesh mesh = limb(kLimbRadius);
   LimbViews views;
   ATELIER_EXPECT_REFUSED(moved_to_contours(mesh, views.cameras, views.images, views.masks, {1, 1}),

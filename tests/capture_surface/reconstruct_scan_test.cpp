@@ -72,7 +72,7 @@ double median_error(const Mesh& scan) {
   return errors[errors.size() / 2];
 }
 
-TEST(ReconstructScan, ABallWithItsLabels) {
+TEST(ReconstructScan, LabelledBall_IsReconstructed) {
   const ReconstructedScan& result = scan_of_ball();
   EXPECT_THAT(result.findings, ::testing::IsEmpty());
   EXPECT_LT(median_error(result.scan), 0.003);
@@ -87,7 +87,7 @@ TEST(ReconstructScan, ABallWithItsLabels) {
   EXPECT_GT(right, 0.95 * static_cast<double>(result.scan.vertices.rows()));
 }
 
-TEST(ReconstructScan, GainsAreTakenOut) {
+TEST(ReconstructScan, KnownGains_AreRemovedFromColors) {
   auto views = views_of_ball();
   for (std::size_t i = 0; i < views.size(); i += 2) {
     views[i].camera.gain = {0.8, 0.9, 1.1};
@@ -100,7 +100,7 @@ TEST(ReconstructScan, GainsAreTakenOut) {
             1e-4);
 }
 
-TEST(ReconstructScan, GainsThatNobodyToldAreMeasured) {
+TEST(ReconstructScan, UnknownGains_AreEstimated) {
   auto views = views_of_ball();
   for (std::size_t i = 0; i < views.size(); i += 2) {
     for (std::size_t p = 0; p < views[i].image.data.size(); ++p) {
@@ -119,7 +119,7 @@ TEST(ReconstructScan, GainsThatNobodyToldAreMeasured) {
   EXPECT_GT(tints(reconstruct_scan(views, as_told)), 0.2);
 }
 
-TEST(ReconstructScan, MachinesCanShareTheViewsOfAnInstant) {
+TEST(ReconstructScan, ViewsSharedAmongMachines_GiveTheSurface) {
   const ReconstructOptions options = small_options();
   const StraightInstant instant = straight_instant(views_of_ball(), options);
   std::vector<DepthMap> maps(instant.cameras.size());
@@ -135,7 +135,7 @@ TEST(ReconstructScan, MachinesCanShareTheViewsOfAnInstant) {
   EXPECT_GT(mesh_statistics(shared.scan).area, 0.7 * 4 * 3.14159265 * 0.09);
 }
 
-TEST(ReconstructScan, ABlackViewAndAnEmptyMaskAreLeftOutAndNamed) {
+TEST(ReconstructScan, BlackViewAndEmptyMask_AreLeftOutAndNamed) {
   auto views = views_of_ball();
   std::fill(views[3].image.data.begin(), views[3].image.data.end(), 0.0f);
   std::fill(views[7].mask.data.begin(), views[7].mask.data.end(), std::uint8_t{0});
@@ -149,7 +149,7 @@ TEST(ReconstructScan, ABlackViewAndAnEmptyMaskAreLeftOutAndNamed) {
   EXPECT_LT(median_error(result.scan), 0.003);
 }
 
-TEST(ReconstructScan, AnInvertedMaskIsTurnedRound) {
+TEST(ReconstructScan, InvertedMask_IsCorrected) {
   auto views = views_of_ball();
   for (std::uint8_t& pixel : views[5].mask.data) {
     pixel = pixel != 0 ? 0 : 255;
@@ -162,7 +162,7 @@ TEST(ReconstructScan, AnInvertedMaskIsTurnedRound) {
   EXPECT_EQ(result.scan.vertices, scan_of_ball().scan.vertices);
 }
 
-TEST(ReconstructScan, AllMasksInvertedAreTurnedRound) {
+TEST(ReconstructScan, AllMasksInverted_AreCorrected) {
   auto views = views_of_ball();
   for (InstantView& view : views) {
     for (std::uint8_t& pixel : view.mask.data) {
@@ -175,13 +175,13 @@ TEST(ReconstructScan, AllMasksInvertedAreTurnedRound) {
   EXPECT_LT(median_error(result.scan), 0.003);
 }
 
-TEST(ReconstructScan, ViewsThatShareNothingAreRefused) {
+TEST(ReconstructScan, ViewsWithoutOverlap_AreRefused) {
   auto views = views_of_ball();
   views = {views[0], views[7]};
   ATELIER_EXPECT_REFUSED(reconstruct_scan(views, small_options()), DataError, "no two that look");
 }
 
-TEST(ReconstructScan, AMaskOfAnotherPlaceIsNotUsed) {
+TEST(ReconstructScan, MaskOfOtherPlace_IsNotUsed) {
   auto views = views_of_ball();
   ByteImage& mask = views[5].mask;  // of what stands in the corner
   std::fill(mask.data.begin(), mask.data.end(), std::uint8_t{0});
@@ -196,7 +196,7 @@ TEST(ReconstructScan, AMaskOfAnotherPlaceIsNotUsed) {
   EXPECT_LT(median_error(result.scan), 0.003);
 }
 
-TEST(ReconstructScan, AViewFivePixelsOffDoesNoHarm) {
+TEST(ReconstructScan, ViewFivePixelsOff_IsNamedAndHarmless) {
   for (const auto& [dx, dy] : {std::pair{5.0, 0.0}, std::pair{0.0, 5.0}}) {
     auto views = views_of_ball();
     views[5].camera.cx += dx;
@@ -209,7 +209,7 @@ TEST(ReconstructScan, AViewFivePixelsOffDoesNoHarm) {
   }
 }
 
-TEST(ReconstructScan, CamerasThatAreAPixelOffAreAligned) {
+TEST(ReconstructScan, CamerasOnePixelOff_AreAligned) {
   auto views = views_of_ball();
   for (std::size_t i = 0; i < views.size(); ++i) {  // every way, nothing on average
     views[i].camera.cx += 1.2 * std::cos(2.4 * static_cast<double>(i));
@@ -223,7 +223,7 @@ TEST(ReconstructScan, CamerasThatAreAPixelOffAreAligned) {
   EXPECT_LT(median_error(aligned.scan), 0.5 * median_error(crooked.scan));
 }
 
-TEST(ReconstructScan, OfFiveViewsTheOneThatIsOffIsNamedAlone) {
+TEST(ReconstructScan, MiscalibratedViewAmongFive_IsNamedAlone) {
   for (const std::size_t off : {1, 2}) {  // at the rim its neighbour has few others
     auto views = views_of_ball();
     views.resize(5);
@@ -236,13 +236,13 @@ TEST(ReconstructScan, OfFiveViewsTheOneThatIsOffIsNamedAlone) {
   }
 }
 
-TEST(ReconstructScan, AViewThatSeesWhatNoOtherSeesIsNotBlamed) {
+TEST(ReconstructScan, ViewOfOtherSide_IsNotBlamed) {
   auto views = views_of_ball();
   views = {views[0], views[1], views[2], views[3], views[9]};
   EXPECT_THAT(reconstruct_scan(views, small_options()).findings, ::testing::IsEmpty());
 }
 
-TEST(ReconstructScan, RefusesTooFewViewsViewsApartAndOtherSizes) {
+TEST(ReconstructScan, TooFewViewsOrOtherSizes_AreRefused) {
   auto views = views_of_ball();
   EXPECT_THROW(reconstruct_scan({}, small_options()), DataError);
   EXPECT_THROW(reconstruct_scan({views[0]}, small_options()), DataError);

@@ -79,7 +79,7 @@ struct BallRig {
   }
 };
 
-TEST(RefineCameras, MakesTheRaysOfAPlaceMeet) {
+TEST(RefineCameras, MatchingRays_AreBroughtTogether) {
   const BallRig rig(0.8);
   const RefinedCameras refined = refine_cameras(rig.calibrated, rig.images, rig.places);
   EXPECT_THAT(refined.matches, ::testing::Each(::testing::Gt(50)));
@@ -87,7 +87,7 @@ TEST(RefineCameras, MakesTheRaysOfAPlaceMeet) {
   EXPECT_LT(rig.disagreement(refined.cameras), 0.25 * rig.disagreement(rig.calibrated));
 }
 
-TEST(RefineCameras, LeavesTrueCamerasWhereTheyAre) {
+TEST(RefineCameras, ExactCameras_StayUnchanged) {
   const BallRig rig(0);
   const RefinedCameras refined = refine_cameras(rig.calibrated, rig.images, rig.places);
   for (std::size_t i = 0; i < rig.truth.size(); ++i) {
@@ -99,7 +99,7 @@ TEST(RefineCameras, LeavesTrueCamerasWhereTheyAre) {
   }
 }
 
-TEST(RefineCameras, ACameraThatSeesNothingStays) {
+TEST(RefineCameras, CameraWithoutMatches_StaysUnchanged) {
   BallRig rig(0.8);
   std::fill(rig.images[3].data.begin(), rig.images[3].data.end(), 0.5F);
   const RefinedCameras refined = refine_cameras(rig.calibrated, rig.images, rig.places);
@@ -111,7 +111,7 @@ TEST(RefineCameras, ACameraThatSeesNothingStays) {
   EXPECT_GT(refined.matches[6], 50);
 }
 
-TEST(RefineCameras, OfTooFewPlacesNothingIsMade) {
+TEST(RefineCameras, TooFewPlaces_ChangeNothing) {
   BallRig rig(0.8);
   rig.places.resize(50);
   const RefinedCameras refined = refine_cameras(rig.calibrated, rig.images, rig.places);
@@ -121,7 +121,7 @@ TEST(RefineCameras, OfTooFewPlacesNothingIsMade) {
   }
 }
 
-TEST(RefineCameras, RefusesSizesThatDifferAndViewsOutOfRange) {
+TEST(RefineCameras, MismatchedSizesOrViewOutOfRange_AreRefused) {
   BallRig rig(0);
   EXPECT_THROW(refine_cameras(rig.calibrated, {}, rig.places), LogicError);
   rig.places[7].views = {14};

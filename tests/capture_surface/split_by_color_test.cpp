@@ -81,7 +81,7 @@ double right_share(const Figure& figure, const std::vector<std::uint8_t>& labels
   return right / static_cast<double>(labels.size());
 }
 
-TEST(SplitByColor, TellsSkinHairAndClothingOfPaintedFigures) {
+TEST(SplitByColor, PaintedFigures_SplitIntoSkinHairAndClothing) {
   for (const bool dress : {true, false}) {
     for (const std::uint64_t seed : {1, 2, 3}) {
       for (const Eigen::Vector3d& skin :
@@ -100,7 +100,7 @@ TEST(SplitByColor, TellsSkinHairAndClothingOfPaintedFigures) {
   }
 }
 
-TEST(SplitByColor, SaysWhereNoSkinIsSeen) {
+TEST(SplitByColor, NoSkin_GivesAFinding) {
   Figure one = figure(true, 1);
   one.mesh.colors.setConstant(0.2F);
   one.mesh.colors.col(2).array() += 0.3F;
@@ -110,12 +110,12 @@ TEST(SplitByColor, SaysWhereNoSkinIsSeen) {
   EXPECT_EQ(std::count(split.labels.begin(), split.labels.end(), kSkin), 0);
 }
 
-TEST(SplitByColor, GivesTheSameLabelsTwice) {
+TEST(SplitByColor, RepeatedSplit_GivesTheSameLabels) {
   const Figure one = figure(false, 5);
   EXPECT_EQ(split_by_color(one.mesh).labels, split_by_color(one.mesh).labels);
 }
 
-TEST(SplitByColor, RefusesScansWithoutColoursOrFaces) {
+TEST(SplitByColor, ScanWithoutColorsOrFaces_IsRefused) {
   Figure one = figure(true, 1);
   Mesh grey = one.mesh;
   grey.colors.resize(0, 3);

@@ -22,7 +22,7 @@ float coded_brightness(const Eigen::Vector3f& rgb) {
   return std::pow(rgb.dot(Eigen::Vector3f(0.3F, 0.6F, 0.1F)), 1 / 2.2F);
 }
 
-TEST(StereoImage, GlossChangesNothingOfColouredSkin) {
+TEST(StereoImage, GlossOnSkin_ChangesNothing) {
   const Eigen::Vector3f skin(0.45F, 0.28F, 0.20F);
   EXPECT_NEAR(value_of(skin), value_of(skin + Eigen::Vector3f::Constant(0.05F)), 1e-3);
   EXPECT_GT(coded_brightness(skin + Eigen::Vector3f::Constant(0.05F)) - coded_brightness(skin),
@@ -31,7 +31,7 @@ TEST(StereoImage, GlossChangesNothingOfColouredSkin) {
 
 // Black cloth with a hint of blue. What of the channels' difference came in before followed gloss
 // and noise, and no two views saw the same.
-TEST(StereoImage, DarkClothIsItsBrightnessWhateverItsGloss) {
+TEST(StereoImage, DarkCloth_KeepsItsBrightnessWhateverTheGloss) {
   const Eigen::Vector3f cloth(0.035F, 0.040F, 0.050F);
   for (const float gloss : {0.0F, 0.005F, 0.01F, 0.02F, 0.05F}) {
     const Eigen::Vector3f seen = cloth + Eigen::Vector3f::Constant(gloss);
@@ -41,7 +41,7 @@ TEST(StereoImage, DarkClothIsItsBrightnessWhateverItsGloss) {
 
 // A sensor's noise is as small as that of brightness; the share that followed it made it 1.5 to 3.1
 // times as large on such cloth, the more the glossier.
-TEST(StereoImage, NoiseOfDarkClothIsNotEnlarged) {
+TEST(StereoImage, NoiseOnDarkCloth_IsNotAmplified) {
   constexpr int kDraws = 2000;
   for (const float gloss : {0.0F, 0.01F, 0.02F}) {
     Random random{3, 1};

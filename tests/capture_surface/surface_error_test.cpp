@@ -32,7 +32,7 @@ Camera above(double x, double height) {
   return camera;
 }
 
-TEST(SeenSurface, TwoCamerasAboveSeeAllOneSeesNothing) {
+TEST(SeenSurface, SurfaceSeenByTwoCameras_CountsAndByOneDoesNot) {
   const SurfaceSamples both = seen_surface(square(0), {above(0.3, 2), above(-0.3, 2)}, 0.02);
   EXPECT_NEAR(both.area, 1, 1e-9);
   EXPECT_NEAR(both.seen_area, 1, 1e-9);
@@ -40,7 +40,7 @@ TEST(SeenSurface, TwoCamerasAboveSeeAllOneSeesNothing) {
   EXPECT_EQ(seen_surface(square(0), {above(0, 2)}, 0.02).points.rows(), 0);
 }
 
-TEST(SeenSurface, NotFromBehindNorThroughAnother) {
+TEST(SeenSurface, BackFacesAndOccludedSurface_AreNotSeen) {
   EXPECT_EQ(seen_surface(square(0), {above(0.3, -2), above(-0.3, -2)}, 0.02).points.rows(), 0);
   Mesh two = square(0);
   const Mesh lid = square(0.5);
@@ -53,7 +53,7 @@ TEST(SeenSurface, NotFromBehindNorThroughAnother) {
   EXPECT_GT(seen.points.col(2).minCoeff(), -1e-9);
 }
 
-TEST(SurfaceErrorOf, AParallelScanIsItsDistanceAway) {
+TEST(SurfaceErrorOf, ParallelScan_HasItsDistanceAsError) {
   const Mesh truth = square(0);
   const SurfaceSamples seen = seen_surface(truth, {above(0.3, 2), above(-0.3, 2)}, 0.02);
   const SurfaceError error = surface_error(square(0.003), truth, seen);
@@ -64,7 +64,7 @@ TEST(SurfaceErrorOf, AParallelScanIsItsDistanceAway) {
   EXPECT_EQ(surface_error(square(0.03), truth, seen).floating, 1);
 }
 
-TEST(SurfaceErrorOf, HalfAScanIsHalfComplete) {
+TEST(SurfaceErrorOf, HalfAScan_IsHalfComplete) {
   const Mesh truth = square(0);
   Mesh half = square(0);
   half.faces.conservativeResize(1, 3);
@@ -75,7 +75,7 @@ TEST(SurfaceErrorOf, HalfAScanIsHalfComplete) {
   EXPECT_GT(error.from_truth, 0.05);
 }
 
-TEST(SurfaceErrorOf, LabelsAreComparedOverTheirUnion) {
+TEST(SurfaceErrorOf, Labels_AreComparedOverTheirUnion) {
   Mesh truth = square(0);
   truth.labels = {3, 3, 3, 3};
   Mesh scan = square(0);
@@ -86,7 +86,7 @@ TEST(SurfaceErrorOf, LabelsAreComparedOverTheirUnion) {
   EXPECT_EQ(surface_error(scan, truth, seen).label_iou, 0);
 }
 
-TEST(SurfaceErrorOf, RefusesAScanWithoutFacesAndATruthThatNobodySees) {
+TEST(SurfaceErrorOf, EmptyScanOrUnseenGroundTruth_IsRefused) {
   const Mesh truth = square(0);
   const SurfaceSamples seen = seen_surface(truth, {above(0.3, 2), above(-0.3, 2)}, 0.02);
   Mesh empty = square(0);

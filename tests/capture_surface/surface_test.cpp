@@ -43,7 +43,7 @@ Mesh sphere_points(int count, double cut = 1) {
   return mesh;
 }
 
-TEST(SurfaceFromPoints, AClosedSphereIsClosedEvenAndInPlace) {
+TEST(SurfaceFromPoints, SpherePoints_GiveAClosedRegularSphere) {
   const Mesh surface =
       surface_from_points(sphere_points(20000), {.octree_depth = 6, .edge_length = 0.02});
   const MeshStatistics statistics = mesh_statistics(surface);
@@ -61,7 +61,7 @@ TEST(SurfaceFromPoints, AClosedSphereIsClosedEvenAndInPlace) {
   }
 }
 
-TEST(SurfaceFromPoints, WhatNoPointSupportsStaysOpen) {
+TEST(SurfaceFromPoints, UnsupportedRegion_StaysOpen) {
   const Mesh surface =
       surface_from_points(sphere_points(15000, 0.1), {.octree_depth = 6, .edge_length = 0.02});
   const MeshStatistics statistics = mesh_statistics(surface);
@@ -71,14 +71,14 @@ TEST(SurfaceFromPoints, WhatNoPointSupportsStaysOpen) {
   EXPECT_GT(surface.vertices.col(2).maxCoeff(), 0.1);
 }
 
-TEST(SurfaceFromPoints, SparsePointsSupportWhatIsBetweenThem) {
+TEST(SurfaceFromPoints, SparsePoints_SupportTheSurfaceBetween) {
   // 35 mm apart: nearly everywhere farther from a point than the trim.
   const Mesh surface =
       surface_from_points(sphere_points(1000), {.octree_depth = 5, .edge_length = 0.03});
   EXPECT_GT(mesh_statistics(surface).area, 0.97 * 4 * 3.14159265 * kRadius * kRadius);
 }
 
-TEST(SurfaceFromPoints, WhatIsFartherFromPointsThanTheTrimGoes) {
+TEST(SurfaceFromPoints, SurfaceBeyondTrimDistance_IsRemoved) {
   const Mesh points = sphere_points(15000, 0.1);
   const auto highest = [&](double trim) {
     return surface_from_points(points, {.octree_depth = 6, .trim = trim, .edge_length = 0.02})
@@ -88,7 +88,7 @@ TEST(SurfaceFromPoints, WhatIsFartherFromPointsThanTheTrimGoes) {
   EXPECT_LT(highest(0.012), highest(0.04) - 0.01);
 }
 
-TEST(SurfaceFromPoints, BeyondTheLastPointsItIsSureOfNothing) {
+TEST(SurfaceFromPoints, SurfaceBeyondLastPoints_HasZeroConfidence) {
   const double end = 0.1;
   const Mesh surface =
       surface_from_points(sphere_points(15000, end), {.octree_depth = 6, .edge_length = 0.02});
@@ -106,7 +106,7 @@ TEST(SurfaceFromPoints, BeyondTheLastPointsItIsSureOfNothing) {
   EXPECT_LT(gaps, 0.005 * static_cast<double>(surface.vertices.rows()));
 }
 
-TEST(SurfaceFromPoints, OutliersGo) {
+TEST(SurfaceFromPoints, OutlierPoints_AreRemoved) {
   Mesh points = sphere_points(3000);
   points.vertices.row(17) << 1, 1, 1;
   points.vertices.row(99) << -1, 0.7, 1;
@@ -117,7 +117,7 @@ TEST(SurfaceFromPoints, OutliersGo) {
   EXPECT_EQ(clean.colors.rows(), clean.vertices.rows());
 }
 
-TEST(SurfaceFromPoints, RefusesTooFewPointsAndPointsWithoutNormals) {
+TEST(SurfaceFromPoints, TooFewPointsOrNoNormals_AreRefused) {
   EXPECT_THROW(surface_from_points(sphere_points(50)), DataError);
   EXPECT_THROW(without_outliers(sphere_points(50)), DataError);
   Mesh points = sphere_points(200);
@@ -177,14 +177,14 @@ struct LabelledBall {
   }
 };
 
-TEST(SurfaceLabels, AreThoseOfTheViews) {
+TEST(SurfaceLabels, ConsistentViews_GiveTheirLabels) {
   const LabelledBall ball;
   const LabelVotes votes = label_votes(ball.mesh, ball.views);
   EXPECT_THAT(votes.ids, ::testing::ElementsAre(3, 4));
   EXPECT_GT(ball.right_share(smooth_labels(ball.mesh, votes)), 0.99);
 }
 
-TEST(SurfaceLabels, AWholeWrongViewAndSaltAreOutvoted) {
+TEST(SurfaceLabels, WrongViewAndSaltNoise_AreOutvoted) {
   LabelledBall ball;
   for (std::uint8_t& label : ball.views[2].labels.data) {
     label = label == 3 ? 4 : label == 4 ? 3 : 0;
@@ -257,16 +257,16 @@ double right_between(float confidence_of_right, float confidence_of_wrong, doubl
   return good / all;
 }
 
-TEST(SurfaceLabels, AWrongViewThatIsLessSureIsOutvoted) {
+TEST(SurfaceLabels, LessConfidentWrongView_IsOutvoted) {
   EXPECT_GT(right_between(0.95F, 0.05F), 0.97);
   EXPECT_LT(right_between(0.05F, 0.95F), 0.03);  // it is confidence that decides
 }
 
-TEST(SurfaceLabels, AWrongViewThatSeesAnotherSurfaceIsOutvoted) {
+TEST(SurfaceLabels, WrongViewOfOtherSurface_IsOutvoted) {
   EXPECT_GT(right_between(0.9F, 0.95F, 0.1), 0.97);
 }
 
-TEST(SurfaceLabels, APointThatNobodyIsSureOfLeansOnItsNeighbours) {
+TEST(SurfaceLabels, UnconfidentVertex_TakesItsNeighborsLabel) {
   LabelledBall ball;
   LabelVotes votes = label_votes(ball.mesh, ball.views);
   // A speck that votes for the other label: kept where the surface is sure, else not.
@@ -285,14 +285,14 @@ TEST(SurfaceLabels, APointThatNobodyIsSureOfLeansOnItsNeighbours) {
   EXPECT_EQ(at_confidence(0), 3);
 }
 
-TEST(SurfaceLabels, WithoutAViewNothingIsKnown) {
+TEST(SurfaceLabels, NoViews_GiveUnknownLabels) {
   const LabelledBall ball;
   const auto labels = smooth_labels(ball.mesh, label_votes(ball.mesh, {}));
   EXPECT_EQ(static_cast<Index>(labels.size()), ball.mesh.vertices.rows());
   EXPECT_THAT(labels, ::testing::Each(255));
 }
 
-TEST(SurfaceLabels, RefuseImagesOfAnotherSize) {
+TEST(SurfaceLabels, ImagesOfOtherSize_AreRefused) {
   LabelledBall ball;
   ball.views[0].labels = ByteImage(10, 10, 1);
   EXPECT_THROW(label_votes(ball.mesh, ball.views), LogicError);

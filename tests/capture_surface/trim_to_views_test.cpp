@@ -70,7 +70,7 @@ struct Views {
   }
 };
 
-TEST(TrimToViews, ASurfaceEndsWhereTheMasksEnd) {
+TEST(TrimToViews, Surface_EndsWhereTheMasksEnd) {
   const Views views({kHem, kHem + 0.004, kHem - 0.004});
   const Mesh trimmed = trimmed_to_views(sheet(), views.cameras, views.masks);
   check_mesh(trimmed);
@@ -84,7 +84,7 @@ TEST(TrimToViews, ASurfaceEndsWhereTheMasksEnd) {
   }
 }
 
-TEST(TrimToViews, OneMaskThatIsWrongIsOutvoted) {
+TEST(TrimToViews, OneWrongMask_IsOutvoted) {
   for (const double wrong : {-1.0, 1.0}) {
     const Views views({kHem, wrong, kHem});
     const Mesh trimmed = trimmed_to_views(sheet(), views.cameras, views.masks);
@@ -113,7 +113,7 @@ std::vector<DepthMap> depths(const Views& views, double hem, double behind) {
 }
 
 // Below the hem of a skirt masks show the subject still: its own inside.
-TEST(TrimToViews, ASurfaceEndsWhereViewsLookPastIt) {
+TEST(TrimToViews, Surface_EndsWhereViewsSeePastIt) {
   const Views views({1, 1, 1});
   const auto end = [&](double behind, double min_confidence) {
     return trimmed_to_views(sheet(), views.cameras, views.masks, depths(views, kHem, behind),
@@ -126,7 +126,7 @@ TEST(TrimToViews, ASurfaceEndsWhereViewsLookPastIt) {
   EXPECT_EQ(end(0.1, 0.6), 0.2);   // nobody is sure
 }
 
-TEST(TrimToViews, WhatNobodySeesStays) {
+TEST(TrimToViews, UnseenSurface_StaysUnchanged) {
   const Mesh mesh = sheet();
   const Views behind({kHem, kHem}, -2);
   EXPECT_EQ(trimmed_to_views(mesh, behind.cameras, behind.masks).faces.rows(), mesh.faces.rows());
@@ -135,7 +135,7 @@ TEST(TrimToViews, WhatNobodySeesStays) {
   EXPECT_EQ(trimmed_to_views(Mesh{}, views.cameras, views.masks).faces.rows(), 0);
 }
 
-TEST(TrimToViews, SizesThatDifferAreRefused) {
+TEST(TrimToViews, MismatchedSizes_AreRefused) {
   Views views({kHem, kHem});
   ATELIER_EXPECT_REFUSED(trimmed_to_views(sheet(), views.cameras, {ByteImage{}}), LogicError,
                          "a mask for each camera");

@@ -75,14 +75,14 @@ std::string refusal(const Call& call) {
   return "";
 }
 
-TEST(Archive, ReadsWhatItWrites) {
+TEST(Archive, WrittenArchive_ReadsBackEqual) {
   const fixtures::TemporaryDirectory folder;
   write_archive(folder / "a.h5", sample());
   expect_equal(read_archive(folder / "a.h5", "test.sample", 2), sample());
   expect_equal(parse_archive(bytes_of(folder / "a.h5"), "test.sample", 2), sample());
 }
 
-TEST(Archive, ReadsWhatItWritesInManyChunks) {
+TEST(Archive, MultipleChunks_ReadBackEqual) {
   const fixtures::TemporaryDirectory folder;
   std::vector<float> values(3 * 300'001);  // 3.4 MB: four chunks, the last one not full
   for (std::size_t i = 0; i < values.size(); ++i) {
@@ -96,7 +96,7 @@ TEST(Archive, ReadsWhatItWritesInManyChunks) {
   expect_equal(read_archive(folder / "a.h5", "test.large", 1), archive);
 }
 
-TEST(Archive, AnEmptyArchiveIsAnArchive) {
+TEST(Archive, EmptyArchive_ReadsBackEqual) {
   const fixtures::TemporaryDirectory folder;
   Archive archive;
   archive.schema = "test.empty";
@@ -104,7 +104,7 @@ TEST(Archive, AnEmptyArchiveIsAnArchive) {
   expect_equal(read_archive(folder / "a.h5", "test.empty", 1), archive);
 }
 
-TEST(Archive, ManyDatasetsGrowTheUserBlock) {
+TEST(Archive, ManyDatasets_GrowTheUserBlock) {
   const fixtures::TemporaryDirectory folder;
   Archive archive;
   archive.schema = "test.many";
@@ -115,14 +115,14 @@ TEST(Archive, ManyDatasetsGrowTheUserBlock) {
   expect_equal(read_archive(folder / "a.h5", "test.many", 1), archive);
 }
 
-TEST(Archive, TheSameArchiveGivesTheSameBytes) {
+TEST(Archive, SameContent_GivesIdenticalBytes) {
   const fixtures::TemporaryDirectory folder;
   write_archive(folder / "a.h5", sample());
   write_archive(folder / "b.h5", sample());
   EXPECT_EQ(bytes_of(folder / "a.h5"), bytes_of(folder / "b.h5"));
 }
 
-TEST(Archive, IsForItsOwnerAlone) {
+TEST(Archive, WrittenFile_IsReadableByOwnerOnly) {
   const fixtures::TemporaryDirectory folder;
   write_archive(folder / "a.h5", sample());
   struct stat status {};
@@ -130,7 +130,7 @@ TEST(Archive, IsForItsOwnerAlone) {
   EXPECT_EQ(status.st_mode & 0777, 0600u);
 }
 
-TEST(Archive, OpensInH5pyWithNoHelp) {
+TEST(Archive, WrittenFile_OpensInPlainH5py) {
   if (std::system("/usr/bin/python3 -c 'import h5py' 2>/dev/null") != 0) {
     GTEST_SKIP() << "no h5py (python3-h5py)";
   }
@@ -157,7 +157,7 @@ assert f['big'][0] == 2**64 - 1
   EXPECT_EQ(std::system(("/usr/bin/python3 " + (folder / "check.py").string()).c_str()), 0);
 }
 
-TEST(Archive, ContentsAreReadWithoutTheData) {
+TEST(Archive, ContentsOnly_AreReadWithoutData) {
   const fixtures::TemporaryDirectory folder;
   write_archive(folder / "a.h5", sample());
   const Archive contents = archive_contents(folder / "a.h5");
@@ -168,7 +168,7 @@ TEST(Archive, ContentsAreReadWithoutTheData) {
   EXPECT_TRUE(contents.datasets.at("vertices").data.empty());
 }
 
-TEST(Archive, SeveralThreadsWriteAtOnce) {
+TEST(Archive, ConcurrentWriters_GiveIdenticalFiles) {
   const fixtures::TemporaryDirectory folder;
   parallel_for(16, 1, [&](Index begin, Index) {
     write_archive(folder / (std::to_string(begin) + ".h5"), sample());
@@ -178,7 +178,7 @@ TEST(Archive, SeveralThreadsWriteAtOnce) {
   }
 }
 
-TEST(Archive, EveryFlippedByteIsRefused) {
+TEST(Archive, FlippedByte_IsRefused) {
   const fixtures::TemporaryDirectory folder;
   Archive archive;
   archive.schema = "test.small";
@@ -192,7 +192,7 @@ TEST(Archive, EveryFlippedByteIsRefused) {
   }
 }
 
-TEST(Archive, AnotherSchemaOrANewerVersionIsRefused) {
+TEST(Archive, OtherSchemaOrNewerVersion_IsRefused) {
   const fixtures::TemporaryDirectory folder;
   write_archive(folder / "a.h5", sample());
   EXPECT_THAT(refusal([&] { read_archive(folder / "a.h5", "test.other", 2); }),
@@ -201,7 +201,7 @@ TEST(Archive, AnotherSchemaOrANewerVersionIsRefused) {
               HasSubstr("test.sample version 2; expected 1 to 1"));
 }
 
-TEST(Archive, WhatIsNoArchiveIsRefused) {
+TEST(Archive, NonArchiveFile_IsRefused) {
   const fixtures::TemporaryDirectory folder;
   std::ofstream(folder / "text.h5") << "hello";
   EXPECT_THAT(refusal([&] { read_archive(folder / "text.h5", "x", 1); }),
@@ -211,7 +211,7 @@ TEST(Archive, WhatIsNoArchiveIsRefused) {
   EXPECT_THROW(archive_contents(folder / "text.h5"), DataError);
 }
 
-TEST(Archive, WhatCannotBeWrittenIsALogicError) {
+TEST(Archive, UnrepresentableContent_ThrowsLogicError) {
   const fixtures::TemporaryDirectory folder;
   const auto refuse = [&](const auto& change) {
     Archive archive = sample();
@@ -234,7 +234,7 @@ TEST(Archive, WhatCannotBeWrittenIsALogicError) {
   EXPECT_FALSE(std::filesystem::exists(folder / "a.h5"));
 }
 
-TEST(Archive, AFullDiskIsAnEnvironmentErrorAtEverySize) {
+TEST(Archive, FullDisk_IsEnvironmentErrorAndKeepsOldFile) {
   // The file size limit stands for a full disk: writes beyond it fail.
   const fixtures::TemporaryDirectory folder;
   write_archive(folder / "old.h5", sample());
@@ -263,7 +263,7 @@ TEST(Archive, AFullDiskIsAnEnvironmentErrorAtEverySize) {
   }
 }
 
-TEST(Archive, AMissingFolderIsAnEnvironmentError) {
+TEST(Archive, MissingFolder_IsEnvironmentError) {
   const fixtures::TemporaryDirectory folder;
   EXPECT_THROW(write_archive(folder / "missing/a.h5", sample()), EnvironmentError);
 }

@@ -41,7 +41,7 @@ std::size_t files_in(const std::filesystem::path& folder) {
   return count;
 }
 
-TEST(AtomicFile, AppearsWholeAtCommit) {
+TEST(AtomicFile, File_AppearsCompleteAtCommit) {
   const fixtures::TemporaryDirectory folder;
   AtomicFile file(folder / "a");
   file.write("hello ");
@@ -53,7 +53,7 @@ TEST(AtomicFile, AppearsWholeAtCommit) {
   EXPECT_EQ(files_in(folder.path()), 1u);
 }
 
-TEST(AtomicFile, IsForItsOwnerAlone) {
+TEST(AtomicFile, WrittenFile_IsReadableByOwnerOnly) {
   const fixtures::TemporaryDirectory folder;
   write_file_atomically(folder / "a", "x");
   EXPECT_EQ(mode_of(folder / "a"), 0600u);
@@ -61,14 +61,14 @@ TEST(AtomicFile, IsForItsOwnerAlone) {
   EXPECT_EQ(mode_of(folder / "b"), 0644u);
 }
 
-TEST(AtomicFile, ReplacesAnOlderFile) {
+TEST(AtomicFile, ExistingFile_IsReplaced) {
   const fixtures::TemporaryDirectory folder;
   write_file_atomically(folder / "a", "old and longer");
   write_file_atomically(folder / "a", "new");
   EXPECT_EQ(content(folder / "a"), "new");
 }
 
-TEST(AtomicFile, WithoutCommitNothingIsLeft) {
+TEST(AtomicFile, UncommittedWrite_LeavesNothingBehind) {
   const fixtures::TemporaryDirectory folder;
   write_file_atomically(folder / "a", "old");
   {
@@ -79,7 +79,7 @@ TEST(AtomicFile, WithoutCommitNothingIsLeft) {
   EXPECT_EQ(files_in(folder.path()), 1u);
 }
 
-TEST(AtomicFile, AnExceptionDoesNotCommit) {
+TEST(AtomicFile, ExceptionBeforeCommit_LeavesNothingBehind) {
   const fixtures::TemporaryDirectory folder;
   try {
     AtomicFile file(folder / "a");
@@ -90,7 +90,7 @@ TEST(AtomicFile, AnExceptionDoesNotCommit) {
   EXPECT_EQ(files_in(folder.path()), 0u);
 }
 
-TEST(AtomicFile, ALibraryMayWriteByName) {
+TEST(AtomicFile, WriteByTemporaryPath_IsCommitted) {
   const fixtures::TemporaryDirectory folder;
   AtomicFile file(folder / "a");
   std::ofstream(file.temporary_path(), std::ios::trunc) << "by another descriptor";
@@ -98,7 +98,7 @@ TEST(AtomicFile, ALibraryMayWriteByName) {
   EXPECT_EQ(content(folder / "a"), "by another descriptor");
 }
 
-TEST(AtomicFile, NamesOfTemporaryFilesAreKnown) {
+TEST(AtomicFile, TemporaryNames_AreRecognized) {
   const fixtures::TemporaryDirectory folder;
   const AtomicFile file(folder / "a");
   EXPECT_TRUE(is_temporary_name(file.temporary_path().filename().string()));
@@ -107,7 +107,7 @@ TEST(AtomicFile, NamesOfTemporaryFilesAreKnown) {
   EXPECT_FALSE(is_temporary_name("manifest.json"));
 }
 
-TEST(AtomicFile, WhatKilledWritersLeftIsRemovedAndNothingElse) {
+TEST(AtomicFile, StaleTemporaries_AreRemovedAndNothingElse) {
   const fixtures::TemporaryDirectory folder;
   std::ofstream(folder / ".atelier-a1b2c3.tmp") << "half";
   std::ofstream(folder / ".atelier-.tmp") << "somebody's own";
@@ -118,13 +118,13 @@ TEST(AtomicFile, WhatKilledWritersLeftIsRemovedAndNothingElse) {
   remove_temporaries(folder / "nothing");
 }
 
-TEST(AtomicFile, TheLongestNameWorks) {
+TEST(AtomicFile, LongestFileName_Works) {
   const fixtures::TemporaryDirectory folder;
   write_file_atomically(folder / std::string(255, 'n'), "x");
   EXPECT_EQ(content(folder / std::string(255, 'n')), "x");
 }
 
-TEST(AtomicFile, AMissingFolderIsAnEnvironmentErrorWithThePath) {
+TEST(AtomicFile, MissingFolder_IsEnvironmentErrorWithPath) {
   const fixtures::TemporaryDirectory folder;
   try {
     AtomicFile file(folder / "missing/a");
@@ -135,7 +135,7 @@ TEST(AtomicFile, AMissingFolderIsAnEnvironmentErrorWithThePath) {
   }
 }
 
-TEST(AtomicFile, AFolderUnderTheNameIsNotReplaced) {
+TEST(AtomicFile, FolderOfSameName_IsNotReplaced) {
   const fixtures::TemporaryDirectory folder;
   std::filesystem::create_directory(folder / "a");
   EXPECT_THROW(write_file_atomically(folder / "a", "x"), EnvironmentError);
@@ -143,7 +143,7 @@ TEST(AtomicFile, AFolderUnderTheNameIsNotReplaced) {
   EXPECT_EQ(files_in(folder.path()), 1u);
 }
 
-TEST(AtomicFile, MisuseIsALogicError) {
+TEST(AtomicFile, Misuse_ThrowsLogicError) {
   const fixtures::TemporaryDirectory folder;
   EXPECT_THROW(AtomicFile(folder.path() / ""), LogicError);
   AtomicFile file(folder / "a");
@@ -173,7 +173,7 @@ bool fails_on_a_small_disk(const std::function<void()>& action, const std::strin
   return WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
-TEST(AtomicFile, AFullDiskKeepsTheOlderFile) {
+TEST(AtomicFile, FullDisk_KeepsOldFile) {
   const fixtures::TemporaryDirectory folder;
   write_file_atomically(folder / "a", "old");
   EXPECT_TRUE(
@@ -183,7 +183,7 @@ TEST(AtomicFile, AFullDiskKeepsTheOlderFile) {
   EXPECT_EQ(files_in(folder.path()), 1u);
 }
 
-TEST(AtomicFile, DevFullIsAnEnvironmentError) {
+TEST(AtomicFile, DevFull_IsEnvironmentError) {
   // A descriptor whose every write fails with ENOSPC, put in the place of the temporary file.
   const fixtures::TemporaryDirectory folder;
   const pid_t child = fork();
@@ -211,7 +211,7 @@ TEST(AtomicFile, DevFullIsAnEnvironmentError) {
   EXPECT_EQ(WEXITSTATUS(status), 0);
 }
 
-TEST(PrivateDirectory, IsForItsOwnerAloneWithItsParents) {
+TEST(PrivateDirectory, NestedFolders_AreAccessibleByOwnerOnly) {
   const fixtures::TemporaryDirectory folder;
   make_private_directory(folder / "a/b/c/");
   for (const char* name : {"a", "a/b", "a/b/c"}) {
@@ -219,7 +219,7 @@ TEST(PrivateDirectory, IsForItsOwnerAloneWithItsParents) {
   }
 }
 
-TEST(PrivateDirectory, AnExistingOneIsLeftAlone) {
+TEST(PrivateDirectory, ExistingFolder_KeepsItsMode) {
   const fixtures::TemporaryDirectory folder;
   std::filesystem::create_directory(folder / "a");
   chmod((folder / "a").c_str(), 0755);
@@ -227,14 +227,14 @@ TEST(PrivateDirectory, AnExistingOneIsLeftAlone) {
   EXPECT_EQ(mode_of(folder / "a"), 0755u);
 }
 
-TEST(PrivateDirectory, AFileInTheWayIsAnEnvironmentError) {
+TEST(PrivateDirectory, FileInTheWay_IsEnvironmentError) {
   const fixtures::TemporaryDirectory folder;
   std::ofstream(folder / "a") << "x";
   EXPECT_THROW(make_private_directory(folder / "a"), EnvironmentError);
   EXPECT_THROW(make_private_directory(folder / "a/b"), EnvironmentError);
 }
 
-TEST(SyncDirectory, AMissingFolderIsAnEnvironmentError) {
+TEST(SyncDirectory, MissingFolder_IsEnvironmentError) {
   const fixtures::TemporaryDirectory folder;
   EXPECT_NO_THROW(sync_directory(folder.path()));
   EXPECT_THROW(sync_directory(folder / "missing"), EnvironmentError);

@@ -42,7 +42,7 @@ Eigen::Vector3d random_point(const Camera& camera, Random& random) {
 
 class CameraModels : public ::testing::TestWithParam<Distortion> {};
 
-TEST_P(CameraModels, RayThroughAProjectedPointMeetsThePoint) {
+TEST_P(CameraModels, RayThroughProjectedPoint_MeetsThePoint) {
   const Camera camera = make_camera(GetParam());
   Random random{.seed = 7};
   for (int i = 0; i < 200; ++i) {
@@ -56,7 +56,7 @@ TEST_P(CameraModels, RayThroughAProjectedPointMeetsThePoint) {
   }
 }
 
-TEST_P(CameraModels, JacobianMatchesFiniteDifferences) {
+TEST_P(CameraModels, ProjectionJacobian_MatchesFiniteDifferences) {
   const Camera camera = make_camera(GetParam());
   Random random{.seed = 8};
   for (int i = 0; i < 20; ++i) {
@@ -73,14 +73,14 @@ INSTANTIATE_TEST_SUITE_P(AllModels, CameraModels,
                          ::testing::Values(Distortion::None, Distortion::Brown,
                                            Distortion::Fisheye));
 
-TEST(Camera, PointOnTheAxisIsThePrincipalPoint) {
+TEST(Camera, PointOnOpticalAxis_ProjectsToPrincipalPoint) {
   const Camera camera = make_camera(Distortion::Brown);
   const Eigen::Vector3d ahead =
       camera_center(camera) + 2.0 * camera.camera_from_world_rotation.transpose().col(2);
   EXPECT_LT((*project(camera, ahead) - Eigen::Vector2d(camera.cx, camera.cy)).norm(), 1e-9);
 }
 
-TEST(Camera, PointBehindHasNoPixel) {
+TEST(Camera, PointBehindCamera_HasNoPixel) {
   const Camera camera = make_camera(Distortion::None);
   const Eigen::Vector3d behind =
       camera_center(camera) - camera.camera_from_world_rotation.transpose().col(2);
@@ -88,7 +88,7 @@ TEST(Camera, PointBehindHasNoPixel) {
   EXPECT_FALSE(project_jacobian(camera, behind).has_value());
 }
 
-TEST(Camera, NoPixelBeyondTheFoldOfTheDistortion) {
+TEST(Camera, PointBeyondDistortionFold_HasNoPixel) {
   Camera camera = make_camera(Distortion::Brown);
   camera.camera_from_world_rotation.setIdentity();
   camera.camera_from_world_translation.setZero();
@@ -99,7 +99,7 @@ TEST(Camera, NoPixelBeyondTheFoldOfTheDistortion) {
   EXPECT_FALSE(ray_direction(camera, {camera.cx + 0.6 * camera.fx, camera.cy}).has_value());
 }
 
-TEST(Camera, FoldsWhereTheRadiusTurnsBack) {
+TEST(Camera, DistortionFold_LiesWhereTheRadiusTurnsBack) {
   Camera camera = make_camera(Distortion::Brown);
   camera.camera_from_world_rotation.setIdentity();
   camera.camera_from_world_translation.setZero();
@@ -136,7 +136,7 @@ TEST(Camera, FoldsWhereTheRadiusTurnsBack) {
   EXPECT_GT(unseen, 1000);
 }
 
-TEST(Camera, KnownBrownDistortion) {
+TEST(Camera, BrownDistortion_MatchesHandComputedPixel) {
   Camera camera = make_camera(Distortion::Brown);
   camera.camera_from_world_rotation.setIdentity();
   camera.camera_from_world_translation.setZero();
@@ -162,11 +162,11 @@ std::string camera_refusal(const Camera& camera) {
   return "";
 }
 
-TEST(CameraRefused, GoodCameraIsAccepted) {
+TEST(CameraRefused, ValidCamera_IsAccepted) {
   EXPECT_EQ(camera_refusal(make_camera(Distortion::Brown)), "");
 }
 
-TEST(CameraRefused, SizeFocalLengthAndCentre) {
+TEST(CameraRefused, BadSizeOrIntrinsics_NamesTheField) {
   Camera camera = make_camera(Distortion::None);
   camera.width = 0;
   EXPECT_NE(camera_refusal(camera).find("positive size"), std::string::npos);
@@ -181,7 +181,7 @@ TEST(CameraRefused, SizeFocalLengthAndCentre) {
   EXPECT_NE(camera_refusal(camera).find("principal point"), std::string::npos);
 }
 
-TEST(CameraRefused, RotationThatMirrorsOrScales) {
+TEST(CameraRefused, MirroringOrScalingRotation_IsRefused) {
   Camera camera = make_camera(Distortion::None);
   camera.camera_from_world_rotation.row(2) *= -1;
   EXPECT_NE(camera_refusal(camera).find("mirrors"), std::string::npos);
@@ -192,7 +192,7 @@ TEST(CameraRefused, RotationThatMirrorsOrScales) {
   EXPECT_NE(camera_refusal(camera).find("not finite"), std::string::npos);
 }
 
-TEST(CameraRefused, DistortionGainAndTranslation) {
+TEST(CameraRefused, BadDistortionGainOrTranslation_NamesTheField) {
   Camera camera = make_camera(Distortion::Brown);
   camera.distortion[3] = NAN;
   EXPECT_NE(camera_refusal(camera).find("distortion"), std::string::npos);
@@ -204,7 +204,7 @@ TEST(CameraRefused, DistortionGainAndTranslation) {
   EXPECT_NE(camera_refusal(camera).find("pose"), std::string::npos);
 }
 
-TEST(CameraRefused, RayThroughAPixelThatIsNotFinite) {
+TEST(CameraRefused, NonFinitePixel_HasNoRay) {
   EXPECT_FALSE(ray_direction(make_camera(Distortion::None), {NAN, 3}).has_value());
 }
 

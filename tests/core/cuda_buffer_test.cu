@@ -36,7 +36,7 @@ __global__ void add_one(int* values, int n) {
   }
 }
 
-TEST(CudaBuffer, RoundTripThroughAKernel) {
+TEST(CudaBuffer, UploadKernelDownload_RoundTrips) {
   SKIP_WITHOUT_CUDA();
   std::vector<int> host(1000);
   std::iota(host.begin(), host.end(), 0);
@@ -50,7 +50,7 @@ TEST(CudaBuffer, RoundTripThroughAKernel) {
   EXPECT_EQ(buffer.download(), std::vector<int>(1000, 0));
 }
 
-TEST(CudaBuffer, MovesAndSwaps) {
+TEST(CudaBuffer, MovedBuffer_KeepsItsData) {
   SKIP_WITHOUT_CUDA();
   CudaBuffer<double> a(std::vector<double>{1, 2, 3});
   CudaBuffer<double> b(std::move(a));
@@ -60,23 +60,23 @@ TEST(CudaBuffer, MovesAndSwaps) {
   EXPECT_EQ(c.download(), (std::vector<double>{1, 2, 3}));
 }
 
-TEST(CudaBuffer, EmptyIsNothing) {
+TEST(CudaBuffer, EmptyBuffer_IsNull) {
   const CudaBuffer<float> buffer;
   EXPECT_EQ(buffer.data(), nullptr);
   EXPECT_TRUE(buffer.download().empty());
 }
 
-TEST(CudaBuffer, RefusesAnUploadOfAnotherSize) {
+TEST(CudaBuffer, UploadOfOtherSize_IsRefused) {
   CudaBuffer<int> buffer;
   ATELIER_EXPECT_REFUSED(buffer.upload(std::vector<int>{1}), LogicError, "another size");
 }
 
-TEST(CudaBuffer, RefusesASizeThatOverflows) {
+TEST(CudaBuffer, OverflowingSize_IsRefused) {
   ATELIER_EXPECT_REFUSED(CudaBuffer<double>(std::numeric_limits<std::size_t>::max() / 2),
                          LogicError, "overflows");
 }
 
-TEST(CudaBuffer, OutOfMemorySaysSo) {
+TEST(CudaBuffer, OutOfMemory_SaysHowMuchWasAskedFor) {
   SKIP_WITHOUT_CUDA();
   const std::string message = message_of([] { CudaBuffer<char> buffer(std::size_t{1} << 50); });
   EXPECT_THAT(message, HasSubstr("out of memory"));
@@ -84,7 +84,7 @@ TEST(CudaBuffer, OutOfMemorySaysSo) {
 }
 
 // Without a device too, the words and what is given back.
-TEST(CudaBuffer, AnAllocationThatFailsIsOneErrorAndLeavesNothing) {
+TEST(CudaBuffer, FailedAllocation_GivesOneErrorAndLeaksNothing) {
   const int alive = fixtures::device_allocations_alive();
   {
     const fixtures::EndOfDeviceMemory end(0);
@@ -98,7 +98,7 @@ TEST(CudaBuffer, AnAllocationThatFailsIsOneErrorAndLeavesNothing) {
   EXPECT_THAT(message_of([] { const CudaBuffer<char> buffer; }), HasSubstr("nothing thrown"));
 }
 
-TEST(CudaBuffer, WhatHeldMemoryGoesOnAfterAnAllocationFailed) {
+TEST(CudaBuffer, FailedAllocation_KeepsExistingBufferUsable) {
   SKIP_WITHOUT_CUDA();
   const std::vector<int> host{1, 2, 3};
   CudaBuffer<int> buffer(host);
@@ -114,7 +114,7 @@ TEST(CudaBuffer, WhatHeldMemoryGoesOnAfterAnAllocationFailed) {
 }
 
 // A stream, a graph or code that is loaded when it first runs may be what does not fit.
-TEST(CudaCheck, OfMemoryThatRunsOutInAnyCallSaysTheSame) {
+TEST(CudaCheck, OutOfMemoryInAnyCall_GivesTheSameMessage) {
   try {
     check_cuda(cudaErrorMemoryAllocation, "cudaStreamCreate(&stream)", "some/file.cu", 42);
     FAIL() << "nothing thrown";
@@ -125,7 +125,7 @@ TEST(CudaCheck, OfMemoryThatRunsOutInAnyCallSaysTheSame) {
   }
 }
 
-TEST(CudaCheck, NamesCallPlaceAndError) {
+TEST(CudaCheck, ErrorMessage_NamesCallPlaceAndCode) {
   const std::string message =
       message_of([] { check_cuda(cudaErrorInvalidValue, "cudaMemcpy(a, b)", "some/file.cu", 42); });
   EXPECT_THAT(message, HasSubstr("cudaMemcpy(a, b)"));
@@ -134,7 +134,7 @@ TEST(CudaCheck, NamesCallPlaceAndError) {
   EXPECT_NO_THROW(check_cuda(cudaSuccess, "", "", 0));
 }
 
-TEST(CudaCheck, ReportsAFailedLaunch) {
+TEST(CudaCheck, FailedLaunch_IsReported) {
   SKIP_WITHOUT_CUDA();
   const std::string message = message_of([] {
     add_one<<<1, 100000>>>(nullptr, 0);

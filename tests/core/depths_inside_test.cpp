@@ -51,7 +51,7 @@ struct Pair {
   }
 };
 
-TEST(DepthsInside, IsTheDistanceToTheSurface) {
+TEST(DepthsInside, PointInside_GetsDistanceToSurface) {
   const Pair pair({0, 1, 0});
   EXPECT_EQ(pair.depth(-1.2, 0), 0) << "outside";
   EXPECT_NEAR(pair.depth(-0.7, 0), 0.3, 0.002);
@@ -60,7 +60,7 @@ TEST(DepthsInside, IsTheDistanceToTheSurface) {
   EXPECT_EQ(depths_inside(Points(0, 3), pair.vertices, pair.faces, 0.1).size(), 0);
 }
 
-TEST(DepthsInside, CountsForNothingWithinTheThicknessOfAnOverlapInWhateverDirectionItLies) {
+TEST(DepthsInside, PointNearOverlapOfTwoSpheres_GetsZero) {
   for (const Eigen::Vector3d& along :
        {Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(1, 0.4, 0.2), Eigen::Vector3d(-0.3, 1, 0.55),
         Eigen::Vector3d(0.39, -1, -0.41)}) {
@@ -72,7 +72,7 @@ TEST(DepthsInside, CountsForNothingWithinTheThicknessOfAnOverlapInWhateverDirect
   }
 }
 
-TEST(DepthsInside, RefusesFacesOfNoVertices) {
+TEST(DepthsInside, OutOfRangeFaceIndex_IsRefused) {
   const Pair pair({0, 1, 0});
   Triangles wrong = pair.faces;
   wrong(3, 1) = 1'000'000;

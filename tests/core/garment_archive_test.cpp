@@ -49,7 +49,7 @@ std::string garment_archive_refusal(const std::function<void(Archive&)>& change)
   return "";
 }
 
-TEST(GarmentArchive, KeepsEverythingToTheBit) {
+TEST(GarmentArchive, WrittenGarment_ReadsBackBitExact) {
   const fixtures::TemporaryDirectory folder;
   const Garment garment = tube();
   write_garment_archive(folder / "upper.h5", garment);
@@ -82,7 +82,7 @@ TEST(GarmentArchive, KeepsEverythingToTheBit) {
   EXPECT_EQ(again.material.thickness, garment.material.thickness);
 }
 
-TEST(GarmentArchive, WhatIsEmptyIsNotThere) {
+TEST(GarmentArchive, EmptyArrays_AreNotStored) {
   const fixtures::TemporaryDirectory folder;
   Garment garment;
   garment.mesh = tube().mesh;
@@ -97,7 +97,7 @@ TEST(GarmentArchive, WhatIsEmptyIsNotThere) {
   EXPECT_EQ(again.rest.rows(), 0);
 }
 
-TEST(GarmentArchive, AnInvalidGarmentIsNotWrittenRefused) {
+TEST(GarmentArchive, InvalidGarment_IsRefusedOnWrite) {
   const fixtures::TemporaryDirectory folder;
   Garment garment = tube();
   garment.boundaries[0][0] = 8;
@@ -108,7 +108,7 @@ TEST(GarmentArchive, AnInvalidGarmentIsNotWrittenRefused) {
   EXPECT_FALSE(std::filesystem::exists(folder / "a.h5"));
 }
 
-TEST(GarmentArchive, AnotherSchemaIsRefused) {
+TEST(GarmentArchive, OtherSchemaOrVersion_IsRefused) {
   const fixtures::TemporaryDirectory folder;
   Archive archive = archive_of(tube());
   archive.schema = "atelier.mesh";
@@ -120,7 +120,7 @@ TEST(GarmentArchive, AnotherSchemaIsRefused) {
   EXPECT_THROW(read_garment_archive(folder / "b.h5"), DataError);
 }
 
-TEST(GarmentArchive, OtherUnitsAndUnnamedArraysAreRefused) {
+TEST(GarmentArchive, OtherUnitsAndUnknownArrays_AreRefused) {
   EXPECT_THAT(garment_archive_refusal([](Archive& a) { a.units = "cm"; }),
               HasSubstr("a.h5: units: cm"));
   EXPECT_THAT(garment_archive_refusal([](Archive& a) { a.up_axis = "z"; }), HasSubstr("up z"));
@@ -132,7 +132,7 @@ TEST(GarmentArchive, OtherUnitsAndUnnamedArraysAreRefused) {
               HasSubstr("extra: not of this schema"));
 }
 
-TEST(GarmentArchive, IndicesOutOfRangeAreRefused) {
+TEST(GarmentArchive, OutOfRangeIndices_AreRefused) {
   const auto ints = [](std::vector<int> values, std::int64_t columns) {
     const auto rows = static_cast<std::int64_t>(values.size()) / columns;
     return tensor_of(values, {rows, columns});

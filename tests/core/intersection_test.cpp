@@ -27,21 +27,21 @@ bool triangles_meet(const Eigen::Matrix3d& first, const Eigen::Matrix3d& second)
 
 const Eigen::Matrix3d kFlat = triangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
 
-TEST(TrianglesMeet, PiercedTouchedAndMissed) {
+TEST(TrianglesMeet, PiercingAndTouchingTriangles_MeetAndSeparateDoNot) {
   EXPECT_TRUE(triangles_meet(kFlat, triangle({0.2, 0.2, -1}, {0.2, 0.2, 1}, {0.3, 0.9, 1})));
   EXPECT_FALSE(triangles_meet(kFlat, triangle({0.2, 0.2, 1e-6}, {0.2, 0.2, 1}, {0.3, 0.9, 1})));
   EXPECT_TRUE(triangles_meet(kFlat, triangle({0.2, 0.2, 0}, {0.2, 0.2, 1}, {0.3, 0.9, 1})));
   EXPECT_FALSE(triangles_meet(kFlat, triangle({2, 2, -1}, {2, 2, 1}, {3, 2, 1})));
 }
 
-TEST(TrianglesMeet, InOnePlane) {
+TEST(TrianglesMeet, CoplanarTriangles_MeetWhereTheyOverlap) {
   EXPECT_TRUE(triangles_meet(kFlat, triangle({0.1, 0.1, 0}, {0.2, 0.1, 0}, {0.1, 0.2, 0})));
   EXPECT_TRUE(triangles_meet(kFlat, triangle({-1, 0.4, 0}, {2, 0.4, 0}, {0.5, 3, 0})));
   EXPECT_FALSE(triangles_meet(kFlat, triangle({0.6, 0.6, 0}, {1.6, 0.6, 0}, {0.6, 1.6, 0})));
   EXPECT_TRUE(triangles_meet(kFlat, triangle({0.5, 0.5, 0}, {1.6, 0.6, 0}, {0.6, 1.6, 0})));
 }
 
-TEST(TrianglesMeet, AgreesWithSamplesOfRandomPairs) {
+TEST(TrianglesMeet, RandomPairs_AgreeWithEdgeIntersection) {
   Random random{3, 0, 0};
   int met = 0;
   for (int i = 0; i < 400; ++i) {
@@ -78,7 +78,7 @@ TEST(TrianglesMeet, NothingWithoutAreaAndRefusesWhatIsFarOff) {
   EXPECT_THROW(triangles_meet(kFlat, triangle({0, 0, 0}, {300, 0, 0}, {0, 300, 0})), LogicError);
 }
 
-TEST(SelfIntersections, TetrahedronHasNoneAndTwoThatOverlapHave) {
+TEST(SelfIntersections, OverlappingTetrahedra_IntersectAndOneDoesNot) {
   Points v(8, 3);
   v << 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0.1, 0.1, 0.1, 1.1, 0.1, 0.1, 0.1, 1.1, 0.1, 0.1, 0.1,
       1.1;
@@ -93,7 +93,7 @@ TEST(SelfIntersections, TetrahedronHasNoneAndTwoThatOverlapHave) {
   }
 }
 
-TEST(SelfIntersections, FoldsOverASharedEdgeOrCornerCount) {
+TEST(SelfIntersections, FoldOverSharedEdgeOrVertex_Counts) {
   Points v(5, 3);
   v << 0, 0, 0, 1, 0, 0, 0.3, 1, 0, 0.4, 0.5, 0, 0.6, -1, 0;
   Triangles f(2, 3);
@@ -110,7 +110,7 @@ TEST(SelfIntersections, FoldsOverASharedEdgeOrCornerCount) {
   EXPECT_TRUE(self_intersections(w, f).empty());
 }
 
-TEST(SelfIntersections, RefusesBadInput) {
+TEST(SelfIntersections, NonFiniteVertexOrBadIndex_IsRefused) {
   Points v(3, 3);
   v << 0, 0, 0, 1, 0, 0, 0, 1, std::numeric_limits<double>::infinity();
   Triangles f(1, 3);

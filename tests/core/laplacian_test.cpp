@@ -31,7 +31,7 @@ Mesh jittered_grid() {
   return mesh;
 }
 
-TEST(Laplacian, IsSymmetricAndItsRowsSumToZero) {
+TEST(Laplacian, CotangentMatrix_IsSymmetricWithZeroRowSums) {
   const Mesh mesh = fixtures::torus(20, 12);
   const auto laplacian = cotangent_laplacian(mesh.vertices, mesh.faces);
   const Eigen::MatrixXd dense = laplacian;
@@ -43,7 +43,7 @@ TEST(Laplacian, IsSymmetricAndItsRowsSumToZero) {
   EXPECT_GT(values[1], 1e-3);  // connected: only constants have no energy
 }
 
-TEST(Laplacian, OfOneTriangleIsItsCotangents) {
+TEST(Laplacian, OneTriangle_GivesItsCotangents) {
   // Right angle at vertex 0, 45 degrees at the others.
   const Mesh mesh = mesh_of({{0, 0, 0}, {2, 0, 0}, {0, 2, 0}}, {{0, 1, 2}});
   Eigen::Matrix3d expected;
@@ -52,7 +52,7 @@ TEST(Laplacian, OfOneTriangleIsItsCotangents) {
   EXPECT_LT((laplacian - expected).cwiseAbs().maxCoeff(), 1e-15);
 }
 
-TEST(Laplacian, OfLinearFunctionsVanishesInside) {
+TEST(Laplacian, LinearFunction_VanishesInside) {
   const Mesh mesh = jittered_grid();
   const auto laplacian = cotangent_laplacian(mesh.vertices, mesh.faces);
   const Eigen::VectorXd u = (2 * mesh.vertices.col(0) - 3 * mesh.vertices.col(2)).array() + 5;
@@ -64,14 +64,14 @@ TEST(Laplacian, OfLinearFunctionsVanishesInside) {
   }
 }
 
-TEST(Laplacian, EnergyOfALinearFunctionIsItsSlopeSquaredTimesTheArea) {
+TEST(Laplacian, LinearFunction_EnergyIsSlopeSquaredTimesArea) {
   const Mesh mesh = jittered_grid();
   const auto laplacian = cotangent_laplacian(mesh.vertices, mesh.faces);
   const Eigen::VectorXd u = 2 * mesh.vertices.col(0) - 3 * mesh.vertices.col(2);
   EXPECT_NEAR(u.dot(laplacian * u), 13, 1e-11);  // of the unit square
 }
 
-TEST(Laplacian, EigenvaluesOfTheSphere) {
+TEST(Laplacian, SphereEigenvalues_MatchSphericalHarmonics) {
   const Mesh mesh = fixtures::sphere(3);
   const Eigen::MatrixXd laplacian = cotangent_laplacian(mesh.vertices, mesh.faces);
   for (const Eigen::VectorXd& mass :
@@ -92,7 +92,7 @@ TEST(Laplacian, EigenvaluesOfTheSphere) {
   }
 }
 
-TEST(Laplacian, OfPositionsIsTheCurvatureNormal) {
+TEST(Laplacian, SpherePositions_GiveCurvatureNormal) {
   // On the unit sphere the Laplacian of the position is minus twice the position.
   const auto error = [](int levels) {
     const Mesh mesh = fixtures::sphere(levels);
@@ -105,7 +105,7 @@ TEST(Laplacian, OfPositionsIsTheCurvatureNormal) {
   EXPECT_LT(error(5), 0.6 * error(4));
 }
 
-TEST(VoronoiAreas, SumToTheArea) {
+TEST(VoronoiAreas, Areas_SumToSurfaceArea) {
   for (const Mesh& mesh : {jittered_grid(), fixtures::torus(20, 12), fixtures::sphere(3)}) {
     const Eigen::VectorXd areas = voronoi_areas(mesh.vertices, mesh.faces);
     EXPECT_NEAR(areas.sum(), face_areas(mesh.vertices, mesh.faces).sum(), 1e-12);
@@ -113,7 +113,7 @@ TEST(VoronoiAreas, SumToTheArea) {
   }
 }
 
-TEST(VoronoiAreas, OfARightAngleAndAnObtuseOne) {
+TEST(VoronoiAreas, RightAndObtuseTriangle_MatchHandComputedAreas) {
   const Mesh right = mesh_of({{0, 0, 0}, {2, 0, 0}, {0, 2, 0}}, {{0, 1, 2}});
   EXPECT_TRUE(
       voronoi_areas(right.vertices, right.faces).isApprox(Eigen::Vector3d(1, 0.5, 0.5), 1e-14));
@@ -141,7 +141,7 @@ TEST(Laplacian, GivesTheIntegralOfTheSquaredGradient) {
               1e-12 * integral);
 }
 
-TEST(Laplacian, NothingHasNone) {
+TEST(Laplacian, EmptyMesh_GivesEmptyOperators) {
   EXPECT_EQ(cotangent_laplacian(Points(0, 3), Triangles(0, 3)).rows(), 0);
   EXPECT_EQ(cotangent_laplacian(Points::Zero(3, 3), Triangles(0, 3)).nonZeros(), 0);
   EXPECT_TRUE(voronoi_areas(Points::Zero(3, 3), Triangles(0, 3)).isZero(0));
@@ -151,19 +151,19 @@ Mesh with_flat_face() {
   return mesh_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {2, 0, 0}}, {{0, 1, 2}, {0, 1, 3}});
 }
 
-TEST(LaplacianRefuses, FacesWithoutArea) {
+TEST(LaplacianRefuses, ZeroAreaFace_Throws) {
   const Mesh mesh = with_flat_face();
   ATELIER_EXPECT_REFUSED(cotangent_laplacian(mesh.vertices, mesh.faces), DataError, "face 1");
   ATELIER_EXPECT_REFUSED(cotangent_laplacian(mesh.vertices, mesh.faces), DataError,
                          "skip_degenerate");
 }
 
-TEST(LaplacianRefuses, FacesWithOneVertexTwice) {
+TEST(LaplacianRefuses, FaceWithRepeatedVertex_Throws) {
   const Mesh mesh = mesh_of({{0, 0, 0}, {1, 0, 0}}, {{0, 1, 1}});
   ATELIER_EXPECT_REFUSED(cotangent_laplacian(mesh.vertices, mesh.faces), DataError, "face 0");
 }
 
-TEST(Laplacian, SkipsFacesWithoutAreaWhereAsked) {
+TEST(Laplacian, SkipDegenerate_IgnoresZeroAreaFaces) {
   const Mesh mesh = with_flat_face();
   const Eigen::MatrixXd all = cotangent_laplacian(mesh.vertices, mesh.faces, {true});
   const Eigen::MatrixXd one = cotangent_laplacian(mesh.vertices, mesh.faces.topRows(1));
@@ -171,14 +171,14 @@ TEST(Laplacian, SkipsFacesWithoutAreaWhereAsked) {
   EXPECT_EQ(voronoi_areas(mesh.vertices, mesh.faces)[3], 0);
 }
 
-TEST(LaplacianRefuses, FacesThatNameNoVertex) {
+TEST(LaplacianRefuses, OutOfRangeFaceIndex_Throws) {
   Mesh mesh = fixtures::sphere(1);
   mesh.faces(0, 0) = 99;
   ATELIER_EXPECT_REFUSED(cotangent_laplacian(mesh.vertices, mesh.faces), LogicError, "not there");
   ATELIER_EXPECT_REFUSED(voronoi_areas(mesh.vertices, mesh.faces), LogicError, "not there");
 }
 
-TEST(LaplacianRefuses, VerticesThatAreNotFinite) {
+TEST(LaplacianRefuses, NonFiniteVertex_Throws) {
   Mesh mesh = fixtures::sphere(1);
   mesh.vertices(4, 1) = std::numeric_limits<double>::quiet_NaN();
   ATELIER_EXPECT_REFUSED(cotangent_laplacian(mesh.vertices, mesh.faces), LogicError, "finite");

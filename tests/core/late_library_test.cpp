@@ -20,13 +20,13 @@ std::string late_refusal(const char* library, const char* function) {
   return "";
 }
 
-TEST(LateLibrary, AFunctionOfTheSystemIsFoundAndWorks) {
+TEST(LateLibrary, SystemFunction_IsFoundAndWorks) {
   const auto cosine = late_function<double(double)>("libm.so.6", "cos");
   EXPECT_EQ(cosine(0), 1);
   EXPECT_EQ(late_function<double(double)>("libm.so.6", "cos"), cosine);
 }
 
-TEST(LateLibrary, WhatIsMissingIsNamed) {
+TEST(LateLibrary, MissingLibraryOrFunction_IsNamed) {
   EXPECT_THAT(late_refusal("libatelier_nothing.so", "f"),
               AllOf(HasSubstr("libatelier_nothing.so"), HasSubstr("the folder lib beside")));
   EXPECT_THAT(late_refusal("libm.so.6", "no_such_cosine"), HasSubstr("no_such_cosine"));

@@ -5,7 +5,7 @@
 namespace atelier {
 namespace {
 
-TEST(Median, IsTheUpperOfTheTwoInTheMiddle) {
+TEST(Median, EvenCount_GivesTheUpperMiddleValue) {
   EXPECT_EQ(median({}), 0);
   EXPECT_EQ(median({3}), 3);
   EXPECT_EQ(median({4, 1, 3}), 3);

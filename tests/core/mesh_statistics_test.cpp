@@ -27,7 +27,7 @@ Mesh box(double x, double y, double z) {
   return mesh;
 }
 
-TEST(MeshStatistics, ABox) {
+TEST(MeshStatistics, Box_HasKnownCountsAreaAndVolume) {
   const MeshStatistics s = mesh_statistics(box(1, 2, 3), {{0, 0.5, 1}});
   EXPECT_EQ(s.vertices, 8);
   EXPECT_EQ(s.faces, 12);
@@ -44,19 +44,19 @@ TEST(MeshStatistics, ABox) {
   EXPECT_NEAR(s.edge_lengths.back(), std::sqrt(13.0), 1e-15);
 }
 
-TEST(MeshStatistics, InsideOutHasNegativeVolume) {
+TEST(MeshStatistics, InsideOutBox_HasNegativeVolume) {
   Mesh mesh = box(1, 1, 1);
   mesh.faces.col(1).swap(mesh.faces.col(2));
   EXPECT_NEAR(*mesh_statistics(mesh).volume, -1, 1e-15);
 }
 
-TEST(MeshStatistics, VolumeFarFromTheOriginKeepsItsDigits) {
+TEST(MeshStatistics, BoxFarFromOrigin_KeepsVolumePrecision) {
   Mesh mesh = box(1, 1, 1);
   mesh.vertices.array() += 4096;
   EXPECT_NEAR(*mesh_statistics(mesh).volume, 1, 1e-14);
 }
 
-TEST(MeshStatistics, AnOpenBoxHasARimAndNoVolume) {
+TEST(MeshStatistics, OpenBox_HasBoundaryLoopAndNoVolume) {
   Mesh mesh = box(1, 2, 3);
   mesh.faces.conservativeResize(10, 3);  // without the side z = 3, of 1 by 2
   const MeshStatistics s = mesh_statistics(mesh);
@@ -65,7 +65,7 @@ TEST(MeshStatistics, AnOpenBoxHasARimAndNoVolume) {
   EXPECT_FALSE(s.volume);
 }
 
-TEST(MeshStatistics, AFlippedFaceIsInconsistentAndHasNoVolume) {
+TEST(MeshStatistics, FlippedFace_IsInconsistentAndHasNoVolume) {
   Mesh mesh = box(1, 1, 1);
   std::swap(mesh.faces(0, 1), mesh.faces(0, 2));
   const MeshStatistics s = mesh_statistics(mesh);
@@ -74,7 +74,7 @@ TEST(MeshStatistics, AFlippedFaceIsInconsistentAndHasNoVolume) {
 }
 
 // Two faces that pass their edge in the same direction: its border is no loop of either side.
-TEST(MeshStatistics, TheBorderOfFacesThatDisagreeHasALengthAndNoLoop) {
+TEST(MeshStatistics, InconsistentBoundary_HasLengthButNoLoop) {
   Mesh mesh;
   mesh.vertices.resize(4, 3);
   mesh.vertices << 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, -1, 0;
@@ -86,7 +86,7 @@ TEST(MeshStatistics, TheBorderOfFacesThatDisagreeHasALengthAndNoLoop) {
   EXPECT_NEAR(s.boundary_length, 2 + 2 * std::sqrt(2.0), 1e-12);
 }
 
-TEST(MeshStatistics, CountsDefects) {
+TEST(MeshStatistics, DefectiveMesh_CountsEachDefect) {
   Mesh mesh = box(1, 1, 1);
   mesh.vertices.conservativeResize(9, 3);
   mesh.vertices.row(8) << 5, 5, 5;
@@ -100,7 +100,7 @@ TEST(MeshStatistics, CountsDefects) {
   EXPECT_EQ(s.components, 2);
 }
 
-TEST(MeshStatistics, QuantilesAreInterpolated) {
+TEST(MeshStatistics, EdgeLengthQuantiles_AreInterpolated) {
   Mesh mesh;
   mesh.vertices.resize(3, 3);
   mesh.vertices << 0, 0, 0, 3, 0, 0, 0, 4, 0;
@@ -109,7 +109,7 @@ TEST(MeshStatistics, QuantilesAreInterpolated) {
   EXPECT_THAT(mesh_statistics(mesh, {{0, 0.25, 0.5, 1}}).edge_lengths, ElementsAre(3, 3.5, 4, 5));
 }
 
-TEST(MeshStatistics, PointsAlone) {
+TEST(MeshStatistics, PointCloud_HasComponentsButNoArea) {
   Mesh mesh;
   mesh.vertices.resize(2, 3);
   mesh.vertices << 0, 0, 0, 1, 1, 1;
@@ -120,14 +120,14 @@ TEST(MeshStatistics, PointsAlone) {
   EXPECT_THAT(s.edge_lengths, IsEmpty());
 }
 
-TEST(MeshStatistics, Nothing) {
+TEST(MeshStatistics, EmptyMesh_HasZeroCounts) {
   const MeshStatistics s = mesh_statistics(Mesh{});
   EXPECT_EQ(s.vertices, 0);
   EXPECT_EQ(s.edges, 0);
   EXPECT_FALSE(s.volume);
 }
 
-TEST(MeshStatistics, RefusesWhatIsNoMesh) {
+TEST(MeshStatistics, BadIndexOrNonFiniteVertex_IsRefused) {
   Mesh mesh = box(1, 1, 1);
   mesh.faces(3, 1) = 8;
   EXPECT_THROW(mesh_statistics(mesh), DataError);
@@ -141,7 +141,7 @@ TEST(MeshStatistics, RefusesWhatIsNoMesh) {
   }
 }
 
-TEST(MeshStatistics, RefusesQuantilesOutOfRange) {
+TEST(MeshStatistics, QuantileOutOfRange_IsRefused) {
   for (const double bad : {-0.1, 1.1, std::nan("")}) {
     EXPECT_THROW(mesh_statistics(box(1, 1, 1), {{bad}}), LogicError);
   }

@@ -14,7 +14,7 @@ namespace {
 
 using fixtures::mesh_of;
 
-TEST(Normals, FacesOfASphereLookOutwards) {
+TEST(Normals, SphereFaceNormals_PointOutwards) {
   const Mesh mesh = fixtures::sphere(3);
   const Points normals = face_normals(mesh.vertices, mesh.faces);
   for (Index f = 0; f < mesh.faces.rows(); ++f) {
@@ -23,7 +23,7 @@ TEST(Normals, FacesOfASphereLookOutwards) {
   }
 }
 
-TEST(Normals, VerticesOfFinerSpheresComeCloserToTheirNormals) {
+TEST(Normals, RefinedSphere_VertexNormalsConverge) {
   const auto error = [](int levels) {
     const Mesh mesh = fixtures::sphere(levels);
     return (vertex_normals(mesh.vertices, mesh.faces) - mesh.vertices).rowwise().norm().maxCoeff();
@@ -32,7 +32,7 @@ TEST(Normals, VerticesOfFinerSpheresComeCloserToTheirNormals) {
   EXPECT_LT(error(5), 0.6 * error(4));
 }
 
-TEST(Normals, ACubesCornerDoesNotCareHowFacesAreCut) {
+TEST(Normals, CubeCorner_NormalIsIndependentOfTriangulation) {
   // Corner 0 of a cube: two triangles in one side, one each in the others.
   const Mesh mesh = mesh_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {1, 1, 0}},
                             {{0, 4, 1}, {0, 2, 4}, {0, 1, 3}, {0, 3, 2}});
@@ -40,24 +40,24 @@ TEST(Normals, ACubesCornerDoesNotCareHowFacesAreCut) {
   EXPECT_LT((normal + Eigen::Vector3d::Ones() / std::sqrt(3)).norm(), 1e-14);
 }
 
-TEST(Normals, FacesWithoutAreaHaveNone) {
+TEST(Normals, ZeroAreaFaces_HaveZeroNormals) {
   const Mesh mesh = mesh_of({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}}, {{0, 1, 2}, {0, 0, 1}});
   EXPECT_TRUE(face_normals(mesh.vertices, mesh.faces).isZero(0));
   EXPECT_TRUE(vertex_normals(mesh.vertices, mesh.faces).isZero(0));
   EXPECT_TRUE(face_areas(mesh.vertices, mesh.faces).isZero(0));
 }
 
-TEST(Normals, CancellingNormalsAreZero) {
+TEST(Normals, OppositeFaces_CancelToZeroNormal) {
   const Mesh mesh = mesh_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 1}});
   EXPECT_TRUE(vertex_normals(mesh.vertices, mesh.faces).isZero(0));
 }
 
-TEST(Normals, VerySmallFacesStillHaveOne) {
+TEST(Normals, TinyFaces_HaveUnitNormals) {
   const Mesh mesh = mesh_of({{0, 0, 0}, {1e-90, 0, 0}, {0, 1e-90, 0}}, {{0, 1, 2}});
   EXPECT_EQ(face_normals(mesh.vertices, mesh.faces).row(0), Eigen::RowVector3d(0, 0, 1));
 }
 
-TEST(Areas, OfATriangleAndASphere) {
+TEST(Areas, TriangleAndSphere_HaveKnownAreas) {
   const Mesh triangle = mesh_of({{0, 0, 0}, {3, 0, 0}, {0, 4, 0}}, {{0, 1, 2}});
   EXPECT_DOUBLE_EQ(face_areas(triangle.vertices, triangle.faces)[0], 6);
   EXPECT_DOUBLE_EQ(vertex_areas(triangle.vertices, triangle.faces)[1], 2);
@@ -67,13 +67,13 @@ TEST(Areas, OfATriangleAndASphere) {
               face_areas(ball.vertices, ball.faces).sum(), 1e-12);
 }
 
-TEST(Areas, NothingHasNone) {
+TEST(Areas, EmptyMesh_HasZeroAreas) {
   EXPECT_EQ(face_areas(Points(0, 3), Triangles(0, 3)).size(), 0);
   EXPECT_TRUE(vertex_areas(Points::Zero(2, 3), Triangles(0, 3)).isZero(0));
   EXPECT_TRUE(vertex_normals(Points::Zero(2, 3), Triangles(0, 3)).isZero(0));
 }
 
-TEST(NormalsRefuse, VerticesThatAreNotThere) {
+TEST(NormalsRefuse, OutOfRangeFaceIndex_Throws) {
   const Points vertices = Points::Zero(3, 3);
   for (const int bad : {3, -1}) {
     Triangles faces(1, 3);
@@ -84,7 +84,7 @@ TEST(NormalsRefuse, VerticesThatAreNotThere) {
   }
 }
 
-TEST(AreasRefuse, VerticesThatAreNotThere) {
+TEST(AreasRefuse, OutOfRangeFaceIndex_Throws) {
   const Points vertices = Points::Zero(3, 3);
   for (const int bad : {3, -1}) {
     Triangles faces(1, 3);

@@ -39,12 +39,12 @@ void expect_words(const std::string& text, const std::string& words) {
   EXPECT_NE(text.find(words), std::string::npos) << text;
 }
 
-TEST(Mesh, AGoodOneAndAnEmptyOneAreAccepted) {
+TEST(Mesh, ValidAndEmptyMesh_AreAccepted) {
   EXPECT_NO_THROW(check_mesh(one_triangle()));
   EXPECT_NO_THROW(check_mesh(Mesh{}));
 }
 
-TEST(MeshRefused, IndexOutOfRange) {
+TEST(MeshRefused, FaceIndexOutOfRange_Throws) {
   for (const int bad : {-1, 3, 2147483647}) {
     Mesh mesh = one_triangle();
     mesh.faces(0, 1) = bad;
@@ -53,7 +53,7 @@ TEST(MeshRefused, IndexOutOfRange) {
   }
 }
 
-TEST(MeshRefused, NumberThatIsNotFinite) {
+TEST(MeshRefused, NonFiniteNumber_Throws) {
   for (const double bad : {double{NAN}, double{INFINITY}, -double{INFINITY}}) {
     Mesh mesh = one_triangle();
     mesh.vertices(2, 1) = bad;
@@ -64,7 +64,7 @@ TEST(MeshRefused, NumberThatIsNotFinite) {
   expect_words(words_of_refusal([&] { check_mesh(mesh); }), "confidence 0");
 }
 
-TEST(MeshRefused, AttributeOfAnotherLength) {
+TEST(MeshRefused, AttributeOfOtherLength_Throws) {
   Mesh mesh = one_triangle();
   mesh.normals = Points::Zero(2, 3);
   expect_words(words_of_refusal([&] { check_mesh(mesh); }), "normals: 2 rows; expected 3");
@@ -77,7 +77,7 @@ TEST(MeshRefused, AttributeOfAnotherLength) {
   expect_words(words_of_refusal([&] { check_mesh(mesh); }), "uv face 0: index 1; expected 0 to 0");
 }
 
-TEST(Sequence, HoldsMeshesAndFindsTheSharedTopology) {
+TEST(Sequence, MeshesOfSameFaces_ShareTopology) {
   Mesh moved = one_triangle();
   moved.vertices.array() += 1;
   const Sequence sequence = sequence_of({one_triangle(), moved}, 30, {5, 7});
@@ -87,7 +87,7 @@ TEST(Sequence, HoldsMeshesAndFindsTheSharedTopology) {
   EXPECT_EQ(sequence.frame_ids[1], 7);
 }
 
-TEST(Sequence, ScansKeepTheirOwnTopology) {
+TEST(Sequence, MeshesOfDifferentFaces_KeepOwnTopology) {
   Mesh other = one_triangle();
   other.faces << 2, 1, 0;
   const Sequence sequence = sequence_of({one_triangle(), other}, 30);
@@ -95,14 +95,14 @@ TEST(Sequence, ScansKeepTheirOwnTopology) {
   EXPECT_EQ(frame(sequence, 1).faces, other.faces);
 }
 
-TEST(SequenceRefused, FrameOutOfRange) {
+TEST(SequenceRefused, FrameOutOfRange_Throws) {
   const Sequence sequence = sequence_of({one_triangle()}, 30);
   EXPECT_THROW(frame(sequence, -1), LogicError);
   expect_words(words_of_refusal([&] { frame(sequence, 1); }), "frame 1 of 1");
   EXPECT_THROW(sequence_of({one_triangle()}, 30, {1, 2}), LogicError);
 }
 
-TEST(SequenceRefused, ReaderThatReturnsAnotherTopologyOrABrokenMesh) {
+TEST(SequenceRefused, LoadedFrameWithOtherTopologyOrBadVertex_Throws) {
   Sequence sequence = sequence_of({one_triangle()}, 30, {4});
   sequence.load = [](Index) {
     Mesh mesh = one_triangle();
@@ -128,13 +128,13 @@ Skeleton arm() {
   return skeleton;
 }
 
-TEST(Skeleton, FindsJointsByName) {
+TEST(Skeleton, JointName_IsFound) {
   EXPECT_NO_THROW(check_skeleton(arm()));
   EXPECT_EQ(find_joint(arm(), "wrist"), 2);
   EXPECT_EQ(find_joint(arm(), "ankle"), -1);
 }
 
-TEST(SkeletonRefused, TreesThatAreNone) {
+TEST(SkeletonRefused, CyclicOrMultiRootTree_Throws) {
   Skeleton skeleton = arm();
   skeleton.parents = {-1, 2, 1};
   expect_words(words_of_refusal([&] { check_skeleton(skeleton); }), "no cycles");
@@ -147,7 +147,7 @@ TEST(SkeletonRefused, TreesThatAreNone) {
   expect_words(words_of_refusal([] { check_skeleton(Skeleton{}); }), "no joints");
 }
 
-TEST(SkeletonRefused, NamesAndArrays) {
+TEST(SkeletonRefused, BadNamesOrArraySizes_Throw) {
   Skeleton skeleton = arm();
   skeleton.names[2] = "elbow";
   expect_words(words_of_refusal([&] { check_skeleton(skeleton); }), "the name of joint 1");
@@ -167,7 +167,7 @@ Garment patch() {
   return garment;
 }
 
-TEST(Garment, AGoodOneIsAccepted) {
+TEST(Garment, ValidGarment_IsAccepted) {
   Garment garment = patch();
   garment.rest = Points2::Zero(3, 2);
   garment.rest_faces = garment.mesh.faces;
@@ -180,7 +180,7 @@ TEST(Garment, AGoodOneIsAccepted) {
   EXPECT_NO_THROW(check_garment(garment));
 }
 
-TEST(GarmentRefused, RestShapeAndPanels) {
+TEST(GarmentRefused, BadRestShapeOrPanels_Throw) {
   Garment garment = patch();
   garment.rest_faces = Triangles::Zero(1, 3);
   expect_words(words_of_refusal([&] { check_garment(garment); }), "rest face 0");
@@ -197,7 +197,7 @@ TEST(GarmentRefused, RestShapeAndPanels) {
   expect_words(words_of_refusal([&] { check_garment(garment); }), "panels: 2 entries");
 }
 
-TEST(GarmentRefused, SeamsAndLoops) {
+TEST(GarmentRefused, BadSeamsOrBoundaries_Throw) {
   Garment garment = patch();
   garment.seams = {{"side", {0, 1}, {2}}};
   expect_words(words_of_refusal([&] { check_garment(garment); }), "as many on both sides");
@@ -211,7 +211,7 @@ TEST(GarmentRefused, SeamsAndLoops) {
   expect_words(words_of_refusal([&] { check_garment(garment); }), "boundary: vertex 9");
 }
 
-TEST(GarmentRefused, AttachmentsAndMaterial) {
+TEST(GarmentRefused, BadAttachmentsOrMaterial_Throw) {
   Garment garment = patch();
   garment.attachments = {{0, 0, {0.5, 0.2, 0.2}, 0}};
   expect_words(words_of_refusal([&] { check_garment(garment); }), "do not sum to 1");
@@ -227,7 +227,7 @@ TEST(GarmentRefused, AttachmentsAndMaterial) {
   expect_words(words_of_refusal([&] { check_garment(garment); }), "material bending");
 }
 
-TEST(Image, EverySrgbByteSurvivesTheRoundTrip) {
+TEST(Image, EverySrgbByte_SurvivesRoundTrip) {
   ByteImage bytes(256, 1, 1);
   for (int i = 0; i < 256; ++i) {
     bytes.at(i, 0) = static_cast<std::uint8_t>(i);
@@ -235,7 +235,7 @@ TEST(Image, EverySrgbByteSurvivesTheRoundTrip) {
   EXPECT_EQ(srgb_from_linear(linear_from_srgb(bytes)).data, bytes.data);
 }
 
-TEST(Image, KnownValuesOfTheTransferCurve) {
+TEST(Image, SrgbTransferCurve_MatchesKnownValues) {
   Image image(4, 1, 1);
   image.data = {0.0F, 0.21586F, 1.0F, 0.0031308F};
   const ByteImage bytes = srgb_from_linear(image);
@@ -245,7 +245,7 @@ TEST(Image, KnownValuesOfTheTransferCurve) {
   EXPECT_EQ(bytes.data[3], 10);
 }
 
-TEST(Image, OutOfRangeIsClampedAndNanIsBlack) {
+TEST(Image, OutOfRangeValue_IsClampedAndNanIsBlack) {
   Image image(3, 1, 1);
   image.data = {-1.0F, 7.0F, NAN};
   const ByteImage bytes = srgb_from_linear(image);
@@ -254,7 +254,7 @@ TEST(Image, OutOfRangeIsClampedAndNanIsBlack) {
   EXPECT_EQ(bytes.data[2], 0);
 }
 
-TEST(Finding, ReadsAsOneLine) {
+TEST(Finding, FormattedFinding_IsOneLine) {
   const Finding finding{Severity::Error, "camera-rotation", "cam3", "the rotation mirrors",
                         "use --layout easymocap"};
   EXPECT_EQ(to_string(finding),
@@ -264,7 +264,7 @@ TEST(Finding, ReadsAsOneLine) {
   EXPECT_EQ(to_string(Finding{Severity::Warning, "a", "", "b", ""}), "warning a: b");
 }
 
-TEST(Error, DataErrorIsOneSentence) {
+TEST(Error, DataErrorMessage_IsOneSentence) {
   const DataError error("a.obj", "line 3", "index 9", "1 to 8");
   EXPECT_STREQ(error.what(), "a.obj: line 3: index 9; expected 1 to 8");
   EXPECT_STREQ(DataError("", "", "", "a file").what(), "expected a file");
@@ -272,7 +272,7 @@ TEST(Error, DataErrorIsOneSentence) {
                "/out: no space left on device");
 }
 
-TEST(Error, ChecksHoldInEveryBuild) {
+TEST(Error, FailedCheck_IsReportedInEveryBuild) {
   EXPECT_NO_THROW(ATELIER_CHECK(true, "fine"));
   expect_words(words_of_refusal([] { ATELIER_CHECK(1 == 2, "sums"); }), "sums (1 == 2)");
 }

@@ -77,7 +77,7 @@ struct OptionsTest : testing::Test {
   }
 };
 
-TEST_F(OptionsTest, SetsEveryKind) {
+TEST_F(OptionsTest, ValuesOfEveryKind_AreSet) {
   EXPECT_EQ(set("gravity", "false"), "");
   EXPECT_EQ(set("seed", "123456789012345"), "");
   EXPECT_EQ(set("name", "Brautkleid für Zoë"), "");
@@ -96,7 +96,7 @@ TEST_F(OptionsTest, SetsEveryKind) {
   EXPECT_EQ(options.solver.tolerance, 2.5e-7);
 }
 
-TEST_F(OptionsTest, ReadsSpacesAndPlus) {
+TEST_F(OptionsTest, SpacesAndPlusSign_AreRead) {
   EXPECT_EQ(set("seed", " +5 "), "");
   EXPECT_EQ(options.seed, 5);
   EXPECT_EQ(set("wind", " 1 , 2 "), "");
@@ -105,7 +105,7 @@ TEST_F(OptionsTest, ReadsSpacesAndPlus) {
   EXPECT_THAT(options.wind, IsEmpty());
 }
 
-TEST_F(OptionsTest, NotesWhoSetAValue) {
+TEST_F(OptionsTest, SetValue_RecordsItsSource) {
   EXPECT_EQ(field("fabric").source, "default");
   EXPECT_EQ(set_option(table, "fabric", "silk", "outfit.toml:3"), "");
   EXPECT_EQ(field("fabric").source, "outfit.toml:3");
@@ -113,13 +113,13 @@ TEST_F(OptionsTest, NotesWhoSetAValue) {
   EXPECT_EQ(field("fabric").source, "flag");
 }
 
-TEST_F(OptionsTest, ARefusedTextChangesNeitherValueNorSource) {
+TEST_F(OptionsTest, RefusedText_ChangesNeitherValueNorSource) {
   EXPECT_NE(set("solver.substeps", "0"), "");
   EXPECT_EQ(options.solver.substeps, 8);
   EXPECT_EQ(field("solver.substeps").source, "default");
 }
 
-TEST(OptionChoices, NoneOfThemIsNoWord) {
+TEST(OptionChoices, EmptyChoice_IsSettableButNotListed) {
   std::string fabric;
   OptionTable table;
   table.add("fabric", fabric, {"", "wool", "silk"}, "What the cloth is made of");
@@ -128,7 +128,7 @@ TEST(OptionChoices, NoneOfThemIsNoWord) {
   EXPECT_THAT(set_option(table, "fabric", "tweed", "flag"), HasSubstr("it takes wool, silk"));
 }
 
-TEST_F(OptionsTest, RefusesAnUnknownNameAndSuggests) {
+TEST_F(OptionsTest, UnknownName_IsRefusedWithSuggestion) {
   EXPECT_EQ(set("solver.substep", "3"),
             "there is no option 'solver.substep', did you mean 'solver.substeps'?");
   EXPECT_THAT(set("substeps", "3"), HasSubstr("did you mean 'solver.substeps'?"));
@@ -138,14 +138,14 @@ TEST_F(OptionsTest, RefusesAnUnknownNameAndSuggests) {
   EXPECT_EQ(set("", "1"), "there is no option ''; 'atelier options' lists them");
 }
 
-TEST_F(OptionsTest, RefusesAChoiceAndSuggests) {
+TEST_F(OptionsTest, UnknownChoice_IsRefusedWithSuggestion) {
   EXPECT_EQ(set("fabric", "woll"),
             "fabric cannot be 'woll': it takes wool, cotton, silk, did you mean 'wool'?");
   EXPECT_THAT(set("method", "Direct"), HasSubstr("did you mean 'direct'?"));
   EXPECT_THAT(set("method", ""), HasSubstr("direct, iterative"));
 }
 
-TEST_F(OptionsTest, ShowsWhatIsNoAsciiAndCutsNoCharacterInTwo) {
+TEST_F(OptionsTest, WrongTextInMessage_IsPrintableAndCutAtCharacters) {
   EXPECT_THAT(set("fabric", "gr\u00f6\u00dfe"), HasSubstr("cannot be 'gr\u00f6\u00dfe':"));
   EXPECT_THAT(set("fabric", std::string(59, 'a') + "\u00f6\u00f6"),
               HasSubstr("'" + std::string(59, 'a') + "...'"));
@@ -153,7 +153,7 @@ TEST_F(OptionsTest, ShowsWhatIsNoAsciiAndCutsNoCharacterInTwo) {
   EXPECT_THAT(set("fabric", "\xff"), HasSubstr("'?'"));
 }
 
-TEST_F(OptionsTest, NamesRangeAndUnit) {
+TEST_F(OptionsTest, OutOfRangeValue_MessageNamesRangeAndUnit) {
   EXPECT_EQ(set("solver.tolerance", "-1"),
             "solver.tolerance cannot be '-1': it takes a number in [0, 1] (m)");
   EXPECT_EQ(set("solver.substeps", "many"),
@@ -191,22 +191,22 @@ INSTANTIATE_TEST_SUITE_P(
         BadValue{"name", "\xf4\x90\x80\x80"}, BadValue{"name", "\xe2\x82"},
         BadValue{"name", "\xc2\x85"}, BadValue{"method", "0"}));
 
-TEST_P(RefusedValues, AreRefusedWithTheName) {
+TEST_P(RefusedValues, WrongText_IsRefusedWithOptionName) {
   const std::string before = canonical_json(table);
   EXPECT_THAT(set(GetParam().name, GetParam().text),
               HasSubstr(std::string(GetParam().name) + " cannot be '"));
   EXPECT_EQ(canonical_json(table), before);
 }
 
-TEST_F(OptionsTest, RefusesAnEndlessText) {
+TEST_F(OptionsTest, OverlongText_IsRefused) {
   EXPECT_THAT(set("name", std::string(70'000, 'a')), HasSubstr("name is 70000 bytes long"));
 }
 
-TEST_F(OptionsTest, ShowsOnlyTheBeginningOfALongWrongText) {
+TEST_F(OptionsTest, LongWrongText_IsShortenedInMessage) {
   EXPECT_LT(set("solver.substeps", std::string(10'000, '9')).size(), 200u);
 }
 
-TEST_F(OptionsTest, TextReadsBackToTheSameBits) {
+TEST_F(OptionsTest, RandomDoubles_RoundTripThroughText) {
   Random random{3, 0, 0};
   for (int i = 0; i < 2000; ++i) {
     const std::uint64_t bits = uniform_index(random, ~std::uint64_t{0});
@@ -226,13 +226,13 @@ TEST_F(OptionsTest, TextReadsBackToTheSameBits) {
   }
 }
 
-TEST_F(OptionsTest, CanonicalJsonIsSortedAndLeavesOutWhatIsNotKeyed) {
+TEST_F(OptionsTest, CanonicalJson_IsSortedAndOmitsUnkeyedOptions) {
   EXPECT_EQ(canonical_json(table),
             R"({"fabric":"wool","gravity":true,"method":"direct","name":"dress","seed":7,)"
             R"("solver.substeps":8,"solver.tolerance":1e-06,"wind":[0,1.5,-2]})");
 }
 
-TEST_F(OptionsTest, CanonicalJsonDependsOnValuesAlone) {
+TEST_F(OptionsTest, CanonicalJson_DependsOnValuesOnly) {
   DrapeOptions other;
   OptionTable reversed;
   OptionTable forward = describe(other);
@@ -245,12 +245,12 @@ TEST_F(OptionsTest, CanonicalJsonDependsOnValuesAlone) {
   EXPECT_NE(canonical_json(reversed), canonical_json(table));
 }
 
-TEST_F(OptionsTest, CanonicalJsonEscapes) {
+TEST_F(OptionsTest, CanonicalJson_EscapesText) {
   options.name = "a\"b\\c\td";
   EXPECT_THAT(canonical_json(table), HasSubstr(R"("name":"a\"b\\c\u0009d")"));
 }
 
-TEST_F(OptionsTest, CanonicalJsonRefusesNaN) {
+TEST_F(OptionsTest, NanInCanonicalJson_IsRefused) {
   options.solver.tolerance = std::nan("");
   EXPECT_THROW(canonical_json(table), LogicError);
   options.solver.tolerance = 0;
@@ -258,11 +258,11 @@ TEST_F(OptionsTest, CanonicalJsonRefusesNaN) {
   EXPECT_THROW(canonical_json(table), LogicError);
 }
 
-TEST_F(OptionsTest, DefaultsPassTheirOwnCheck) {
+TEST_F(OptionsTest, Defaults_PassTheCheck) {
   EXPECT_THAT(check_options(table), IsEmpty());
 }
 
-TEST_F(OptionsTest, CheckNamesEveryWrongValue) {
+TEST_F(OptionsTest, WrongValues_AreAllNamed) {
   options.seed = -1;
   options.fabric = "paper";
   options.wind = {0, std::nan("")};
@@ -279,7 +279,7 @@ TEST_F(OptionsTest, CheckNamesEveryWrongValue) {
   EXPECT_THAT(problems[5], HasSubstr("solver.tolerance"));
 }
 
-TEST_F(OptionsTest, NonFiniteIsFoundInEveryField) {
+TEST_F(OptionsTest, NonFiniteValue_IsFoundInEveryField) {
   const double wrong[] = {std::nan(""), std::numeric_limits<double>::infinity(),
                           -std::numeric_limits<double>::infinity()};
   for (const double value : wrong) {
@@ -292,7 +292,7 @@ TEST_F(OptionsTest, NonFiniteIsFoundInEveryField) {
   }
 }
 
-TEST_F(OptionsTest, MarkdownHasARowForEachField) {
+TEST_F(OptionsTest, Markdown_HasOneRowPerField) {
   const std::string text = options_markdown(table);
   EXPECT_THAT(text, HasSubstr("| `solver.tolerance` | `1e-06` | number in [0, 1] | m | Where to "
                               "stop |\n"));
@@ -300,13 +300,13 @@ TEST_F(OptionsTest, MarkdownHasARowForEachField) {
   EXPECT_THAT(text, HasSubstr("Threads (not part of the key)"));
 }
 
-TEST_F(OptionsTest, HelpHasTheDefault) {
+TEST_F(OptionsTest, Help_ShowsTheDefault) {
   EXPECT_THAT(
       options_help(table),
       HasSubstr("  --solver.tolerance <number in [0, 1]> m\n      Where to stop [1e-06]\n"));
 }
 
-TEST(OptionTable, RefusesWhatIsNoName) {
+TEST(OptionTable, BadOptionName_IsRefused) {
   double value = 0;
   for (const char* name :
        {"", ".", "a.", ".a", "a..b", "A", "a-b", "1a", "_a", "a b", "a.1", "ä"}) {
@@ -315,32 +315,32 @@ TEST(OptionTable, RefusesWhatIsNoName) {
   }
 }
 
-TEST(OptionTable, RefusesTwins) {
+TEST(OptionTable, DuplicateName_IsRefused) {
   double value = 0;
   OptionTable table;
   table.add("a", value, 0, 1, "", "help");
   EXPECT_THROW(table.add("a", value, 0, 1, "", "help"), LogicError);
 }
 
-TEST(OptionTable, RefusesAMissingHelp) {
+TEST(OptionTable, MissingHelp_IsRefused) {
   bool value = false;
   OptionTable table;
   EXPECT_THROW(table.add("a", value, ""), LogicError);
 }
 
-TEST(OptionTable, RefusesAnEmptyRange) {
+TEST(OptionTable, EmptyRange_IsRefused) {
   int value = 0;
   OptionTable table;
   EXPECT_THROW(table.add("a", value, 1, 0, "", "help"), LogicError);
   EXPECT_THROW(table.add("b", value, std::nan(""), 0, "", "help"), LogicError);
 }
 
-TEST(OptionTable, RefusesNotKeyedOfNothing) {
+TEST(OptionTable, NotKeyedWithoutField_IsRefused) {
   OptionTable table;
   EXPECT_THROW(table.not_keyed(), LogicError);
 }
 
-TEST(OptionTable, TakesTheFieldsOfAnotherUnderTheirOwnNames) {
+TEST(OptionTable, NestedTable_AddsItsFields) {
   SolverOptions solver;
   bool gravity = true;
   OptionTable table;
@@ -350,7 +350,7 @@ TEST(OptionTable, TakesTheFieldsOfAnotherUnderTheirOwnNames) {
   EXPECT_THROW(table.add(describe(solver)), LogicError);  // there twice
 }
 
-TEST(OptionTable, HelpsHaveOneForm) {
+TEST(OptionTable, HelpText_IsNormalized) {
   bool value = false;
   OptionTable table;
   table.add("a", value, "whether things fall.").add("b", value, "0 is none");
@@ -358,7 +358,7 @@ TEST(OptionTable, HelpsHaveOneForm) {
   EXPECT_EQ(table.fields[1].help, "0 is none");
 }
 
-TEST(OptionTable, RefusalsAreSentences) {
+TEST(OptionTable, Refusals_AreFullSentences) {
   DrapeOptions options;
   OptionTable table = describe(options);
   EXPECT_EQ(set_option(table, "wind", "strong"),
@@ -370,7 +370,7 @@ TEST(OptionTable, RefusalsAreSentences) {
             "solver.tolerance cannot be 'inf': it takes a number in [0, 1] (m)");
 }
 
-TEST(OptionTable, LargeBoundsAreWrittenOut) {
+TEST(OptionTable, LargeBounds_AreWrittenOut) {
   int frames = 1;
   double force = 1;
   OptionTable table;
@@ -379,14 +379,14 @@ TEST(OptionTable, LargeBoundsAreWrittenOut) {
   EXPECT_EQ(option_range(table.fields[1]), "number in [1e-06, 1e+12]");
 }
 
-TEST(OptionSet, HoldsItsStructBehindTheTable) {
+TEST(OptionSet, SetValue_ReachesTheHeldStruct) {
   OptionSet set = option_set<SolverOptions>();
   EXPECT_EQ(set_option(set.table, "substeps", "30"), "");
   EXPECT_EQ(options_of<SolverOptions>(set).substeps, 30);
   EXPECT_EQ(options_of<SolverOptions>(option_set<SolverOptions>()).substeps, 8);
 }
 
-TEST(OptionTable, OpenRangesSayOneBound) {
+TEST(OptionTable, OpenRange_ShowsOneBound) {
   double low = 1;
   double high = 1;
   double any = 1;

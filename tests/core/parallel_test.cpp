@@ -12,7 +12,7 @@
 namespace atelier {
 namespace {
 
-TEST(Parallel, VisitsEveryIndexOnce) {
+TEST(Parallel, ParallelFor_VisitsEveryIndexOnce) {
   for (const int threads : {1, 2, 7}) {
     set_thread_count(threads);
     std::vector<std::atomic<int>> visits(1003);
@@ -28,7 +28,7 @@ TEST(Parallel, VisitsEveryIndexOnce) {
   set_thread_count(0);
 }
 
-TEST(Parallel, SumHasTheSameBitsOnAnyNumberOfThreads) {
+TEST(Parallel, Sum_IsBitIdenticalForAnyThreadCount) {
   std::vector<double> values(10007);
   Random random{.seed = 3};
   for (double& value : values) {
@@ -48,7 +48,7 @@ TEST(Parallel, SumHasTheSameBitsOnAnyNumberOfThreads) {
   set_thread_count(0);
 }
 
-TEST(Parallel, EmptyLoopsDoNothing) {
+TEST(Parallel, EmptyLoop_DoesNothing) {
   int calls = 0;
   parallel_for(0, 4, [&](Index, Index) { ++calls; });
   parallel_for(-3, 4, [&](Index, Index) { ++calls; });
@@ -56,7 +56,7 @@ TEST(Parallel, EmptyLoopsDoNothing) {
   EXPECT_EQ(parallel_sum(0, 4, 1.5, [](Index, Index) { return 2.0; }), 1.5);
 }
 
-TEST(Parallel, FirstExceptionByChunkOrderIsRethrown) {
+TEST(Parallel, SeveralExceptions_RethrowFirstByChunkOrder) {
   for (int repeat = 0; repeat < 20; ++repeat) {
     try {
       parallel_for(100, 1, [](Index begin, Index) {
@@ -71,12 +71,12 @@ TEST(Parallel, FirstExceptionByChunkOrderIsRethrown) {
   }
 }
 
-TEST(ParallelRefused, GrainAndThreadCount) {
+TEST(ParallelRefused, BadGrainOrThreadCount_Throws) {
   EXPECT_THROW(parallel_for(10, 0, [](Index, Index) {}), LogicError);
   EXPECT_THROW(set_thread_count(-1), LogicError);
 }
 
-TEST(Parallel, ThreadCountIsTheOneSet) {
+TEST(Parallel, SetThreadCount_IsReturned) {
   set_thread_count(1);
   EXPECT_EQ(thread_count(), 1);
   set_thread_count(0);
@@ -84,7 +84,7 @@ TEST(Parallel, ThreadCountIsTheOneSet) {
 }
 
 // Known answers of Philox4x32-10: Random123's kat_vectors.
-TEST(Random, KnownAnswersOfPhilox) {
+TEST(Random, Philox_MatchesPublishedKnownAnswers) {
   const RandomWords zero = random_words(0, 0, 0);
   EXPECT_EQ(zero.word[0], 0x6627e8d5U);
   EXPECT_EQ(zero.word[1], 0xe169c58dU);
@@ -97,7 +97,7 @@ TEST(Random, KnownAnswersOfPhilox) {
   EXPECT_EQ(ones.word[3], 0x6d5451fdU);
 }
 
-TEST(Random, MomentsAreThoseOfTheDistributions) {
+TEST(Random, UniformAndNormal_HaveExpectedMoments) {
   Random random{.seed = 11, .stream = 2};
   double sum = 0;
   double squares = 0;
@@ -120,7 +120,7 @@ TEST(Random, MomentsAreThoseOfTheDistributions) {
   EXPECT_NEAR(normal_squares / kCount, 1, 0.015);
 }
 
-TEST(Random, IndicesAreUniformAndStreamsDiffer) {
+TEST(Random, UniformIndex_IsUniformAndStreamsDiffer) {
   Random random{.seed = 5};
   std::vector<int> counts(7);
   for (int i = 0; i < 70000; ++i) {
@@ -135,7 +135,7 @@ TEST(Random, IndicesAreUniformAndStreamsDiffer) {
   EXPECT_THROW(uniform_index(a, 0), LogicError);
 }
 
-TEST(Random, RangeIsHalfOpen) {
+TEST(Random, UniformRange_IsHalfOpen) {
   Random random{.seed = 9};
   for (int i = 0; i < 1000; ++i) {
     const double value = uniform(random, -2, 3);

@@ -32,7 +32,7 @@ Mesh three_triangles() {
   return mesh;
 }
 
-TEST(PartOfMesh, KeepsWhatItsFacesUseAndNothingElse) {
+TEST(PartOfMesh, SelectedFaces_KeepTheirVerticesAndAttributes) {
   const Mesh mesh = three_triangles();
   const Mesh part = part_of_mesh(mesh, {2, 1});
   check_mesh(part);
@@ -55,7 +55,7 @@ TEST(PartOfMesh, KeepsWhatItsFacesUseAndNothingElse) {
   }
 }
 
-TEST(PartOfMesh, OfAllFacesIsTheMeshAndOfNoneIsEmpty) {
+TEST(PartOfMesh, AllFaces_GiveTheMeshAndNoneGiveEmpty) {
   Mesh mesh = three_triangles();
   const Mesh all = part_of_mesh(mesh, {0, 1, 2});
   EXPECT_EQ(all.vertices, mesh.vertices);
@@ -67,7 +67,7 @@ TEST(PartOfMesh, OfAllFacesIsTheMeshAndOfNoneIsEmpty) {
   EXPECT_EQ(none.faces.rows(), 0);
 }
 
-TEST(PartOfMesh, ABareMeshStaysBare) {
+TEST(PartOfMesh, MeshWithoutAttributes_StaysWithout) {
   Mesh mesh;
   mesh.vertices = three_triangles().vertices;
   mesh.faces = three_triangles().faces;
@@ -77,7 +77,7 @@ TEST(PartOfMesh, ABareMeshStaysBare) {
   EXPECT_TRUE(part.labels.empty());
 }
 
-TEST(PartOfMesh, RefusesFacesThatAreNotThere) {
+TEST(PartOfMesh, FaceOutOfRange_IsRefused) {
   EXPECT_THROW(part_of_mesh(three_triangles(), {0, 3}), LogicError);
   EXPECT_THROW(part_of_mesh(three_triangles(), {-1}), LogicError);
 }

@@ -56,7 +56,7 @@ bool same(const Raster& a, const Raster& b) {
          a.depth.data == b.depth.data;
 }
 
-TEST_P(RasterOnDevice, ATriangleCoversTheCentresInsideIt) {
+TEST_P(RasterOnDevice, Triangle_CoversPixelCentresInside) {
   // Right angle at (1, 1), legs of 4 pixels; the hypotenuse x + y = 6 passes through centres.
   const Mesh mesh = mesh_of({{1, 1, 1}, {5, 1, 1}, {1, 5, 1}}, {{0, 1, 2}});
   const Raster raster = rasterize(mesh.vertices, mesh.faces, flat_camera(7, 7), {}, device());
@@ -88,7 +88,7 @@ std::vector<int> coverage_counts(const Mesh& mesh, const Camera& camera, Device 
   return counts;
 }
 
-TEST_P(RasterOnDevice, NeighboursCoverEachPixelOnce) {
+TEST_P(RasterOnDevice, AdjacentTriangles_CoverEachPixelOnce) {
   // A grid over the whole image whose vertices and edges fall on pixel centres, and one jittered.
   Random random{1};
   for (const double jitter : {0.0, 0.3, 1.4}) {
@@ -105,7 +105,7 @@ TEST_P(RasterOnDevice, NeighboursCoverEachPixelOnce) {
   }
 }
 
-TEST_P(RasterOnDevice, AFanAroundAPixelCentreCoversItOnce) {
+TEST_P(RasterOnDevice, FanAroundPixelCentre_CoversItOnce) {
   for (int blades = 3; blades < 12; ++blades) {
     std::vector<std::array<double, 3>> vertices = {{8.5, 8.5, 1}};
     std::vector<std::array<int, 3>> faces;
@@ -121,7 +121,7 @@ TEST_P(RasterOnDevice, AFanAroundAPixelCentreCoversItOnce) {
   }
 }
 
-TEST_P(RasterOnDevice, NeighboursThatAreClippedCoverEachPixelOnce) {
+TEST_P(RasterOnDevice, ClippedAdjacentTriangles_CoverEachPixelOnce) {
   // A floor that passes under the camera and far behind it, cut at the near plane.
   Mesh mesh = fixtures::grid(5, 5);
   mesh.vertices = mesh.vertices.array() * 40 - 20;
@@ -135,7 +135,7 @@ TEST_P(RasterOnDevice, NeighboursThatAreClippedCoverEachPixelOnce) {
   }
 }
 
-TEST_P(RasterOnDevice, AgreesWithRays) {
+TEST_P(RasterOnDevice, RasterizedTorus_AgreesWithRayCasting) {
   const Mesh mesh = fixtures::torus(50, 30);
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   Camera camera = looking_camera(160, 120, 4);
@@ -179,7 +179,7 @@ TEST_P(RasterOnDevice, AgreesWithRays) {
   EXPECT_LT(other_faces, 10);
 }
 
-TEST_P(RasterOnDevice, BothDevicesGiveTheSameBits) {
+TEST_P(RasterOnDevice, CpuAndDevice_AreBitIdentical) {
   Random random{2};
   Mesh mesh = fixtures::torus(80, 60);
   for (Index i = 0; i < mesh.vertices.size(); ++i) {
@@ -193,7 +193,7 @@ TEST_P(RasterOnDevice, BothDevicesGiveTheSameBits) {
   }
 }
 
-TEST_P(RasterOnDevice, OfEquallyNearFacesTheLowestWins) {
+TEST_P(RasterOnDevice, EquallyNearFaces_LowestIndexWins) {
   const Mesh mesh = mesh_of({{0, 0, 1}, {8, 0, 1}, {0, 8, 1}, {8, 8, 1}},
                             {{0, 3, 2}, {0, 1, 2}, {2, 1, 0}, {0, 1, 3}});
   const Raster raster = rasterize(mesh.vertices, mesh.faces, flat_camera(8, 8), {}, device());
@@ -203,7 +203,7 @@ TEST_P(RasterOnDevice, OfEquallyNearFacesTheLowestWins) {
   EXPECT_EQ(raster.face.at(4, 6), 0);
 }
 
-TEST_P(RasterOnDevice, NearerFacesHideOthers) {
+TEST_P(RasterOnDevice, NearerFace_HidesOthers) {
   const Mesh mesh = mesh_of({{0, 0, 2}, {40, 0, 2}, {0, 40, 2}, {0, 0, 1}, {3, 0, 1}, {0, 3, 1}},
                             {{0, 1, 2}, {3, 4, 5}});
   const Raster raster = rasterize(mesh.vertices, mesh.faces, flat_camera(8, 8), {}, device());
@@ -213,7 +213,7 @@ TEST_P(RasterOnDevice, NearerFacesHideOthers) {
   EXPECT_EQ(raster.depth.at(5, 5), 2);
 }
 
-TEST_P(RasterOnDevice, BarycentricsAreThoseOfSpaceNotOfTheImage) {
+TEST_P(RasterOnDevice, Barycentrics_ArePerspectiveCorrect) {
   // Along an edge from depth 1 to depth 3, the middle of the image is a quarter of the way.
   Camera camera = flat_camera(4, 2);
   const Mesh mesh =
@@ -226,7 +226,7 @@ TEST_P(RasterOnDevice, BarycentricsAreThoseOfSpaceNotOfTheImage) {
   EXPECT_NEAR(raster.barycentric.at(1, 0, 1), s, 1e-6);
 }
 
-TEST_P(RasterOnDevice, TheNearPlaneCuts) {
+TEST_P(RasterOnDevice, NearPlane_ClipsFaces) {
   // A wall seen along its length, from behind the camera to 10 m ahead.
   Mesh mesh =
       mesh_of({{-1, -1, 5}, {-1, 1, 5}, {-1, -1, -10}, {-1, 1, -10}}, {{0, 2, 1}, {1, 2, 3}});
@@ -249,7 +249,7 @@ TEST_P(RasterOnDevice, TheNearPlaneCuts) {
   EXPECT_EQ(covered_pixels(rasterize(mesh.vertices, mesh.faces, camera, options, device())), 0);
 }
 
-TEST_P(RasterOnDevice, FacesBeyondTheGuardBandAreCut) {
+TEST_P(RasterOnDevice, FacesBeyondGuardBand_AreClipped) {
   // A triangle of millions of pixels, with a vertex a hair in front of the camera.
   const Mesh mesh =
       mesh_of({{-1e6, -1e6, -0.011}, {1e6, -1e6, -0.02}, {0, 2e6, -0.5}}, {{0, 1, 2}});
@@ -258,7 +258,7 @@ TEST_P(RasterOnDevice, FacesBeyondTheGuardBandAreCut) {
   EXPECT_EQ(covered_pixels(raster), 32 * 32);
 }
 
-TEST_P(RasterOnDevice, FacesSeenFromBehindCanBeLeftOut) {
+TEST_P(RasterOnDevice, BackFaces_AreCulledOnRequest) {
   const Mesh mesh = fixtures::sphere(3);
   const Camera camera = looking_camera(64, 64, 3);
   RasterOptions cull;
@@ -270,7 +270,7 @@ TEST_P(RasterOnDevice, FacesSeenFromBehindCanBeLeftOut) {
   EXPECT_EQ(covered_pixels(rasterize(mesh.vertices, mesh.faces, inside, cull, device())), 0);
 }
 
-TEST_P(RasterOnDevice, DistortedVerticesFallWhereTheCameraPutsThem) {
+TEST_P(RasterOnDevice, LensDistortion_MovesVerticesAsProjected) {
   Camera camera = looking_camera(200, 200, 3);
   camera.distortion_model = Distortion::Brown;
   camera.distortion = {-0.2, 0.05, 0.001, -0.002};
@@ -297,7 +297,7 @@ TEST_P(RasterOnDevice, DistortedVerticesFallWhereTheCameraPutsThem) {
   EXPECT_GT(checked, 300);
 }
 
-TEST_P(RasterOnDevice, FacesThatDistortionCannotProjectAreLeftOut) {
+TEST_P(RasterOnDevice, FacesBeyondDistortionFold_AreOmitted) {
   Camera camera = looking_camera(64, 64, 0);
   const Mesh mesh = mesh_of({{-1, -1, -2}, {1, -1, -2}, {0, 3, 2}, {-1, 1, -2}, {1, 1, -2}},
                             {{0, 1, 2}, {0, 1, 4}});
@@ -310,7 +310,7 @@ TEST_P(RasterOnDevice, FacesThatDistortionCannotProjectAreLeftOut) {
   EXPECT_GT(covered_pixels(rasterize(mesh.vertices, mesh.faces, camera, {}, device())), 0);
 }
 
-TEST_P(RasterOnDevice, NothingDrawsNothing) {
+TEST_P(RasterOnDevice, EmptyOrDegenerateInput_CoversNothing) {
   const Raster raster = rasterize(Points(0, 3), Triangles(0, 3), flat_camera(5, 3), {}, device());
   EXPECT_EQ(raster.face.data, std::vector<int>(15, -1));
   EXPECT_EQ(raster.depth.height, 3);
@@ -322,7 +322,7 @@ TEST_P(RasterOnDevice, NothingDrawsNothing) {
             0);
 }
 
-TEST(Raster, IsTheSameOnAnyNumberOfThreads) {
+TEST(Raster, AnyThreadCount_GivesTheSameRaster) {
   const Mesh mesh = fixtures::torus(60, 40);
   const Camera camera = looking_camera(150, 100, 3);
   set_thread_count(1);
@@ -333,7 +333,7 @@ TEST(Raster, IsTheSameOnAnyNumberOfThreads) {
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-TEST(RasterRefuses, VerticesThatAreNotFinite) {
+TEST(RasterRefuses, NonFiniteVertex_Throws) {
   const Mesh mesh = fixtures::sphere(1);
   for (const double bad : {kNan, std::numeric_limits<double>::infinity(), 1e100}) {
     Points broken = mesh.vertices;
@@ -343,7 +343,7 @@ TEST(RasterRefuses, VerticesThatAreNotFinite) {
   }
 }
 
-TEST(RasterRefuses, FacesThatNameNoVertex) {
+TEST(RasterRefuses, FaceIndexOutOfRange_Throws) {
   Mesh mesh = fixtures::sphere(1);
   for (const int bad : {400, -1}) {
     mesh.faces(2, 1) = bad;
@@ -352,7 +352,7 @@ TEST(RasterRefuses, FacesThatNameNoVertex) {
   }
 }
 
-TEST(RasterRefuses, NearPlanesOutOfRange) {
+TEST(RasterRefuses, NearPlaneOutOfRange_Throws) {
   const Mesh mesh = fixtures::sphere(1);
   for (const double near : {0.0, -1.0, kNan, 1e7}) {
     ATELIER_EXPECT_REFUSED(rasterize(mesh.vertices, mesh.faces, looking_camera(16, 16, 3), {near}),
@@ -360,7 +360,7 @@ TEST(RasterRefuses, NearPlanesOutOfRange) {
   }
 }
 
-TEST(RasterRefuses, CamerasWithoutPixelsOrFocalLength) {
+TEST(RasterRefuses, CameraWithoutPixelsOrFocalLength_Throws) {
   const Mesh mesh = fixtures::sphere(1);
   Camera camera = looking_camera(16, 16, 3);
   camera.width = 0;
@@ -370,7 +370,7 @@ TEST(RasterRefuses, CamerasWithoutPixelsOrFocalLength) {
   ATELIER_EXPECT_REFUSED(rasterize(mesh.vertices, mesh.faces, camera), DataError, "looking");
 }
 
-TEST(RasterRefuses, ImagesThatAreTooLarge) {
+TEST(RasterRefuses, TooLargeImage_Throws) {
   const Mesh mesh = fixtures::sphere(1);
   ATELIER_EXPECT_REFUSED(rasterize(mesh.vertices, mesh.faces, looking_camera(32769, 1, 3)),
                          DataError, "at most 32768 a side");
@@ -378,7 +378,7 @@ TEST(RasterRefuses, ImagesThatAreTooLarge) {
                          DataError, "1 x 32769 pixels");
 }
 
-TEST(RasterRefuses, CudaWhereThereIsNone) {
+TEST(RasterRefuses, CudaWithoutGpu_Throws) {
   if (cuda_available()) {
     GTEST_SKIP() << "there is a CUDA device";
   }

@@ -31,13 +31,13 @@ class RegularFileTest : public ::testing::Test {
   TemporaryDirectory root_;
 };
 
-TEST_F(RegularFileTest, OpensAFile) {
+TEST_F(RegularFileTest, RegularFile_Opens) {
   const RegularFile file(root_ / "file");
   EXPECT_EQ(file.size(), 3);
   EXPECT_GE(file.descriptor(), 0);
 }
 
-TEST_F(RegularFileTest, RefusesWhatIsNoFile) {
+TEST_F(RegularFileTest, PipeFolderOrMissingFile_IsRefused) {
   ASSERT_EQ(mkfifo((root_ / "pipe").c_str(), 0600), 0);
   std::filesystem::create_symlink("loop", root_ / "loop");
   EXPECT_THAT(refusal<DataError>(root_ / "pipe"), HasSubstr("not a regular file"));
@@ -47,13 +47,13 @@ TEST_F(RegularFileTest, RefusesWhatIsNoFile) {
   EXPECT_THAT(refusal<DataError>(root_ / "nothing"), HasSubstr("No such file"));
 }
 
-TEST_F(RegularFileTest, RefusesALinkWhereNoneIsFollowed) {
+TEST_F(RegularFileTest, SymbolicLinkWithNoFollow_IsRefused) {
   std::filesystem::create_symlink(root_ / "file", root_ / "link");
   EXPECT_EQ(RegularFile(root_ / "link").size(), 3);
   EXPECT_THAT(refusal<DataError>(root_ / "link", O_NOFOLLOW), HasSubstr("a symbolic link"));
 }
 
-TEST_F(RegularFileTest, AFileThatMayNotBeReadIsAFaultOfTheSurroundings) {
+TEST_F(RegularFileTest, UnreadableFile_IsEnvironmentError) {
   std::filesystem::permissions(root_ / "file", std::filesystem::perms::none);
   std::filesystem::permissions(root_.path(), std::filesystem::perms(0755));
   const uid_t self = geteuid();

@@ -55,14 +55,14 @@ std::string sequence_archive_refusal(const Call& call) {
   return "";
 }
 
-TEST(MeshArchive, KeepsEveryAttributeToTheBit) {
+TEST(MeshArchive, WrittenMesh_ReadsBackBitExact) {
   const fixtures::TemporaryDirectory folder;
   const Mesh mesh = square(1.0 / 3.0);
   write_mesh_archive(folder / "a.h5", mesh);
   expect_equal_sequences(read_mesh_archive(folder / "a.h5"), mesh);
 }
 
-TEST(MeshArchive, KeepsWhatIsEmptyEmpty) {
+TEST(MeshArchive, EmptyAttributes_StayEmpty) {
   const fixtures::TemporaryDirectory folder;
   Mesh mesh;
   mesh.vertices = square(0).vertices;
@@ -72,7 +72,7 @@ TEST(MeshArchive, KeepsWhatIsEmptyEmpty) {
   expect_equal_sequences(mesh_of(archive_of(Mesh{})), Mesh{});
 }
 
-TEST(MeshArchive, RefusesCoordinatesBeyondTheCeiling) {
+TEST(MeshArchive, CoordinateBeyondLimit_IsRefused) {
   const fixtures::TemporaryDirectory folder;
   Mesh mesh = square(0);
   mesh.vertices(1, 1) = -1e300;
@@ -88,7 +88,7 @@ TEST(MeshArchive, RefusesCoordinatesBeyondTheCeiling) {
   EXPECT_THROW(read_mesh_archive(folder / "near.h5", limits), DataError);
 }
 
-TEST(MeshArchive, AnInvalidMeshIsNotWritten) {
+TEST(MeshArchive, InvalidMesh_IsNotWritten) {
   const fixtures::TemporaryDirectory folder;
   Mesh mesh = square(0);
   mesh.faces(0, 0) = 4;
@@ -98,7 +98,7 @@ TEST(MeshArchive, AnInvalidMeshIsNotWritten) {
   EXPECT_FALSE(std::filesystem::exists(folder / "a.h5"));
 }
 
-TEST(MeshArchive, WhatDoesNotFitTheSchemaIsRefused) {
+TEST(MeshArchive, SchemaMismatch_IsRefused) {
   const auto refuse = [](const auto& change) {
     Archive archive = archive_of(square(0));
     change(archive);
@@ -124,7 +124,7 @@ TEST(MeshArchive, WhatDoesNotFitTheSchemaIsRefused) {
       HasSubstr("labels"));
 }
 
-TEST(SequenceArchive, ReadsWhatItWrites) {
+TEST(SequenceArchive, WrittenSequence_ReadsBackEqual) {
   const fixtures::TemporaryDirectory folder;
   const Sequence sequence = sequence_of({square(0), square(1), square(2)}, 30, {3, 7, 100});
   write_sequence(folder / "drape", sequence);
@@ -138,14 +138,14 @@ TEST(SequenceArchive, ReadsWhatItWrites) {
   EXPECT_TRUE(std::filesystem::exists(folder / "drape/frames/000100.h5"));
 }
 
-TEST(SequenceArchive, StoresTheTopologyOnce) {
+TEST(SequenceArchive, SharedTopology_IsStoredOnce) {
   const fixtures::TemporaryDirectory folder;
   write_sequence(folder.path(), sequence_of({square(0), square(1)}, 30));
   EXPECT_TRUE(archive_contents(folder / "sequence.h5").datasets.contains("faces"));
   EXPECT_FALSE(archive_contents(folder / "frames/000000.h5").datasets.contains("faces"));
 }
 
-TEST(SequenceArchive, ScansHaveATopologyEach) {
+TEST(SequenceArchive, Scans_KeepOwnTopology) {
   const fixtures::TemporaryDirectory folder;
   Mesh other = square(1);
   other.faces.conservativeResize(1, 3);
@@ -156,7 +156,7 @@ TEST(SequenceArchive, ScansHaveATopologyEach) {
   expect_equal_sequences(frame(again, 1), other);
 }
 
-TEST(SequenceArchive, FramesAreWrittenInAnyOrder) {
+TEST(SequenceArchive, Frames_CanBeWrittenInAnyOrder) {
   const fixtures::TemporaryDirectory folder;
   SequenceHeader header{60, {1, 2}, {}};
   header.shared.faces = square(0).faces;
@@ -169,7 +169,7 @@ TEST(SequenceArchive, FramesAreWrittenInAnyOrder) {
   EXPECT_THAT(sequence_archive_refusal([&] { frame(sequence, 0); }), HasSubstr("000001.h5"));
 }
 
-TEST(SequenceArchive, AFrameOfAnotherTopologyIsRefused) {
+TEST(SequenceArchive, FrameOfOtherTopology_IsRefused) {
   const fixtures::TemporaryDirectory folder;
   const SequenceHeader header{30, {0}, {{}, square(0).faces, {}, {}, {}, {}, {}, {}}};
   write_sequence_header(folder.path(), header);
@@ -191,7 +191,7 @@ TEST(SequenceArchive, AFrameOfAnotherTopologyIsRefused) {
               HasSubstr("a topology of its own"));
 }
 
-TEST(SequenceArchive, ABadHeaderIsALogicError) {
+TEST(SequenceArchive, BadHeaderOnWrite_ThrowsLogicError) {
   const fixtures::TemporaryDirectory folder;
   EXPECT_THROW(write_sequence_header(folder.path(), {0, {0}, {}}), LogicError);
   EXPECT_THROW(write_sequence_header(folder.path(), {30, {1, 1}, {}}), LogicError);
@@ -199,7 +199,7 @@ TEST(SequenceArchive, ABadHeaderIsALogicError) {
   EXPECT_THROW(write_sequence_header(folder.path(), {30, {0}, square(0)}), LogicError);
 }
 
-TEST(SequenceArchive, ABadHeaderInAFileIsRefused) {
+TEST(SequenceArchive, BadHeaderInFile_IsRefused) {
   const fixtures::TemporaryDirectory folder;
   const auto refuse = [&](const auto& change) {
     Archive archive;

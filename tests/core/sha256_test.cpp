@@ -28,36 +28,36 @@ INSTANTIATE_TEST_SUITE_P(Codes, Sha256Vectors,
                          });
 
 // FIPS 180-2, appendix B, and the NIST example "SHA256.pdf".
-TEST_P(Sha256Vectors, EmptyMessage) {
+TEST_P(Sha256Vectors, EmptyMessage_MatchesStandard) {
   EXPECT_EQ(digest_of(""), "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
 }
 
-TEST_P(Sha256Vectors, OneBlock) {
+TEST_P(Sha256Vectors, OneBlock_MatchesStandard) {
   EXPECT_EQ(digest_of("abc"), "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
 }
 
-TEST_P(Sha256Vectors, TwoBlocks) {
+TEST_P(Sha256Vectors, TwoBlocks_MatchStandard) {
   EXPECT_EQ(digest_of("abcdbcdecdefdefgefghfghighijhijkijkljklmklmnlmnomnopnopq"),
             "248d6a61d20638b8e5c026930c3e6039a33ce45964ff2167f6ecedd419db06c1");
 }
 
-TEST_P(Sha256Vectors, FourBlocks) {
+TEST_P(Sha256Vectors, FourBlocks_MatchStandard) {
   EXPECT_EQ(digest_of("abcdefghbcdefghicdefghijdefghijkefghijklfghijklmghijklmnhijklmno"
                       "ijklmnopjklmnopqklmnopqrlmnopqrsmnopqrstnopqrstu"),
             "cf5b16a778af8380036ce59e7b0492370b249b11e8f07a51afac45037afee9d1");
 }
 
-TEST_P(Sha256Vectors, MillionLettersA) {
+TEST_P(Sha256Vectors, MillionLettersA_MatchStandard) {
   EXPECT_EQ(digest_of(std::string(1'000'000, 'a')),
             "cdc76e5c9914fb9281a1c7e284d73e67f1809a48a497200e046d39ccc7112cd0");
 }
 
 // NIST CAVP SHA256ShortMsg.rsp, Len = 8 and Len = 512.
-TEST_P(Sha256Vectors, OneByte) {
+TEST_P(Sha256Vectors, OneByte_MatchesStandard) {
   EXPECT_EQ(digest_of("\xd3"), "28969cdfa74a12c82f3bad960b0b000aca2ac329deea5c2328ebc6f2ba9802c1");
 }
 
-TEST_P(Sha256Vectors, LengthsAroundABlockByTheBytesOfZero) {
+TEST_P(Sha256Vectors, LengthsAroundBlockSize_MatchStandard) {
   // The padding needs one more block from 56 bytes on; 55, 56, 63, 64 zeros are the edges.
   EXPECT_EQ(digest_of(std::string(55, '\0')),
             "02779466cdec163811d078815c633f21901413081449002f24aa3e80f0b88ef7");
@@ -67,7 +67,7 @@ TEST_P(Sha256Vectors, LengthsAroundABlockByTheBytesOfZero) {
             "f5a5fd42d16a20302798ef6ed309979b43003d2320d9f0e8ea9831a92759fb4b");
 }
 
-TEST_P(Sha256Vectors, AnySplitGivesTheSameDigest) {
+TEST_P(Sha256Vectors, AnySplit_GivesTheSameDigest) {
   Random random{7, 0, 0};
   std::string bytes(1000, '\0');
   std::generate(bytes.begin(), bytes.end(),
@@ -86,7 +86,7 @@ TEST_P(Sha256Vectors, AnySplitGivesTheSameDigest) {
   }
 }
 
-TEST(Sha256, BothCodesAgreeOnEveryLength) {
+TEST(Sha256, ScalarAndBestCode_AgreeOnEveryLength) {
   std::string bytes;
   for (int length = 0; length < 300; ++length) {
     Sha256 best(Sha256::Code::Best);
@@ -98,30 +98,30 @@ TEST(Sha256, BothCodesAgreeOnEveryLength) {
   }
 }
 
-TEST(Sha256, NullIsFineForNoBytes) {
+TEST(Sha256, NullPointerWithZeroBytes_IsAccepted) {
   Sha256 hash;
   hash.update(nullptr, 0);
   EXPECT_EQ(hash.finish(), sha256(""));
 }
 
-TEST(Sha256, RefusesUpdateAfterFinish) {
+TEST(Sha256, UpdateAfterFinish_IsRefused) {
   Sha256 hash;
   hash.finish();
   EXPECT_THROW(hash.update("x", 1), LogicError);
 }
 
-TEST(Sha256, RefusesASecondFinish) {
+TEST(Sha256, SecondFinish_IsRefused) {
   Sha256 hash;
   hash.finish();
   EXPECT_THROW(hash.finish(), LogicError);
 }
 
-TEST(Sha256, HexRoundTrip) {
+TEST(Sha256, Hex_RoundTrips) {
   const Digest digest = sha256("abc");
   EXPECT_EQ(digest_from_hex(hex(digest)), digest);
 }
 
-TEST(Sha256, HexRefusesAnythingElse) {
+TEST(Sha256, MalformedHex_IsRefused) {
   const std::string good = hex(sha256("abc"));
   EXPECT_FALSE(digest_from_hex(""));
   EXPECT_FALSE(digest_from_hex(good.substr(1)));

@@ -10,7 +10,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST(SystemReason, SaysWhatToDo) {
+TEST(SystemReason, CommonErrors_SayWhatToDo) {
   for (const int error :
        {ENOSPC, EDQUOT,  EACCES, EPERM,    EROFS,     EAGAIN,       ENOMEM,     EMFILE, ENFILE,
         EIO,    EFBIG,   ENOENT, EEXIST,   ENOTEMPTY, ENAMETOOLONG, ENOTDIR,    EISDIR, ELOOP,
@@ -22,7 +22,7 @@ TEST(SystemReason, SaysWhatToDo) {
   EXPECT_THAT(system_reason(EMFILE), HasSubstr("ulimit -n"));
 }
 
-TEST(SystemReason, OfAnErrorThatNobodyCanHelpIsTheSystemsAlone) {
+TEST(SystemReason, OtherErrors_GiveTheSystemTextOnly) {
   EXPECT_EQ(system_reason(EDOM), "Numerical argument out of domain");
 }
 

@@ -14,7 +14,7 @@ using ::testing::HasSubstr;
 
 constexpr double kTensorNan = std::numeric_limits<double>::quiet_NaN();
 
-TEST(Tensor, HoldsAVectorAndAMatrix) {
+TEST(Tensor, VectorAndMatrix_RoundTrip) {
   const Tensor vector = tensor_of(std::vector<int>{1, 2, 3});
   EXPECT_EQ(vector.type, ElementType::Int32);
   EXPECT_THAT(vector.shape, ElementsAre(3));
@@ -27,7 +27,7 @@ TEST(Tensor, HoldsAVectorAndAMatrix) {
   EXPECT_EQ(matrix_of(matrix, 3), points);
 }
 
-TEST(Tensor, KnowsItsTypesByName) {
+TEST(Tensor, ElementTypes_AreFoundByName) {
   for (int i = 0; i <= static_cast<int>(ElementType::Text); ++i) {
     const auto type = static_cast<ElementType>(i);
     EXPECT_EQ(element_type_of(element_type_name(type)), type);
@@ -37,7 +37,7 @@ TEST(Tensor, KnowsItsTypesByName) {
   EXPECT_EQ(element_type_for<std::int8_t>(), ElementType::Int8);
 }
 
-TEST(Tensor, ShapesThatOverflowAreNoShapes) {
+TEST(Tensor, OverflowingShape_HasNoElementCount) {
   constexpr std::int64_t kLargest = std::numeric_limits<std::int64_t>::max();
   EXPECT_EQ(element_count({}, kLargest), 1);
   EXPECT_EQ(element_count({3, 4}, kLargest), 12);
@@ -49,7 +49,7 @@ TEST(Tensor, ShapesThatOverflowAreNoShapes) {
   EXPECT_EQ(element_count({0, 1LL << 62, 4}, kLargest), std::nullopt);
 }
 
-TEST(Tensor, ADataSizeThatDoesNotFitIsALogicError) {
+TEST(Tensor, DataSizeMismatch_ThrowsLogicError) {
   EXPECT_THROW(tensor_of(std::vector<int>{1, 2, 3}, {2, 2}), LogicError);
   Tensor tensor = tensor_of(std::vector<int>{1, 2, 3});
   tensor.data.pop_back();
@@ -57,7 +57,7 @@ TEST(Tensor, ADataSizeThatDoesNotFitIsALogicError) {
   EXPECT_THROW(values_of<float>(tensor_of(std::vector<int>{1})), LogicError);
 }
 
-TEST(Tensor, EveryRealTypeBecomesDouble) {
+TEST(Tensor, EveryRealType_ConvertsToDouble) {
   EXPECT_THAT(doubles_of(tensor_of(std::vector<std::uint64_t>{1, 1u << 31})),
               ElementsAre(1, 2147483648.0));
   EXPECT_THAT(doubles_of(tensor_of(std::vector<std::int8_t>{-1})), ElementsAre(-1));
@@ -69,7 +69,7 @@ TEST(Tensor, EveryRealTypeBecomesDouble) {
   EXPECT_EQ(doubles_of(half)[1], -2);
 }
 
-TEST(Tensor, HalfFloatsAreExact) {
+TEST(Tensor, HalfFloats_ConvertExactly) {
   EXPECT_EQ(float_from_half(0x0001), std::ldexp(1.0f, -24));
   EXPECT_EQ(float_from_half(0x03FF), std::ldexp(1023.0f, -24));
   EXPECT_EQ(float_from_half(0x7BFF), 65504.0f);
@@ -80,21 +80,21 @@ TEST(Tensor, HalfFloatsAreExact) {
   EXPECT_EQ(float_from_bfloat16(0x4049), 3.140625f);
 }
 
-TEST(Tensor, IntegersAreNotTakenFromFractions) {
+TEST(Tensor, FractionalOrHugeValues_AreNotIntegers) {
   EXPECT_THAT(integers_of(tensor_of(std::vector<std::uint32_t>{4294967295u})),
               ElementsAre(4294967295));
   EXPECT_THROW(integers_of(tensor_of(std::vector<double>{1.0})), DataError);
   EXPECT_THROW(integers_of(tensor_of(std::vector<std::uint64_t>{1ull << 63})), DataError);
 }
 
-TEST(Tensor, TextIsNoNumber) {
+TEST(Tensor, Text_IsNotANumber) {
   const Tensor text{ElementType::Text, {1}, {}, {"female"}};
   EXPECT_NO_THROW(check_tensor(text));
   EXPECT_THROW(doubles_of(text), DataError);
   EXPECT_THROW(integers_of(text), DataError);
 }
 
-TEST(Tensor, NotANumberIsFoundWithItsPlace) {
+TEST(Tensor, NonFiniteElement_IsFoundWithItsIndex) {
   const Tensor tensor = tensor_of(std::vector<double>{1, 2, 3, kTensorNan}, {2, 2});
   try {
     check_finite(tensor, "a.npz", "poses");
@@ -113,7 +113,7 @@ TEST(Tensor, NotANumberIsFoundWithItsPlace) {
   EXPECT_THROW(check_finite(complex, "", ""), DataError);
 }
 
-TEST(Tensor, AMatrixNeedsItsColumns) {
+TEST(Tensor, WrongColumnCount_Throws) {
   const Tensor tensor = tensor_of(std::vector<float>{1, 2, 3, 4}, {2, 2});
   EXPECT_EQ(matrix_of(tensor).rows(), 2);
   EXPECT_THROW(matrix_of(tensor, 3), DataError);

@@ -28,7 +28,7 @@ Topology of(Index vertices, const std::vector<std::array<int, 3>>& faces) {
   return topology_of(mesh_of({}, faces).faces, vertices);
 }
 
-TEST(Topology, EdgesOfATetrahedron) {
+TEST(Topology, Tetrahedron_HasSortedConsistentEdges) {
   const Topology topology = of(tetrahedron());
   Edges expected(6, 2);
   expected << 0, 1, 0, 2, 0, 3, 1, 2, 1, 3, 2, 3;
@@ -47,7 +47,7 @@ TEST(Topology, EdgesOfATetrahedron) {
   EXPECT_TRUE(is_manifold(manifold_defects(topology)));
 }
 
-TEST(Topology, NothingHasNothing) {
+TEST(Topology, EmptyMesh_HasNoEdgesOrComponents) {
   const Topology topology = of(0, {});
   EXPECT_EQ(topology.edges.rows(), 0);
   EXPECT_TRUE(boundary_loops(topology).empty());
@@ -58,19 +58,19 @@ TEST(Topology, NothingHasNothing) {
   EXPECT_EQ(vertex_neighbors(topology).rows(), 0);
 }
 
-TEST(TopologyRefuses, VerticesBehindTheLast) {
+TEST(TopologyRefuses, VertexIndexBeyondLast_Throws) {
   ATELIER_EXPECT_REFUSED(of(3, {{0, 1, 3}}), LogicError, "a vertex that is not there");
 }
 
-TEST(TopologyRefuses, NegativeVertices) {
+TEST(TopologyRefuses, NegativeVertexIndex_Throws) {
   ATELIER_EXPECT_REFUSED(of(3, {{0, -1, 2}}), LogicError, "a vertex that is not there");
 }
 
-TEST(TopologyRefuses, FacesWithoutAnyVertices) {
+TEST(TopologyRefuses, FacesWithoutVertices_Throw) {
   ATELIER_EXPECT_REFUSED(of(0, {{0, 1, 2}}), LogicError, "a vertex that is not there");
 }
 
-TEST(Topology, EulerCharacteristics) {
+TEST(Topology, KnownSurfaces_HaveTheirEulerCharacteristic) {
   EXPECT_EQ(euler_characteristic(of(sphere(2))), 2);
   EXPECT_EQ(euler_characteristic(of(torus(9, 7))), 0);
   EXPECT_EQ(euler_characteristic(of(tube(9, 4))), 0);
@@ -79,7 +79,7 @@ TEST(Topology, EulerCharacteristics) {
   EXPECT_EQ(euler_characteristic(of(5, {{0, 1, 2}, {3, 3, 4}})), 1);  // degenerate face
 }
 
-TEST(Topology, FaceNeighborsAreMutual) {
+TEST(Topology, FaceNeighbors_AreMutual) {
   const Topology topology = of(sphere(2));
   const Triangles neighbors = face_neighbors(topology);
   for (Index f = 0; f < neighbors.rows(); ++f) {
@@ -92,13 +92,13 @@ TEST(Topology, FaceNeighborsAreMutual) {
   }
 }
 
-TEST(Topology, FaceNeighborsStopAtBoundariesAndBranches) {
+TEST(Topology, BoundaryAndBranchEdges_HaveNoFaceNeighbor) {
   EXPECT_EQ(face_neighbors(of(3, {{0, 1, 2}})), Triangles::Constant(1, 3, -1));
   const Triangles fan = face_neighbors(of(5, {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}}));
   EXPECT_EQ(fan, Triangles::Constant(3, 3, -1));
 }
 
-TEST(Topology, NeighborsAndFacesOfVertices) {
+TEST(Topology, GridVertices_HaveExpectedNeighborsAndFaces) {
   const Topology topology = of(grid(2, 2));
   const Adjacency neighbors = vertex_neighbors(topology);
   EXPECT_EQ(neighbors.rows(), 9);
@@ -110,13 +110,13 @@ TEST(Topology, NeighborsAndFacesOfVertices) {
   EXPECT_THAT(vertex_faces(of(4, {{0, 0, 1}}))[0], ElementsAre(0));  // once, though twice a corner
 }
 
-TEST(BoundaryLoops, ADiscHasOneLoopWithTheSurfaceOnItsLeft) {
+TEST(BoundaryLoops, Disk_HasOneLoopWithSurfaceOnTheLeft) {
   const auto loops = boundary_loops(of(3, {{0, 1, 2}}));
   EXPECT_THAT(loops, ElementsAre(ElementsAre(0, 1, 2)));
   EXPECT_THAT(boundary_loops(of(3, {{2, 1, 0}})), ElementsAre(ElementsAre(0, 2, 1)));
 }
 
-TEST(BoundaryLoops, ATubeHasTwoAndClosedSurfacesNone) {
+TEST(BoundaryLoops, Tube_HasTwoLoopsAndSphereNone) {
   const auto loops = boundary_loops(of(tube(12, 3)));
   ASSERT_EQ(loops.size(), 2u);
   EXPECT_EQ(loops[0].size(), 12u);
@@ -128,26 +128,26 @@ TEST(BoundaryLoops, ATubeHasTwoAndClosedSurfacesNone) {
   EXPECT_THAT(boundary_loops(of(sphere(1))), IsEmpty());
 }
 
-TEST(BoundaryLoops, TouchingLoopsArePartedAtTheirVertex) {
+TEST(BoundaryLoops, TouchingLoops_AreSplitAtTheirVertex) {
   // Two triangles that share only vertex 2.
   const auto loops = boundary_loops(of(5, {{0, 1, 2}, {2, 3, 4}}));
   EXPECT_THAT(loops, ElementsAre(ElementsAre(0, 1, 2), ElementsAre(2, 3, 4)));
 }
 
-TEST(BoundaryLoops, RunsThatDoNotCloseAreLeftOut) {
+TEST(BoundaryLoops, UnclosedRuns_AreOmitted) {
   // Both faces run along edge 0-1 in the same direction; their outer edges do not form a loop.
   const auto loops = boundary_loops(of(4, {{0, 1, 2}, {0, 1, 3}}));
   EXPECT_THAT(loops, IsEmpty());
 }
 
-TEST(Components, AreNumberedBySmallestVertex) {
+TEST(Components, Components_AreNumberedBySmallestVertex) {
   const Components components = connected_components(of(8, {{7, 6, 5}, {0, 2, 3}, {2, 3, 4}}));
   EXPECT_EQ(components.count, 3);
   EXPECT_THAT(components.of_vertex, ElementsAre(0, 1, 0, 0, 0, 2, 2, 2));
   EXPECT_THAT(components.of_face, ElementsAre(2, 0, 0));
 }
 
-TEST(ManifoldDefects, FindsAnEdgeWithThreeFaces) {
+TEST(ManifoldDefects, EdgeWithThreeFaces_IsFound) {
   const Topology topology = of(5, {{0, 1, 2}, {1, 0, 3}, {0, 1, 4}});
   const ManifoldDefects defects = manifold_defects(topology);
   EXPECT_THAT(defects.non_manifold_edges, ElementsAre(0));
@@ -160,7 +160,7 @@ TEST(ManifoldDefects, FindsAnEdgeWithThreeFaces) {
   EXPECT_TRUE(has_errors(findings));
 }
 
-TEST(ManifoldDefects, FindsABowtie) {
+TEST(ManifoldDefects, Bowtie_IsNonManifoldVertex) {
   const Topology topology = of(5, {{0, 1, 2}, {2, 3, 4}});
   const ManifoldDefects defects = manifold_defects(topology);
   EXPECT_THAT(defects.non_manifold_vertices, ElementsAre(2));
@@ -168,7 +168,7 @@ TEST(ManifoldDefects, FindsABowtie) {
   EXPECT_EQ(findings_of(defects, topology)[0].code, "non-manifold-vertex");
 }
 
-TEST(ManifoldDefects, FindsTwoTetrahedraThatTouch) {
+TEST(ManifoldDefects, TouchingTetrahedra_ShareNonManifoldVertex) {
   Mesh mesh = tetrahedron();
   Triangles faces(8, 3);
   faces.topRows(4) = mesh.faces;
@@ -178,7 +178,7 @@ TEST(ManifoldDefects, FindsTwoTetrahedraThatTouch) {
   EXPECT_THAT(defects.non_manifold_edges, IsEmpty());
 }
 
-TEST(ManifoldDefects, FindsAFlippedFace) {
+TEST(ManifoldDefects, FlippedFace_IsInconsistentOrientation) {
   Mesh mesh = tetrahedron();
   std::swap(mesh.faces(2, 0), mesh.faces(2, 1));
   const Topology topology = of(mesh);
@@ -188,14 +188,14 @@ TEST(ManifoldDefects, FindsAFlippedFace) {
   EXPECT_EQ(findings_of(defects, topology)[0].code, "inconsistent-orientation");
 }
 
-TEST(ManifoldDefects, FindsDuplicatesInAnyOrder) {
+TEST(ManifoldDefects, DuplicateFaces_AreFoundInAnyVertexOrder) {
   const Topology topology = of(3, {{0, 1, 2}, {2, 1, 0}, {1, 2, 0}});
   const ManifoldDefects defects = manifold_defects(topology);
   EXPECT_THAT(defects.duplicate_faces, ElementsAre(1, 2));
   EXPECT_THAT(findings_of(defects, topology).back().code, "duplicate-face");
 }
 
-TEST(ManifoldDefects, FindsDegenerateFacesAndIsolatedVertices) {
+TEST(ManifoldDefects, DegenerateFacesAndIsolatedVertices_AreFound) {
   const Topology topology = of(5, {{0, 1, 2}, {2, 2, 3}});
   EXPECT_EQ(topology.face_edges(1, 0), -1);
   const ManifoldDefects defects = manifold_defects(topology);
@@ -207,7 +207,7 @@ TEST(ManifoldDefects, FindsDegenerateFacesAndIsolatedVertices) {
   EXPECT_EQ(findings[1].place, "vertex 4");
 }
 
-TEST(ManifoldDefects, LongListsAreCutShort) {
+TEST(ManifoldDefects, LongLists_AreTruncated) {
   const Topology topology = of(9, {});
   const auto findings = findings_of(manifold_defects(topology), topology);
   ASSERT_EQ(findings.size(), 1u);
@@ -215,7 +215,7 @@ TEST(ManifoldDefects, LongListsAreCutShort) {
   EXPECT_EQ(findings[0].what, "9 vertices");
 }
 
-TEST(ManifoldDefects, GoodSurfacesHaveNone) {
+TEST(ManifoldDefects, ManifoldSurfaces_HaveNoDefects) {
   for (const Mesh& mesh : {sphere(2), torus(8, 6), tube(8, 3), grid(4, 4)}) {
     const Topology topology = of(mesh);
     EXPECT_TRUE(is_manifold(manifold_defects(topology)));

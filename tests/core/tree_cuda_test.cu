@@ -31,7 +31,7 @@ std::vector<Vec3<T>> random_vectors(std::size_t n, double size, std::uint64_t se
   return vectors;
 }
 
-TYPED_TEST(CudaTreeTest, RefitsOnTheDeviceAndAnswersAsTheCpuDoes) {
+TYPED_TEST(CudaTreeTest, RefitTree_AnswersAsOnTheCpu) {
   using T = TypeParam;
   Mesh mesh = fixtures::torus(300, 200);  // 120,000 faces: several launches and the top block
   TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
@@ -61,7 +61,7 @@ TYPED_TEST(CudaTreeTest, RefitsOnTheDeviceAndAnswersAsTheCpuDoes) {
   }
 }
 
-TYPED_TEST(CudaTreeTest, RepeatsBitForBit) {
+TYPED_TEST(CudaTreeTest, RepeatedQueries_AreBitIdentical) {
   using T = TypeParam;
   const Mesh mesh = fixtures::torus(100, 60);
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);

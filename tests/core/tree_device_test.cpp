@@ -22,7 +22,7 @@ Points random_points(Index n, double size, std::uint64_t seed) {
   return points;
 }
 
-TEST_P(TreeOnDevice, ClosestPointsAreThoseOfOneQuery) {
+TEST_P(TreeOnDevice, ClosestPoints_MatchSingleQueries) {
   const Mesh mesh = fixtures::torus(60, 40);
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   const Points queries = random_points(1000, 1.5, 1);
@@ -42,7 +42,7 @@ TEST_P(TreeOnDevice, ClosestPointsAreThoseOfOneQuery) {
   }
 }
 
-TEST_P(TreeOnDevice, QueriesOnVerticesTakeTheLowestFace) {
+TEST_P(TreeOnDevice, QueryOnVertex_ReturnsLowestFace) {
   const Mesh mesh = fixtures::sphere(3);
   const auto found =
       closest_points(build_tree(mesh.vertices, mesh.faces), mesh.vertices, 1, device());
@@ -56,7 +56,7 @@ TEST_P(TreeOnDevice, QueriesOnVerticesTakeTheLowestFace) {
   }
 }
 
-TEST_P(TreeOnDevice, HitsAreThoseOfOneRay) {
+TEST_P(TreeOnDevice, FirstHits_MatchSingleRays) {
   const Mesh mesh = fixtures::torus(60, 40);
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   const Points origins = random_points(1000, 1.5, 2);
@@ -81,7 +81,7 @@ TEST_P(TreeOnDevice, HitsAreThoseOfOneRay) {
   EXPECT_GT(hits, 100);
 }
 
-TEST_P(TreeOnDevice, NoRayPassesBetweenFaces) {
+TEST_P(TreeOnDevice, RaysThroughVertices_NeverMiss) {
   const Mesh mesh = fixtures::sphere(4);
   std::vector<Ray> rays;
   for (Index v = 0; v < mesh.vertices.rows(); ++v) {
@@ -93,7 +93,7 @@ TEST_P(TreeOnDevice, NoRayPassesBetweenFaces) {
   }
 }
 
-TEST_P(TreeOnDevice, RefitAnswersAsANewTreeDoes) {
+TEST_P(TreeOnDevice, RefitTree_MatchesRebuiltTree) {
   Mesh mesh = fixtures::torus(200, 100);
   TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   mesh.vertices += random_points(mesh.vertices.rows(), 0.02, 4);
@@ -108,7 +108,7 @@ TEST_P(TreeOnDevice, RefitAnswersAsANewTreeDoes) {
   }
 }
 
-TEST_P(TreeOnDevice, NothingIsNoTrouble) {
+TEST_P(TreeOnDevice, EmptyTreeOrQueries_GiveNoHits) {
   const TriangleTree empty = build_tree(Points(0, 3), Triangles(0, 3));
   EXPECT_EQ(closest_points(empty, Points::Zero(2, 3), 1, device())[1].face, -1);
   EXPECT_EQ(first_hits(empty, {Ray{}}, device())[0].face, -1);
@@ -118,7 +118,7 @@ TEST_P(TreeOnDevice, NothingIsNoTrouble) {
   EXPECT_TRUE(any_hits(tree, {}, device()).empty());
 }
 
-TEST(TreeRefuses, CudaWhereThereIsNone) {
+TEST(TreeRefuses, CudaWithoutGpu_Throws) {
   if (cuda_available()) {
     GTEST_SKIP() << "there is a CUDA device";
   }

@@ -126,7 +126,7 @@ void expect_sound(const TriangleTree& tree, Index face_count) {
   EXPECT_LE(tree.level_begin.size() - 1, static_cast<std::size_t>(kTreeDepth));
 }
 
-TEST(Tree, ClosestPointsAreThoseOfALoopToTheBit) {
+TEST(Tree, ClosestPoints_MatchBruteForceBitExact) {
   for (const int count : {1, 4, 5, 60, 700}) {
     const Mesh mesh = soup(count, 1);
     const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
@@ -146,7 +146,7 @@ TEST(Tree, ClosestPointsAreThoseOfALoopToTheBit) {
   }
 }
 
-TEST(Tree, ClosestPointIsNearerThanSamplesOfTheSurface) {
+TEST(Tree, ClosestPoint_IsNearerThanSurfaceSamples) {
   const Mesh mesh = soup(80, 3);
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   Random random{4};
@@ -165,7 +165,7 @@ TEST(Tree, ClosestPointIsNearerThanSamplesOfTheSurface) {
   }
 }
 
-TEST(Tree, QueriesOnVerticesAndEdgesTakeTheLowestFace) {
+TEST(Tree, QueryOnVertexOrEdge_ReturnsLowestFace) {
   const Mesh mesh = fixtures::sphere(3);
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   for (Index f = 0; f < mesh.faces.rows(); ++f) {
@@ -191,7 +191,7 @@ TEST(Tree, QueriesOnVerticesAndEdgesTakeTheLowestFace) {
   }
 }
 
-TEST(Tree, DistanceBoundsTheSearch) {
+TEST(Tree, MaxDistance_BoundsTheSearch) {
   const Mesh mesh = mesh_of({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}});
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   EXPECT_EQ(closest_point(tree, {0, 0, 2}, 1.5).face, -1);
@@ -200,7 +200,7 @@ TEST(Tree, DistanceBoundsTheSearch) {
   EXPECT_TRUE(std::isinf(closest_point(tree, {0, 0, 2}, 1.5).squared_distance));
 }
 
-TEST(Tree, OfNothingFindsNothing) {
+TEST(Tree, EmptyTree_FindsNothing) {
   const TriangleTree tree = build_tree(Points(0, 3), Triangles(0, 3));
   EXPECT_EQ(closest_point(tree, {0, 0, 0}).face, -1);
   EXPECT_EQ(first_hit(tree, {}).face, -1);
@@ -210,7 +210,7 @@ TEST(Tree, OfNothingFindsNothing) {
   EXPECT_TRUE(refit_tree(tree, Points(0, 3)).nodes.empty());
 }
 
-TEST(Tree, ManyFacesInOnePlaceAndExponentialSpacingStayShallow) {
+TEST(Tree, CoincidentOrExponentiallySpacedFaces_StayShallow) {
   const Mesh one = soup(1, 5);
   Triangles same = one.faces.replicate(500, 1);
   expect_sound(build_tree(one.vertices, same), 500);
@@ -223,7 +223,7 @@ TEST(Tree, ManyFacesInOnePlaceAndExponentialSpacingStayShallow) {
   expect_sound(build_point_tree(points, {1}), 600);
 }
 
-TEST(Tree, RefitAnswersAsANewTreeDoes) {
+TEST(Tree, RefitTree_MatchesBruteForce) {
   Mesh mesh = soup(300, 6);
   TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   Random random{7};
@@ -241,7 +241,7 @@ TEST(Tree, RefitAnswersAsANewTreeDoes) {
   }
 }
 
-TEST(Tree, PointsFindTheirNeighbours) {
+TEST(Tree, PointTree_FindsNearestNeighbors) {
   Random random{8};
   Points points(500, 3);
   for (Index i = 0; i < points.rows(); ++i) {
@@ -260,7 +260,7 @@ TEST(Tree, PointsFindTheirNeighbours) {
   }
 }
 
-TEST(Tree, FirstHitsAreThoseOfALoop) {
+TEST(Tree, FirstHits_MatchBruteForce) {
   const Mesh mesh = soup(400, 9);
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   Random random{10};
@@ -290,7 +290,7 @@ TEST(Tree, FirstHitsAreThoseOfALoop) {
   EXPECT_GT(hits, 200);
 }
 
-TEST(Tree, NoRayPassesBetweenFaces) {
+TEST(Tree, RaysThroughVerticesAndEdges_NeverMiss) {
   // Rays from inside through every vertex and edge midpoint of a closed surface.
   const Mesh mesh = fixtures::sphere(3);
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
@@ -309,7 +309,7 @@ TEST(Tree, NoRayPassesBetweenFaces) {
   }
 }
 
-TEST(Tree, RaysAlongAxesMeetFlatBoxes) {
+TEST(Tree, AxisAlignedRays_HitFlatBoxes) {
   const Mesh mesh = fixtures::grid(8, 8);  // in the plane y = 0
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   for (int x = 0; x <= 16; ++x) {
@@ -323,7 +323,7 @@ TEST(Tree, RaysAlongAxesMeetFlatBoxes) {
   EXPECT_FALSE(any_hit(tree, {{-1, 0, 0.5}, {1, 0, 0}}));  // in the plane: seen from the edge
 }
 
-TEST(Tree, TheIntervalOfARayIsClosed) {
+TEST(Tree, RayInterval_IsClosed) {
   const Mesh mesh = mesh_of({{0, 0, 1}, {1, 0, 1}, {0, 1, 1}}, {{0, 1, 2}});
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   Ray ray = {{0.25, 0.25, 0}, {0, 0, 1}, 1, 1};
@@ -336,7 +336,7 @@ TEST(Tree, TheIntervalOfARayIsClosed) {
   EXPECT_TRUE(std::isinf(first_hit(tree, ray).t));
 }
 
-TEST(Tree, FacesWithinARadius) {
+TEST(Tree, FacesWithinRadius_MatchBruteForce) {
   const Mesh mesh = soup(300, 12);
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   Random random{13};
@@ -355,7 +355,7 @@ TEST(Tree, FacesWithinARadius) {
   }
 }
 
-TEST(Tree, FacesInABox) {
+TEST(Tree, FacesInBox_IncludeTouching) {
   const Mesh mesh = fixtures::grid(10, 10);
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   EXPECT_THAT(faces_in_box(tree, {0.01, -1, 0.01}, {0.02, 1, 0.02}), ElementsAre(0, 1));
@@ -364,7 +364,7 @@ TEST(Tree, FacesInABox) {
   EXPECT_EQ(faces_in_box(tree, {0.1, 0, 0.1}, {0.1, 0, 0.1}).size(), 8u);  // touching counts
 }
 
-TEST(Tree, IsTheSameOnAnyNumberOfThreads) {
+TEST(Tree, AnyThreadCount_GivesTheSameTree) {
   const Mesh mesh = soup(5000, 14);
   set_thread_count(1);
   const TriangleTree one = build_tree(mesh.vertices, mesh.faces);
@@ -380,7 +380,7 @@ TEST(Tree, IsTheSameOnAnyNumberOfThreads) {
   }
 }
 
-TEST(Tree, FloatWalksTheSameTree) {
+TEST(Tree, FloatTree_AgreesWithDouble) {
   const Mesh mesh = fixtures::sphere(3);
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   std::vector<Vec3f> vertices;
@@ -420,7 +420,7 @@ TriangleTree some_tree() {
   return build_tree(mesh.vertices, mesh.faces);
 }
 
-TEST(TreeRefuses, VerticesThatAreNotFinite) {
+TEST(TreeRefuses, NonFiniteVertex_Throws) {
   const Mesh good = soup(20, 16);
   for (const double bad : {kTreeNan, kInf, -kInf, 1e100}) {
     Mesh mesh = good;
@@ -432,7 +432,7 @@ TEST(TreeRefuses, VerticesThatAreNotFinite) {
   }
 }
 
-TEST(TreeRefuses, FacesThatNameNoVertex) {
+TEST(TreeRefuses, FaceIndexOutOfRange_Throws) {
   const Points vertices = Points::Zero(3, 3);
   for (const int bad : {3, -1}) {
     Triangles faces(1, 3);
@@ -441,12 +441,12 @@ TEST(TreeRefuses, FacesThatNameNoVertex) {
   }
 }
 
-TEST(TreeRefuses, AnotherNumberOfVertices) {
+TEST(TreeRefuses, RefitWithOtherVertexCount_Throws) {
   ATELIER_EXPECT_REFUSED(refit_tree(some_tree(), Points::Zero(59, 3)), LogicError,
                          "as many vertices as it was built from");
 }
 
-TEST(TreeRefuses, LeavesOfNoSize) {
+TEST(TreeRefuses, LeafSizeOutOfRange_Throws) {
   const Mesh mesh = soup(20, 18);
   for (const int bad : {0, -1, 65}) {
     ATELIER_EXPECT_REFUSED(build_tree(mesh.vertices, mesh.faces, {bad}), LogicError,
@@ -454,7 +454,7 @@ TEST(TreeRefuses, LeavesOfNoSize) {
   }
 }
 
-TEST(TreeRefuses, QueriesThatAreNotFinite) {
+TEST(TreeRefuses, NonFiniteQuery_Throws) {
   const TriangleTree tree = some_tree();
   for (const double bad : {kTreeNan, kInf, -kInf}) {
     ATELIER_EXPECT_REFUSED(closest_point(tree, {0, bad, 0}), LogicError, "a query must be finite");
@@ -465,7 +465,7 @@ TEST(TreeRefuses, QueriesThatAreNotFinite) {
   }
 }
 
-TEST(TreeRefuses, NegativeDistances) {
+TEST(TreeRefuses, NegativeDistance_Throws) {
   const TriangleTree tree = some_tree();
   for (const double bad : {-1.0, kTreeNan}) {
     ATELIER_EXPECT_REFUSED(closest_point(tree, {0, 0, 0}, bad), LogicError, "0 or more");
@@ -474,7 +474,7 @@ TEST(TreeRefuses, NegativeDistances) {
   }
 }
 
-TEST(TreeRefuses, RaysThatAreNotFinite) {
+TEST(TreeRefuses, NonFiniteRay_Throws) {
   const TriangleTree tree = some_tree();
   for (const double bad : {kTreeNan, kInf, -kInf}) {
     ATELIER_EXPECT_REFUSED(first_hit(tree, {{bad, 0, 0}, {1, 0, 0}}), LogicError,
@@ -486,12 +486,12 @@ TEST(TreeRefuses, RaysThatAreNotFinite) {
   }
 }
 
-TEST(TreeRefuses, RaysWithoutDirection) {
+TEST(TreeRefuses, ZeroRayDirection_Throws) {
   ATELIER_EXPECT_REFUSED(first_hit(some_tree(), {{0, 0, 0}, {0, 0, 0}}), LogicError, "not 0");
   ATELIER_EXPECT_REFUSED(any_hits(some_tree(), {{{0, 0, 0}, {0, 0, 0}}}), LogicError, "not 0");
 }
 
-TEST(TreeRefuses, RaysWhoseIntervalIsEmpty) {
+TEST(TreeRefuses, EmptyRayInterval_Throws) {
   const TriangleTree tree = some_tree();
   ATELIER_EXPECT_REFUSED(first_hit(tree, {{0, 0, 0}, {0, 0, 1}, 2, 1}), LogicError, "t_min");
   ATELIER_EXPECT_REFUSED(first_hit(tree, {{0, 0, 0}, {0, 0, 1}, kTreeNan, 1}), LogicError, "t_min");
@@ -499,7 +499,7 @@ TEST(TreeRefuses, RaysWhoseIntervalIsEmpty) {
                          "t_min");
 }
 
-TEST(TreeRefuses, BoxesThatAreNone) {
+TEST(TreeRefuses, InvertedOrNonFiniteBox_Throws) {
   const TriangleTree tree = some_tree();
   ATELIER_EXPECT_REFUSED(faces_in_box(tree, {1, 0, 0}, {0, 1, 1}), LogicError, "low <= high");
   for (const double bad : {kTreeNan, kInf, -kInf}) {

@@ -9,7 +9,7 @@ namespace {
 
 // A tetrahedron with a vertex of its own for every corner of every face, as a texture's seams part
 // it.
-TEST(WeldedFaces, JoinASurfaceThatSeamsHaveParted) {
+TEST(WeldedFaces, VerticesSplitAtSeams_AreJoined) {
   Points corners(4, 3);
   corners << 0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1;
   Triangles whole(4, 3);
@@ -33,7 +33,7 @@ TEST(WeldedFaces, JoinASurfaceThatSeamsHaveParted) {
   }
 }
 
-TEST(WeldedFaces, LeaveWhatHasNoPlaceInCommon) {
+TEST(WeldedFaces, DistinctPositions_StaySeparate) {
   Points vertices(4, 3);
   vertices << 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 1e-12;
   Triangles faces(2, 3);

@@ -55,7 +55,7 @@ class WindingOnDevice : public fixtures::DeviceTest {
 };
 ATELIER_ON_EVERY_DEVICE(WindingOnDevice);
 
-TEST_P(WindingOnDevice, ClosedSurfacesAreOneInsideAndZeroOutside) {
+TEST_P(WindingOnDevice, ClosedSurface_IsOneInsideZeroOutside) {
   const Mesh mesh = fixtures::torus(60, 40);
   const WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
   const Points queries = scattered_points(500, 1.5, 1);
@@ -69,7 +69,7 @@ TEST_P(WindingOnDevice, ClosedSurfacesAreOneInsideAndZeroOutside) {
   }
 }
 
-TEST_P(WindingOnDevice, ErrorsStayBelowTheBoundOnOpenAndClosedSurfaces) {
+TEST_P(WindingOnDevice, OpenAndClosedSurfaces_StayBelowErrorBound) {
   const Points queries = scattered_points(300, 1.6, 2);
   for (const Mesh& mesh : {fixtures::sphere(3), fixtures::tube(50, 16), fixtures::grid(28, 28),
                            fixtures::torus(50, 30)}) {
@@ -80,7 +80,7 @@ TEST_P(WindingOnDevice, ErrorsStayBelowTheBoundOnOpenAndClosedSurfaces) {
   }
 }
 
-TEST_P(WindingOnDevice, SoupsOfRandomTriangles) {
+TEST_P(WindingOnDevice, TriangleSoup_StaysBelowErrorBound) {
   Mesh mesh;
   mesh.vertices = scattered_points(6000, 1, 3);
   for (Index f = 0; f < 2000; ++f) {
@@ -94,13 +94,13 @@ TEST_P(WindingOnDevice, SoupsOfRandomTriangles) {
   EXPECT_LT(worst_errors(mesh, scattered_points(300, 1.5, 4), {3})[0], 5e-3);
 }
 
-TEST_P(WindingOnDevice, NothingIsZero) {
+TEST_P(WindingOnDevice, EmptyMesh_IsZero) {
   const WindingTree tree = build_winding_tree(Points(0, 3), Triangles(0, 3));
   EXPECT_EQ(winding_numbers(tree, Points::Zero(2, 3), {}, device()), (std::vector<double>{0, 0}));
   EXPECT_TRUE(winding_numbers(tree, Points(0, 3), {}, device()).empty());
 }
 
-TEST_P(WindingOnDevice, OrientedPointsOfASphere) {
+TEST_P(WindingOnDevice, OrientedPointsOfSphere_MatchExactWinding) {
   const Mesh mesh = fixtures::sphere(4);
   const Points normals = vertex_normals(mesh.vertices, mesh.faces);
   const Eigen::VectorXd areas = vertex_areas(mesh.vertices, mesh.faces);
@@ -117,7 +117,7 @@ TEST_P(WindingOnDevice, OrientedPointsOfASphere) {
   }
 }
 
-TEST(Winding, HasASign) {
+TEST(Winding, FlippedSurface_HasNegativeWinding) {
   Mesh mesh = fixtures::sphere(3);
   EXPECT_NEAR(exact_winding_number(mesh.vertices, mesh.faces, {0.1, 0.2, 0.3}), 1, 1e-12);
   EXPECT_NEAR(exact_winding_number(mesh.vertices, mesh.faces, {1.1, 0.2, 0.3}), 0, 1e-12);
@@ -127,7 +127,7 @@ TEST(Winding, HasASign) {
               1e-2);
 }
 
-TEST(Winding, CountsOverlaps) {
+TEST(Winding, OverlappingSpheres_AddUp) {
   Mesh shifted = fixtures::sphere(4);
   shifted.vertices.col(0).array() += 0.5;
   const Mesh mesh = join(fixtures::sphere(4), shifted);
@@ -137,7 +137,7 @@ TEST(Winding, CountsOverlaps) {
   EXPECT_NEAR(winding_number(tree, {2, 0, 0}), 0, 1e-2);
 }
 
-TEST(Winding, OfAnOpenHemisphereAtItsCentreIsAHalf) {
+TEST(Winding, HemisphereCentre_IsOneHalf) {
   Mesh mesh = fixtures::sphere(4);
   std::vector<int> upper;
   for (Index f = 0; f < mesh.faces.rows(); ++f) {
@@ -152,7 +152,7 @@ TEST(Winding, OfAnOpenHemisphereAtItsCentreIsAHalf) {
   EXPECT_NEAR(winding_number(build_winding_tree(mesh.vertices, faces), {0, 0, 0}), 0.5, 1e-2);
 }
 
-TEST(Winding, JumpsByOneAcrossTheSurface) {
+TEST(Winding, CrossingTheSurface_JumpsByOne) {
   const Mesh mesh = fixtures::grid(20, 20);  // open
   const WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
   const double above = winding_number(tree, {0.43, 1e-7, 0.57});
@@ -160,7 +160,7 @@ TEST(Winding, JumpsByOneAcrossTheSurface) {
   EXPECT_NEAR(below - above, 1, 2e-2);
 }
 
-TEST(Winding, IsFiniteOnTheSurface) {
+TEST(Winding, QueryOnSurface_IsFinite) {
   const Mesh mesh = fixtures::sphere(2);
   const WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
   for (Index v = 0; v < mesh.vertices.rows(); ++v) {
@@ -173,7 +173,7 @@ TEST(Winding, IsFiniteOnTheSurface) {
   EXPECT_EQ(winding_number(points, {0, 0, 0}), 0);
 }
 
-TEST(Winding, DegenerateFacesWeighNothing) {
+TEST(Winding, DegenerateFaces_ContributeNothing) {
   const Points vertices = scattered_points(30, 1, 7);
   Triangles faces(10, 3);
   for (int f = 0; f < 10; ++f) {
@@ -183,7 +183,7 @@ TEST(Winding, DegenerateFacesWeighNothing) {
   EXPECT_NEAR(winding_number(tree, {0.1, 0.2, 0.3}), 0, 1e-15);
 }
 
-TEST(WindingMoments, FarValuesComeFromMomentsToThirdOrder) {
+TEST(WindingMoments, FarField_ConvergesAtThirdOrder) {
   // Twice as far, the error of an expansion of order 2 relative to the value falls by 2^3.
   const Vec3d a = {0.1, 0, 0};
   const Vec3d b = {0, 0.12, 0.02};
@@ -197,7 +197,7 @@ TEST(WindingMoments, FarValuesComeFromMomentsToThirdOrder) {
   EXPECT_LT(error(4) / error(2), 0.16);
 }
 
-TEST(WindingMoments, DoNotDependOnTheOrderOfJoining) {
+TEST(WindingMoments, Moments_AreIndependentOfMergeOrder) {
   const Mesh mesh = fixtures::tetrahedron();
   const auto of = [&](Index f) {
     const auto at = [&](int k) {
@@ -231,14 +231,14 @@ TEST(WindingMoments, DoNotDependOnTheOrderOfJoining) {
 
 constexpr double kWindingNumberNan = std::numeric_limits<double>::quiet_NaN();
 
-TEST(WindingRefuses, VerticesThatAreNotFinite) {
+TEST(WindingRefuses, NonFiniteVertex_Throws) {
   const Mesh mesh = fixtures::sphere(1);
   Points broken = mesh.vertices;
   broken(3, 1) = kWindingNumberNan;
   ATELIER_EXPECT_REFUSED(build_winding_tree(broken, mesh.faces), LogicError, "finite coordinates");
 }
 
-TEST(WindingRefuses, FacesThatNameNoVertex) {
+TEST(WindingRefuses, FaceIndexOutOfRange_Throws) {
   Mesh mesh = fixtures::sphere(1);
   mesh.faces(0, 0) = 1000;
   ATELIER_EXPECT_REFUSED(build_winding_tree(mesh.vertices, mesh.faces), LogicError,
@@ -247,7 +247,7 @@ TEST(WindingRefuses, FacesThatNameNoVertex) {
                          "a vertex that is not there");
 }
 
-TEST(WindingRefuses, QueriesThatAreNotFinite) {
+TEST(WindingRefuses, NonFiniteQuery_Throws) {
   const Mesh mesh = fixtures::sphere(1);
   const WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
   ATELIER_EXPECT_REFUSED(winding_number(tree, {kWindingNumberNan, 0, 0}), LogicError,
@@ -258,7 +258,7 @@ TEST(WindingRefuses, QueriesThatAreNotFinite) {
                          LogicError, "a query must be finite");
 }
 
-TEST(WindingRefuses, AccuraciesOutOfRange) {
+TEST(WindingRefuses, AccuracyOutOfRange_Throws) {
   const Mesh mesh = fixtures::sphere(1);
   const WindingTree tree = build_winding_tree(mesh.vertices, mesh.faces);
   for (const double bad : {0.5, 101.0, kWindingNumberNan}) {
@@ -267,7 +267,7 @@ TEST(WindingRefuses, AccuraciesOutOfRange) {
   }
 }
 
-TEST(WindingRefuses, OrientedPointsOfDifferentNumbers) {
+TEST(WindingRefuses, OrientedPointCountMismatch_Throws) {
   const Points points = fixtures::sphere(1).vertices;
   const Eigen::VectorXd areas = Eigen::VectorXd::Ones(points.rows());
   const Eigen::VectorXd few = Eigen::VectorXd::Ones(3);
@@ -278,7 +278,7 @@ TEST(WindingRefuses, OrientedPointsOfDifferentNumbers) {
                          "as many");
 }
 
-TEST(WindingRefuses, NormalsAndAreasThatAreNotFinite) {
+TEST(WindingRefuses, NonFiniteNormalsOrAreas_Throw) {
   const Points points = fixtures::sphere(1).vertices;
   const Eigen::VectorXd areas = Eigen::VectorXd::Ones(points.rows());
   ATELIER_EXPECT_REFUSED(build_winding_tree(points, points * kWindingNumberNan, areas), LogicError,

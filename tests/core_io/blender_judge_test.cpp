@@ -66,7 +66,7 @@ Mesh egg() {
   return mesh;
 }
 
-TEST(Blender, ReadsOurObjPlyAndGlb) {
+TEST(Blender, ObjPlyAndGlb_ImportInBlenderUnchanged) {
   const fixtures::TemporaryDirectory folder;
   if (fixtures::run_child({"sh", "-c", "command -v blender"}).exit_code != 0) {
     GTEST_SKIP() << "no program blender (scripts/setup --judges)";

@@ -26,7 +26,7 @@ std::string refusal(const Call& call) {
   return "";
 }
 
-TEST(ByteReader, ReadsBothByteOrders) {
+TEST(ByteReader, BothByteOrders_AreRead) {
   ByteReader reader(kBytes, "x");
   EXPECT_EQ(reader.little<std::uint16_t>("a"), 0x0201);
   EXPECT_EQ(reader.big<std::uint16_t>("b"), 0x0304);
@@ -34,14 +34,14 @@ TEST(ByteReader, ReadsBothByteOrders) {
   EXPECT_EQ(reader.remaining(), 0u);
 }
 
-TEST(ByteReader, ReadsFloats) {
+TEST(ByteReader, Floats_AreReadInBothByteOrders) {
   const std::array<unsigned char, 8> raw = {0, 0, 0x80, 0x3F, 0x3F, 0x80, 0, 0};
   ByteReader reader(std::as_bytes(std::span(raw)), "x");
   EXPECT_EQ(reader.little<float>("a"), 1.0f);
   EXPECT_EQ(reader.big<float>("b"), 1.0f);
 }
 
-TEST(ByteReader, TakesTextAndSeeks) {
+TEST(ByteReader, TextAndSeek_Work) {
   const std::string text = "hello world";
   ByteReader reader(std::as_bytes(std::span(text)), "x");
   EXPECT_EQ(reader.text(5, "word"), "hello");
@@ -50,7 +50,7 @@ TEST(ByteReader, TakesTextAndSeeks) {
   EXPECT_EQ(reader.position(), 11u);
 }
 
-TEST(ByteReader, RefusesToReadPastTheEnd) {
+TEST(ByteReader, ReadPastEnd_IsRefusedWithPlace) {
   ByteReader reader(kBytes, "mesh.bin");
   reader.skip(6, "header");
   const std::string what = refusal([&] { reader.little<std::uint32_t>("vertex count"); });
@@ -60,7 +60,7 @@ TEST(ByteReader, RefusesToReadPastTheEnd) {
   EXPECT_EQ(reader.little<std::uint16_t>("still here"), 0x0807);
 }
 
-TEST(ByteReader, RefusesCountsThatAreNotPaidFor) {
+TEST(ByteReader, CountBeyondRemainingBytes_IsRefused) {
   ByteReader reader(kBytes, "x");
   EXPECT_EQ(reader.paid(2, 4, "faces"), 2u);
   EXPECT_THAT(refusal([&] { reader.paid(3, 4, "faces"); }), HasSubstr("a count of 3 faces"));
@@ -69,7 +69,7 @@ TEST(ByteReader, RefusesCountsThatAreNotPaidFor) {
   EXPECT_THROW(reader.paid(1, 0, "faces"), LogicError);
 }
 
-TEST(ByteReader, RefusesToSeekPastTheEnd) {
+TEST(ByteReader, SeekPastEnd_IsRefused) {
   ByteReader reader(kBytes, "x");
   EXPECT_NO_THROW(reader.seek(8, "block"));
   EXPECT_THAT(refusal([&] { reader.seek(9, "block"); }), HasSubstr("beyond the end"));
@@ -77,7 +77,7 @@ TEST(ByteReader, RefusesToSeekPastTheEnd) {
               HasSubstr("beyond the end"));
 }
 
-TEST(ByteReader, RefusesHugeTakes) {
+TEST(ByteReader, HugeTake_IsRefused) {
   ByteReader reader(kBytes, "x");
   EXPECT_THROW(reader.take(std::numeric_limits<std::size_t>::max(), "all"), DataError);
 }

@@ -55,7 +55,7 @@ std::string at_most(std::int64_t bytes) {
   return "at most " + std::to_string(bytes) + " bytes";
 }
 
-TEST(FileSize, EveryReaderRefusesBeyondItsCeiling) {
+TEST(FileSize, FileBeyondSizeLimit_IsRefusedByEveryReader) {
   const Limits limits;
   for (const char* name : {"a.obj", "a.ply", "a.gltf", "a.glb"}) {
     EXPECT_EQ(file_size_refusal(name, limits.mesh_file_bytes,
@@ -89,7 +89,7 @@ TEST(FileSize, EveryReaderRefusesBeyondItsCeiling) {
             at_most(limits.tensor_bytes));
 }
 
-TEST(FileSize, AFrameOfASequenceIsRefusedToo) {
+TEST(FileSize, SequenceFrameBeyondSizeLimit_IsRefused) {
   const fixtures::TemporaryDirectory folder;
   const fs::path path = sparse_file(folder.path() / "frame_1.obj", 100);
   const Sequence sequence = read_sequence_folder(folder.path());
@@ -99,7 +99,7 @@ TEST(FileSize, AFrameOfASequenceIsRefusedToo) {
 }
 
 // Mapped, not read: its pages come only where HDF5 looks.
-TEST(FileSize, HugeHdf5OfOthersIsLeftToItsWorker) {
+TEST(FileSize, HugeForeignHdf5_IsLeftToTheWorker) {
   const fixtures::TemporaryDirectory folder;
   const fs::path path = sparse_file(folder.path() / "a.h5", 15LL << 30);
   EXPECT_THROW(foreign_hdf5_contents(path), DataError);
@@ -133,7 +133,7 @@ class HugeFile : public ::testing::Test {
   fixtures::TemporaryDirectory folder_;
 };
 
-TEST_F(HugeFile, ZerosAreRefusedByTheirHeader) {
+TEST_F(HugeFile, HugeFileOfZeros_IsRefusedByHeader) {
   constexpr std::int64_t kHuge = 15LL << 30;
   const fs::path npy = sparse_file(folder_.path() / "a.npy", kHuge);
   expect_refused(npy, [&] { read_npy(npy); });
@@ -145,7 +145,7 @@ TEST_F(HugeFile, ZerosAreRefusedByTheirHeader) {
   expect_refused(archive, [&] { read_archive(archive, "atelier.mesh", 1); });
 }
 
-TEST_F(HugeFile, AHeaderOfASmallArrayIsNoReasonToReadTheRest) {
+TEST_F(HugeFile, HugeFileWithSmallHeader_IsRefusedUnread) {
   constexpr std::int64_t kHuge = 15LL << 30;
   std::string header = "{'descr': '<f4', 'fortran_order': False, 'shape': (2, 3)}\n";
   std::string npy_start("\x93NUMPY\x01\x00", 8);

@@ -40,7 +40,7 @@ std::string foreign_hdf5_refusal(const std::filesystem::path& path,
   return "";
 }
 
-TEST(ForeignHdf5, ReadsEveryKindThatH5pyWrites) {
+TEST(ForeignHdf5, EveryH5pyType_IsRead) {
   ATELIER_NEEDS_H5PY();
   const fixtures::TemporaryDirectory folder;
   ASSERT_TRUE(run_h5py(folder, R"(
@@ -91,7 +91,7 @@ with h5py.File('a.h5', 'w') as f:
   EXPECT_THAT(integers_of(found.at("deep@list")), ElementsAre(1, 2, 3));
 }
 
-TEST(ForeignHdf5, ListsWhatThereIs) {
+TEST(ForeignHdf5, Contents_ListDatasetsAttributesAndOmissions) {
   ATELIER_NEEDS_H5PY();
   const fixtures::TemporaryDirectory folder;
   ASSERT_TRUE(run_h5py(folder, R"(
@@ -118,7 +118,7 @@ with h5py.File('a.h5', 'w') as f:
   EXPECT_EQ(contents.left_out.at("pairs"), "a compound type");
 }
 
-TEST(ForeignHdf5, ReadsOurOwnArchives) {
+TEST(ForeignHdf5, OwnArchives_AreReadable) {
   const fixtures::TemporaryDirectory folder;
   Archive archive;
   archive.schema = "test.sample";
@@ -135,7 +135,7 @@ TEST(ForeignHdf5, ReadsOurOwnArchives) {
   EXPECT_THAT(found.at("@units").strings, ElementsAre("m"));
 }
 
-TEST(ForeignHdf5, WhatReachesOutOfTheFileIsRefused) {
+TEST(ForeignHdf5, LinksOutOfTheFile_AreRefused) {
   ATELIER_NEEDS_H5PY();
   const fixtures::TemporaryDirectory folder;
   ASSERT_TRUE(run_h5py(folder, R"(
@@ -165,7 +165,7 @@ with h5py.File('a.h5', 'w') as f:
               HasSubstr("virtual: a virtual dataset"));
 }
 
-TEST(ForeignHdf5, TypesThatAreNoNumbersAreRefused) {
+TEST(ForeignHdf5, NonNumericTypes_AreRefused) {
   ATELIER_NEEDS_H5PY();
   const fixtures::TemporaryDirectory folder;
   ASSERT_TRUE(run_h5py(folder, R"(
@@ -191,7 +191,7 @@ with h5py.File('a.h5', 'w') as f:
   EXPECT_THAT(foreign_hdf5_refusal(folder / "a.h5", {"type"}), HasSubstr("no dataset"));
 }
 
-TEST(ForeignHdf5, DeclaredSizesMustBePaidFor) {
+TEST(ForeignHdf5, DeclaredSizeBeyondStoredBytes_IsRefused) {
   ATELIER_NEEDS_H5PY();
   const fixtures::TemporaryDirectory folder;
   ASSERT_TRUE(run_h5py(folder, R"(
@@ -219,7 +219,7 @@ with h5py.File('a.h5', 'w') as f:
   EXPECT_NE(foreign_hdf5_refusal(folder / "a.h5", {"bomb"}, limits), "");
 }
 
-TEST(ForeignHdf5, AMissingNameIsRefused) {
+TEST(ForeignHdf5, MissingName_IsRefused) {
   ATELIER_NEEDS_H5PY();
   const fixtures::TemporaryDirectory folder;
   ASSERT_TRUE(run_h5py(folder, "h5py.File('a.h5', 'w')['x/y'] = np.arange(3)"));
@@ -232,7 +232,7 @@ TEST(ForeignHdf5, AMissingNameIsRefused) {
   EXPECT_NE(foreign_hdf5_refusal(folder / "a.h5", {"x/y/z"}), "");
 }
 
-TEST(ForeignHdf5, DeepGroupsAreLeftOut) {
+TEST(ForeignHdf5, DeepGroups_AreOmitted) {
   ATELIER_NEEDS_H5PY();
   const fixtures::TemporaryDirectory folder;
   ASSERT_TRUE(run_h5py(folder, "h5py.File('a.h5', 'w').create_group('/'.join(['g'] * 500))"));
@@ -241,7 +241,7 @@ TEST(ForeignHdf5, DeepGroupsAreLeftOut) {
   EXPECT_THAT(contents.left_out.begin()->second, HasSubstr("deeper than 32"));
 }
 
-TEST(ForeignHdf5, TooManyNamesAreRefused) {
+TEST(ForeignHdf5, TooManyNames_AreRefused) {
   ATELIER_NEEDS_H5PY();
   const fixtures::TemporaryDirectory folder;
   ASSERT_TRUE(run_h5py(folder, R"(
@@ -255,7 +255,7 @@ with h5py.File('a.h5', 'w') as f:
   EXPECT_NO_THROW(foreign_hdf5_contents(folder / "a.h5"));
 }
 
-TEST(ForeignHdf5, WhatIsNoHdf5IsRefused) {
+TEST(ForeignHdf5, NonHdf5File_IsRefused) {
   const fixtures::TemporaryDirectory folder;
   std::ofstream(folder / "text.h5") << "hello";
   std::ofstream(folder / "empty.h5");

@@ -70,7 +70,7 @@ struct RoundTrip {
 
 class ImageRoundTrip : public ::testing::TestWithParam<RoundTrip> {};
 
-TEST_P(ImageRoundTrip, KeepsThePicture) {
+TEST_P(ImageRoundTrip, WrittenImage_ReadsBackWithinTolerance) {
   const auto [format, channels, tolerance] = GetParam();
   const ByteImage image = smooth(61, 37, channels);
   const std::string file = image_bytes(image, format, {.quality = 100});
@@ -111,7 +111,7 @@ INSTANTIATE_TEST_SUITE_P(
              std::to_string(instance.param.channels);
     });
 
-TEST(ReadImage, LinearLightComesBackFromSixteenBits) {
+TEST(ReadImage, LinearImage_RoundTripsThrough16Bits) {
   Image image(200, 3, 3);
   for (std::size_t i = 0; i < image.data.size(); ++i) {
     image.data[i] = static_cast<float>(i) / static_cast<float>(image.data.size());
@@ -130,7 +130,7 @@ TEST(ReadImage, LinearLightComesBackFromSixteenBits) {
   }
 }
 
-TEST(ReadImage, EightBitsAgreeWithTheTransferFunctionOfCore) {
+TEST(ReadImage, EightBitPng_MatchesSrgbTransferFunction) {
   const ByteImage bytes = smooth(40, 30, 3);
   const std::string file = image_bytes(bytes, ImageFormat::Png);
   const Image linear = read_image(bytes_of(file), "test");
@@ -142,7 +142,7 @@ TEST(ReadImage, EightBitsAgreeWithTheTransferFunctionOfCore) {
   EXPECT_FLOAT_EQ(stored.data[5], static_cast<float>(bytes.data[5]) / 255.0F);
 }
 
-TEST(ReadImage, EveryKindOfPng) {
+TEST(ReadImage, EveryPngKind_IsDecoded) {
   const auto grey = [](const std::string& file) {
     return read_byte_image(bytes_of(corpus("png/" + file)), file);
   };
@@ -171,7 +171,7 @@ TEST(ReadImage, EveryKindOfPng) {
   EXPECT_THAT(grey_alpha.data, ElementsAre(10, 10, 10, 20, 30, 30, 30, 40));
 }
 
-TEST(ReadImage, OrientationIsReportedAndNotApplied) {
+TEST(ReadImage, Orientation_IsReportedNotApplied) {
   const struct {
     const char* file;
     int orientation;
@@ -190,7 +190,7 @@ TEST(ReadImage, OrientationIsReportedAndNotApplied) {
   }
 }
 
-TEST(ReadImage, EveryFileOfTheCorpusIsRead) {
+TEST(ReadImage, EveryCorpusFile_IsRead) {
   for (const char* format : {"png", "jpeg", "tiff", "webp", "bmp", "avif"}) {
     for (const auto& entry : std::filesystem::directory_iterator(fixtures::source_directory() /
                                                                  "fuzz" / "corpus" / format)) {
@@ -202,7 +202,7 @@ TEST(ReadImage, EveryFileOfTheCorpusIsRead) {
   }
 }
 
-TEST(ReadImage, TenBitAvifAgreesWithEightBits) {
+TEST(ReadImage, TenBitAvif_AgreesWithEightBit) {
   const Image ten = read_image(bytes_of(corpus("avif/ten_bit420.avif")), "ten");
   const Image eight = read_image(bytes_of(corpus("avif/small.avif")), "eight");
   double sum = 0;
@@ -213,7 +213,7 @@ TEST(ReadImage, TenBitAvifAgreesWithEightBits) {
   EXPECT_EQ(read_image_header(bytes_of(corpus("avif/ten_bit420.avif")), "ten").bit_depth, 10);
 }
 
-TEST(ReadImage, TruncatedJpegIsRefusedWhereverItEnds) {
+TEST(ReadImage, TruncatedJpeg_IsRefusedAtEveryLength) {
   // OpenCV decodes all of these without a word.
   for (const char* name : {"small.jpg", "progressive420.jpg", "grey.jpg", "exif6.jpg"}) {
     const std::string file = corpus(std::string("jpeg/") + name);
@@ -224,7 +224,7 @@ TEST(ReadImage, TruncatedJpegIsRefusedWhereverItEnds) {
   }
 }
 
-TEST(ReadImage, TruncatedFilesOfEveryFormatAreRefused) {
+TEST(ReadImage, TruncatedFileOfEachFormat_IsRefused) {
   for (const char* name : {"png/small.png", "png/palette4.png", "bmp/small.bmp", "tiff/none.tif",
                            "webp/small.webp", "webp/lossy.webp", "avif/small.avif"}) {
     const std::string file = corpus(name);
@@ -236,7 +236,7 @@ TEST(ReadImage, TruncatedFilesOfEveryFormatAreRefused) {
   }
 }
 
-TEST(ReadImage, JpegWithDamageInsideIsRefused) {
+TEST(ReadImage, JpegWithDamageInside_IsRefused) {
   std::string file = corpus("jpeg/small.jpg");
   // A marker in the middle of the scan.
   file[file.size() - 300] = '\xFF';
@@ -244,14 +244,14 @@ TEST(ReadImage, JpegWithDamageInsideIsRefused) {
   EXPECT_THAT(image_file_refusal(file), HasSubstr("libjpeg"));
 }
 
-TEST(ReadImage, PngWithOneFlippedBitOfPixelsIsRefused) {
+TEST(ReadImage, PngWithFlippedPixelBit_IsRefused) {
   std::string file = corpus("png/small.png");
   const std::size_t at = file.find("IDAT") + 12;
   file[at] = static_cast<char>(file[at] ^ 1);
   EXPECT_THAT(image_file_refusal(file), HasSubstr("libpng"));
 }
 
-TEST(ReadImage, CeilingsAreCheckedBeforeAnythingIsDecoded) {
+TEST(ReadImage, ImageBeyondLimits_IsRefusedBeforeDecoding) {
   Limits limits;
   limits.image_side = 40;
   for (const char* name : {"jpeg/small.jpg", "webp/lossy.webp", "avif/small.avif"}) {
@@ -295,7 +295,7 @@ std::string with_page(std::string tiff, unsigned type) {
   return tiff + text(1, 2) + text(254, 2) + text(4, 2) + text(1, 4) + text(type, 4) + text(0, 4);
 }
 
-TEST(ReadImage, RefusesASecondPageButNoThumbnail) {
+TEST(ReadImage, SecondTiffPage_IsRefusedButThumbnailIsNot) {
   const std::string one = corpus("tiff/none.tif");
   ASSERT_EQ(one.substr(0, 2), "II");
   EXPECT_THAT(image_file_refusal(with_page(one, 0)), HasSubstr("a second page"));
@@ -304,7 +304,7 @@ TEST(ReadImage, RefusesASecondPageButNoThumbnail) {
             read_image(bytes_of(one), "one").data);
 }
 
-TEST(ReadImage, RefusesOtherFormats) {
+TEST(ReadImage, UnknownFormatOrMissingFile_IsRefused) {
   EXPECT_THAT(image_file_refusal(""), HasSubstr("no known image format"));
   EXPECT_THAT(image_file_refusal("GIF89a"), HasSubstr("no known image format"));
   EXPECT_THAT(image_file_refusal("\x76\x2f\x31\x01 OpenEXR"), HasSubstr("no known image format"));
@@ -314,7 +314,7 @@ TEST(ReadImage, RefusesOtherFormats) {
   EXPECT_THROW(read_image(folder.path()), DataError);
 }
 
-TEST(ReadLabels, PaletteIndexIsTheLabel) {
+TEST(ReadLabels, PaletteIndex_IsTheLabel) {
   const ByteImage labels = read_labels(bytes_of(corpus("png/palette4.png")), "palette4.png");
   EXPECT_EQ(labels.channels, 1);
   EXPECT_THAT(labels.data, ElementsAre(0, 1, 2, 3, 3, 2, 1, 0));
@@ -326,14 +326,14 @@ TEST(ReadLabels, PaletteIndexIsTheLabel) {
               ElementsAre(7, 255));
 }
 
-TEST(ReadLabels, RefusesWhatIsNoLabelMap) {
+TEST(ReadLabels, ImageThatIsNoLabelMap_IsRefused) {
   for (const char* name : {"png/small.png", "png/grey_alpha.png", "png/grey16.png", "jpeg/grey.jpg",
                            "webp/small.webp", "bmp/palette.bmp", "tiff/palette.tif"}) {
     EXPECT_THROW(read_labels(bytes_of(corpus(name)), name), DataError) << name;
   }
 }
 
-TEST(WriteLabels, AllLabelsComeBackAndColoursDiffer) {
+TEST(WriteLabels, AllLabels_RoundTripWithDistinctColors) {
   const TemporaryDirectory folder;
   ByteImage labels(16, 16, 1);
   for (int i = 0; i < 256; ++i) {
@@ -352,7 +352,7 @@ TEST(WriteLabels, AllLabelsComeBackAndColoursDiffer) {
   EXPECT_THROW(label_bytes(ByteImage(2, 2, 3)), LogicError);
 }
 
-TEST(WriteImage, RefusesWhatNoFileCanHold) {
+TEST(WriteImage, UnwritableImageOrOptions_AreRefused) {
   const TemporaryDirectory folder;
   EXPECT_THROW(write_image(folder / "a.gif", ByteImage(2, 2, 3)), LogicError);
   EXPECT_THROW(write_image(folder / "a.exr", ByteImage(2, 2, 3)), LogicError);
@@ -372,7 +372,7 @@ TEST(WriteImage, RefusesWhatNoFileCanHold) {
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
-TEST(WriteImage, EveryExtension) {
+TEST(WriteImage, EverySupportedExtension_RoundTrips) {
   const TemporaryDirectory folder;
   for (const char* name :
        {"a.png", "a.jpg", "a.JPEG", "a.tif", "a.tiff", "a.webp", "a.bmp", "a.avif"}) {
@@ -382,7 +382,7 @@ TEST(WriteImage, EveryExtension) {
   }
 }
 
-TEST(RealImages, ParsingLabelsKeepTheirIds) {
+TEST(RealImages, HumanParsingLabels_KeepTheirIds) {
   // SCHP demo results: LIP has 20 classes, ATR 18, Pascal 7.
   const struct {
     const char* file;
@@ -399,7 +399,7 @@ TEST(RealImages, ParsingLabelsKeepTheirIds) {
   }
 }
 
-TEST(RealImages, PhotographsAndTextures) {
+TEST(RealImages, PhotographsAndTextures_AreRead) {
   ATELIER_TEST_FILE(photo, "caliscope_calib/chessboard_intrinsic_stills/cam_0_frame_000.jpg");
   const Image image = read_image(photo);
   EXPECT_EQ(image.channels, 3);
@@ -408,7 +408,7 @@ TEST(RealImages, PhotographsAndTextures) {
   EXPECT_GT(read_image(texture).width, 100);
 }
 
-TEST(ImageFile, RefusesToWriteWhatWouldNotBeReadAgain) {
+TEST(ImageFile, ImageTooLargeToReadBack_IsRefusedOnWrite) {
   const TemporaryDirectory folder;
   for (const auto& [width, height] : {std::pair{16'385, 1}, {1, 16'385}, {8'001, 8'000}}) {
     try {

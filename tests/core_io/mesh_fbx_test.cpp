@@ -36,7 +36,7 @@ constexpr const char* kSquare =
 
 // A tetrahedron on two bones with texture coordinates, a blend shape and an animation: as text and
 // in binary, where every second array is deflated.
-TEST(MeshFbx, TextAndBinaryAreTheSameScene) {
+TEST(MeshFbx, TextAndBinary_GiveTheSameScene) {
   ATELIER_NEEDS_FBX();
   for (const char* name : {"small.fbx", "binary.fbx"}) {
     const GltfScene scene = read_fbx(kCorpus / name);
@@ -58,7 +58,7 @@ TEST(MeshFbx, TextAndBinaryAreTheSameScene) {
   }
 }
 
-TEST(MeshFbx, PolygonsAreTriangulatedAndCornersJoined) {
+TEST(MeshFbx, Polygons_AreTriangulatedWithSharedVertices) {
   ATELIER_NEEDS_FBX();
   const std::string text =
       scene_text(std::string(kSquare) + "Model: 20,\"Model::sheet\",\"Mesh\" {\n}\n",
@@ -69,7 +69,7 @@ TEST(MeshFbx, PolygonsAreTriangulatedAndCornersJoined) {
   EXPECT_NEAR(mesh.vertices.col(0).maxCoeff(), 0.01, 1e-9);  // centimetres where nothing says
 }
 
-TEST(MeshFbx, NodesPlaceTheirMeshes) {
+TEST(MeshFbx, NodeTransforms_PlaceTheirMeshes) {
   ATELIER_NEEDS_FBX();
   const std::string placed =
       "Properties70: {\nP: \"Lcl Translation\",\"Lcl Translation\",\"\",\"A\",100,0,0\n"
@@ -84,7 +84,7 @@ TEST(MeshFbx, NodesPlaceTheirMeshes) {
 }
 
 // Two skinned meshes on one skeleton, each a node of its own that stands elsewhere.
-TEST(MeshFbx, SkinnedMeshesBecomeOne) {
+TEST(MeshFbx, SkinnedMeshesOfOneSkeleton_AreMerged) {
   ATELIER_NEEDS_FBX();
   const auto mesh = [](int id, int x) {
     const std::string n = std::to_string(id);
@@ -120,7 +120,7 @@ TEST(MeshFbx, SkinnedMeshesBecomeOne) {
   EXPECT_NEAR(shown.vertices.col(1).maxCoeff(), 0.01, 1e-7);
 }
 
-TEST(MeshFbx, NamesMayBeAnyBytes) {
+TEST(MeshFbx, NonUtf8Name_IsReplaced) {
   ATELIER_NEEDS_FBX();
   const std::string text =
       scene_text(std::string(kSquare) + "Model: 20,\"Model::T\xFF\xFEy\",\"Mesh\" {\n}\n",
@@ -128,7 +128,7 @@ TEST(MeshFbx, NamesMayBeAnyBytes) {
   EXPECT_EQ(scene_of(text).nodes.at(1).name, "T??y");
 }
 
-TEST(MeshFbxRefused, MoreThanTheLimitsAllow) {
+TEST(MeshFbxRefused, FileBeyondLimits_Throws) {
   ATELIER_NEEDS_FBX();
   Limits limits;
   limits.mesh_file_bytes = 1'000;
@@ -143,7 +143,7 @@ TEST(MeshFbxRefused, MoreThanTheLimitsAllow) {
   EXPECT_THAT([&] { read_fbx(kCorpus / "small.fbx", limits); }, ::testing::Throws<DataError>());
 }
 
-TEST(MeshFbxRefused, OtherAxesThanThreeThatAreRightHanded) {
+TEST(MeshFbxRefused, LeftHandedAxes_Throw) {
   ATELIER_NEEDS_FBX();
   std::string text = scene_text(kSquare, "");
   text.insert(text.find("Objects"),

@@ -88,7 +88,7 @@ void expect_same(const GltfScene& scene, const tinygltf::Model& model, const std
   }
 }
 
-TEST(GltfJudge, ATextureIsThereAsItWasGiven) {
+TEST(GltfJudge, Texture_IsEmbeddedUnchanged) {
   GltfScene scene = gltf_scene(fixtures::tetrahedron());
   scene.meshes[0].primitives[0].material = "cloth";
   GltfMaterial look{"cloth", {0.5, 0.25, 1}, {}};
@@ -126,7 +126,7 @@ TEST(GltfJudge, ATextureIsThereAsItWasGiven) {
   }
 }
 
-TEST(GltfJudge, TinygltfReadsTheSameOfRealFiles) {
+TEST(GltfJudge, RealFiles_ReadAsTinygltfReadsThem) {
   for (const char* file :
        {"assimp_AnimatedMorphSphere/glTF/AnimatedMorphSphere.gltf",
         "assimp_MorphStressTest/glTF/MorphStressTest.gltf", "assimp_simple_skin/quad_skin.glb",
@@ -137,7 +137,7 @@ TEST(GltfJudge, TinygltfReadsTheSameOfRealFiles) {
   }
 }
 
-TEST(GltfJudge, TinygltfReadsWhatWeWrite) {
+TEST(GltfJudge, WrittenGlb_IsReadByTinygltf) {
   ATELIER_TEST_FILE(path, "gltf_skinned/mesh2motion/m2m-custom-animation-success.glb");
   const std::string file = glb_bytes(read_gltf(path));
   tinygltf::TinyGLTF reader;

@@ -103,7 +103,7 @@ GltfScene bent_arm() {
   return scene;
 }
 
-TEST(GltfRoundTrip, StaticMeshWithEverything) {
+TEST(GltfRoundTrip, StaticMeshWithAllAttributes_RoundTrips) {
   const TemporaryDirectory folder;
   const Mesh mesh = colored_sphere();
   for (const char* name : {"a.glb", "a.gltf"}) {
@@ -121,7 +121,7 @@ TEST(GltfRoundTrip, StaticMeshWithEverything) {
   }
 }
 
-TEST(GltfRoundTrip, SeamsSplitVerticesAndKeepCorners) {
+TEST(GltfRoundTrip, TextureSeams_SplitVerticesAndKeepCorners) {
   Mesh mesh = colored_sphere();
   const Index n = mesh.vertices.rows();
   mesh.uvs.conservativeResize(n + 1, 2);
@@ -139,7 +139,7 @@ TEST(GltfRoundTrip, SeamsSplitVerticesAndKeepCorners) {
   }
 }
 
-TEST(GltfRoundTrip, SkinAnimationAndNames) {
+TEST(GltfRoundTrip, SkinAnimationAndNames_RoundTrip) {
   const GltfScene scene = bent_arm();
   const GltfScene back = parse(glb_bytes(scene));
   ASSERT_EQ(back.nodes.size(), 3u);
@@ -167,7 +167,7 @@ TEST(GltfRoundTrip, SkinAnimationAndNames) {
   EXPECT_LT((channel.values - scene.animations[0].channels[0].values).cwiseAbs().maxCoeff(), 1e-7);
 }
 
-TEST(GltfRoundTrip, MorphSequenceGivesEveryFrameBack) {
+TEST(GltfRoundTrip, MorphSequence_ReproducesEveryFrame) {
   std::vector<Mesh> frames(5, fixtures::sphere(1));
   for (std::size_t f = 0; f < frames.size(); ++f) {
     frames[f].vertices.array() *= 1 + 0.1 * static_cast<double>(f);
@@ -192,7 +192,7 @@ TEST(GltfRoundTrip, MorphSequenceGivesEveryFrameBack) {
   }
 }
 
-TEST(GltfRoundTrip, EveryPathAndInterpolation) {
+TEST(GltfRoundTrip, EveryPathAndInterpolation_RoundTrips) {
   GltfScene scene = bent_arm();
   scene.nodes[0].matrix = Eigen::Matrix4d::Identity();
   (*scene.nodes[0].matrix)(1, 3) = 2;
@@ -217,7 +217,7 @@ TEST(GltfRoundTrip, EveryPathAndInterpolation) {
   EXPECT_EQ(back.animations[1].channels[1].interpolation, GltfInterpolation::Step);
 }
 
-TEST(RestMesh, SkinFollowsItsJoints) {
+TEST(RestMesh, BentJoint_MovesSkinnedVertices) {
   GltfScene scene = bent_arm();
   // The elbow bent by 90 degrees: the hand points up. The node of a skinned mesh does not count.
   scene.nodes[1].rotation = {0, 0, std::sqrt(0.5), std::sqrt(0.5)};
@@ -228,7 +228,7 @@ TEST(RestMesh, SkinFollowsItsJoints) {
   EXPECT_LT(mesh.vertices.topRows(4).colwise().mean().norm(), 1e-12);
 }
 
-TEST(RestMesh, NodesCarryTheirMeshesAndMirrorsTurnFaces) {
+TEST(RestMesh, NodeTransforms_PlaceMeshesAndMirrorsFlipFaces) {
   GltfScene scene = gltf_scene(fixtures::tetrahedron());
   scene.meshes[0].primitives[0].mesh.normals =
       vertex_normals(fixtures::tetrahedron().vertices, fixtures::tetrahedron().faces);
@@ -277,14 +277,14 @@ std::string triangle(const std::string& from = "", const std::string& to = "") {
   return text;
 }
 
-TEST(ReadGltf, TriangleFromADataUri) {
+TEST(ReadGltf, DataUriBuffer_IsRead) {
   const GltfScene scene = parse(triangle());
   const Mesh mesh = rest_mesh(scene);
   EXPECT_EQ(mesh.faces.row(0), Eigen::RowVector3i(0, 1, 2));
   EXPECT_EQ(mesh.vertices.row(2), Eigen::RowVector3d(0, 1, 0));
 }
 
-TEST(ReadGltf, StripsFansAndMeshesWithoutIndices) {
+TEST(ReadGltf, StripsFansAndUnindexedMeshes_AreRead) {
   EXPECT_EQ(rest_mesh(parse(triangle("\"indices\":1", "\"mode\":5"))).faces.row(0),
             Eigen::RowVector3i(0, 1, 2));
   EXPECT_EQ(rest_mesh(parse(triangle("\"indices\":1", "\"mode\":6"))).faces.row(0),
@@ -296,7 +296,7 @@ TEST(ReadGltf, StripsFansAndMeshesWithoutIndices) {
   EXPECT_EQ(lines.findings[0].code, "gltf-primitive");
 }
 
-TEST(ReadGltf, SparseAccessorsReplaceElements) {
+TEST(ReadGltf, SparseAccessor_ReplacesElements) {
   // Vertex 1 moves to what vertex 2 holds; also on an accessor that has no view: zeros.
   const std::string sparse =
       "\"sparse\":{\"count\":1,\"indices\":{\"bufferView\":1,\"byteOffset\":1,\"componentType\":"
@@ -316,7 +316,7 @@ TEST(ReadGltf, SparseAccessorsReplaceElements) {
               HasSubstr("accessors[0].sparse.count: 4"));
 }
 
-TEST(ReadGltf, NormalizedAndQuantizedIntegers) {
+TEST(ReadGltf, NormalizedIntegers_AreScaled) {
   const Mesh mesh = rest_mesh(
       parse(triangle("{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}",
                      "{\"bufferView\":0,\"componentType\":5122,\"normalized\":true,\"count\":3,"
@@ -325,7 +325,7 @@ TEST(ReadGltf, NormalizedAndQuantizedIntegers) {
   EXPECT_NEAR(mesh.vertices(2, 1), 0x3F80 / 32767.0, 1e-12);
 }
 
-TEST(ReadGltf, RefusesDamage) {
+TEST(ReadGltf, DamageInJson_IsRefused) {
   const struct {
     const char* from;
     const char* to;
@@ -423,7 +423,7 @@ TEST(ReadGltf, RefusesDamage) {
   EXPECT_THAT(mesh_gltf_refusal("[]"), HasSubstr("array"));
 }
 
-TEST(ReadGltf, RefusesBrokenContainers) {
+TEST(ReadGltf, BrokenGlbContainer_IsRefused) {
   const std::string good = glb_bytes(gltf_scene(fixtures::tetrahedron()));
   for (std::size_t size = 4; size < good.size(); size += 7) {
     EXPECT_NE(mesh_gltf_refusal(good.substr(0, size)), "was read") << size;
@@ -437,7 +437,7 @@ TEST(ReadGltf, RefusesBrokenContainers) {
   EXPECT_THAT(mesh_gltf_refusal(binary_first), HasSubstr("another chunk"));
 }
 
-TEST(ReadGltf, CeilingsAreKept) {
+TEST(ReadGltf, SceneBeyondLimits_NamesTheLimit) {
   Limits limits;
   limits.mesh_vertices = 2;
   EXPECT_THAT(mesh_gltf_refusal(triangle(), limits),
@@ -454,7 +454,7 @@ TEST(ReadGltf, CeilingsAreKept) {
               HasSubstr("2 joints; expected 1 to 1"));
 }
 
-TEST(ReadGltf, CoordinatesHaveACeiling) {
+TEST(ReadGltf, CoordinateBeyondLimit_NamesTheLimit) {
   Mesh mesh = fixtures::tetrahedron();
   mesh.vertices(2, 1) = 1e10;
   EXPECT_THAT(mesh_gltf_refusal(glb_bytes(gltf_scene(mesh))),
@@ -466,7 +466,7 @@ TEST(ReadGltf, CoordinatesHaveACeiling) {
   EXPECT_THROW(rest_mesh(scene), DataError);
 }
 
-TEST(ReadGltf, ExternalBuffersStayBelowTheFolder) {
+TEST(ReadGltf, ExternalBuffers_StayInsideTheFolder) {
   const TemporaryDirectory folder;
   const std::filesystem::path inside = folder / "scene";
   std::filesystem::create_directories(inside / "parts");
@@ -500,7 +500,7 @@ TEST(ReadGltf, ExternalBuffersStayBelowTheFolder) {
   EXPECT_THAT(read("parts"), HasSubstr("a folder"));
 }
 
-TEST(WriteGltf, RefusesInconsistentScenes) {
+TEST(WriteGltf, InconsistentScene_IsRefused) {
   const TemporaryDirectory folder;
   EXPECT_THROW(write_gltf(folder / "a.obj", gltf_scene(fixtures::tetrahedron())), LogicError);
   EXPECT_THROW(write_gltf(folder / "absent" / "a.glb", gltf_scene(fixtures::tetrahedron())),
@@ -534,7 +534,7 @@ TEST(WriteGltf, RefusesInconsistentScenes) {
   EXPECT_THROW(gltf_morph_sequence({fixtures::tetrahedron(), fixtures::sphere(1)}, 25), LogicError);
 }
 
-TEST(RealGltf, SkinnedFox) {
+TEST(RealGltf, SkinnedFox_IsReadAndWritten) {
   ATELIER_TEST_FILE(path, "gltf_skinned/bevy_fox/Fox.glb");
   const GltfScene scene = read_gltf(path);
   EXPECT_EQ(scene.nodes.size(), 26u);
@@ -553,7 +553,7 @@ TEST(RealGltf, SkinnedFox) {
   EXPECT_EQ(back.animations[2].channels.size(), scene.animations[2].channels.size());
 }
 
-TEST(RealGltf, MorphTargets) {
+TEST(RealGltf, MorphTargets_AreRead) {
   ATELIER_TEST_FILE(path, "gltf_skinned/assimp_MorphStressTest/glTF/MorphStressTest.gltf");
   const GltfScene scene = read_gltf(path);
   EXPECT_EQ(scene.meshes.at(0).primitives.at(0).targets.size(), 8u);
@@ -565,7 +565,7 @@ TEST(RealGltf, MorphTargets) {
   EXPECT_EQ(read_gltf(sphere).meshes.at(0).primitives.at(0).targets.size(), 2u);
 }
 
-TEST(RealGltf, ThreeSetsOfJointsAndMatrices) {
+TEST(RealGltf, ThreeJointSetsAndNodeMatrices_AreRead) {
   ATELIER_TEST_FILE(path, "gltf_skinned/assimp_simple_skin/quad_skin.glb");
   const GltfScene scene = read_gltf(path);
   EXPECT_EQ(scene.meshes.at(0).primitives.at(0).joints.cols(), 12);
@@ -574,7 +574,7 @@ TEST(RealGltf, ThreeSetsOfJointsAndMatrices) {
   EXPECT_EQ(read_gltf(simple).animations.at(0).channels.at(0).path, GltfPath::Rotation);
 }
 
-TEST(RealGltf, PeopleStandAboutAsTallAsPeople) {
+TEST(RealGltf, People_HaveHumanHeight) {
   for (const char* name : {"human-female", "human-male", "human-sophia", "model-human",
                            "m2m-custom-animation-success"}) {
     ATELIER_TEST_FILE(path, std::string("gltf_skinned/mesh2motion/") + name + ".glb");

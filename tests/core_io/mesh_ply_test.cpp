@@ -45,7 +45,7 @@ std::string ascii(const std::string& header, const std::string& body) {
   return "ply\nformat ascii 1.0\n" + header + "end_header\n" + body;
 }
 
-TEST(ReadPly, AsciiSquare) {
+TEST(ReadPly, AsciiSquare_IsRead) {
   const PolygonMesh mesh = parse_ply(
       ascii("comment by hand\nobj_info x\nelement vertex 4\n" + kXyz + "element face 1\n" + kList,
             "0 0 0\n1 0 0\n\n1 1 0\r\n0 1 0.5\n4 0 1 2 3\n"));
@@ -54,7 +54,7 @@ TEST(ReadPly, AsciiSquare) {
   EXPECT_EQ(mesh.convention.metres_per_unit, 0);
 }
 
-TEST(ReadPly, CarriageReturnsBehindTheHeaderLines) {
+TEST(ReadPly, CrLfHeader_IsRead) {
   const std::string text =
       "ply\r\nformat binary_little_endian 1.0\r\nelement vertex 1\r\nproperty float x\r\n"
       "property float y\r\nproperty float z\r\nend_header\r\n" +
@@ -62,7 +62,7 @@ TEST(ReadPly, CarriageReturnsBehindTheHeaderLines) {
   EXPECT_EQ(parse_ply(text).vertices.row(0), Eigen::RowVector3d(1, 2, 3));
 }
 
-TEST(ReadPly, EveryTypeInEitherByteOrder) {
+TEST(ReadPly, EveryType_IsReadInBothByteOrders) {
   for (const bool big : {false, true}) {
     std::string text = std::string("ply\nformat ") +
                        (big ? "binary_big_endian" : "binary_little_endian") +
@@ -90,7 +90,7 @@ TEST(ReadPly, EveryTypeInEitherByteOrder) {
   }
 }
 
-TEST(ReadPly, UnknownElementsAndPropertiesAreSkipped) {
+TEST(ReadPly, UnknownElementsAndProperties_AreSkipped) {
   const PolygonMesh mesh = parse_ply(ascii(
       "element camera 2\nproperty list uchar float stuff\nproperty int id\nelement vertex 3\n" +
           kXyz + "property list char short tags\nelement face 1\nproperty uchar flags\n" + kList +
@@ -100,7 +100,7 @@ TEST(ReadPly, UnknownElementsAndPropertiesAreSkipped) {
   EXPECT_EQ(mesh.vertices(2, 1), 1);
 }
 
-TEST(ReadPly, FacesMayComeBeforeVertices) {
+TEST(ReadPly, FacesBeforeVertices_AreRead) {
   const std::string header = "element face 1\n" + kList + "element vertex 3\n" + kXyz;
   EXPECT_EQ(triangulated(parse_ply(ascii(header, "3 0 1 2\n0 0 0\n1 0 0\n0 1 0\n"))).faces.rows(),
             1);
@@ -108,7 +108,7 @@ TEST(ReadPly, FacesMayComeBeforeVertices) {
               HasSubstr("face 0: index 3; expected 0 to 2"));
 }
 
-TEST(ReadPly, CornerTextureCoordinatesAreSharedWhereEqual) {
+TEST(ReadPly, EqualCornerTextureCoordinates_AreShared) {
   const PolygonMesh mesh = parse_ply(
       ascii("element vertex 4\n" + kXyz + "element face 2\n" + kList +
                 "property list uchar float texcoord\n",
@@ -117,7 +117,7 @@ TEST(ReadPly, CornerTextureCoordinatesAreSharedWhereEqual) {
   EXPECT_THAT(mesh.corner_uvs, ElementsAre(0, 1, 2, 0, 3, 4));
 }
 
-TEST(ReadPly, ConfidenceIsClampedAndUselessNormalsDropped) {
+TEST(ReadPly, BadConfidence_IsClampedAndZeroNormalsDropped) {
   const PolygonMesh mesh = parse_ply(ascii(
       "element vertex 2\n" + kXyz +
           "property float nx\nproperty float ny\nproperty float nz\nproperty float confidence\n",
@@ -130,7 +130,7 @@ TEST(ReadPly, ConfidenceIsClampedAndUselessNormalsDropped) {
   EXPECT_EQ(mesh.findings[1].code, "ply-normals");
 }
 
-TEST(ReadPly, RefusesBrokenHeaders) {
+TEST(ReadPly, BrokenHeader_IsRefused) {
   const std::string vertex = "element vertex 1\n" + kXyz;
   const struct {
     std::string text;
@@ -193,7 +193,7 @@ TEST(ReadPly, RefusesBrokenHeaders) {
   EXPECT_THAT(mesh_ply_refusal(many), HasSubstr("too many elements"));
 }
 
-TEST(ReadPly, RefusesBrokenBodies) {
+TEST(ReadPly, BrokenAsciiBody_IsRefused) {
   const std::string header = "element vertex 1\n" + kXyz + "element face 1\n" + kList;
   const struct {
     const char* body;
@@ -231,7 +231,7 @@ TEST(ReadPly, RefusesBrokenBodies) {
               HasSubstr("texcoord of 4 numbers"));
 }
 
-TEST(ReadPly, RefusesBinaryThatDoesNotFit) {
+TEST(ReadPly, BinaryOfWrongSize_IsRefused) {
   const std::string head = "ply\nformat binary_little_endian 1.0\n";
   const std::string vertex = "element vertex 1\n" + kXyz;
   const std::string body = raw(0.0f) + raw(0.0f) + raw(0.0f);
@@ -263,7 +263,7 @@ TEST(ReadPly, RefusesBinaryThatDoesNotFit) {
   EXPECT_THAT(mesh_ply_refusal(skipped), HasSubstr("list"));
 }
 
-TEST(ReadPly, CeilingsAreKept) {
+TEST(ReadPly, FileBeyondLimits_NamesTheLimit) {
   const std::string text = ascii("element vertex 4\n" + kXyz + "element face 1\n" + kList,
                                  "0 0 0\n1 0 0\n1 1 0\n0 1 0.5\n4 0 1 2 3\n");
   Limits limits;
@@ -281,7 +281,7 @@ TEST(ReadPly, CeilingsAreKept) {
 
 class WritePly : public ::testing::TestWithParam<PlyFormat> {};
 
-TEST_P(WritePly, ExactRoundTripKeepsEveryBit) {
+TEST_P(WritePly, ExactMode_RoundTripsBitExact) {
   const Mesh mesh = fixtures::full_mesh();
   const PolygonMesh polygons =
       parse_ply(ply_bytes(polygons_of(mesh), {.format = GetParam(), .exact = true}));
@@ -299,7 +299,7 @@ TEST_P(WritePly, ExactRoundTripKeepsEveryBit) {
   EXPECT_LT((back.colors - mesh.colors).cwiseAbs().maxCoeff(), 1e-6);
 }
 
-TEST_P(WritePly, FloatRoundTripKeepsFloatsAndBytes) {
+TEST_P(WritePly, DefaultMode_RoundTripsAsFloatsAndBytes) {
   const Mesh mesh = fixtures::full_mesh();
   const Mesh back = triangulated(parse_ply(ply_bytes(polygons_of(mesh), {.format = GetParam()})));
   EXPECT_EQ(back.vertices.cast<float>(), mesh.vertices.cast<float>());
@@ -311,7 +311,7 @@ TEST_P(WritePly, FloatRoundTripKeepsFloatsAndBytes) {
   EXPECT_EQ(ply_bytes(polygons_of(triangulated(parse_ply(again))), {.format = GetParam()}), again);
 }
 
-TEST_P(WritePly, SeamsPolygonsAndMissingTextureCoordinates) {
+TEST_P(WritePly, SeamsPolygonsAndMissingUvs_RoundTrip) {
   PolygonMesh mesh;
   mesh.vertices.resize(5, 3);
   mesh.vertices << 0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 2, 2, 2;
@@ -332,7 +332,7 @@ TEST_P(WritePly, SeamsPolygonsAndMissingTextureCoordinates) {
   }
 }
 
-TEST_P(WritePly, PolygonOfAThousandCornersAndPointsAlone) {
+TEST_P(WritePly, ThousandCornerPolygonAndPointsOnly_RoundTrip) {
   PolygonMesh mesh;
   mesh.vertices = Points::Zero(1000, 3);
   for (int i = 0; i < 1000; ++i) {
@@ -354,7 +354,7 @@ INSTANTIATE_TEST_SUITE_P(Formats, WritePly,
                            return std::to_string(static_cast<int>(instance.param));
                          });
 
-TEST(WritePlyFile, RefusesBrokenMeshesAndFolders) {
+TEST(WritePlyFile, InvalidMeshOrMissingFolder_IsRefused) {
   const TemporaryDirectory folder;
   Mesh mesh = fixtures::tetrahedron();
   write_ply(folder / "a.ply", mesh);
@@ -365,7 +365,7 @@ TEST(WritePlyFile, RefusesBrokenMeshesAndFolders) {
   EXPECT_EQ(triangulated(read_ply(folder / "a.ply")).faces.rows(), 4);
 }
 
-TEST(WritePlyFile, RefusesWhatAFloatCannotHold) {
+TEST(WritePlyFile, CoordinateBeyondFloat_IsRefused) {
   const TemporaryDirectory folder;
   Mesh mesh = fixtures::tetrahedron();
   mesh.vertices(1, 2) = -1e300;
@@ -385,14 +385,14 @@ TEST(WritePlyFile, RefusesWhatAFloatCannotHold) {
   EXPECT_THROW(read_ply(folder / "exact.ply"), DataError);
 }
 
-TEST(ReadPly, RefusesTextureCoordinatesBeyondTheCeiling) {
+TEST(ReadPly, TextureCoordinateBeyondLimit_IsRefused) {
   const std::string corners = "element vertex 3\n" + kXyz + "element face 1\n" + kList +
                               "property list uchar double texcoord\n";
   EXPECT_THAT(mesh_ply_refusal(ascii(corners, "0 0 0\n1 0 0\n0 1 0\n3 0 1 2 6 0 0 1 1 0 1e300\n")),
               HasSubstr("face 0: coordinate 1e+300"));
 }
 
-TEST(MeshFile, ReadsAndWritesByExtension) {
+TEST(MeshFile, FileExtension_SelectsTheFormat) {
   const TemporaryDirectory folder;
   const Mesh mesh = fixtures::sphere(1);
   for (const char* name : {"a.obj", "a.ply", "B.PLY"}) {
@@ -406,7 +406,7 @@ TEST(MeshFile, ReadsAndWritesByExtension) {
   EXPECT_THROW(read_mesh(folder / "absent.ply"), DataError);
 }
 
-TEST(MeshFile, ConvertsWhatTheFileSays) {
+TEST(MeshFile, StatedUnitAndUpAxis_AreConverted) {
   const TemporaryDirectory folder;
   PolygonMesh polygons = polygons_of(fixtures::tetrahedron());
   polygons.convention = {.metres_per_unit = 0.001, .up = 'z'};

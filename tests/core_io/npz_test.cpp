@@ -33,7 +33,7 @@ std::string npz_refusal(const Call& call) {
   return "";
 }
 
-TEST(Npy, ReadsWhatItWrites) {
+TEST(Npy, WrittenArray_ReadsBackEqual) {
   const Tensor tensor = tensor_of(std::vector<double>{1, 2, 3, 4, 5, 6}, {2, 3});
   const Tensor again = parse_npy(npy_bytes(tensor));
   EXPECT_EQ(again.type, tensor.type);
@@ -41,14 +41,14 @@ TEST(Npy, ReadsWhatItWrites) {
   EXPECT_EQ(again.data, tensor.data);
 }
 
-TEST(Npy, DataBeginAtAMultipleOf64) {
+TEST(Npy, Data_StartsAtMultipleOf64Bytes) {
   for (const std::int64_t n : {0, 1, 12345678}) {
     const Tensor tensor{ElementType::Bool, {0, n}, {}, {}};
     EXPECT_EQ(npy_bytes(tensor).size() % 64, 0u);
   }
 }
 
-TEST(Npy, ScalarsAndEmptyArrays) {
+TEST(Npy, ScalarsAndEmptyArrays_RoundTrip) {
   const Tensor scalar = tensor_of(std::vector<float>{2.5f}, {});
   EXPECT_EQ(doubles_of(parse_npy(npy_bytes(scalar)))[0], 2.5);
   EXPECT_TRUE(parse_npy(npy_bytes(scalar)).shape.empty());
@@ -56,14 +56,14 @@ TEST(Npy, ScalarsAndEmptyArrays) {
   EXPECT_THAT(parse_npy(npy_bytes(empty)).shape, ElementsAre(0, 3));
 }
 
-TEST(Npy, TextRoundTrips) {
+TEST(Npy, AsciiText_RoundTrips) {
   const Tensor tensor{ElementType::Text, {2}, {}, {"female", ""}};
   EXPECT_THAT(parse_npy(npy_bytes(tensor)).strings, ElementsAre("female", ""));
   EXPECT_THROW(npy_bytes(Tensor{ElementType::Text, {1}, {}, {"\xC3\xA9"}}), LogicError);
   EXPECT_THROW(npy_bytes(Tensor{ElementType::BFloat16, {0}, {}, {}}), LogicError);
 }
 
-TEST(Npy, AByteLessAndAByteMoreAreRefused) {
+TEST(Npy, OneByteMoreOrLess_IsRefused) {
   std::vector<std::byte> bytes = npy_bytes(tensor_of(std::vector<float>{1, 2}));
   bytes.push_back(std::byte{0});
   EXPECT_THAT(npz_refusal([&] { parse_npy(bytes, "a.npy"); }), HasSubstr("9 bytes of data"));
@@ -71,7 +71,7 @@ TEST(Npy, AByteLessAndAByteMoreAreRefused) {
   EXPECT_THAT(npz_refusal([&] { parse_npy(bytes, "a.npy"); }), HasSubstr("7 bytes of data"));
 }
 
-TEST(Npy, ReadsEveryKindThatNumPyWrites) {
+TEST(Npy, EveryNumpyType_IsRead) {
   ATELIER_NEEDS_NUMPY();
   const fixtures::TemporaryDirectory folder;
   ASSERT_TRUE(run_numpy(
@@ -104,7 +104,7 @@ TEST(Npy, ReadsEveryKindThatNumPyWrites) {
   EXPECT_EQ(count, 44u);
 }
 
-TEST(Npy, FortranOrderOfOddShapesComesOutRowMajor) {
+TEST(Npy, FortranOrder_IsReadRowMajor) {
   ATELIER_NEEDS_NUMPY();
   const fixtures::TemporaryDirectory folder;
   ASSERT_TRUE(run_numpy("np.save('" + (folder / "a.npy").string() +
@@ -115,7 +115,7 @@ TEST(Npy, FortranOrderOfOddShapesComesOutRowMajor) {
   }
 }
 
-TEST(Npy, ReadsNumPyStrings) {
+TEST(Npy, NumpyStrings_AreRead) {
   ATELIER_NEEDS_NUMPY();
   const fixtures::TemporaryDirectory folder;
   const std::string root = folder.path().string();
@@ -132,7 +132,7 @@ TEST(Npy, ReadsNumPyStrings) {
   EXPECT_THAT(read_npy(folder / "b.npy").strings, ElementsAre("xy"));
 }
 
-TEST(Npy, NumPyReadsWhatIsWritten) {
+TEST(Npy, WrittenNpz_IsReadByNumpy) {
   ATELIER_NEEDS_NUMPY();
   const fixtures::TemporaryDirectory folder;
   write_npz(folder / "a.npz",
@@ -150,7 +150,7 @@ TEST(Npy, NumPyReadsWhatIsWritten) {
                         "assert z['flags'].tolist() == [True, False]\n"));
 }
 
-TEST(Npz, ReadsWhatItWrites) {
+TEST(Npz, WrittenArchive_ReadsBackEqual) {
   for (const bool deflate : {false, true}) {
     const std::vector<std::byte> bytes = npz_bytes(
         {{"b", tensor_of(std::vector<float>{1, 2})}, {"a", tensor_of(std::vector<int>(1000, 3))}},
@@ -165,12 +165,12 @@ TEST(Npz, ReadsWhatItWrites) {
   }
 }
 
-TEST(Npz, TheSameArraysGiveTheSameBytes) {
+TEST(Npz, SameArrays_GiveIdenticalBytes) {
   const std::map<std::string, Tensor> arrays = {{"a", tensor_of(std::vector<int>{1, 2, 3})}};
   EXPECT_EQ(npz_bytes(arrays), npz_bytes(arrays));
 }
 
-TEST(Npz, ReadsNumPysZip64AndDeflate) {
+TEST(Npz, NumpyZip64AndDeflate_AreRead) {
   ATELIER_NEEDS_NUMPY();
   const fixtures::TemporaryDirectory folder;
   const std::string root = folder.path().string();
@@ -191,14 +191,14 @@ TEST(Npz, ReadsNumPysZip64AndDeflate) {
   }
 }
 
-TEST(Npz, AMissingArrayIsRefusedWithTheNamesThereAre) {
+TEST(Npz, MissingArray_IsRefusedListingNames) {
   const Npz npz(npz_bytes({{"poses", tensor_of(std::vector<int>{1})}}), "amass.npz");
   const std::string what = npz_refusal([&] { npz.read("betas"); });
   EXPECT_THAT(what, HasSubstr("amass.npz: no array \"betas\""));
   EXPECT_THAT(what, HasSubstr("one of: poses"));
 }
 
-TEST(Npz, ObjectArraysAreRefusedByName) {
+TEST(Npz, ObjectArray_IsRefusedByName) {
   ATELIER_NEEDS_NUMPY();
   const fixtures::TemporaryDirectory folder;
   ASSERT_TRUE(run_numpy("np.savez('" + (folder / "a.npz").string() +
@@ -208,7 +208,7 @@ TEST(Npz, ObjectArraysAreRefusedByName) {
   EXPECT_EQ(doubles_of(npz.read("y")).size(), 2u);  // the others can still be read
 }
 
-TEST(Npz, AZipBombIsRefusedBeforeItIsInflated) {
+TEST(Npz, ZipBomb_IsRefusedBeforeInflating) {
   const std::vector<std::byte> bytes =
       npz_bytes({{"bomb", tensor_of(std::vector<double>(2'000'000))}});
   Limits limits;
@@ -222,7 +222,7 @@ TEST(Npz, AZipBombIsRefusedBeforeItIsInflated) {
               HasSubstr("at most 1048576"));
 }
 
-TEST(Npz, TooManyMembersAreRefused) {
+TEST(Npz, TooManyMembers_AreRefused) {
   Limits limits;
   limits.archive_entries = 1;
   const std::vector<std::byte> bytes =
@@ -230,13 +230,13 @@ TEST(Npz, TooManyMembersAreRefused) {
   EXPECT_THAT(npz_refusal([&] { Npz(bytes, "a", limits); }), HasSubstr("2 members"));
 }
 
-TEST(Npz, DamageIsFoundByTheChecksum) {
+TEST(Npz, DamageInMember_IsFoundByChecksum) {
   std::vector<std::byte> bytes = npz_bytes({{"a", tensor_of(std::vector<int>(50, 7))}}, false);
   bytes[250] ^= std::byte{1};
   EXPECT_THAT(npz_refusal([&] { Npz(bytes, "x").read("a"); }), HasSubstr("CRC"));
 }
 
-TEST(Npz, WhatIsNoFileOrNoZipIsRefused) {
+TEST(Npz, MissingFileOrNonZip_IsRefused) {
   const fixtures::TemporaryDirectory folder;
   EXPECT_THROW(Npz(folder / "missing.npz"), DataError);
   EXPECT_THROW(Npz(folder.path()), DataError);

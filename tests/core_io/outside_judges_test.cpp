@@ -61,7 +61,7 @@ Mesh ball() {
   return mesh;
 }
 
-TEST_F(Assimp, ReadsOurObjAndPly) {
+TEST_F(Assimp, WrittenObjAndPly_AreReadByAssimp) {
   const Mesh mesh = ball();
   write_obj(folder_ / "a.obj", mesh);
   write_ply(folder_ / "text.ply", mesh, {.format = PlyFormat::Ascii});
@@ -76,7 +76,7 @@ TEST_F(Assimp, ReadsOurObjAndPly) {
   }
 }
 
-TEST_F(Assimp, ReadsOurGltf) {
+TEST_F(Assimp, WrittenGltf_IsReadByAssimp) {
   write_gltf(folder_ / "a.glb", gltf_scene(ball()));
   write_gltf(folder_ / "a.gltf", gltf_scene(ball()));
   for (const char* name : {"a.glb", "a.gltf"}) {
@@ -92,7 +92,7 @@ TEST_F(Assimp, ReadsOurGltf) {
   EXPECT_THAT(info, ContainsRegex("Vertices: +66\n"));
 }
 
-TEST_F(Assimp, ReadsASkinnedPersonThatWeWroteAgain) {
+TEST_F(Assimp, RewrittenSkinnedPerson_LooksTheSameToAssimp) {
   ATELIER_TEST_FILE(path, "gltf_skinned/mesh2motion/m2m-custom-animation-success.glb");
   write_gltf(folder_ / "a.glb", read_gltf(path));
   const std::string theirs = assimp_info(path);
@@ -116,7 +116,7 @@ std::string pillow_view(const std::filesystem::path& file) {
       file.string() + "'");
 }
 
-TEST(Pillow, ReadsOurImages) {
+TEST(Pillow, WrittenImages_AreReadByPillow) {
   if (output_of("/usr/bin/python3 -c 'import PIL'; echo $?") != "0\n") {
     GTEST_SKIP() << "no Pillow (package python3-pil)";
   }

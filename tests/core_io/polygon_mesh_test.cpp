@@ -39,14 +39,14 @@ void expect_tiles(const PolygonMesh& mesh, const Eigen::Vector3d& normal, double
   }
 }
 
-TEST(Triangulated, ConcaveQuadIsCutAtItsReflexCorner) {
+TEST(Triangulated, ConcaveQuad_IsSplitAtReflexCorner) {
   // An arrow: a fan from its first corner would turn one triangle over.
   const Mesh mesh = triangulated(polygon({{0, 0, 0}, {2, 1, 0}, {0, 2, 0}, {0.5, 1, 0}}));
   ASSERT_EQ(mesh.faces.rows(), 2);
   expect_tiles(polygon({{0, 0, 0}, {2, 1, 0}, {0, 2, 0}, {0.5, 1, 0}}), {0, 0, 1}, 1.5);
 }
 
-TEST(Triangulated, LettersOfConcaveOutlines) {
+TEST(Triangulated, ConcaveOutlines_AreTiledExactly) {
   const std::vector<Eigen::Vector3d> l = {{0, 0, 0}, {3, 0, 0}, {3, 1, 0},
                                           {1, 1, 0}, {1, 4, 0}, {0, 4, 0}};
   expect_tiles(polygon(l), {0, 0, 1}, 6);
@@ -55,7 +55,7 @@ TEST(Triangulated, LettersOfConcaveOutlines) {
   expect_tiles(polygon(u), {0, 0, 1}, 13);
 }
 
-TEST(Triangulated, StarsInAnyPlaneFromAnyCorner) {
+TEST(Triangulated, RandomStars_AreTiledInAnyPlane) {
   for (int trial = 0; trial < 50; ++trial) {
     Random random{7, static_cast<std::uint64_t>(trial), 0};
     const int n = 5 + trial % 60;
@@ -81,7 +81,7 @@ TEST(Triangulated, StarsInAnyPlaneFromAnyCorner) {
   }
 }
 
-TEST(Triangulated, PointsOnAnEdgeAndPolygonsWithoutAreaGiveAllTheirTriangles) {
+TEST(Triangulated, DegeneratePolygons_GiveAllTheirTriangles) {
   expect_tiles(polygon({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}}), {0, 0, 1}, 4);
   EXPECT_EQ(triangulated(polygon({{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {3, 0, 0}})).faces.rows(), 2);
   EXPECT_EQ(triangulated(polygon({{0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}})).faces.rows(), 2);
@@ -89,7 +89,7 @@ TEST(Triangulated, PointsOnAnEdgeAndPolygonsWithoutAreaGiveAllTheirTriangles) {
   EXPECT_EQ(triangulated(polygon({{0, 0, 0}, {1, 1, 0}, {1, 0, 0}, {0, 1, 0}})).faces.rows(), 2);
 }
 
-TEST(Triangulated, HugeCoordinatesDoNotHang) {
+TEST(Triangulated, HugeCoordinates_DoNotHang) {
   const double huge = 1e308;
   EXPECT_EQ(
       triangulated(
@@ -98,7 +98,7 @@ TEST(Triangulated, HugeCoordinatesDoNotHang) {
       3);
 }
 
-TEST(Triangulated, RefusesBrokenStructures) {
+TEST(Triangulated, BrokenStructure_IsRefused) {
   PolygonMesh mesh = polygon({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}});
   mesh.corner_vertices[1] = 3;
   EXPECT_THROW(triangulated(mesh), LogicError);
@@ -119,7 +119,7 @@ TEST(Triangulated, RefusesBrokenStructures) {
   EXPECT_THROW(triangulated(mesh), LogicError);
 }
 
-TEST(InMetresYUp, TurnsAndScales) {
+TEST(InMetresYUp, UnitsAndUpAxis_AreConverted) {
   Mesh mesh;
   mesh.vertices.resize(1, 3);
   mesh.vertices << 1, 2, 3;
@@ -137,7 +137,7 @@ TEST(InMetresYUp, TurnsAndScales) {
   EXPECT_THROW(in_metres_y_up(mesh, {1, 'w'}, {1, 'y'}), LogicError);
 }
 
-TEST(MakeUnitRows, RefusesRowsWithoutDirection) {
+TEST(MakeUnitRows, ZeroRow_IsRefused) {
   Points rows(2, 3);
   rows << 3, 0, 4, 0, 1, 0;
   EXPECT_TRUE(make_unit_rows(rows));

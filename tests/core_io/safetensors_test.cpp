@@ -49,7 +49,7 @@ std::string safetensors_refusal(const std::vector<std::byte>& bytes, const Limit
   return "";
 }
 
-TEST(Safetensors, ReadsWhatItWrites) {
+TEST(Safetensors, WrittenTensors_ReadBackEqual) {
   const fixtures::TemporaryDirectory folder;
   write_safetensors(folder / "a.safetensors", sample());
   const Safetensors again = read_safetensors(folder / "a.safetensors");
@@ -62,15 +62,15 @@ TEST(Safetensors, ReadsWhatItWrites) {
   }
 }
 
-TEST(Safetensors, NoTensorsAreAFileToo) {
+TEST(Safetensors, EmptyFile_RoundTrips) {
   EXPECT_TRUE(parse_safetensors(safetensors_bytes({})).tensors.empty());
 }
 
-TEST(Safetensors, TheSameContentGivesTheSameBytes) {
+TEST(Safetensors, SameContent_GivesIdenticalBytes) {
   EXPECT_EQ(safetensors_bytes(sample()), safetensors_bytes(sample()));
 }
 
-TEST(Safetensors, AnIndependentReaderFindsTheTensors) {
+TEST(Safetensors, WrittenTensors_AreFoundByIndependentReader) {
   if (std::system("/usr/bin/python3 -c 'import numpy' 2>/dev/null") != 0) {
     GTEST_SKIP() << "no NumPy (python3-numpy)";
   }
@@ -99,14 +99,14 @@ assert ends[-1][1] == len(raw) - 8 - n
   EXPECT_EQ(std::system(("/usr/bin/python3 " + (folder / "check.py").string()).c_str()), 0);
 }
 
-TEST(Safetensors, NotANumberIsForTheCallerToJudge) {
+TEST(Safetensors, NonFiniteValues_AreLeftToTheCaller) {
   Safetensors content;
   content.tensors["w"] = tensor_of(std::vector<float>{1, std::numeric_limits<float>::infinity()});
   const Safetensors again = parse_safetensors(safetensors_bytes(content));
   EXPECT_THROW(check_finite(again.tensors.at("w"), "", "w"), DataError);
 }
 
-TEST(Safetensors, WhatTheFormatCannotHoldIsALogicError) {
+TEST(Safetensors, UnsupportedContent_ThrowsLogicError) {
   Safetensors content;
   content.tensors["t"] = Tensor{ElementType::Text, {1}, {}, {"x"}};
   EXPECT_THROW(safetensors_bytes(content), LogicError);
@@ -121,7 +121,7 @@ TEST(Safetensors, WhatTheFormatCannotHoldIsALogicError) {
   EXPECT_THROW(safetensors_bytes(content), LogicError);
 }
 
-TEST(Safetensors, TooManyTensorsAreRefusedBothWays) {
+TEST(Safetensors, TooManyTensors_AreRefusedOnReadAndWrite) {
   std::string header = "{";
   for (int i = 0; i < 11; ++i) {
     header += (i > 0 ? "," : "") + std::string("\"") + std::to_string(i) +
@@ -138,7 +138,7 @@ TEST(Safetensors, TooManyTensorsAreRefusedBothWays) {
   EXPECT_THROW(safetensors_bytes(content), LogicError);
 }
 
-TEST(Safetensors, AHeaderOfMoreThanAMegabyteIsRefused) {
+TEST(Safetensors, OversizedHeader_IsRefused) {
   EXPECT_THAT(safetensors_refusal(file_of("{" + std::string(1 << 20, ' ') + "}", 0)),
               HasSubstr("a header of 1048578 bytes"));
 }

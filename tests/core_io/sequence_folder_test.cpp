@@ -33,7 +33,7 @@ class SequenceFolder : public ::testing::Test {
   TemporaryDirectory root_;
 };
 
-TEST_F(SequenceFolder, AMeshBeyondTheLimitIsRefusedWhereItIsListed) {
+TEST_F(SequenceFolder, OversizedMesh_IsRefusedWhenListed) {
   write("b_1.obj");
   write("b_2.obj");
   std::filesystem::resize_file(root_ / "b_2.obj", 5000);
@@ -44,7 +44,7 @@ TEST_F(SequenceFolder, AMeshBeyondTheLimitIsRefusedWhereItIsListed) {
   EXPECT_EQ(read_sequence_folder(root_ / "b_1.obj", {}, limits).frame_ids.size(), 1U);
 }
 
-TEST_F(SequenceFolder, FramesAreInOrderOfTheirNumbers) {
+TEST_F(SequenceFolder, Frames_AreOrderedByNumber) {
   write("b_10.obj");
   write("b_9.obj");
   write("scan-f00011.obj");
@@ -55,7 +55,7 @@ TEST_F(SequenceFolder, FramesAreInOrderOfTheirNumbers) {
   EXPECT_EQ(sequence.fps, 0);
 }
 
-TEST(GapFinding, NamesAFewOfTheNumbersThatAreMissing) {
+TEST(GapFinding, MissingNumbers_AreListedBriefly) {
   EXPECT_FALSE(gap_finding({7}, "f"));
   EXPECT_FALSE(gap_finding({7, 8, 9}, "f"));
   const auto one = gap_finding({0, 2}, "f");
@@ -68,7 +68,7 @@ TEST(GapFinding, NamesAFewOfTheNumbersThatAreMissing) {
             "numbers without a mesh: 1, 2, 3 and 2147483643 more");
 }
 
-TEST_F(SequenceFolder, OtherFilesArePassedOver) {
+TEST_F(SequenceFolder, OtherFiles_AreIgnored) {
   write("f_1.obj");
   write("f_1.mtl", "x");
   write("notes.txt", "x");
@@ -77,26 +77,26 @@ TEST_F(SequenceFolder, OtherFilesArePassedOver) {
   EXPECT_THAT(read_sequence_folder(root_.path()).frame_ids, ElementsAre(1));
 }
 
-TEST_F(SequenceFolder, ExtensionsInAnyCase) {
+TEST_F(SequenceFolder, ExtensionCase_IsIgnored) {
   write("f_1.OBJ");
   EXPECT_THAT(read_sequence_folder(root_.path()).frame_ids, ElementsAre(1));
 }
 
-TEST_F(SequenceFolder, OneFileIsFrameZero) {
+TEST_F(SequenceFolder, SingleFile_IsFrameZero) {
   write("shape.obj");
   const Sequence sequence = read_sequence_folder(root_ / "shape.obj");
   EXPECT_THAT(sequence.frame_ids, ElementsAre(0));
   EXPECT_EQ(frame(sequence, 0).faces.rows(), 1);
 }
 
-TEST_F(SequenceFolder, TheUnitOfFilesThatDoNotSay) {
+TEST_F(SequenceFolder, UnitlessFiles_UseTheGivenUnit) {
   write("f_1.obj");
   const Sequence sequence =
       read_sequence_folder(root_.path(), {.metres_per_unit = 0.01, .up = 'y'});
   EXPECT_DOUBLE_EQ(frame(sequence, 0).vertices(1, 0), 0.01);
 }
 
-TEST_F(SequenceFolder, FramesAreReadWhenAskedFor) {
+TEST_F(SequenceFolder, Frames_AreReadLazily) {
   write("f_1.obj");
   write("f_2.obj", "v nan 0 0\n");
   const Sequence sequence = read_sequence_folder(root_.path());
@@ -104,34 +104,34 @@ TEST_F(SequenceFolder, FramesAreReadWhenAskedFor) {
   EXPECT_THROW(frame(sequence, 1), DataError);
 }
 
-TEST_F(SequenceFolder, RefusesNamesWithoutNumber) {
+TEST_F(SequenceFolder, NameWithoutNumber_IsRefused) {
   write("shape.obj");
   EXPECT_THAT(refusal(),
               HasSubstr("no frame number at its end; expected a name like frame_000012.obj "
                         "(digits, at most 2147483647); rename it"));
 }
 
-TEST_F(SequenceFolder, RefusesNumbersBeyondInt) {
+TEST_F(SequenceFolder, NumberBeyondInt_IsRefused) {
   write("f_99999999999.obj");
   EXPECT_THAT(refusal(), HasSubstr("no frame number at its end"));
 }
 
-TEST_F(SequenceFolder, RefusesTheSameNumberTwice) {
+TEST_F(SequenceFolder, DuplicateNumber_IsRefused) {
   write("a_7.obj");
   write("b_007.obj");
   EXPECT_THAT(refusal(), HasSubstr("one file for each frame"));
 }
 
-TEST_F(SequenceFolder, RefusesAFolderWithoutMeshes) {
+TEST_F(SequenceFolder, FolderWithoutMeshes_IsRefused) {
   write("notes.txt", "x");
   EXPECT_THAT(refusal(), HasSubstr("no .obj, .ply, .glb or .gltf"));
 }
 
-TEST_F(SequenceFolder, RefusesNothing) {
+TEST_F(SequenceFolder, MissingFolder_IsRefused) {
   EXPECT_THROW(read_sequence_folder(root_ / "nothing"), DataError);
 }
 
-TEST_F(SequenceFolder, RefusesMoreFramesThanTheLimit) {
+TEST_F(SequenceFolder, TooManyFrames_AreRefused) {
   for (int i = 0; i < 4; ++i) {
     write("f_" + std::to_string(i) + ".obj");
   }

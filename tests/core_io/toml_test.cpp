@@ -32,7 +32,7 @@ std::string repeated(const std::string& text, int count) {
   return result;
 }
 
-TEST(Toml, ReadsEveryKindOfValue) {
+TEST(Toml, EveryValueKind_IsRead) {
   const nlohmann::json value = parse_toml(R"(
 title = "tee" # a comment with [brackets] and "quotes
 fps = 30
@@ -70,25 +70,25 @@ id = "b"
   EXPECT_EQ(value["camera"][1]["id"], "b");
 }
 
-TEST(Toml, AnEmptyTextIsAnEmptyTable) {
+TEST(Toml, EmptyText_IsEmptyTable) {
   EXPECT_EQ(parse_toml("").size(), 0u);
 }
 
-TEST(Toml, KnowsTheLineOfEveryValue) {
+TEST(Toml, Lines_AreKnownForEveryValue) {
   const auto lines = toml_lines("a = 1\n\n[b]\nc = [\n  1,\n  2]\n[[d]]\nid = 'x'\n");
   EXPECT_EQ(lines.at("a"), 1);
   EXPECT_EQ(lines.at("b.c.1"), 6);
   EXPECT_EQ(lines.at("d.0.id"), 8);
 }
 
-TEST(Toml, ErrorsNameFileLineAndColumn) {
+TEST(Toml, SyntaxError_NamesFileLineAndColumn) {
   EXPECT_THAT(toml_refusal("a = 1\nb = = 2\n"), HasSubstr("capture.toml: line 2, column"));
   EXPECT_THAT(toml_refusal("a = 1\na = 2\n"), HasSubstr("line 2"));
   EXPECT_THAT(toml_refusal("a = 1\nb = nan\n"),
               HasSubstr("line 2, column 5: a number that is not"));
 }
 
-TEST(Toml, NestingIsCappedInEveryDisguise) {
+TEST(Toml, DeepNesting_IsCappedInEveryForm) {
   const std::string deep = "nesting deeper than 64";
   EXPECT_EQ(toml_refusal("a = " + repeated("[", 60) + repeated("]", 60)), "");
   EXPECT_THAT(toml_refusal("a = " + repeated("[", 65) + repeated("]", 65)), HasSubstr(deep));
@@ -105,13 +105,13 @@ TEST(Toml, NestingIsCappedInEveryDisguise) {
   EXPECT_THAT(toml_refusal("\"a\"" + repeated(".'a'", 100) + " = 1"), HasSubstr(deep));
 }
 
-TEST(Toml, ABinaryFileIsNoText) {
+TEST(Toml, NulByte_IsNotText) {
   std::string binary = "ply\n" + repeated("[", 100);
   binary += '\0';
   EXPECT_THAT(toml_refusal(binary), HasSubstr("line 2: a NUL byte, which no text has"));
 }
 
-TEST(Toml, StringsDoNotHideNesting) {
+TEST(Toml, Strings_DoNotHideNesting) {
   // Four quotes close a string that ends in a quote; a naive scan would think that one is open.
   const std::string dots = "a" + repeated(".a", 100'000) + " = 1";
   EXPECT_THAT(toml_refusal("x = \"\"\"a\"\"\"\"\n" + dots), HasSubstr("nesting deeper"));
@@ -122,7 +122,7 @@ TEST(Toml, StringsDoNotHideNesting) {
   EXPECT_THAT(toml_refusal("# \"\n" + dots), HasSubstr("nesting deeper"));
 }
 
-TEST(Toml, DotsInTextsAndNumbersAreNoNesting) {
+TEST(Toml, DotsInStringsAndNumbers_AreNotNesting) {
   EXPECT_EQ(toml_refusal("a = \"" + repeated(".", 1000) + "\""), "");
   EXPECT_EQ(toml_refusal("a = [" + repeated("1.5, ", 1000) + "]"), "");
   EXPECT_EQ(toml_refusal("# " + repeated("[.", 1000)), "");
@@ -130,7 +130,7 @@ TEST(Toml, DotsInTextsAndNumbersAreNoNesting) {
   EXPECT_EQ(toml_refusal(repeated("[[a]]\nb.c = 1\n", 1000)), "");
 }
 
-TEST(Toml, LimitsAreKept) {
+TEST(Toml, TextBeyondLimits_NamesTheLimit) {
   Limits limits;
   limits.text_string_bytes = 3;
   EXPECT_THAT(toml_refusal("a = \"1234\"", limits), HasSubstr("a string of 4 bytes"));
@@ -142,7 +142,7 @@ TEST(Toml, LimitsAreKept) {
   EXPECT_THAT(toml_refusal("a = 1", limits), HasSubstr("5 bytes of TOML"));
 }
 
-TEST(Toml, ReadsFilesOfOtherTools) {
+TEST(Toml, FilesOfOtherTools_AreRead) {
   ATELIER_TEST_FILE(caliscope, "caliscope_calib/4_cam_recording/config.toml");
   EXPECT_TRUE(read_toml(caliscope).is_object());
   ATELIER_TEST_FILE(pose2sim, "pose2sim_demo/single/Config.toml");
@@ -152,7 +152,7 @@ TEST(Toml, ReadsFilesOfOtherTools) {
           .is_object());
 }
 
-TEST(Toml, AMissingFileIsADataError) {
+TEST(Toml, MissingFile_IsDataError) {
   const fixtures::TemporaryDirectory folder;
   EXPECT_THROW(read_toml(folder / "missing.toml"), DataError);
 }

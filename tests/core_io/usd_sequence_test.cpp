@@ -134,7 +134,7 @@ Sequence two_frames() {
   return sequence_of({mesh, moved}, 24, {7, 9});
 }
 
-TEST(UsdSequence, HoldsWhatAReaderNeeds) {
+TEST(UsdSequence, WrittenSequence_HasUnitsTimesAndPoints) {
   const fixtures::TemporaryDirectory folder;
   const auto path = folder.path() / "a.usda";
   const Sequence sequence = two_frames();
@@ -163,7 +163,7 @@ TEST(UsdSequence, HoldsWhatAReaderNeeds) {
   }
 }
 
-TEST(UsdSequence, SeveralStandBesideOneAnother) {
+TEST(UsdSequence, SeveralSequences_AreSiblingPrims) {
   const fixtures::TemporaryDirectory folder;
   const auto path = folder.path() / "a.usda";
   Sequence earlier = two_frames();
@@ -180,7 +180,7 @@ TEST(UsdSequence, SeveralStandBesideOneAnother) {
   EXPECT_EQ(usd.layer.at("endTimeCode"), "9");
 }
 
-TEST(UsdSequence, RefusesSequencesThatDoNotGoTogether) {
+TEST(UsdSequence, IncompatibleSequences_AreRefused) {
   const fixtures::TemporaryDirectory folder;
   const auto path = folder.path() / "a.usda";
   std::vector<NamedSequence> both = {{"a b", two_frames()}, {"a_b", two_frames()}};
@@ -192,7 +192,7 @@ TEST(UsdSequence, RefusesSequencesThatDoNotGoTogether) {
   EXPECT_FALSE(std::filesystem::exists(path));
 }
 
-TEST(UsdSequence, RefusesWhatHasNoSharedTopologyFramesOrRate) {
+TEST(UsdSequence, SequenceWithoutTopologyOrRate_IsRefused) {
   const fixtures::TemporaryDirectory folder;
   const auto path = folder.path() / "a.usda";
   Sequence sequence = two_frames();

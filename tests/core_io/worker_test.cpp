@@ -40,19 +40,19 @@ constexpr const char* kDied = "x.h5: the process that read it died: Segmentation
 constexpr const char* kTooMuch = "more than 64 MB of memory";
 #endif
 
-TEST(Worker, ReturnsWhatTheWorkReturns) {
+TEST(Worker, Result_IsReturned) {
   const std::vector<std::byte> large(3'000'000, std::byte{7});
   EXPECT_EQ(run_in_worker([&] { return large; }, "x", {}), large);
   EXPECT_TRUE(run_in_worker([] { return std::vector<std::byte>{}; }, "x", {}).empty());
 }
 
-TEST(Worker, PassesOnARefusal) {
+TEST(Worker, Refusal_IsPassedOn) {
   EXPECT_EQ(worker_refusal(
                 []() -> std::vector<std::byte> { throw DataError("", "here", "this", "that"); }),
             "x.h5: here: this; expected that");
 }
 
-TEST(Worker, ACrashIsADataError) {
+TEST(Worker, Crash_IsDataError) {
   EXPECT_THAT(worker_refusal([]() -> std::vector<std::byte> {
                 std::raise(SIGSEGV);
                 return {};
@@ -63,7 +63,7 @@ TEST(Worker, ACrashIsADataError) {
               HasSubstr("the process that read it"));
 }
 
-TEST(Worker, AnEndlessLoopIsADataError) {
+TEST(Worker, EndlessLoop_IsDataError) {
   Limits limits;
   limits.worker_cpu_seconds = 1;
   EXPECT_THAT(
@@ -79,14 +79,14 @@ TEST(Worker, AnEndlessLoopIsADataError) {
       AnyOf(HasSubstr("more than 1 s of processor time"), HasSubstr("did not come to an end")));
 }
 
-TEST(Worker, TooMuchMemoryIsADataError) {
+TEST(Worker, TooMuchMemory_IsDataError) {
   Limits limits;
   limits.worker_memory_bytes = 64 << 20;
   EXPECT_THAT(worker_refusal([] { return std::vector<std::byte>(100 << 20); }, limits),
               HasSubstr(kTooMuch));
 }
 
-TEST(Worker, CannotOpenWriteOrConnect) {
+TEST(Worker, SandboxedWork_CannotOpenWriteOrConnect) {
   const fixtures::TemporaryDirectory folder;
   std::ofstream(folder / "secret") << "x";
   const std::string path = (folder / "secret").string();
@@ -112,7 +112,7 @@ TEST(Worker, CannotOpenWriteOrConnect) {
   EXPECT_TRUE(std::filesystem::exists(path));
 }
 
-TEST(Worker, ManyInARow) {
+TEST(Worker, ManyRunsInSequence_Work) {
   for (int i = 0; i < 100; ++i) {
     EXPECT_EQ(run_in_worker([&] { return std::vector<std::byte>{std::byte(i)}; }, "x", {})[0],
               std::byte(i));

@@ -41,7 +41,7 @@ std::vector<std::vector<int>> loops_of(const Mesh& mesh) {
   return boundary_loops(topology_of(mesh.faces, mesh.vertices.rows()));
 }
 
-TEST(IsotropicRemeshing, ClosesTheLoopsItIsGivenAndRepeats) {
+TEST(IsotropicRemeshing, GivenLoops_AreClosedReproducibly) {
   const Mesh tube = open_cone();
   const std::vector<std::vector<int>> loops = loops_of(tube);
   ASSERT_EQ(loops.size(), 2u);
@@ -52,7 +52,7 @@ TEST(IsotropicRemeshing, ClosesTheLoopsItIsGivenAndRepeats) {
   EXPECT_EQ(isotropic_remeshing(tube, closing).vertices, closed.vertices);
 }
 
-TEST(IsotropicRemeshing, HasEdgesOfTheLengthAskedForOnTheSurface) {
+TEST(IsotropicRemeshing, Edges_HaveRequestedLengthOnSurface) {
   // Rims that relax are drawn in, a centimetre here: these stay.
   const Mesh even =
       isotropic_remeshing(open_cone(), {.edge_length = 0.02, .holes = {}, .rims_relax = false});
@@ -73,7 +73,7 @@ TEST(IsotropicRemeshing, HasEdgesOfTheLengthAskedForOnTheSurface) {
   }
 }
 
-TEST(IsotropicRemeshing, DividesASingleTriangle) {
+TEST(IsotropicRemeshing, SingleTriangle_IsSubdivided) {
   Mesh single;
   single.vertices.resize(3, 3);
   single.vertices << 0, 0, 0, 1, 0, 0, 0, 1, 0;
@@ -82,7 +82,7 @@ TEST(IsotropicRemeshing, DividesASingleTriangle) {
   EXPECT_GT(isotropic_remeshing(single, {.edge_length = 0.2, .holes = {}}).faces.rows(), 10);
 }
 
-TEST(IsotropicRemeshingRefuses, ALengthThatIsNone) {
+TEST(IsotropicRemeshingRefuses, ZeroEdgeLength_Throws) {
   EXPECT_THROW(isotropic_remeshing(open_cone(), {.edge_length = 0, .holes = {}}), LogicError);
 }
 

@@ -27,7 +27,7 @@ double ink(const Image& image) {
   return sum / image.channels;
 }
 
-TEST(Drawing, DiscCoversItsAreaAboutItsCentre) {
+TEST(Drawing, Disc_CoversItsAreaAroundItsCentre) {
   const Image image = drawn(Image(64, 48, 3), {Circle{{30.25, 20.75}, 10}});
   EXPECT_NEAR(ink(image), std::numbers::pi * 100, 2);
   double x = 0, y = 0;
@@ -41,14 +41,14 @@ TEST(Drawing, DiscCoversItsAreaAboutItsCentre) {
   EXPECT_NEAR(y / ink(image), 20.75, 0.1);
 }
 
-TEST(Drawing, RingLeavesItsMiddleFree) {
+TEST(Drawing, Ring_LeavesItsMiddleFree) {
   const Image image = drawn(Image(40, 40, 3), {Circle{{20, 20}, 12, {1, 0, 0}, 2}});
   EXPECT_EQ(image.at(20, 20), 0);
   EXPECT_GT(image.at(31, 20, 0), 0.3f);
   EXPECT_EQ(image.at(31, 20, 1), 0);
 }
 
-TEST(Drawing, LineRunsThroughPixelCentres) {
+TEST(Drawing, Line_RunsThroughPixelCentres) {
   Polyline line;
   line.points = {{2.5, 5.5}, {17.5, 5.5}};
   line.color = {0, 1, 0};
@@ -59,7 +59,7 @@ TEST(Drawing, LineRunsThroughPixelCentres) {
   EXPECT_LT(image.at(10, 7, 1), 0.01);
 }
 
-TEST(Drawing, ClosedLineComesBack) {
+TEST(Drawing, ClosedLine_DrawsTheLastSegment) {
   Polyline line;
   line.points = {{5, 5}, {25, 5}, {25, 25}, {5, 25}};
   const double open = ink(drawn(Image(30, 30, 1), {line}));
@@ -67,19 +67,19 @@ TEST(Drawing, ClosedLineComesBack) {
   EXPECT_GT(ink(drawn(Image(30, 30, 1), {line})), 1.2 * open);
 }
 
-TEST(Drawing, OpacityMixes) {
+TEST(Drawing, Opacity_BlendsWithTheImage) {
   Circle disc{{10, 10}, 5, {1, 1, 1}};
   disc.opacity = 0.25;
   EXPECT_NEAR(drawn(Image(20, 20, 3, 0.4f), {disc}).at(10, 10), 0.4 + 0.25 * 0.6, 0.01);
 }
 
-TEST(Drawing, AlphaIsSetWhereSomethingIsDrawn) {
+TEST(Drawing, Alpha_IsSetWhereDrawn) {
   const Image image = drawn(Image(20, 20, 4), {Circle{{10, 10}, 4}});
   EXPECT_EQ(image.at(10, 10, 3), 1);
   EXPECT_EQ(image.at(1, 1, 3), 0);
 }
 
-TEST(Drawing, PartsOutsideAreCutOff) {
+TEST(Drawing, PartsOutsideTheImage_AreClipped) {
   Polyline line;
   line.points = {{-1e9, 10}, {1e9, 10}};
   const Image image = drawn(Image(20, 20, 1), {line, Circle{{-50, -50}, 5}, Text{{300, 5}, "far"}});
@@ -87,7 +87,7 @@ TEST(Drawing, PartsOutsideAreCutOff) {
   EXPECT_EQ(image.at(10, 2), 0);
 }
 
-TEST(Drawing, LaterMarksLieAbove) {
+TEST(Drawing, LaterMarks_AreDrawnOnTop) {
   const Image image =
       drawn(Image(20, 20, 3), {Circle{{10, 10}, 6, {1, 0, 0}}, Circle{{10, 10}, 3, {0, 0, 1}}});
   EXPECT_EQ(image.at(10, 10, 0), 0);
@@ -95,7 +95,7 @@ TEST(Drawing, LaterMarksLieAbove) {
   EXPECT_NEAR(image.at(15, 10, 0), 1, 0.05);
 }
 
-TEST(Drawing, LabelsStandWhereTheyAreAnchored) {
+TEST(Drawing, TextAnchor_SetsItsPosition) {
   const auto first_column = [](const Image& image) {
     for (int x = 0; x < image.width; ++x) {
       for (int y = 0; y < image.height; ++y) {
@@ -118,7 +118,7 @@ TEST(Drawing, LabelsStandWhereTheyAreAnchored) {
   EXPECT_NEAR(left - center, width / 2, 1.5);
 }
 
-TEST(Drawing, CapitalsAreAsTallAsAsked) {
+TEST(Drawing, CapitalLetters_HaveRequestedHeight) {
   const Image image = drawn(Image(100, 100, 1), {Text{{10, 80}, "H", 40}});
   int top = 100, bottom = 0;
   for (int y = 0; y < 100; ++y) {
@@ -133,14 +133,14 @@ TEST(Drawing, CapitalsAreAsTallAsAsked) {
   EXPECT_NEAR(bottom, 80, 3);
 }
 
-TEST(Drawing, HaloDarkensAroundTheText) {
+TEST(Drawing, Halo_DarkensAroundText) {
   Text label{{10, 30}, "H", 20, {1, 1, 1}, Text::Anchor::Left, 2};
   const Image image = drawn(Image(60, 40, 1, 0.5f), {label});
   EXPECT_LT(*std::min_element(image.data.begin(), image.data.end()), 0.2f);
   EXPECT_GT(*std::max_element(image.data.begin(), image.data.end()), 0.9f);
 }
 
-TEST(Drawing, OtherCharactersBecomeQuestionMarks) {
+TEST(Drawing, UnsupportedCharacters_BecomeQuestionMarks) {
   const Image a = drawn(Image(80, 30, 1), {Text{{5, 22},
                                                 "a\xC3\xA9"
                                                 "b",
@@ -149,18 +149,18 @@ TEST(Drawing, OtherCharactersBecomeQuestionMarks) {
   EXPECT_EQ(a.data, b.data);
 }
 
-TEST(Drawing, NothingToDrawChangesNothing) {
+TEST(Drawing, NoMarks_ChangeNothing) {
   const Image image(5, 5, 3, 0.3f);
   EXPECT_EQ(drawn(image, {}).data, image.data);
   EXPECT_EQ(drawn(image, {Polyline{}, Text{}}).data, image.data);
   EXPECT_EQ(drawn(Image(0, 0, 3), {Circle{}}).data.size(), 0u);
 }
 
-TEST(DrawingRefusal, WrongChannels) {
+TEST(DrawingRefusal, UnsupportedChannels_Throw) {
   EXPECT_THROW(drawn(Image(4, 4, 2), {}), LogicError);
 }
 
-TEST(DrawingRefusal, NumbersThatAreNotFinite) {
+TEST(DrawingRefusal, NonFiniteOrNonPositiveNumbers_Throw) {
   Polyline line;
   line.points = {{0, 0}, {kNan, 1}};
   EXPECT_THROW(drawn(Image(4, 4, 3), {line}), LogicError);
@@ -170,7 +170,7 @@ TEST(DrawingRefusal, NumbersThatAreNotFinite) {
   EXPECT_THROW(drawn(Image(4, 4, 3), {Text{{0, 0}, "x", 0}}), LogicError);
 }
 
-TEST(ColorMaps, EndsAndMiddle) {
+TEST(ColorMaps, EndsAndOutOfRangeValues_MapAsExpected) {
   EXPECT_GT(map_color(ColorMap::Viridis, 1).y(), map_color(ColorMap::Viridis, 0).y());
   EXPECT_NEAR(map_color(ColorMap::Diverging, 0.5).x(), map_color(ColorMap::Diverging, 0.5).z(),
               1e-6);
@@ -183,7 +183,7 @@ TEST(ColorMaps, EndsAndMiddle) {
   }
 }
 
-TEST(ColorMaps, ViridisGetsBrighterAllTheWay) {
+TEST(ColorMaps, Viridis_BrightensMonotonically) {
   double last = -1;
   for (int i = 0; i <= 20; ++i) {
     const Eigen::Vector3f c = map_color(ColorMap::Viridis, i / 20.0);
@@ -193,14 +193,14 @@ TEST(ColorMaps, ViridisGetsBrighterAllTheWay) {
   }
 }
 
-TEST(ColorMaps, ValuesAreScaled) {
+TEST(ColorMaps, Values_AreScaledToTheRange) {
   const Colors colors = map_colors(ColorMap::Viridis, Eigen::Vector3d(-2, 0, 2), -2, 2);
   EXPECT_EQ(Eigen::Vector3f(colors.row(0)), map_color(ColorMap::Viridis, 0));
   EXPECT_EQ(Eigen::Vector3f(colors.row(1)), map_color(ColorMap::Viridis, 0.5));
   EXPECT_EQ(Eigen::Vector3f(colors.row(2)), map_color(ColorMap::Viridis, 1));
 }
 
-TEST(ColorMaps, BarShowsTheMapUpright) {
+TEST(ColorMaps, ColorBar_ShowsTheMapUpright) {
   const Image bar = color_bar(ColorMap::Viridis, 0, 12.5, "strain / %", 300);
   fixtures::keep_picture("color_bar", bar);
   EXPECT_EQ(bar.height, 300);
@@ -208,14 +208,14 @@ TEST(ColorMaps, BarShowsTheMapUpright) {
   EXPECT_LT((color_at(bar, 20, 38) - map_color(ColorMap::Viridis, 1)).norm(), 0.02f);
 }
 
-TEST(ColorMapRefusal, EmptyRange) {
+TEST(ColorMapRefusal, EmptyRange_Throws) {
   EXPECT_THROW(map_colors(ColorMap::Viridis, Eigen::VectorXd::Zero(3), 1, 1), LogicError);
   EXPECT_THROW(color_bar(ColorMap::Viridis, 2, 1, ""), LogicError);
   EXPECT_THROW(color_bar(ColorMap::Viridis, kNan, 1, ""), LogicError);
   EXPECT_THROW(color_bar(ColorMap::Viridis, 0, 1, "", 10), LogicError);
 }
 
-TEST(ContactSheet, PicturesAreWhereTheGridPutsThem) {
+TEST(ContactSheet, Images_AreLaidOutOnTheGrid) {
   std::vector<CaptionedImage> pictures;
   for (int i = 0; i < 5; ++i) {
     pictures.push_back({Image(20, 10, 3, 0.1f * static_cast<float>(i + 1)), ""});
@@ -231,14 +231,14 @@ TEST(ContactSheet, PicturesAreWhereTheGridPutsThem) {
   EXPECT_NEAR(sheet.at(4 + 48 + 10, 4 + 14 + 5), 0.93, 1e-6) << "no sixth image";
 }
 
-TEST(ContactSheet, SmallPicturesAreCentredAndGreyOnesShown) {
+TEST(ContactSheet, SmallAndGrayImages_AreCentred) {
   const Image sheet = contact_sheet({{Image(20, 20, 3, 0.5f), "a"}, {Image(10, 10, 1, 0.25f), "b"}},
                                     {.columns = 2, .gap = 2});
   EXPECT_NEAR(sheet.at(24 + 10, 2 + 10, 2), 0.25, 1e-6);
   EXPECT_NEAR(sheet.at(24 + 2, 2 + 10), 0.93, 1e-6);
 }
 
-TEST(ContactSheet, RowsAreAsTallAsWhatIsInThem) {
+TEST(ContactSheet, UnevenRows_FitTheirContent) {
   const ContactSheetOptions options{.columns = 1, .even_rows = false, .gap = 2};
   const Image tall(20, 50, 3, 0.5f);
   const Image flat(20, 10, 3, 0.25f);
@@ -252,7 +252,7 @@ TEST(ContactSheet, RowsAreAsTallAsWhatIsInThem) {
   EXPECT_EQ(contact_sheet({{tall, ""}, {flat, ""}}, {.columns = 1, .gap = 2}).height, 2 + 2 * 52);
 }
 
-TEST(ContactSheet, CellsAreScaledAndCaptionsCut) {
+TEST(ContactSheet, FixedCellWidth_ScalesImagesAndCutsCaptions) {
   const Image sheet = contact_sheet(
       {{Image(100, 50, 3, 0.5f), "a caption that is much too long for so narrow a cell"},
        {Image(300, 300, 3, 0.2f), "short"}},
@@ -261,7 +261,7 @@ TEST(ContactSheet, CellsAreScaledAndCaptionsCut) {
   EXPECT_EQ(sheet.width, 5 + 2 * 85);
 }
 
-TEST(ContactSheet, ACaptionHasLines) {
+TEST(ContactSheet, CaptionLines_AreStacked) {
   const ContactSheetOptions options{.columns = 2, .gap = 2};
   const auto sheet = [&](const std::string& caption) {
     return contact_sheet({{Image(60, 20, 3, 0.5f), caption}, {Image(60, 20, 3, 0.5f), "x"}},
@@ -279,13 +279,13 @@ TEST(ContactSheet, ACaptionHasLines) {
   }
 }
 
-TEST(ContactSheet, ColumnsAreChosenForASquare) {
+TEST(ContactSheet, DefaultColumns_MakeASquareSheet) {
   const std::vector<CaptionedImage> pictures(9, {Image(30, 30, 3), ""});
   const Image sheet = contact_sheet(pictures);
   EXPECT_EQ(sheet.width, sheet.height);
 }
 
-TEST(ContactSheetRefusal, SaysWhy) {
+TEST(ContactSheetRefusal, BadImagesOrOptions_Throw) {
   EXPECT_THROW(contact_sheet({}), LogicError);
   EXPECT_THROW(contact_sheet({{Image(), ""}}), LogicError);
   EXPECT_THROW(contact_sheet({{Image(4, 4, 2), ""}}), LogicError);
@@ -294,7 +294,7 @@ TEST(ContactSheetRefusal, SaysWhy) {
   EXPECT_THROW(contact_sheet({{Image(4, 4, 3), ""}}, {.text_height = 0}), LogicError);
 }
 
-TEST(Resized, KeepsTheMean) {
+TEST(Resized, Downsampling_KeepsTheMean) {
   Image image(40, 30, 3);
   for (std::size_t i = 0; i < image.data.size(); ++i) {
     image.data[i] = static_cast<float>(i % 7);
@@ -314,7 +314,7 @@ TEST(Resized, KeepsTheMean) {
   EXPECT_THROW(resized(Image(), 10, 10), LogicError);
 }
 
-TEST(Tone, MidTonesStayAndHighlightsNeverBurn) {
+TEST(Tone, MidTones_StayAndHighlightsDoNotClip) {
   Image image(6, 1, 1);
   image.data = {0, 0.2f, 0.6f, 0.7f, 1, 50};
   const Image toned = tone_mapped(image);
@@ -328,7 +328,7 @@ TEST(Tone, MidTonesStayAndHighlightsNeverBurn) {
   }
 }
 
-TEST(Tone, ExposureScalesAndAlphaStays) {
+TEST(Tone, Exposure_ScalesColorsNotAlpha) {
   Image image(1, 1, 4, 0.1f);
   image.data[3] = 0.9f;
   const Image toned = tone_mapped(image, {.exposure = 3});
@@ -336,7 +336,7 @@ TEST(Tone, ExposureScalesAndAlphaStays) {
   EXPECT_FLOAT_EQ(toned.data[3], 0.9f);
 }
 
-TEST(Tone, DitherMovesByHalfAStepAndKeepsTheMean) {
+TEST(Tone, Dither_KeepsTheMeanWithinOneStep) {
   for (const float level : {0.001f, 0.1f, 0.4f}) {
     const Image toned = tone_mapped(Image(100, 100, 1, level), {.dither = 1});
     const ByteImage plain = srgb_from_linear(Image(1, 1, 1, level));
@@ -355,7 +355,7 @@ TEST(Tone, DitherMovesByHalfAStepAndKeepsTheMean) {
   }
 }
 
-TEST(ToneRefusal, OptionsOutOfRange) {
+TEST(ToneRefusal, OptionOutOfRange_Throws) {
   EXPECT_THROW(tone_mapped(Image(1, 1, 3), {.exposure = 0}), LogicError);
   EXPECT_THROW(tone_mapped(Image(1, 1, 3), {.exposure = kNan}), LogicError);
   EXPECT_THROW(tone_mapped(Image(1, 1, 3), {.shoulder = 1}), LogicError);

@@ -16,7 +16,7 @@ namespace {
 
 using fixtures::sphere;
 
-TEST(Framing, EveryPointLiesInsideAndOneAtTheMargin) {
+TEST(Framing, EveryPoint_LiesInsideTheMargin) {
   const Points points =
       sphere(12, 24, 1, {3, 1, -2}).vertices * Eigen::Vector3d(1, 2, 0.5).asDiagonal();
   for (const View& view : {kFront, kThreeQuarter, kSide, kBack, View{2, 1.5}, View{0, -1.2}}) {
@@ -33,7 +33,7 @@ TEST(Framing, EveryPointLiesInsideAndOneAtTheMargin) {
   }
 }
 
-TEST(Framing, ViewsStandWhereTheyAreNamed) {
+TEST(Framing, NamedViews_LookFromTheirSide) {
   const Points points = sphere(6, 8).vertices;
   EXPECT_GT(camera_center(camera_around(points, kFront, 100, 100)).z(), 1);
   EXPECT_LT(camera_center(camera_around(points, kBack, 100, 100)).z(), -1);
@@ -41,12 +41,12 @@ TEST(Framing, ViewsStandWhereTheyAreNamed) {
   EXPECT_GT(camera_center(camera_around(points, {0, 1.5}, 100, 100)).y(), 1);
 }
 
-TEST(Framing, UpIsUp) {
+TEST(Framing, WorldUp_IsImageUp) {
   const Camera camera = camera_around(sphere(6, 8).vertices, kThreeQuarter, 100, 100);
   EXPECT_LT(project(camera, {0, 0.5, 0})->y(), project(camera, {0, -0.5, 0})->y());
 }
 
-TEST(Framing, TurntableKeepsItsDistanceAndComesBack) {
+TEST(Framing, Turntable_KeepsDistanceAndFramesAllPoints) {
   const Points points = sphere(6, 8, 1, {1, 2, 3}).vertices * Eigen::Vector3d(3, 1, 1).asDiagonal();
   const auto cameras = turntable_cameras(points, kFront, 12, 100, 100);
   ASSERT_EQ(cameras.size(), 12u);
@@ -65,12 +65,12 @@ TEST(Framing, TurntableKeepsItsDistanceAndComesBack) {
   }
 }
 
-TEST(Framing, OnePointIsEnough) {
+TEST(Framing, SinglePoint_IsFramed) {
   const Camera camera = camera_around(Points::Zero(1, 3), kFront, 10, 10);
   EXPECT_NO_THROW(check_camera(camera));
 }
 
-TEST(FramingRefusal, SaysWhy) {
+TEST(FramingRefusal, BadPointsOrOptions_Throw) {
   const Points points = sphere(6, 8).vertices;
   EXPECT_THROW(camera_around(Points(0, 3), kFront, 10, 10), LogicError);
   EXPECT_THROW(camera_around(points, kFront, 0, 10), LogicError);
@@ -83,7 +83,7 @@ TEST(FramingRefusal, SaysWhy) {
   EXPECT_THROW(camera_around(bad, kFront, 10, 10), LogicError);
 }
 
-TEST(Studio, EverySideOfABallLooksAlike) {
+TEST(Studio, SphereFromAllSides_LooksAlike) {
   const auto pictures = turntable_of({{sphere(24, 48), clay_look()}}, 3, kFront, {48, 48, 4, {}});
   ASSERT_EQ(pictures.size(), 3u);
   for (std::size_t p = 1; p < 3; ++p) {
@@ -95,7 +95,7 @@ TEST(Studio, EverySideOfABallLooksAlike) {
   }
 }
 
-TEST(Studio, NothingIsBurntOrLost) {
+TEST(Studio, ClaySphere_IsNeitherBurntNorBlack) {
   const Image picture = picture_of(sphere(24, 48), kFront, {64, 64, 8, {}});
   float brightest = 0, darkest = 1;
   for (int y = 16; y < 48; ++y) {
@@ -109,7 +109,7 @@ TEST(Studio, NothingIsBurntOrLost) {
   EXPECT_GT(darkest, 0.02f);
 }
 
-TEST(Studio, ScaleDoesNotChangeThePicture) {
+TEST(Studio, SceneScale_DoesNotChangeTheImage) {
   const PictureOptions options{40, 40, 4, {}};
   const Image metres = picture_of(sphere(12, 24, 1), kFront, options);
   const Image large = picture_of(sphere(12, 24, 100), kFront, options);
@@ -120,7 +120,7 @@ TEST(Studio, ScaleDoesNotChangeThePicture) {
   EXPECT_LT(difference / static_cast<double>(metres.data.size()), 2e-3);
 }
 
-TEST(Studio, NoMeshIsTheEmptyStudio) {
+TEST(Studio, NoMesh_ShowsTheEmptyStudio) {
   const Image picture = picture_of(std::vector<RenderMesh>{}, kFront, {20, 20, 1, {}});
   EXPECT_GT(picture.at(10, 10), 0.1f);
 }
@@ -134,7 +134,7 @@ std::string refusal(const Mesh& mesh) {
   return "was shown";
 }
 
-TEST(Studio, SaysWhatAMeshLacksToBeSeen) {
+TEST(Studio, InvisibleMesh_SaysWhatIsMissing) {
   Mesh mesh = sphere(6, 8);
   EXPECT_EQ(refusal(Mesh{}).find("the mesh has no faces"), 0u);
   mesh.vertices.setConstant(0.25);
@@ -145,17 +145,17 @@ TEST(Studio, SaysWhatAMeshLacksToBeSeen) {
   EXPECT_EQ(refusal(mesh).find("the mesh has no faces"), 0u);
 }
 
-TEST(Studio, AMeshBesideOneWithoutFacesIsShown) {
+TEST(Studio, MeshBesidePointCloud_IsShown) {
   Mesh points = sphere(6, 8);
   points.faces.resize(0, 3);
   EXPECT_EQ(studio_scene({{sphere(6, 8), clay_look()}, {points, clay_look()}}).meshes.size(), 2u);
 }
 
-TEST(Studio, RefusesAnAzimuthThatIsNotFinite) {
+TEST(Studio, NonFiniteAzimuth_IsRefused) {
   EXPECT_THROW(studio_scene({}, std::numeric_limits<double>::infinity()), LogicError);
 }
 
-TEST(RenderOptions, AreDescribed) {
+TEST(RenderOptions, OptionTable_DescribesEveryField) {
   RenderOptions options;
   OptionTable table = describe(options);
   EXPECT_EQ(table.fields.size(), 6u);
@@ -166,7 +166,7 @@ TEST(RenderOptions, AreDescribed) {
   EXPECT_NE(set_option(table, "samplse", "4").find("samples"), std::string::npos);
 }
 
-TEST(PictureOptions, DefaultsLieInTheirRanges) {
+TEST(PictureOptions, Defaults_LieWithinTheirRanges) {
   PictureOptions picture;
   PrepareOptions prepare_options;
   VideoOptions video;

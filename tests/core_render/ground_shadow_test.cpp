@@ -49,7 +49,7 @@ double rms(const Image& a, const Image& b) {
   return std::sqrt(sum / static_cast<double>(a.data.size()));
 }
 
-TEST(GroundShadows, AreThoseThatManyRaysOfEveryPixelFind) {
+TEST(GroundShadows, SharedShadows_MatchManyRaysPerPixel) {
   const Scene scene = under_a_soft_box(sphere(24, 48, 0.3, {0, 0.5, 0}));
   const Camera camera = look_at({0, 2, 3}, {0, 0, 0}, 60, 40, 40);
   const Image truth = render(prepare(scene, {.ambient = Ambient::None}), camera,
@@ -60,7 +60,7 @@ TEST(GroundShadows, AreThoseThatManyRaysOfEveryPixelFind) {
   EXPECT_LT(rms(shared, truth), rms(own, truth)) << "without the noise of few rays";
 }
 
-TEST(GroundShadows, SharpOnesAreLeftToThePixels) {
+TEST(GroundShadows, SharpShadows_AreLeftToPixels) {
   // A tile that all but lies on the paper: its shadow is sharp, beside it there is none.
   const Scene scene = under_a_soft_box(rectangle({0.013, 0.01, 0}, {0.2, 0, 0}, {0, 0, -0.2}));
   const PreparedScene shared = prepare(scene, kShared);
@@ -80,7 +80,7 @@ TEST(GroundShadows, SharpOnesAreLeftToThePixels) {
             0.004);
 }
 
-TEST(GroundShadows, EndAtTheirReach) {
+TEST(GroundShadows, Shadows_EndAtTheirReach) {
   const PreparedScene shared = prepare(under_a_soft_box(sphere(8, 16, 0.3, {0, 0.5, 0})), kShared);
   const GroundShadows& shadows = shared.data().ground_shadows;
   EXPECT_TRUE(shadows.at(1.95F, -1.95F).has_value());
@@ -90,7 +90,7 @@ TEST(GroundShadows, EndAtTheirReach) {
   EXPECT_FALSE(GroundShadows{}.at(0, 0).has_value());
 }
 
-TEST(GroundShadows, AreNotSharedWhereALightReachesBelowTheGroundOrTheGroundIsNoPaper) {
+TEST(GroundShadows, LowLightOrPlainGround_DisablesSharing) {
   Scene scene = under_a_soft_box(sphere(8, 16, 0.3, {0, 0.5, 0}));
   scene.area_lights[0].center.y() = 0.4;
   scene.area_lights[0].half_u = {0, 0.8, 0};
@@ -102,7 +102,7 @@ TEST(GroundShadows, AreNotSharedWhereALightReachesBelowTheGroundOrTheGroundIsNoP
   EXPECT_TRUE(prepare(scene, kShared).data().ground_shadows.open.data.empty());
 }
 
-TEST(GroundShadows, SameBytesOnAnyNumberOfThreads) {
+TEST(GroundShadows, AnyThreadCount_GivesTheSameImage) {
   const Scene scene = under_a_soft_box(sphere(8, 16, 0.3, {0, 0.5, 0}));
   const Camera camera = look_at({0, 2, 3}, {0, 0, 0}, 60, 40, 40);
   set_thread_count(1);
@@ -113,7 +113,7 @@ TEST(GroundShadows, SameBytesOnAnyNumberOfThreads) {
   EXPECT_EQ(one.data, five.data);
 }
 
-TEST(GroundShadows, RefuseRaysAndReachOutOfRange) {
+TEST(GroundShadows, RaysOrReachOutOfRange_AreRefused) {
   const Scene scene = under_a_soft_box(sphere(8, 16, 0.3, {0, 0.5, 0}));
   for (const int rays : {-1, 1025}) {
     EXPECT_THROW(prepare(scene, {.ground_shadow_rays = rays}), LogicError) << rays;
@@ -125,7 +125,7 @@ TEST(GroundShadows, RefuseRaysAndReachOutOfRange) {
   }
 }
 
-TEST(PreparedTextures, ChangeNoPicture) {
+TEST(PreparedTextures, PreparedTextures_DoNotChangeTheImage) {
   Random random{7, 0};
   auto texture = std::make_shared<Image>(13, 9, 3);
   for (float& value : texture->data) {
@@ -140,7 +140,7 @@ TEST(PreparedTextures, ChangeNoPicture) {
   EXPECT_EQ(with.data().meshes[0].texture, textures.data()->textures.at(texture.get()).pyramid);
 }
 
-TEST(PreparedTextures, RefuseAnImageThatIsNoTexture) {
+TEST(PreparedTextures, BadTextureImage_IsRefused) {
   Look look;
   look.texture = std::make_shared<const Image>();
   EXPECT_THROW(prepare_textures(std::vector<Look>(1, look)), LogicError);
@@ -148,7 +148,7 @@ TEST(PreparedTextures, RefuseAnImageThatIsNoTexture) {
   EXPECT_THROW(prepare_textures(std::vector<Look>(1, look)), LogicError);
 }
 
-TEST(SurfaceMaps, OfTheFirstMeshesTheOthersOnlyHide) {
+TEST(SurfaceMaps, MeshesBeyondTheFirst_OnlyOcclude) {
   Scene scene;
   scene.meshes.push_back({sphere(16, 32, 0.5), matt({1, 1, 1})});
   scene.meshes.push_back({rectangle({0.5, 0, 1}, {0.5, 0, 0}, {0, 1, 0}), matt({1, 1, 1})});
@@ -170,7 +170,7 @@ TEST(SurfaceMaps, OfTheFirstMeshesTheOthersOnlyHide) {
   EXPECT_GT(seen, 50);
 }
 
-TEST(OccupiedTiles, HoldEveryPixelThatSeesAMesh) {
+TEST(OccupiedTiles, OccupiedTiles_CoverEveryVisiblePoint) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     Random random{seed, 0};
     const auto anywhere = [&](double size) {
@@ -214,7 +214,7 @@ TEST(OccupiedTiles, HoldEveryPixelThatSeesAMesh) {
   }
 }
 
-TEST(OccupiedTiles, AreNotThoseOfWhatStandsBehindOrBesideTheCamera) {
+TEST(OccupiedTiles, MeshesOutOfView_OccupyNoTile) {
   Scene scene;
   scene.meshes.push_back({sphere(8, 16, 0.2), Look{}});
   // A post through the plane of the camera, out of its sight.

@@ -57,7 +57,7 @@ PrepareOptions per_vertex() {
   return {.ambient = Ambient::PerVertex, .vertex_samples = 1024};
 }
 
-TEST(Interreflection, AWallThrowsHalfOfItsLightOnWhatStandsBeforeIt) {
+TEST(Interreflection, WallBesideSurface_AddsHalfItsReflectance) {
   // The wall fills half of the speck's sky, weighted by the cosine: its form factor is 1/2.
   Scene scene;
   scene.environment = constant_environment({1, 1, 1});
@@ -70,7 +70,7 @@ TEST(Interreflection, AWallThrowsHalfOfItsLightOnWhatStandsBeforeIt) {
   }
 }
 
-TEST(Interreflection, LightOfLampsIsThrownOnToo) {
+TEST(Interreflection, AreaLight_IsReflectedAndShadowed) {
   Scene scene;
   scene.environment = constant_environment({0.01F, 0.01F, 0.01F});
   scene.meshes = {wall(16, 8, {0.5F, 0.5F, 0.5F}), speck()};
@@ -100,7 +100,7 @@ TEST(Interreflection, LightOfLampsIsThrownOnToo) {
   EXPECT_LT(shaded.data().meshes[1].front_irradiance[0].x, 0.05F);
 }
 
-TEST(Interreflection, AConvexBodyAloneGetsNone) {
+TEST(Interreflection, ConvexMeshAlone_GetsNone) {
   Scene scene;
   scene.environment = constant_environment({1, 1, 1});
   scene.meshes = {wall(4, 1, {0.9F, 0.9F, 0.9F})};
@@ -113,7 +113,7 @@ TEST(Interreflection, AConvexBodyAloneGetsNone) {
   }
 }
 
-TEST(Interreflection, RefusesWhatItCannotDo) {
+TEST(Interreflection, UnsupportedOptions_AreRefused) {
   const auto said = [](const PrepareOptions& options, const BounceOptions& bounce) {
     try {
       prepare_with_bounce({}, options, bounce);

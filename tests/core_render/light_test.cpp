@@ -26,7 +26,7 @@ Scene lone(const Mesh& mesh, const Look& look, const Environment& environment) {
   return scene;
 }
 
-TEST(Environment, SphereUnderConstantLightShowsItsReflectance) {
+TEST(Environment, SphereUnderConstantLight_ShowsItsReflectance) {
   const Scene scene = lone(sphere(), matt({0.2f, 0.5f, 0.8f}), constant_environment({0.5f, 1, 2}));
   const Camera camera = look_at({0, 0, 5}, {0, 0, 0}, 32, 32, 60);
   const Image image = render(scene, camera, {.samples = 16});
@@ -40,7 +40,7 @@ TEST(Environment, SphereUnderConstantLightShowsItsReflectance) {
 }
 
 // A white furnace: what reflects everything and stands in uniform light cannot be seen.
-TEST(Environment, WhiteFurnaceNeitherGainsNorLosesLight) {
+TEST(Environment, WhiteFurnace_ConservesEnergy) {
   const Camera camera = look_at({0, 0, 5}, {0, 0, 0}, 24, 24, 50);
   for (const float roughness : {0.1f, 0.4f, 0.8f, 1.0f}) {
     for (const float specular : {0.0f, 0.5f, 1.0f}) {
@@ -60,7 +60,7 @@ TEST(Environment, WhiteFurnaceNeitherGainsNorLosesLight) {
   }
 }
 
-TEST(Environment, WhiteMetalReflectsEverything) {
+TEST(Environment, WhiteMetal_ReflectsEverything) {
   const Camera camera = look_at({0, 0, 5}, {0, 0, 0}, 8, 8, 20);
   Look look;
   look.color = {1, 1, 1};
@@ -73,7 +73,7 @@ TEST(Environment, WhiteMetalReflectsEverything) {
   }
 }
 
-TEST(Environment, GradientIrradianceOnAHorizontalPlane) {
+TEST(Environment, GradientSky_GivesAnalyticIrradiance) {
   // Radiance h + (z - h) sin(elevation): irradiance pi h + (z - h) 2 pi / 3.
   Environment sky;
   sky.zenith = {1, 1, 1};
@@ -83,7 +83,7 @@ TEST(Environment, GradientIrradianceOnAHorizontalPlane) {
               std::numbers::pi * 0.25 + 0.75 * 2 * std::numbers::pi / 3, 1e-3);
 }
 
-TEST(Environment, GroundThrowsLightBackUp) {
+TEST(Environment, Ground_ReflectsLightUpwards) {
   // A plane facing down over white ground under a sky of radiance 1 sees radiance 1.
   Scene scene = lone(rectangle({0, 1, 0}, {0.01, 0, 0}, {0, 0, 0.01}), matt({1, 1, 1}),
                      constant_environment({1, 1, 1}));
@@ -93,7 +93,7 @@ TEST(Environment, GroundThrowsLightBackUp) {
   EXPECT_NEAR(image.at(4, 4), 0.5, 0.01);
 }
 
-TEST(Environment, ConstantImageEqualsConstantGradient) {
+TEST(Environment, ConstantImage_EqualsConstantGradient) {
   Environment environment;
   environment.image = std::make_shared<Image>(16, 8, 3, 0.7f);
   const EnvironmentLight light = environment_light(environment, std::nullopt);
@@ -103,7 +103,7 @@ TEST(Environment, ConstantImageEqualsConstantGradient) {
   }
 }
 
-TEST(Environment, ImageRowsAndColumnsLookWhereTheHeaderSays) {
+TEST(Environment, ImageRowsAndColumns_MapToDocumentedDirections) {
   Environment environment;
   auto image = std::make_shared<Image>(64, 32, 3, 0.0f);
   for (int c = 0; c < 3; ++c) {
@@ -120,7 +120,7 @@ TEST(Environment, ImageRowsAndColumnsLookWhereTheHeaderSays) {
   EXPECT_NEAR(source_radiance(environment, {0, 0, 1}).x, 0, 1e-4);
 }
 
-TEST(Environment, SmallSunIsFoundByItsBrightness) {
+TEST(Environment, SmallSun_IsIntegratedExactly) {
   Environment environment;
   auto image = std::make_shared<Image>(256, 128, 3, 0.0f);
   double solid = 0;
@@ -144,7 +144,7 @@ TEST(Environment, SmallSunIsFoundByItsBrightness) {
   EXPECT_NEAR(open_irradiance(light, {0, 1, 0}).x, expected, 0.02 * expected) << solid;
 }
 
-TEST(Environment, MirrorDirectionIsNotBlurred) {
+TEST(Environment, LowRoughness_IsNotBlurred) {
   Environment sky;
   sky.zenith = {1, 0, 0};
   sky.horizon = {0, 1, 0};
@@ -170,7 +170,7 @@ AreaLight overhead(double half_x, double half_z, double height) {
   return light;
 }
 
-TEST(AreaLight, FormFactorUnderARectangle) {
+TEST(AreaLight, Rectangle_HasAnalyticFormFactor) {
   const RectangleLight light = rectangle_light(overhead(0.5, 0.75, 2));
   EXPECT_NEAR(form_factor(light, {0, 0, 0}, {0, 1, 0}).value, 4 * corner_factor(0.5, 0.75, 2),
               1e-6);
@@ -180,11 +180,11 @@ TEST(AreaLight, FormFactorUnderARectangle) {
   EXPECT_EQ(form_factor(light, {0, 3, 0}, {0, -1, 0}).value, 0) << "the back does not shine";
 }
 
-TEST(AreaLight, ShinesDownUnlessTold) {
+TEST(AreaLight, DefaultLight_ShinesDown) {
   EXPECT_GT(form_factor(rectangle_light(AreaLight{}), {0, 0, 2}, {0, 1, 0}).value, 0);
 }
 
-TEST(AreaLight, FormFactorAgreesWithQuadratureAtAnyTilt) {
+TEST(AreaLight, FormFactor_MatchesQuadratureAtAnyTilt) {
   Random random{7, 1};
   const RectangleLight light = rectangle_light(overhead(0.6, 0.4, 1.2));
   for (int trial = 0; trial < 200; ++trial) {
@@ -210,7 +210,7 @@ TEST(AreaLight, FormFactorAgreesWithQuadratureAtAnyTilt) {
   }
 }
 
-TEST(AreaLight, FloorShowsTheClosedForm) {
+TEST(AreaLight, LitFloor_MatchesClosedForm) {
   Scene scene;
   scene.meshes.push_back({floor_grid(2, 1), matt({0.5f, 0.5f, 0.5f})});
   scene.area_lights.push_back(overhead(0.5, 0.5, 2));
@@ -224,7 +224,7 @@ TEST(AreaLight, FloorShowsTheClosedForm) {
 
 // A blocker whose straight edge lies at x = 0, height h, under a square light of half width a at
 // height H: on the floor the penumbra is |x| < a h / (H - h).
-TEST(AreaLight, PenumbraLiesWhereTheGeometryPutsIt) {
+TEST(AreaLight, Penumbra_MatchesGeometry) {
   constexpr double kA = 0.3, kHeight = 2, kBlocker = 0.5;
   const double half = kA * kBlocker / (kHeight - kBlocker);
   Scene scene;
@@ -246,7 +246,7 @@ TEST(AreaLight, PenumbraLiesWhereTheGeometryPutsIt) {
   EXPECT_NEAR(shade(half / 2) / lit, 0.75, 0.02);
 }
 
-TEST(AreaLight, LightBehindTheHorizonIsUnbiased) {
+TEST(AreaLight, LightPartlyBelowHorizon_IsUnbiased) {
   // A wall at x = 0 facing +x under a light centred over its plane: half of it shines.
   Scene scene;
   scene.meshes.push_back({rectangle({0, 0, 0}, {0, 0.5, 0}, {0, 0, 0.5}), matt({1, 1, 1})});
@@ -259,7 +259,7 @@ TEST(AreaLight, LightBehindTheHorizonIsUnbiased) {
 }
 
 // A polished metal floor under a wide light shows the light itself, nearly without noise.
-TEST(AreaLight, PolishedMetalMirrorsIt) {
+TEST(AreaLight, PolishedMetal_MirrorsTheLight) {
   Scene scene;
   Look look = matt({1, 1, 1});
   look.metallic = 1;
@@ -280,7 +280,7 @@ TEST(AreaLight, PolishedMetalMirrorsIt) {
 }
 
 // Where both ways of sampling gloss meet, the light is the same on both sides.
-TEST(AreaLight, GlossDoesNotDependOnHowItIsSampled) {
+TEST(AreaLight, Gloss_IsContinuousAcrossSamplingMethods) {
   Scene scene;
   Look look = matt({0, 0, 0});
   look.specular = 1;
@@ -300,7 +300,7 @@ TEST(AreaLight, GlossDoesNotDependOnHowItIsSampled) {
   EXPECT_NEAR(total(0.501f), below, 0.015 * below);
 }
 
-TEST(AreaLight, RaysMeetTheShiningSideOnly) {
+TEST(AreaLight, Rays_HitOnlyTheEmittingSide) {
   const RectangleLight light = rectangle_light(overhead(0.5, 0.25, 2));
   EXPECT_NEAR(distance_to(light, {0.4f, 0, 0.2f}, {0, 1, 0}), 2, 1e-6);
   EXPECT_EQ(distance_to(light, {0.6f, 0, 0}, {0, 1, 0}), 0);
@@ -323,7 +323,7 @@ Scene floor_with_wall(double height) {
   return scene;
 }
 
-TEST(AmbientOcclusion, FloorBesideAWall) {
+TEST(AmbientOcclusion, FloorBesideWall_MatchesAnalyticOcclusion) {
   const PreparedScene prepared = prepare(floor_with_wall(1));
   for (const double x : {0.05, 0.5, 1.0, 2.0}) {
     const Camera camera = look_at({x + 0.3, 0.5, 0}, {x, 0, 0}, 3, 3, 20'000);
@@ -332,13 +332,13 @@ TEST(AmbientOcclusion, FloorBesideAWall) {
   }
 }
 
-TEST(AmbientOcclusion, FootOfAHighWallSeesHalfTheSky) {
+TEST(AmbientOcclusion, FootOfHighWall_SeesHalfTheSky) {
   const PreparedScene prepared = prepare(floor_with_wall(150));
   const Camera camera = look_at({0.6, 0.5, 0}, {0.01, 0, 0}, 3, 3, 20'000);
   EXPECT_NEAR(render(prepared, camera, {.samples = 64, .ambient_samples = 64}).at(1, 1), 0.5, 0.01);
 }
 
-TEST(AmbientOcclusion, PerVertexAgreesWithPerPixel) {
+TEST(AmbientOcclusion, PerVertex_AgreesWithPerPixel) {
   const Scene scene = floor_with_wall(1);
   const PreparedScene pixels = prepare(scene);
   const PreparedScene vertices =
@@ -351,7 +351,7 @@ TEST(AmbientOcclusion, PerVertexAgreesWithPerPixel) {
   }
 }
 
-TEST(AmbientOcclusion, SeamlessGroundDarkensUnderAnObjectInBothModes) {
+TEST(AmbientOcclusion, SeamlessGround_DarkensUnderObjectInBothModes) {
   Scene scene;
   scene.meshes.push_back({sphere(24, 48, 0.5, {0, 0.5, 0}), matt({0.5f, 0.5f, 0.5f})});
   scene.environment = constant_environment({1, 1, 1});
@@ -373,7 +373,7 @@ TEST(AmbientOcclusion, SeamlessGroundDarkensUnderAnObjectInBothModes) {
   }
 }
 
-TEST(Reflectance, GlossIsReciprocalAndItsAlbedoBelowOne) {
+TEST(Reflectance, Gloss_IsReciprocalWithAlbedoBelowOne) {
   for (const float roughness : {0.05f, 0.3f, 0.7f, 1.0f}) {
     for (const float v : {0.05f, 0.4f, 0.9f}) {
       for (const float l : {0.1f, 0.6f}) {
@@ -388,13 +388,13 @@ TEST(Reflectance, GlossIsReciprocalAndItsAlbedoBelowOne) {
   }
 }
 
-TEST(Reflectance, RoughestGlossSeenHeadOnKeepsOneMinusLogTwo) {
+TEST(Reflectance, RoughestGlossHeadOn_HasAnalyticAlbedo) {
   // alpha = 1 makes the lobe 1 / (2 pi (1 + cos)): its integral is 1 - ln 2.
   const GlossAlbedo albedo = gloss_albedo(1, 1);
   EXPECT_NEAR(albedo.scale + albedo.bias, 1 - std::log(2.0), 0.005);
 }
 
-TEST(Reflectance, GlossAlbedoAgreesWithTheLobe) {
+TEST(Reflectance, GlossAlbedo_MatchesIntegratedLobe) {
   for (const float roughness : {0.4f, 0.8f}) {
     for (const float n_dot_v : {0.3f, 0.8f}) {
       const Vec3f v{std::sqrt(1 - n_dot_v * n_dot_v), 0, n_dot_v};
@@ -413,7 +413,7 @@ TEST(Reflectance, GlossAlbedoAgreesWithTheLobe) {
   }
 }
 
-TEST(Reflectance, SheenIsStrongestAtTheRim) {
+TEST(Reflectance, Sheen_IsStrongestAtGrazingAngles) {
   EXPECT_GT(sheen_albedo(0.1f), 2 * sheen_albedo(1.0f));
   for (float c = 0; c <= 1; c += 0.1f) {
     EXPECT_LE(sheen_albedo(c), 1.0f);
@@ -421,7 +421,7 @@ TEST(Reflectance, SheenIsStrongestAtTheRim) {
   }
 }
 
-TEST(Sampling, AlignedRunsAreNets) {
+TEST(Sampling, AlignedRuns_AreDigitalNets) {
   // Every elementary interval of area 1/64 holds one of 64 points.
   for (const std::uint32_t seed : {0u, 1u, 12345u, 0xFFFFFFFFu}) {
     for (const std::uint32_t first : {0u, 64u, 640u}) {
@@ -442,7 +442,7 @@ TEST(Sampling, AlignedRunsAreNets) {
   }
 }
 
-TEST(Sampling, SeedsGiveDifferentPoints) {
+TEST(Sampling, DifferentSeeds_GiveDifferentPoints) {
   double distance = 0;
   for (std::uint32_t i = 0; i < 64; ++i) {
     distance += std::abs(sobol_point(i, 1).x - sobol_point(i, 2).x);
@@ -450,7 +450,7 @@ TEST(Sampling, SeedsGiveDifferentPoints) {
   EXPECT_GT(distance / 64, 0.15);
 }
 
-TEST(Sampling, CosineDirectionsHaveTheirMoments) {
+TEST(Sampling, CosineDirections_HaveExpectedMoments) {
   double z = 0, z2 = 0, x = 0;
   constexpr int kN = 4096;
   for (std::uint32_t i = 0; i < kN; ++i) {

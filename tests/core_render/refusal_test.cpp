@@ -48,35 +48,35 @@ void expect_refused(const RenderOptions& options, const std::string& words) {
   }
 }
 
-TEST(Refusal, GoodSceneIsAccepted) {
+TEST(Refusal, ValidScene_IsAccepted) {
   EXPECT_NO_THROW(render(good_scene(), good_camera()));
 }
 
-TEST(Refusal, MeshWithNan) {
+TEST(Refusal, NanVertex_Throws) {
   Scene scene = good_scene();
   scene.meshes[0].mesh.vertices(3, 1) = kRefusalNan;
   expect_refused(scene, "mesh 0", "finite");
 }
 
-TEST(Refusal, MeshBeyondFloats) {
+TEST(Refusal, VertexBeyondFloat_Throws) {
   Scene scene = good_scene();
   scene.meshes[0].mesh.vertices(3, 1) = 1e300;
   expect_refused(scene, "vertex 3", "float");
 }
 
-TEST(Refusal, FaceOutOfRange) {
+TEST(Refusal, FaceIndexOutOfRange_Throws) {
   Scene scene = good_scene();
   scene.meshes[0].mesh.faces(2, 0) = 100'000;
   expect_refused(scene, "mesh 0", "100000");
 }
 
-TEST(Refusal, NegativeFaceIndex) {
+TEST(Refusal, NegativeFaceIndex_Throws) {
   Scene scene = good_scene();
   scene.meshes[0].mesh.faces(2, 0) = -1;
   expect_refused(scene, "mesh 0", "-1");
 }
 
-TEST(Refusal, TextureWithoutUvs) {
+TEST(Refusal, TextureWithoutUvs_Throws) {
   Scene scene = good_scene();
   scene.meshes[0].mesh.uvs.resize(0, 2);
   scene.meshes[0].mesh.uv_faces.resize(0, 3);
@@ -84,13 +84,13 @@ TEST(Refusal, TextureWithoutUvs) {
   expect_refused(scene, "mesh 0 texture", "uvs");
 }
 
-TEST(Refusal, TextureOfOneChannel) {
+TEST(Refusal, OneChannelTexture_Throws) {
   Scene scene = good_scene();
   scene.meshes[0].look.texture = std::make_shared<Image>(4, 4, 1, 0.5f);
   expect_refused(scene, "mesh 0 texture", "3 channels");
 }
 
-TEST(Refusal, TextureWithTooFewNumbers) {
+TEST(Refusal, TextureDataTooShort_Throws) {
   Scene scene = good_scene();
   auto texture = std::make_shared<Image>(4, 4, 3, 0.5f);
   texture->data.pop_back();
@@ -98,7 +98,7 @@ TEST(Refusal, TextureWithTooFewNumbers) {
   expect_refused(scene, "mesh 0 texture", "47 numbers");
 }
 
-TEST(Refusal, TextureWithNan) {
+TEST(Refusal, NanInTexture_Throws) {
   Scene scene = good_scene();
   auto texture = std::make_shared<Image>(4, 4, 3, 0.5f);
   texture->data[7] = kRefusalNan;
@@ -106,153 +106,153 @@ TEST(Refusal, TextureWithNan) {
   expect_refused(scene, "mesh 0 texture", "finite");
 }
 
-TEST(Refusal, EmptyTexture) {
+TEST(Refusal, EmptyTexture_Throws) {
   Scene scene = good_scene();
   scene.meshes[0].look.texture = std::make_shared<Image>();
   expect_refused(scene, "mesh 0 texture", "0x0");
 }
 
-TEST(Refusal, ReflectanceAboveOne) {
+TEST(Refusal, ReflectanceAboveOne_Throws) {
   Scene scene = good_scene();
   scene.meshes[0].look.color = {0.5f, 1.5f, 0.5f};
   expect_refused(scene, "mesh 0 color", "[0,1]");
 }
 
-TEST(Refusal, ReflectanceNan) {
+TEST(Refusal, NanReflectance_Throws) {
   Scene scene = good_scene();
   scene.meshes[0].look.color = {kRefusalNan, 0.5f, 0.5f};
   expect_refused(scene, "mesh 0 color", "nan");
 }
 
-TEST(Refusal, RoughnessZero) {
+TEST(Refusal, ZeroRoughness_Throws) {
   Scene scene = good_scene();
   scene.meshes[0].look.roughness = 0;
   expect_refused(scene, "mesh 0 roughness", "0.05");
 }
 
-TEST(Refusal, SheenAboveOne) {
+TEST(Refusal, SheenAboveOne_Throws) {
   Scene scene = good_scene();
   scene.meshes[0].look.sheen = 2;
   expect_refused(scene, "mesh 0 sheen", "2.0");
 }
 
-TEST(Refusal, LiningOutOfRange) {
+TEST(Refusal, BackColorOutOfRange_Throws) {
   Scene scene = good_scene();
   scene.meshes[0].look.back_color = Eigen::Vector3f(0, -1, 0);
   expect_refused(scene, "mesh 0 back_color", "-1");
 }
 
-TEST(Refusal, LightWithoutArea) {
+TEST(Refusal, AreaLightWithoutArea_Throws) {
   Scene scene = good_scene();
   scene.area_lights[0].half_u = {0, 0, 0};
   expect_refused(scene, "area light 0", "without area");
 }
 
-TEST(Refusal, LightThatIsNoRectangle) {
+TEST(Refusal, NonRectangularLight_Throws) {
   Scene scene = good_scene();
   scene.area_lights[0].half_v = {0.5, 0, -0.5};
   expect_refused(scene, "area light 0", "orthogonal");
 }
 
-TEST(Refusal, LightWithNan) {
+TEST(Refusal, NanLightPosition_Throws) {
   Scene scene = good_scene();
   scene.area_lights[0].center.x() = kRefusalNan;
   expect_refused(scene, "area light 0", "finite");
 }
 
-TEST(Refusal, NegativeRadiance) {
+TEST(Refusal, NegativeRadiance_Throws) {
   Scene scene = good_scene();
   scene.area_lights[0].radiance = {1, -1, 1};
   expect_refused(scene, "area light 0 radiance", "negative");
 }
 
-TEST(Refusal, EndlessEnvironment) {
+TEST(Refusal, InfiniteEnvironmentRadiance_Throws) {
   Scene scene = good_scene();
   scene.environment.zenith = {std::numeric_limits<float>::infinity(), 0, 0};
   expect_refused(scene, "environment zenith", "inf");
 }
 
-TEST(Refusal, EnvironmentImageOfOneChannel) {
+TEST(Refusal, OneChannelEnvironmentImage_Throws) {
   Scene scene = good_scene();
   scene.environment.image = std::make_shared<Image>(4, 2, 1, 1.0f);
   expect_refused(scene, "environment image", "3 channels");
 }
 
-TEST(Refusal, EnvironmentImageWithNegativeLight) {
+TEST(Refusal, NegativeEnvironmentImage_Throws) {
   Scene scene = good_scene();
   scene.environment.image = std::make_shared<Image>(4, 2, 3, -1.0f);
   expect_refused(scene, "environment image", "negative");
 }
 
-TEST(Refusal, GroundAtNan) {
+TEST(Refusal, NanGroundHeight_Throws) {
   Scene scene = good_scene();
   scene.ground = Ground{};
   scene.ground->height = kRefusalNan;
   expect_refused(scene, "ground height", "nan");
 }
 
-TEST(Refusal, BackgroundNan) {
+TEST(Refusal, NanBackground_Throws) {
   Scene scene = good_scene();
   scene.background.bottom = {0, kRefusalNan, 0};
   expect_refused(scene, "background bottom", "nan");
 }
 
-TEST(Refusal, NoSamples) {
+TEST(Refusal, ZeroSamples_Throws) {
   expect_refused(RenderOptions{.samples = 0}, "samples must lie in [1, 1024]");
 }
 
-TEST(Refusal, TooManySamples) {
+TEST(Refusal, TooManySamples_Throws) {
   expect_refused(RenderOptions{.samples = 1025}, "samples must");
 }
 
-TEST(Refusal, NoShadowSamples) {
+TEST(Refusal, ZeroShadowSamples_Throws) {
   expect_refused(RenderOptions{.shadow_samples = 0}, "shadow_samples must");
 }
 
-TEST(Refusal, NegativePenumbraSamples) {
+TEST(Refusal, NegativePenumbraSamples_Throws) {
   expect_refused(RenderOptions{.penumbra_samples = -1}, "penumbra_samples must");
 }
 
-TEST(Refusal, NoAmbientSamples) {
+TEST(Refusal, ZeroAmbientSamples_Throws) {
   expect_refused(RenderOptions{.ambient_samples = 0}, "ambient_samples must");
 }
 
-TEST(Refusal, NoVertexSamples) {
+TEST(Refusal, ZeroVertexSamplesOrNegativeReach_Throws) {
   EXPECT_THROW(prepare(good_scene(), {.vertex_samples = 0}), LogicError);
   EXPECT_THROW(prepare(good_scene(), {.ground_reach = -1}), LogicError);
 }
 
-TEST(Refusal, CameraWithoutPixels) {
+TEST(Refusal, CameraWithoutPixels_Throws) {
   Camera camera = good_camera();
   camera.width = 0;
   EXPECT_THROW(render(good_scene(), camera), DataError);
   EXPECT_THROW(surface_maps(prepare(good_scene()), camera), DataError);
 }
 
-TEST(Refusal, CameraWithNanFocalLength) {
+TEST(Refusal, NanFocalLength_Throws) {
   Camera camera = good_camera();
   camera.fx = kRefusalNan;
   EXPECT_THROW(render(good_scene(), camera), DataError);
 }
 
-TEST(Refusal, CameraThatIsNoRotation) {
+TEST(Refusal, NonOrthonormalRotation_Throws) {
   Camera camera = good_camera();
   camera.camera_from_world_rotation *= 2;
   EXPECT_THROW(render(good_scene(), camera), DataError);
   EXPECT_THROW(visible_points(prepare(good_scene()), camera, Points::Zero(1, 3)), DataError);
 }
 
-TEST(Refusal, NegativeVisibilityTolerance) {
+TEST(Refusal, NegativeVisibilityTolerance_Throws) {
   EXPECT_THROW(visible_points(prepare(good_scene()), good_camera(), Points::Zero(1, 3), -1),
                LogicError);
 }
 
-TEST(Refusal, PyramidOfNothing) {
+TEST(Refusal, MipPyramidOfBadImage_Throws) {
   EXPECT_THROW(mip_pyramid(Image()), LogicError);
   EXPECT_THROW(mip_pyramid(Image(2, 2, 4)), LogicError);
 }
 
-TEST(Degenerate, MeshWithoutFacesIsInvisible) {
+TEST(Degenerate, MeshWithoutFaces_IsInvisible) {
   Scene scene = good_scene();
   scene.meshes[0].mesh.faces.resize(0, 3);
   scene.meshes[0].mesh.uv_faces.resize(0, 3);
@@ -260,7 +260,7 @@ TEST(Degenerate, MeshWithoutFacesIsInvisible) {
   EXPECT_EQ(*std::max_element(image.data.begin(), image.data.end()), 0);
 }
 
-TEST(Degenerate, FacesWithoutAreaGiveFiniteLight) {
+TEST(Degenerate, ZeroAreaFaces_GiveFiniteLight) {
   Scene scene = good_scene();
   Mesh& mesh = scene.meshes[0].mesh;
   for (Index f = 0; f < mesh.faces.rows(); f += 3) {
@@ -275,7 +275,7 @@ TEST(Degenerate, FacesWithoutAreaGiveFiniteLight) {
   }
 }
 
-TEST(Degenerate, CameraInsideAMeshSeesItsInside) {
+TEST(Degenerate, CameraInsideMesh_SeesItsInside) {
   Scene scene = good_scene();
   scene.environment = constant_environment({1, 1, 1});
   const Image image =
@@ -283,7 +283,7 @@ TEST(Degenerate, CameraInsideAMeshSeesItsInside) {
   EXPECT_EQ(image.at(4, 4, 3), 1);
 }
 
-TEST(Degenerate, PictureOfOnePixel) {
+TEST(Degenerate, OnePixelImage_IsRendered) {
   Camera camera = good_camera();
   camera.width = camera.height = 1;
   camera.cx = camera.cy = 0.5;

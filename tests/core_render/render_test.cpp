@@ -28,7 +28,7 @@ Scene bright(const Mesh& mesh, const Look& look) {
   return scene;
 }
 
-TEST(Render, EmptySceneIsTheBackground) {
+TEST(Render, EmptyScene_IsTheBackground) {
   Scene scene;
   scene.background.top = {1, 0, 0.5f};
   scene.background.bottom = {0, 1, 0.5f};
@@ -41,7 +41,7 @@ TEST(Render, EmptySceneIsTheBackground) {
   }
 }
 
-TEST(Render, BackgroundShowsTheEnvironment) {
+TEST(Render, EnvironmentBackground_ShowsTheSky) {
   Scene scene;
   scene.environment.zenith = {1, 0, 0};
   scene.environment.horizon = {0, 1, 0};
@@ -52,7 +52,7 @@ TEST(Render, BackgroundShowsTheEnvironment) {
   EXPECT_NEAR(level.at(1, 1, 1), 1, 1e-2);
 }
 
-TEST(Render, EmptySeamlessGroundIsTheBackground) {
+TEST(Render, EmptySeamlessGround_IsTheBackground) {
   Scene with_ground;
   with_ground.background.top = with_ground.background.bottom = {0.3f, 0.4f, 0.5f};
   with_ground.environment = constant_environment({1, 1, 1});
@@ -65,7 +65,7 @@ TEST(Render, EmptySeamlessGroundIsTheBackground) {
   }
 }
 
-TEST(Render, PlainGroundHasAHorizon) {
+TEST(Render, PlainGround_HasAHorizon) {
   Scene scene;
   scene.background.top = scene.background.bottom = {0, 0, 1};
   scene.environment = constant_environment({1, 1, 1});
@@ -76,7 +76,7 @@ TEST(Render, PlainGroundHasAHorizon) {
   EXPECT_NEAR(image.at(4, 7, 0), 0.25, 1e-4);
 }
 
-TEST(Render, EdgeCoverageIsTheArea) {
+TEST(Render, EdgeCoverage_EqualsTheArea) {
   // A square turned by 20 degrees, 37 pixels a side.
   const double c = std::cos(0.35), s = std::sin(0.35);
   const double half = 18.5 / 64;
@@ -98,7 +98,7 @@ TEST(Render, EdgeCoverageIsTheArea) {
   EXPECT_GT(partial, 120) << "edges are smooth";
 }
 
-TEST(Render, HalfCoveredPixelsAreHalf) {
+TEST(Render, HalfCoveredPixel_HasHalfAlpha) {
   // The edge runs through the middle of a column of pixels.
   const Scene scene =
       bright(rectangle({-1 + 0.5 / 32, 0, 0}, {1, 0, 0}, {0, 2, 0}), matt({1, 1, 1}));
@@ -111,7 +111,7 @@ TEST(Render, HalfCoveredPixelsAreHalf) {
   }
 }
 
-TEST(Render, AlphaOfAShadowOnSeamlessGround) {
+TEST(Render, ShadowOnSeamlessGround_HasBlackAlpha) {
   Scene scene = bright(sphere(24, 48, 0.5, {0, 0.5, 0}), matt({0.5f, 0.5f, 0.5f}));
   scene.ground = Ground{};
   const Image image =
@@ -133,7 +133,7 @@ std::shared_ptr<Image> random_texture(int width, int height) {
   return texture;
 }
 
-TEST(Texture, EachTexelIsWhereItsCoordinatesSay) {
+TEST(Texture, Texel_AppearsAtItsUv) {
   const auto texture = random_texture(4, 3);
   Look look = matt({1, 1, 1});
   look.texture = texture;
@@ -150,7 +150,7 @@ TEST(Texture, EachTexelIsWhereItsCoordinatesSay) {
   }
 }
 
-TEST(Texture, IsBilinearAndRepeats) {
+TEST(Texture, Lookup_IsBilinearAndRepeats) {
   const auto texture = random_texture(5, 4);
   const MipPyramid pyramid = mip_pyramid(*texture);
   const Vec3f a = texture_color(pyramid, 1.5f / 5, 1 - 2.5f / 4, 0);
@@ -163,7 +163,7 @@ TEST(Texture, IsBilinearAndRepeats) {
   EXPECT_NEAR(seam.z, 0.5 * (texture->at(0, 0, 2) + texture->at(4, 0, 2)), 1e-5);
 }
 
-TEST(Texture, SmallLevelsKeepTheMean) {
+TEST(Texture, MipLevels_KeepTheMean) {
   const auto texture = random_texture(37, 21);
   const MipPyramid pyramid = mip_pyramid(*texture);
   double mean = 0;
@@ -177,7 +177,7 @@ TEST(Texture, SmallLevelsKeepTheMean) {
   EXPECT_NEAR(texture_color(pyramid, 0.3f, 0.8f, 1e6f).x, mean, 1e-4);
 }
 
-TEST(Texture, FarAwayIsFilteredToItsMean) {
+TEST(Texture, DistantTexture_IsFilteredToItsMean) {
   auto texture = std::make_shared<Image>(256, 256, 3);
   for (int y = 0; y < 256; ++y) {
     for (int x = 0; x < 256; ++x) {
@@ -196,7 +196,7 @@ TEST(Texture, FarAwayIsFilteredToItsMean) {
   }
 }
 
-TEST(Look, VertexColorsAreInterpolatedAndMultiplied) {
+TEST(Look, VertexColors_AreInterpolatedAndMultiplied) {
   Mesh mesh = rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
   mesh.colors.resize(4, 3);
   mesh.colors << 0, 0, 1, 1, 0, 1, 1, 1, 1, 0, 1, 1;
@@ -210,7 +210,7 @@ TEST(Look, VertexColorsAreInterpolatedAndMultiplied) {
   EXPECT_NEAR(render(bright(mesh, plain), camera).at(24, 8, 0), 0.5, 0.01);
 }
 
-TEST(Look, BothSidesAreLitAndTheInnerOneMayDiffer) {
+TEST(Look, BackColor_ShowsOnlyOnTheBack) {
   Look look = matt({0.8f, 0.2f, 0.2f});
   const Mesh mesh = rectangle({0, 0, 0}, {1, 0, 0}, {0, 1, 0});
   const Camera back = look_at({0, 0, -10}, {0, 0, 0}, 8, 8, 100);
@@ -222,7 +222,7 @@ TEST(Look, BothSidesAreLitAndTheInnerOneMayDiffer) {
               0.01);
 }
 
-TEST(Look, EdgesAreDrawnAsWideAsAsked) {
+TEST(Look, Edges_HaveRequestedWidth) {
   Look look = matt({1, 1, 1});
   look.edge_color = Eigen::Vector3f(0, 0, 0);
   look.edge_width = 4;
@@ -237,7 +237,7 @@ TEST(Look, EdgesAreDrawnAsWideAsAsked) {
   EXPECT_NEAR(dark, 2, 0.3);
 }
 
-TEST(Look, SmoothNormalsHideFacets) {
+TEST(Look, SmoothNormals_HideFacets) {
   const Mesh coarse = sphere(8, 16);
   Look look = matt({1, 1, 1});
   Scene scene;
@@ -259,7 +259,7 @@ TEST(Look, SmoothNormalsHideFacets) {
 }
 
 // Rays leave through the lens as projection enters it.
-TEST(Lens, SeenPointsProjectOntoTheirPixels) {
+TEST(Lens, SeenPoints_ProjectOntoTheirPixels) {
   Scene scene = bright(rectangle({0, 0, 0}, {3, 0, 0}, {0, 3, 0}), matt({1, 1, 1}));
   const PreparedScene prepared = prepare(scene);
   Camera camera = look_at({0.3, -0.2, 2}, {0, 0, 0}, 80, 60, 60);
@@ -289,7 +289,7 @@ TEST(Lens, SeenPointsProjectOntoTheirPixels) {
   }
 }
 
-TEST(Lens, DistortedSquareCoversThePixelsItsPointsProjectTo) {
+TEST(Lens, DistortedSquare_CoversItsProjectedPixels) {
   Camera camera = look_at({0, 0, 2}, {0, 0, 0}, 200, 160, 150);
   camera.distortion_model = Distortion::Brown;
   camera.distortion = {-0.25, 0.06, 0.004, -0.003, 0, 0, 0, 0};
@@ -324,7 +324,7 @@ TEST(Lens, DistortedSquareCoversThePixelsItsPointsProjectTo) {
   }
 }
 
-TEST(Lens, PixelsBeyondTheLensAreBlack) {
+TEST(Lens, PixelsWithoutRay_AreBlack) {
   // A barrel so strong that the corners have no ray.
   Camera camera = look_at({0, 0, 2}, {0, 0, 0}, 64, 64, 20);
   camera.distortion_model = Distortion::Brown;
@@ -337,7 +337,7 @@ TEST(Lens, PixelsBeyondTheLensAreBlack) {
   EXPECT_EQ(image.at(32, 32), 1);
 }
 
-TEST(Determinism, SameBytesOnAnyNumberOfThreads) {
+TEST(Determinism, AnyThreadCount_GivesTheSameImages) {
   Scene scene =
       studio_scene({{sphere(24, 48, 0.4, {0, 0.4, 0}), clay_look()},
                     {rectangle({0.2, 0.9, 0.2}, {0.3, 0, 0}, {0, 0.02, -0.3}), clay_look()}});
@@ -366,7 +366,7 @@ TEST(Determinism, SameBytesOnAnyNumberOfThreads) {
   }
 }
 
-TEST(Determinism, SeedsChangeTheNoiseButNotTheLight) {
+TEST(Determinism, DifferentSeeds_ChangeNoiseNotLight) {
   const Scene scene = studio_scene({{sphere(24, 48, 0.4, {0, 0.4, 0}), clay_look()}});
   const PreparedScene prepared = prepare(scene);
   const Camera camera = look_at({0.5, 1, 3}, {0, 0.4, 0}, 40, 40, 60);
@@ -381,7 +381,7 @@ TEST(Determinism, SeedsChangeTheNoiseButNotTheLight) {
   EXPECT_LT(std::abs(difference / sum), 2e-3);
 }
 
-TEST(Render, MoreSamplesChangeNothingButNoise) {
+TEST(Render, MoreSamples_ChangeOnlyTheNoise) {
   const Scene scene = studio_scene({{sphere(24, 48, 0.4, {0, 0.4, 0}), clay_look()}});
   const PreparedScene prepared = prepare(scene);
   const Camera camera = look_at({0.5, 1, 3}, {0, 0.4, 0}, 40, 40, 60);
@@ -395,7 +395,7 @@ TEST(Render, MoreSamplesChangeNothingButNoise) {
   EXPECT_LT(std::sqrt(squares / static_cast<double>(few.data.size())), 0.03);
 }
 
-TEST(Maps, DepthOfASphereIsAnalytic) {
+TEST(Maps, SphereDepthAndNormals_AreAnalytic) {
   Scene scene;
   scene.meshes.push_back({sphere(128, 256), matt({1, 1, 1})});
   const Camera camera = look_at({0, 0, 4}, {0, 0, 0}, 41, 41, 60);
@@ -420,7 +420,7 @@ TEST(Maps, DepthOfASphereIsAnalytic) {
   }
 }
 
-TEST(Maps, BarycentricsAndUvRebuildThePoint) {
+TEST(Maps, BarycentricsAndUv_ReconstructThePoint) {
   const Mesh mesh = sphere(12, 24);
   Scene scene;
   scene.meshes.push_back({rectangle({5, 0, 0}, {1, 0, 0}, {0, 1, 0}), matt({1, 1, 1})});
@@ -449,7 +449,7 @@ TEST(Maps, BarycentricsAndUvRebuildThePoint) {
   EXPECT_GT(seen, 300);
 }
 
-TEST(Maps, VisiblePointsAreTheFrontOnes) {
+TEST(Maps, FrontFacingPoints_AreVisible) {
   const Mesh mesh = sphere(24, 48);
   Scene scene;
   scene.meshes.push_back({mesh, matt({1, 1, 1})});
@@ -465,7 +465,7 @@ TEST(Maps, VisiblePointsAreTheFrontOnes) {
   }
 }
 
-TEST(Maps, PointsOutsideThePictureAreNotVisible) {
+TEST(Maps, PointsOutsideTheImage_AreNotVisible) {
   Points points(3, 3);
   points << 0, 0, 0, 50, 0, 0, 0, 0, 10;
   const Scene empty;

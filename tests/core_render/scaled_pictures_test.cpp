@@ -17,7 +17,7 @@ int covered(const Image& picture, const Image& other) {
   return count;
 }
 
-TEST(PicturesAtOneScale, ShowALargerSubjectLarger) {
+TEST(PicturesAtOneScale, LargerSubject_AppearsLarger) {
   Mesh small = fixtures::sphere();
   Mesh tiny = small;
   small.vertices *= 0.5;
@@ -31,7 +31,7 @@ TEST(PicturesAtOneScale, ShowALargerSubjectLarger) {
   EXPECT_GT(covered(pictures[0], pictures[2]), covered(pictures[1], pictures[2]));
 }
 
-TEST(PicturesAtOneScale, NeedASubject) {
+TEST(PicturesAtOneScale, NoSubject_ThrowsLogicError) {
   EXPECT_THROW(pictures_at_one_scale(std::vector<Mesh>{}), LogicError);
 }
 

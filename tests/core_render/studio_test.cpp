@@ -10,7 +10,7 @@
 namespace atelier {
 namespace {
 
-TEST(Studio, SphereIsWellExposed) {
+TEST(Studio, SpherePicture_IsWellExposed) {
   const Image picture = picture_of(fixtures::sphere(), kThreeQuarter, {96, 96, 8, {}});
   fixtures::keep_picture("studio_sphere", picture);
   for (const float value : picture.data) {
@@ -42,7 +42,7 @@ Mesh makehuman_body(const std::filesystem::path& path) {
   return mesh;
 }
 
-TEST(Studio, ShowsABodyFromAllSides) {
+TEST(Studio, BodyFromFourSides_IsDrawn) {
   ATELIER_TEST_FILE(path, "makehuman/base/base.obj");
   const Mesh body = makehuman_body(path);
   std::vector<CaptionedImage> views;

@@ -48,7 +48,7 @@ std::vector<cv::Mat> read_back(const std::filesystem::path& path) {
   return frames;
 }
 
-TEST(Video, PlaysBackFrameByFrame) {
+TEST(Video, WrittenVideo_PlaysBackFrameByFrame) {
   const fixtures::TemporaryDirectory folder;
   const auto path = folder / "a.mp4";
   write_video(path, 10, [](Index i) { return moving(i); }, {.fps = 12, .quality = 12});
@@ -64,7 +64,7 @@ TEST(Video, PlaysBackFrameByFrame) {
   EXPECT_NEAR(capture.get(cv::CAP_PROP_FPS), 12, 1e-3);
 }
 
-TEST(Video, IndexLiesInFrontSoThatBrowsersStartAtOnce) {
+TEST(Video, VideoIndex_PrecedesTheData) {
   const fixtures::TemporaryDirectory folder;
   const auto path = folder / "a.mp4";
   write_video(path, 3, [](Index i) { return moving(i); });
@@ -74,7 +74,7 @@ TEST(Video, IndexLiesInFrontSoThatBrowsersStartAtOnce) {
   EXPECT_LT(bytes.find("moov"), bytes.find("mdat"));
 }
 
-TEST(Video, OddSizesBecomeEven) {
+TEST(Video, OddSizes_BecomeEven) {
   const fixtures::TemporaryDirectory folder;
   const auto path = folder / "a.mp4";
   write_video(path, 2, [](Index i) { return moving(i, 63, 47); });
@@ -84,14 +84,14 @@ TEST(Video, OddSizesBecomeEven) {
   EXPECT_EQ(frames[0].rows, 48);
 }
 
-TEST(Video, OneFrameAndOnePixelAreEnough) {
+TEST(Video, OneFrameOfOnePixel_IsEnough) {
   const fixtures::TemporaryDirectory folder;
   const auto path = folder / "a.mp4";
   write_video(path, 1, [](Index) { return Image(1, 1, 3, 0.5f); });
   EXPECT_EQ(read_back(path).size(), 1u);
 }
 
-TEST(Video, SameFramesGiveTheSameBytes) {
+TEST(Video, SameFrames_GiveIdenticalBytes) {
   const fixtures::TemporaryDirectory folder;
   for (const char* name : {"a.mp4", "b.mp4"}) {
     write_video(folder / name, 5, [](Index i) { return moving(i); });
@@ -99,7 +99,7 @@ TEST(Video, SameFramesGiveTheSameBytes) {
   EXPECT_TRUE(bytes_of(folder / "a.mp4") == bytes_of(folder / "b.mp4"));
 }
 
-TEST(Video, ProbeSaysWhatBrowsersNeed) {
+TEST(Video, Ffprobe_SeesWhatBrowsersNeed) {
   if (std::system("ffprobe -version >/dev/null 2>&1") != 0) {
     GTEST_SKIP() << "no ffprobe";
   }
@@ -115,7 +115,7 @@ TEST(Video, ProbeSaysWhatBrowsersNeed) {
   }
 }
 
-TEST(Video, ABrowserDecodesIt) {
+TEST(Video, WrittenVideo_DecodesInChromium) {
   const fixtures::TemporaryDirectory folder;
   if (fixtures::run_child({"sh", "-c", "command -v chromium"}).exit_code != 0) {
     GTEST_SKIP() << "no program chromium (scripts/setup)";
@@ -133,7 +133,7 @@ TEST(Video, ABrowserDecodesIt) {
   EXPECT_THAT(result.out, HasSubstr("ready true size 64x48 seconds 2.00 error null")) << result.err;
 }
 
-TEST(Video, ColoursComeBack) {
+TEST(Video, Colors_RoundTrip) {
   if (std::system("ffmpeg -version >/dev/null 2>&1") != 0) {
     GTEST_SKIP() << "no ffmpeg (OpenCV's reader takes every video for BT.601)";
   }
@@ -155,7 +155,7 @@ TEST(Video, ColoursComeBack) {
   EXPECT_NEAR(byte(8, 24, 2), 255, 4);
 }
 
-TEST(Video, FrameAfterFrameIsTheSameFile) {
+TEST(Video, FrameByFrameWriting_GivesIdenticalBytes) {
   const fixtures::TemporaryDirectory folder;
   write_video(folder / "whole.mp4", 5, [](Index i) { return moving(i); }, {.fps = 12});
   VideoWriter video(folder / "grown.mp4", {.fps = 12});
@@ -169,7 +169,7 @@ TEST(Video, FrameAfterFrameIsTheSameFile) {
   EXPECT_TRUE(bytes_of(folder / "grown.mp4") == bytes_of(folder / "whole.mp4"));
 }
 
-TEST(VideoRefusal, WhatIsNotFinishedLeavesNothing) {
+TEST(VideoRefusal, UnfinishedVideo_LeavesNothingBehind) {
   const fixtures::TemporaryDirectory folder;
   {
     VideoWriter video(folder / "a.mp4");
@@ -180,7 +180,7 @@ TEST(VideoRefusal, WhatIsNotFinishedLeavesNothing) {
   EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
 }
 
-TEST(VideoRefusal, NoFramesOrWrongOnes) {
+TEST(VideoRefusal, NoFramesOrBadFrames_Throw) {
   const fixtures::TemporaryDirectory folder;
   const auto path = folder / "a.mp4";
   EXPECT_THROW(write_video(path, 0, [](Index i) { return moving(i); }), LogicError);
@@ -193,7 +193,7 @@ TEST(VideoRefusal, NoFramesOrWrongOnes) {
   EXPECT_TRUE(std::filesystem::is_empty(folder.path())) << "nothing is left behind";
 }
 
-TEST(VideoRefusal, OptionsOutOfRange) {
+TEST(VideoRefusal, OptionOutOfRange_Throws) {
   const fixtures::TemporaryDirectory folder;
   const auto frame = [](Index i) { return moving(i); };
   EXPECT_THROW(write_video(folder / "a.mp4", 1, frame, {.fps = 0}), LogicError);
@@ -202,7 +202,7 @@ TEST(VideoRefusal, OptionsOutOfRange) {
   EXPECT_THROW(write_video(folder / "a.mp4", 1, frame, {.quality = -1}), LogicError);
 }
 
-TEST(VideoRefusal, FolderThatIsNotThere) {
+TEST(VideoRefusal, MissingFolder_Throws) {
   const fixtures::TemporaryDirectory folder;
   EXPECT_THROW(write_video(folder / "none/a.mp4", 1, [](Index i) { return moving(i); }),
                EnvironmentError);
@@ -229,7 +229,7 @@ class SmallFiles {
   void (*handler_)(int);
 };
 
-TEST(VideoRefusal, DiskThatTakesNoMoreLeavesTheOlderFile) {
+TEST(VideoRefusal, FullDisk_KeepsOldFile) {
   const fixtures::TemporaryDirectory folder;
   const auto path = folder / "a.mp4";
   write_video(path, 2, [](Index i) { return moving(i); });
@@ -247,7 +247,7 @@ TEST(VideoRefusal, DiskThatTakesNoMoreLeavesTheOlderFile) {
   EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 1);
 }
 
-TEST(VideoRefusal, FailingFrameLeavesTheOlderFile) {
+TEST(VideoRefusal, ThrowingFrame_KeepsOldFile) {
   const fixtures::TemporaryDirectory folder;
   const auto path = folder / "a.mp4";
   write_video(path, 2, [](Index i) { return moving(i); });

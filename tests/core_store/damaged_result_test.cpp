@@ -37,32 +37,32 @@ class DamagedResult : public RunStage {
   std::filesystem::path result_;
 };
 
-TEST_F(DamagedResult, WrongSize) {
+TEST_F(DamagedResult, WrongSize_IsRepaired) {
   write(result_ / "count.txt", "1 fil");
   expect_repair("5 bytes, the manifest says 7");
 }
 
-TEST_F(DamagedResult, RightSizeWrongBytes) {
+TEST_F(DamagedResult, WrongBytesOfRightSize_AreRepaired) {
   write(result_ / "count.txt", "2 files");
   expect_repair("its bytes are not those that the stage wrote");
 }
 
-TEST_F(DamagedResult, MissingFile) {
+TEST_F(DamagedResult, MissingFile_IsRepaired) {
   std::filesystem::remove(result_ / "count.txt");
   expect_repair("the file is missing");
 }
 
-TEST_F(DamagedResult, ExtraFile) {
+TEST_F(DamagedResult, ExtraFile_IsRepaired) {
   write(result_ / "more.txt", "x");
   expect_repair("the manifest does not name this file");
 }
 
-TEST_F(DamagedResult, ExtraHiddenFileInAFolder) {
+TEST_F(DamagedResult, ExtraHiddenFile_IsRepaired) {
   write(result_ / "deep/.x", "x");
   expect_repair("the manifest does not name this file");
 }
 
-TEST_F(DamagedResult, LinkInstead) {
+TEST_F(DamagedResult, LinkInsteadOfFile_IsRepaired) {
   write(root_ / "elsewhere", "1 files");
   std::filesystem::remove(result_ / "count.txt");
   std::filesystem::create_symlink(root_ / "elsewhere", result_ / "count.txt");
@@ -70,35 +70,35 @@ TEST_F(DamagedResult, LinkInstead) {
   EXPECT_EQ(read(root_ / "elsewhere"), "1 files");
 }
 
-TEST_F(DamagedResult, FolderInstead) {
+TEST_F(DamagedResult, FolderInsteadOfFile_IsRepaired) {
   std::filesystem::remove(result_ / "count.txt");
   std::filesystem::create_directory(result_ / "count.txt");
   expect_repair("the file is missing");
 }
 
-TEST_F(DamagedResult, PipeInstead) {
+TEST_F(DamagedResult, PipeInsteadOfFile_IsRepaired) {
   std::filesystem::remove(result_ / "count.txt");
   ASSERT_EQ(mkfifo((result_ / "count.txt").c_str(), 0600), 0);
   expect_repair("it is no regular file");
 }
 
-TEST_F(DamagedResult, NoManifest) {
+TEST_F(DamagedResult, MissingManifest_IsRepaired) {
   std::filesystem::remove(result_ / "manifest.json");
   expect_repair("manifest.json");
 }
 
-TEST_F(DamagedResult, EmptyManifest) {
+TEST_F(DamagedResult, EmptyManifest_IsRepaired) {
   write(result_ / "manifest.json", "");
   expect_repair("manifest.json");
 }
 
-TEST_F(DamagedResult, TruncatedManifest) {
+TEST_F(DamagedResult, TruncatedManifest_IsRepaired) {
   const std::string text = read(result_ / "manifest.json");
   write(result_ / "manifest.json", text.substr(0, text.size() / 2));
   expect_repair("manifest.json");
 }
 
-TEST_F(DamagedResult, ManifestOfAnotherResult) {
+TEST_F(DamagedResult, ManifestOfOtherResult_IsRepaired) {
   StageRequest what = request("count");
   ASSERT_EQ(set_option(what.options.table, "word", "x"), "");
   run("count", what);
@@ -108,27 +108,27 @@ TEST_F(DamagedResult, ManifestOfAnotherResult) {
   expect_repair("that of the folder it is in");
 }
 
-TEST_F(DamagedResult, ManifestOfAnotherStage) {
+TEST_F(DamagedResult, ManifestOfOtherStage_IsRepaired) {
   run("twins");
   std::filesystem::copy_file(current("twins") / "manifest.json", result_ / "manifest.json",
                              std::filesystem::copy_options::overwrite_existing);
   expect_repair("stage: 'twins'; expected 'count'");
 }
 
-TEST_F(DamagedResult, ManifestIsALink) {
+TEST_F(DamagedResult, ManifestThatIsALink_IsRepaired) {
   std::filesystem::rename(result_ / "manifest.json", root_ / "m.json");
   std::filesystem::create_symlink(root_ / "m.json", result_ / "manifest.json");
   expect_repair("a symbolic link");
 }
 
-TEST_F(DamagedResult, ResultFolderIsALink) {
+TEST_F(DamagedResult, ResultFolderThatIsALink_IsRepairedWithoutFollowing) {
   std::filesystem::rename(result_, root_ / "away");
   std::filesystem::create_symlink(root_ / "away", result_);
   expect_repair("a symbolic link");
   EXPECT_TRUE(std::filesystem::exists(root_ / "away/count.txt")) << "links are not followed";
 }
 
-TEST_F(DamagedResult, AFinishInTheFutureIsAWarning) {
+TEST_F(DamagedResult, FinishTimeInTheFuture_IsAWarning) {
   Manifest manifest = read_manifest(result_, "count");
   manifest.finished = "2999-01-01T00:00:00Z";
   write(result_ / "manifest.json", manifest_text(manifest));
@@ -139,20 +139,20 @@ TEST_F(DamagedResult, AFinishInTheFutureIsAWarning) {
   EXPECT_EQ(run("count").end, End::AlreadyDone);
 }
 
-TEST_F(DamagedResult, CurrentPointsNowhere) {
+TEST_F(DamagedResult, DanglingCurrentLink_IsRepaired) {
   std::filesystem::remove(folder("count") / "current");
   std::filesystem::create_symlink("0123456789abcdef", folder("count") / "current");
   EXPECT_EQ(run("count").end, End::AlreadyDone);
   EXPECT_EQ(current("count"), result_);
 }
 
-TEST_F(DamagedResult, CurrentIsMissing) {
+TEST_F(DamagedResult, MissingCurrentLink_IsRepaired) {
   std::filesystem::remove(folder("count") / "current");
   EXPECT_EQ(run("count").end, End::AlreadyDone);
   EXPECT_EQ(current("count"), result_);
 }
 
-TEST_F(DamagedResult, CurrentLeadsOut) {
+TEST_F(DamagedResult, CurrentLinkOutOfTheFolder_IsRepaired) {
   for (const char* target : {"../../in", "/etc", "../count", ".", "0123456789ABCDEF", ""}) {
     std::filesystem::remove(folder("count") / "current");
     std::error_code ignored;
@@ -163,14 +163,14 @@ TEST_F(DamagedResult, CurrentLeadsOut) {
   }
 }
 
-TEST_F(DamagedResult, CurrentIsAFile) {
+TEST_F(DamagedResult, CurrentThatIsAFile_IsRepaired) {
   std::filesystem::remove(folder("count") / "current");
   write(folder("count") / "current", "x");
   EXPECT_EQ(run("count").end, End::AlreadyDone);
   EXPECT_EQ(current("count"), result_);
 }
 
-TEST_F(DamagedResult, CurrentIsAFolderIsRefused) {
+TEST_F(DamagedResult, CurrentThatIsAFolder_IsRefused) {
   std::filesystem::remove(folder("count") / "current");
   std::filesystem::copy(result_, folder("count") / "current");  // cp -rL
   const int runs = behaviour().count_runs;

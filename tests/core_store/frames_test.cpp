@@ -80,13 +80,13 @@ class Frames : public ::testing::Test {
   TemporaryDirectory root_;
 };
 
-TEST_F(Frames, AnInputWithoutFramesIsDone) {
+TEST_F(Frames, InputWithoutFrames_IsDone) {
   behaviour().frame_ids = {};
   EXPECT_EQ(run(request()).end, End::Done);
   EXPECT_EQ(result(), "");
 }
 
-TEST_F(Frames, EveryFrameIsAFile) {
+TEST_F(Frames, EveryFrame_BecomesAFile) {
   const StageReport report = run(request());
   EXPECT_EQ(report.end, End::Done);
   EXPECT_EQ(report.frames_total, 6);
@@ -100,7 +100,7 @@ TEST_F(Frames, EveryFrameIsAFile) {
                           "frames/000003.txt", "frames/000005.txt", "frames/000008.txt"));
 }
 
-TEST_F(Frames, WarningsOutliveTheRunThatGaveThem) {
+TEST_F(Frames, WarningsOfInterruptedRun_AreKept) {
   behaviour().warned_frames = {1, 2, 5};
   behaviour().before_frame = [](int at) {
     if (at == 3) {
@@ -124,7 +124,7 @@ TEST_F(Frames, WarningsOutliveTheRunThatGaveThem) {
             report.manifest.warnings);
 }
 
-TEST_F(Frames, OfVeryManyWarningsTheLastSaysHowMany) {
+TEST_F(Frames, TooManyWarnings_EndWithACount) {
   behaviour().frame_ids.resize(1003);
   std::iota(behaviour().frame_ids.begin(), behaviour().frame_ids.end(), 0);
   behaviour().warned_frames = behaviour().frame_ids;
@@ -134,7 +134,7 @@ TEST_F(Frames, OfVeryManyWarningsTheLastSaysHowMany) {
   EXPECT_EQ(warnings.front(), "frame 0 is doubtful");
 }
 
-TEST_F(Frames, AnInterruptedRunGoesOnAtTheFrame) {
+TEST_F(Frames, InterruptedRun_ResumesAtTheFrame) {
   die_at(3);
   EXPECT_EQ(plan().state, StagePlan::State::Resume);
   EXPECT_EQ(plan().frames_kept, 3);
@@ -143,7 +143,7 @@ TEST_F(Frames, AnInterruptedRunGoesOnAtTheFrame) {
   EXPECT_EQ(result(), kAll);
 }
 
-TEST_F(Frames, AFailureInTheEndKeepsEveryFrame) {
+TEST_F(Frames, FailureAfterLastFrame_KeepsEveryFrame) {
   die_at(8);
   std::filesystem::create_directories(plan().staging_folder / "all.txt");  // in the way
   std::ofstream(plan().staging_folder / "all.txt/x") << "x";
@@ -154,7 +154,7 @@ TEST_F(Frames, AFailureInTheEndKeepsEveryFrame) {
   EXPECT_THAT(behaviour().written, IsEmpty());
 }
 
-TEST_F(Frames, ADamagedFrameIsDoneAgain) {
+TEST_F(Frames, DamagedFrame_IsRedone) {
   die_at(3);
   std::ofstream(plan().staging_folder / "frames/000001.txt") << "frame x";
   run(request());
@@ -162,7 +162,7 @@ TEST_F(Frames, ADamagedFrameIsDoneAgain) {
   EXPECT_EQ(result(), kAll);
 }
 
-TEST_F(Frames, ACutFrameIsDoneAgain) {
+TEST_F(Frames, TruncatedFrame_IsRedone) {
   die_at(3);
   std::filesystem::resize_file(plan().staging_folder / "frames/000000.txt", 3);
   run(request());
@@ -170,14 +170,14 @@ TEST_F(Frames, ACutFrameIsDoneAgain) {
   EXPECT_EQ(result(), kAll);
 }
 
-TEST_F(Frames, AMissingFrameIsDoneAgain) {
+TEST_F(Frames, MissingFrame_IsRedone) {
   die_at(3);
   std::filesystem::remove(plan().staging_folder / "frames/000002.txt");
   run(request());
   EXPECT_THAT(behaviour().written, ElementsAre(2, 3, 5, 8));
 }
 
-TEST_F(Frames, AFrameThatIsALinkIsDoneAgain) {
+TEST_F(Frames, FrameThatIsALink_IsRedone) {
   die_at(3);
   const std::filesystem::path frame = plan().staging_folder / "frames/000002.txt";
   std::filesystem::rename(frame, root_ / "elsewhere");
@@ -186,14 +186,14 @@ TEST_F(Frames, AFrameThatIsALinkIsDoneAgain) {
   EXPECT_THAT(behaviour().written, ElementsAre(2, 3, 5, 8));
 }
 
-TEST_F(Frames, AFrameThatNoLogNamesIsDoneAgain) {
+TEST_F(Frames, UnloggedFrame_IsRedone) {
   die_at(1);
   std::ofstream(plan().staging_folder / "frames/000005.txt") << "frame 5";
   run(request());
   EXPECT_THAT(behaviour().written, ElementsAre(1, 2, 3, 5, 8));
 }
 
-TEST_F(Frames, ATornLogLosesOneFrame) {
+TEST_F(Frames, TornLog_LosesOneFrame) {
   die_at(3);
   for (const auto& entry : std::filesystem::directory_iterator(plan().staging_folder)) {
     if (is_frame_log_name(entry.path().filename().string())) {
@@ -205,7 +205,7 @@ TEST_F(Frames, ATornLogLosesOneFrame) {
   EXPECT_EQ(result(), kAll);
 }
 
-TEST_F(Frames, LinesThatAreNoRecordsAreLeftOut) {
+TEST_F(Frames, NonRecordLogLines_AreIgnored) {
   die_at(2);
   const std::string digest = hex(sha256("frame 5"));
   std::ofstream log(plan().staging_folder / ".frames-abcdef.jsonl");
@@ -227,7 +227,7 @@ TEST_F(Frames, LinesThatAreNoRecordsAreLeftOut) {
   EXPECT_THAT(behaviour().written, ElementsAre(2, 3, 5, 8));
 }
 
-TEST_F(Frames, ALogThatNamesFramesOfOthersIsNotTrusted) {
+TEST_F(Frames, LogNamingForeignFrames_IsNotTrusted) {
   die_at(2);
   std::ofstream(plan().staging_folder / "frames/000004.txt") << "frame 4";
   std::ofstream(plan().staging_folder / ".frames-abcdef.jsonl")
@@ -238,7 +238,7 @@ TEST_F(Frames, ALogThatNamesFramesOfOthersIsNotTrusted) {
   EXPECT_EQ(read_manifest(run(request()).plan.result_folder, "frames").outputs.size(), 7u);
 }
 
-TEST_F(Frames, OfAResultThatIsThereAllFramesAreDone) {
+TEST_F(Frames, FinishedResult_CountsAllFramesDone) {
   run(request());
   const StageReport again = run(request());
   EXPECT_EQ(again.end, End::AlreadyDone);
@@ -246,7 +246,7 @@ TEST_F(Frames, OfAResultThatIsThereAllFramesAreDone) {
   EXPECT_EQ(again.frames_total, 6);
 }
 
-TEST_F(Frames, TemporaryFilesDoNotStay) {
+TEST_F(Frames, TemporaryFiles_AreRemoved) {
   die_at(3);
   std::ofstream(plan().staging_folder / "frames/.atelier-abcdef.tmp") << "half";
   const StageReport report = run(request());
@@ -254,7 +254,7 @@ TEST_F(Frames, TemporaryFilesDoNotStay) {
   EXPECT_EQ(run(request()).end, End::AlreadyDone);
 }
 
-TEST_F(Frames, ForceStartsOver) {
+TEST_F(Frames, Force_StartsOver) {
   die_at(3);
   StageRequest what = request();
   what.force = true;
@@ -262,7 +262,7 @@ TEST_F(Frames, ForceStartsOver) {
   EXPECT_THAT(behaviour().written, ElementsAre(0, 1, 2, 3, 5, 8));
 }
 
-TEST_F(Frames, ForceOfARangeRedoesTheRangeAlone) {
+TEST_F(Frames, ForceWithRange_RedoesOnlyTheRange) {
   die_at(5);
   StageRequest what = request(range(0, 2));
   what.force = true;
@@ -273,7 +273,7 @@ TEST_F(Frames, ForceOfARangeRedoesTheRangeAlone) {
   EXPECT_THAT(behaviour().written, ElementsAre(5, 8));
 }
 
-TEST_F(Frames, ASplitForceIsPartialUntilItsLastRun) {
+TEST_F(Frames, ForceWithShards_IsPartialUntilTheLastShard) {
   run(request());
   behaviour() = {};
   StageRequest first = request(shard(0, 2));
@@ -294,7 +294,7 @@ TEST_F(Frames, ASplitForceIsPartialUntilItsLastRun) {
   EXPECT_EQ(run(request()).plan.frames_kept, 0);
 }
 
-TEST_F(Frames, AnInterruptedRunOfOtherOptionsIsNotMixedIn) {
+TEST_F(Frames, InterruptedRunOfOtherOptions_IsNotMixedIn) {
   die_at(3);
   StageRequest what = request();
   ASSERT_EQ(set_option(what.options.table, "scale", "2"), "");
@@ -303,7 +303,7 @@ TEST_F(Frames, AnInterruptedRunOfOtherOptionsIsNotMixedIn) {
   EXPECT_EQ(plan().frames_kept, 3) << "that of the first is kept";
 }
 
-TEST_F(Frames, RangesAddUp) {
+TEST_F(Frames, FrameRanges_AddUp) {
   StageReport report = run(request(range(0, 3)));
   EXPECT_EQ(report.end, End::Partial);
   EXPECT_EQ(report.frames_done, 3);
@@ -315,7 +315,7 @@ TEST_F(Frames, RangesAddUp) {
   EXPECT_THAT(behaviour().written, ElementsAre(0, 1, 2, 5, 8, 3));
 }
 
-TEST_F(Frames, ShardsAddUpToTheSameResult) {
+TEST_F(Frames, Shards_AddUpToTheSameResult) {
   run(request());
   const auto whole = read_manifest(run(request()).plan.result_folder, "frames").outputs;
   std::filesystem::remove_all(root_ / "work");
@@ -329,12 +329,12 @@ TEST_F(Frames, ShardsAddUpToTheSameResult) {
   }
 }
 
-TEST_F(Frames, AShardAfterTheCommitIsDone) {
+TEST_F(Frames, ShardAfterCommit_IsAlreadyDone) {
   run(request());
   EXPECT_EQ(run(request(shard(1, 3))).end, End::AlreadyDone);
 }
 
-TEST_F(Frames, ManyJobsGiveTheSameResult) {
+TEST_F(Frames, ManyJobs_GiveTheSameResult) {
   behaviour().frame_ids.clear();
   for (int i = 0; i < 50; ++i) {
     behaviour().frame_ids.push_back(3 * i);
@@ -347,7 +347,7 @@ TEST_F(Frames, ManyJobsGiveTheSameResult) {
   EXPECT_EQ(report.manifest.outputs.size(), 51u);
 }
 
-TEST_F(Frames, TheFirstErrorByFrameIsReportedAndTheRestKept) {
+TEST_F(Frames, SeveralErrors_ReportFirstFrameAndKeepTheRest) {
   behaviour().before_frame = [](int at) {
     if (at == 2 || at == 5) {
       throw DataError("frame " + std::to_string(at), "", "bad", "good");
@@ -364,18 +364,18 @@ TEST_F(Frames, TheFirstErrorByFrameIsReportedAndTheRestKept) {
   EXPECT_EQ(plan().frames_kept, 2);
 }
 
-TEST_F(Frames, ARunWithoutAFinishedFrameLeavesNothing) {
+TEST_F(Frames, RunWithoutFinishedFrame_LeavesNothing) {
   die_at(0);
   EXPECT_FALSE(std::filesystem::exists(root_ / "work"));
 }
 
-TEST_F(Frames, AShardWithoutAFinishedFrameLeavesNothing) {
+TEST_F(Frames, ShardWithoutFinishedFrame_LeavesNothing) {
   behaviour().before_frame = [](int) { throw DataError("frame", "", "bad", "good"); };
   EXPECT_THROW(run(request(range(0, 3))), DataError);
   EXPECT_FALSE(std::filesystem::exists(root_ / "work"));
 }
 
-TEST_F(Frames, AFailingDiskSaysWhatIsKeptAndNamesTheFrame) {
+TEST_F(Frames, DiskError_NamesTheFrameAndWhatIsKept) {
   Stage clumsy = stage_;
   clumsy.run = [](StageRun& run) {
     run.each_frame("f", ".t", {0, 1, 2}, [](int frame_id, const std::filesystem::path& file) {
@@ -394,7 +394,7 @@ TEST_F(Frames, AFailingDiskSaysWhatIsKeptAndNamesTheFrame) {
   }
 }
 
-TEST_F(Frames, StopsBetweenFramesAndGoesOn) {
+TEST_F(Frames, StopBetweenFrames_CanBeResumed) {
   StageEvents events;
   events.stop = [] { return behaviour().written.size() == 3; };
   const StageReport report = run(request(), events);
@@ -404,7 +404,7 @@ TEST_F(Frames, StopsBetweenFramesAndGoesOn) {
   EXPECT_THAT(behaviour().written, ElementsAre(0, 1, 2, 3, 5, 8));
 }
 
-TEST_F(Frames, ProgressCountsWhatWasThereBefore) {
+TEST_F(Frames, Progress_CountsEarlierFrames) {
   die_at(3);
   std::vector<std::int64_t> done;
   StageEvents events;
@@ -418,7 +418,7 @@ TEST_F(Frames, ProgressCountsWhatWasThereBefore) {
   EXPECT_THAT(done, ElementsAre(4, 5, 6));
 }
 
-TEST_F(Frames, WhatIsCountedInFrontOfTheFirstIsNotTheirTime) {
+TEST_F(Frames, WorkBeforeFirstFrame_IsNotInFrameTime) {
   behaviour().reports = [](StageRun& run) {
     run.progress(0, 1, "steps");
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
@@ -438,12 +438,12 @@ TEST_F(Frames, WhatIsCountedInFrontOfTheFirstIsNotTheirTime) {
   EXPECT_LT(seconds, 0.05);
 }
 
-TEST_F(Frames, RefusesASelectionOfNoFrame) {
+TEST_F(Frames, SelectionWithoutFrame_IsRefused) {
   EXPECT_THROW(run(request(range(100, 200))), DataError);
   EXPECT_FALSE(std::filesystem::exists(root_ / "work"));
 }
 
-TEST_F(Frames, AShardWithoutAFrameLeavesTheRestToOthers) {
+TEST_F(Frames, ShardWithoutFrame_LeavesTheRestToOthers) {
   std::vector<std::string> said;
   StageEvents events;
   events.say = [&](const std::string& line) { said.push_back(line); };
@@ -454,7 +454,7 @@ TEST_F(Frames, AShardWithoutAFrameLeavesTheRestToOthers) {
   EXPECT_FALSE(std::filesystem::exists(root_ / "work"));
 }
 
-TEST_F(Frames, RefusesWithoutSpaceForFrames) {
+TEST_F(Frames, TooLittleDiskSpace_IsRefused) {
   Stage greedy = stage_;
   greedy.run = [](StageRun& run) {
     run.each_frame(
@@ -463,7 +463,7 @@ TEST_F(Frames, RefusesWithoutSpaceForFrames) {
   EXPECT_THROW(run_stage(kTestStages, greedy, request()), EnvironmentError);
 }
 
-TEST_F(Frames, RefusesMoreFramesThanAManifestNames) {
+TEST_F(Frames, MoreFramesThanManifestHolds_IsRefused) {
   std::vector<int>& frame_ids = behaviour().frame_ids;
   frame_ids.resize(static_cast<std::size_t>(kMaxFiles) + 1);
   std::iota(frame_ids.begin(), frame_ids.end(), 0);
@@ -477,13 +477,13 @@ TEST_F(Frames, RefusesMoreFramesThanAManifestNames) {
   EXPECT_THAT(behaviour().written, IsEmpty());
 }
 
-TEST_F(Frames, RefusesAnUnfinishedFrame) {
+TEST_F(Frames, UnfinishedFrameFile_IsRefused) {
   Stage hasty = stage_;
   hasty.run = [](StageRun& run) { run.frame_file(7); };
   EXPECT_THROW(run_stage(kTestStages, hasty, request()), LogicError);
 }
 
-TEST_F(Frames, RefusesAFrameWiseStageWithoutFrames) {
+TEST_F(Frames, FramewiseStageWithoutFrames_IsRefused) {
   Stage hasty = stage_;
   hasty.run = [](StageRun&) {};
   EXPECT_THROW(run_stage(kTestStages, hasty, request()), LogicError);
@@ -514,7 +514,7 @@ class SideBySide : public Frames {
   }
 };
 
-TEST_F(SideBySide, TheSameWorkTwiceIsRefused) {
+TEST_F(SideBySide, SameWorkTwice_IsRefused) {
   std::string message;
   EXPECT_EQ(run_around(request(), 2, [&] { message = refusal(request()); }).end, End::Done);
   EXPECT_THAT(message, HasSubstr("another run is working on 'frames' here"));
@@ -522,37 +522,37 @@ TEST_F(SideBySide, TheSameWorkTwiceIsRefused) {
   EXPECT_EQ(result(), kAll);
 }
 
-TEST_F(SideBySide, AShardBesideTheWholeIsRefused) {
+TEST_F(SideBySide, ShardBesideWholeRun_IsRefused) {
   std::string message;
   run_around(request(), 2, [&] { message = refusal(request(shard(0, 2))); });
   EXPECT_THAT(message, HasSubstr("another run is working on 'frames' here"));
 }
 
-TEST_F(SideBySide, TheWholeBesideAShardIsRefused) {
+TEST_F(SideBySide, WholeRunBesideShard_IsRefused) {
   std::string message;
   run_around(request(shard(0, 2)), 2, [&] { message = refusal(request()); });
   EXPECT_THAT(message, HasSubstr("another run is working on 'frames' here"));
 }
 
-TEST_F(SideBySide, TheSameShardTwiceIsRefused) {
+TEST_F(SideBySide, SameShardTwice_IsRefused) {
   std::string message;
   run_around(request(shard(0, 2)), 2, [&] { message = refusal(request(shard(0, 2))); });
   EXPECT_THAT(message, HasSubstr("another run is working on some of these frames"));
 }
 
-TEST_F(SideBySide, ShardsThatOverlapAreRefused) {
+TEST_F(SideBySide, OverlappingShards_AreRefused) {
   std::string message;
   run_around(request(shard(0, 2)), 2, [&] { message = refusal(request(shard(0, 3))); });
   EXPECT_THAT(message, HasSubstr("another run is working on some of these frames"));
 }
 
-TEST_F(SideBySide, RangesThatOverlapAreRefused) {
+TEST_F(SideBySide, OverlappingRanges_AreRefused) {
   std::string message;
   run_around(request(range(0, 3)), 2, [&] { message = refusal(request(range(2, 6))); });
   EXPECT_THAT(message, HasSubstr("another run is working on some of these frames"));
 }
 
-TEST_F(SideBySide, DisjointShardsWorkTogetherAndTheLastCommits) {
+TEST_F(SideBySide, DisjointShards_RunTogetherAndLastCommits) {
   End inner = End::Stopped;
   const StageReport outer =
       run_around(request(shard(0, 2)), 2, [&] { inner = run(request(shard(1, 2))).end; });
@@ -561,7 +561,7 @@ TEST_F(SideBySide, DisjointShardsWorkTogetherAndTheLastCommits) {
   EXPECT_EQ(result(), kAll);
 }
 
-TEST_F(SideBySide, AShardThatFailsLeavesTheFramesOfOthers) {
+TEST_F(SideBySide, FailingShard_KeepsFramesOfOthers) {
   behaviour().before_frame = [this](int at) {
     if (at == 1) {
       throw DataError("frame", "", "bad", "good");
@@ -578,7 +578,7 @@ TEST_F(SideBySide, AShardThatFailsLeavesTheFramesOfOthers) {
   EXPECT_EQ(result(), kAll);
 }
 
-TEST_F(SideBySide, DisjointRangesWorkTogether) {
+TEST_F(SideBySide, DisjointRanges_RunTogether) {
   End inner = End::Stopped;
   const StageReport outer =
       run_around(request(range(0, 3)), 2, [&] { inner = run(request(range(3, 9))).end; });
@@ -587,7 +587,7 @@ TEST_F(SideBySide, DisjointRangesWorkTogether) {
   EXPECT_EQ(result(), kAll);
 }
 
-TEST_F(SideBySide, ManyShardsInThreadsCommitOnce) {
+TEST_F(SideBySide, ManyShardsInThreads_CommitOnce) {
   behaviour().frame_ids.clear();
   for (int i = 0; i < 40; ++i) {
     behaviour().frame_ids.push_back(i);
@@ -611,7 +611,7 @@ TEST_F(SideBySide, ManyShardsInThreadsCommitOnce) {
       StageStatus::State::Done);
 }
 
-TEST_F(SideBySide, StatusSeesARunAndItsFrames) {
+TEST_F(SideBySide, Status_ShowsRunningStageAndItsFrames) {
   StageStatus status;
   run_around(request(), 2,
              [&] { status = status_of(workspace_status(kTestStages, root_ / "work"), "frames"); });

@@ -42,12 +42,12 @@ class GarbageTest : public ::testing::Test {
   TemporaryDirectory root_;
 };
 
-TEST_F(GarbageTest, NothingToRemove) {
+TEST_F(GarbageTest, CurrentResultOnly_IsNoGarbage) {
   run("a");
   EXPECT_THAT(collect(), IsEmpty());
 }
 
-TEST_F(GarbageTest, RemovesOlderResultsAndKeepsTheCurrent) {
+TEST_F(GarbageTest, OlderResults_AreRemovedAndCurrentIsKept) {
   const auto first = run("a");
   const auto second = run("b");
   const auto dry = collect(true);
@@ -63,7 +63,7 @@ TEST_F(GarbageTest, RemovesOlderResultsAndKeepsTheCurrent) {
   EXPECT_TRUE(std::filesystem::exists(second));
 }
 
-TEST_F(GarbageTest, RemovesUnfinishedWork) {
+TEST_F(GarbageTest, UnfinishedWork_IsRemoved) {
   run("a");
   std::filesystem::create_directories(count() / ".staging-0123456789abcdef/frames");
   std::filesystem::create_directories(count() / ".replaced-0123456789abcdef");
@@ -72,7 +72,7 @@ TEST_F(GarbageTest, RemovesUnfinishedWork) {
   EXPECT_THAT(collect(), IsEmpty());
 }
 
-TEST_F(GarbageTest, LeavesWhatNoStageMade) {
+TEST_F(GarbageTest, UnknownFiles_AreLeftAlone) {
   run("a");
   std::ofstream(root_ / "work/notes.txt") << "x";
   std::filesystem::create_directories(root_ / "work/other/0123456789abcdef");
@@ -81,14 +81,14 @@ TEST_F(GarbageTest, LeavesWhatNoStageMade) {
   EXPECT_THAT(collect(), IsEmpty());
 }
 
-TEST_F(GarbageTest, LeavesEverythingWithoutACurrentResult) {
+TEST_F(GarbageTest, NoCurrentResult_LeavesEverything) {
   const auto first = run("a");
   std::filesystem::remove(count() / "current");
   EXPECT_THAT(collect(), IsEmpty());
   EXPECT_TRUE(std::filesystem::exists(first));
 }
 
-TEST_F(GarbageTest, LeavesARunningStage) {
+TEST_F(GarbageTest, RunningStage_IsLeftAlone) {
   const auto first = run("a");
   run("b");
   const auto lock = FileLock::try_lock(count() / ".lock", FileLock::Mode::Shared);
@@ -102,7 +102,7 @@ TEST_F(GarbageTest, LeavesARunningStage) {
   EXPECT_TRUE(std::filesystem::exists(first));
 }
 
-TEST_F(GarbageTest, LeavesAResultThatIsBeingRead) {
+TEST_F(GarbageTest, ResultBeingRead_IsLeftAlone) {
   const auto first = run("a");
   run("b");
   const auto lock = FileLock::try_lock_folder(first, FileLock::Mode::Shared);
@@ -111,7 +111,7 @@ TEST_F(GarbageTest, LeavesAResultThatIsBeingRead) {
   EXPECT_TRUE(std::filesystem::exists(first));
 }
 
-TEST_F(GarbageTest, DoesNotFollowLinks) {
+TEST_F(GarbageTest, Links_AreNotFollowed) {
   run("a");
   std::filesystem::create_directories(root_ / "precious");
   std::ofstream(root_ / "precious/x") << "x";
@@ -124,7 +124,7 @@ TEST_F(GarbageTest, DoesNotFollowLinks) {
   EXPECT_TRUE(std::filesystem::exists(root_ / "precious/x"));
 }
 
-TEST_F(GarbageTest, LeavesFoldersThatOnlyLookLikeWork) {
+TEST_F(GarbageTest, FoldersThatResembleWork_AreLeftAlone) {
   run("a");
   for (const char* name : {".staging-mine", ".staging-", ".replaced-old",
                            ".staging-0123456789ABCDEF", ".staging-0123456789abcdef0"}) {
@@ -135,7 +135,7 @@ TEST_F(GarbageTest, LeavesFoldersThatOnlyLookLikeWork) {
   EXPECT_THAT(workspace_status(kTestStages, root_ / "work")[0].unfinished, IsEmpty());
 }
 
-TEST_F(GarbageTest, LeavesOlderResultsBesideADamagedOne) {
+TEST_F(GarbageTest, OlderResultBesideDamagedOne_IsKept) {
   const auto first = run("a");
   const auto second = run("b");
   for (const char* damage : {"bytes", "size", "manifest", "all"}) {
@@ -156,7 +156,7 @@ TEST_F(GarbageTest, LeavesOlderResultsBesideADamagedOne) {
   EXPECT_EQ(collect().size(), 1u) << "a sound one is there again";
 }
 
-TEST_F(GarbageTest, RefusesAFolderInWhichNoStageHasRun) {
+TEST_F(GarbageTest, FolderWithoutStages_IsRefused) {
   try {
     collect_garbage(kTestStages, root_ / "in", true);
     FAIL() << "it looked for garbage in any folder";
@@ -165,25 +165,25 @@ TEST_F(GarbageTest, RefusesAFolderInWhichNoStageHasRun) {
   }
 }
 
-TEST_F(GarbageTest, RefusesAWorkspaceThatIsNone) {
+TEST_F(GarbageTest, MissingWorkspaceOrFile_IsRefused) {
   EXPECT_THROW(collect_garbage(kTestStages, root_ / "nothing", true), DataError);
   std::ofstream(root_ / "file") << "x";
   EXPECT_THROW(collect_garbage(kTestStages, root_ / "file", true), DataError);
 }
 
-TEST_F(GarbageTest, RefusesAStageFolderThatIsALink) {
+TEST_F(GarbageTest, StageFolderThatIsALink_IsRefused) {
   run("a");
   std::filesystem::rename(count(), root_ / "away");
   std::filesystem::create_directory_symlink(root_ / "away", count());
   EXPECT_THROW(collect(), DataError);
 }
 
-TEST_F(GarbageTest, StatusOfWhatIsNoWorkspace) {
+TEST_F(GarbageTest, StatusOfNonWorkspace_IsDataError) {
   EXPECT_THROW(workspace_status(kTestStages, root_ / "nothing"), DataError);
   EXPECT_THROW(workspace_status(kTestStages, root_ / "in"), DataError);
 }
 
-TEST_F(GarbageTest, StatusWithoutACurrentResult) {
+TEST_F(GarbageTest, StatusWithoutCurrentResult_IsNoneOrUnfinished) {
   std::filesystem::create_directories(count() / "0123456789abcdef");
   std::filesystem::create_directories(root_ / "work/frames/.staging-0123456789abcdef");
   const auto status = workspace_status(kTestStages, root_ / "work");
@@ -193,7 +193,7 @@ TEST_F(GarbageTest, StatusWithoutACurrentResult) {
   EXPECT_EQ(status_of(status, "frames").state, StageStatus::State::Unfinished);
 }
 
-TEST_F(GarbageTest, StatusOfADamagedManifest) {
+TEST_F(GarbageTest, StatusOfDamagedManifest_IsDamaged) {
   const auto result = run("a");
   std::ofstream(result / "manifest.json") << "{";
   const auto status = workspace_status(kTestStages, root_ / "work");
@@ -202,14 +202,14 @@ TEST_F(GarbageTest, StatusOfADamagedManifest) {
   EXPECT_EQ(status[0].findings[0].code, "manifest-damaged");
 }
 
-TEST_F(GarbageTest, StatusCountsOlderResults) {
+TEST_F(GarbageTest, Status_CountsOlderResults) {
   run("a");
   run("b");
   run("c");
   EXPECT_EQ(workspace_status(kTestStages, root_ / "work")[0].older_results, 2);
 }
 
-TEST_F(GarbageTest, StatusChangesNothing) {
+TEST_F(GarbageTest, Status_ChangesNothing) {
   run("a");
   std::filesystem::remove(count() / ".lock");
   workspace_status(kTestStages, root_ / "work", Check::Digests);
@@ -218,7 +218,7 @@ TEST_F(GarbageTest, StatusChangesNothing) {
 
 // --- what status and keys stand on
 
-TEST_F(GarbageTest, InputDigestSeesNamesAndBytes) {
+TEST_F(GarbageTest, InputDigest_DependsOnNamesAndBytes) {
   const Digest before = digest_of_input(root_ / "in").digest;
   EXPECT_EQ(digest_of_input(root_ / "in").digest, before);
   std::filesystem::rename(root_ / "in/a.txt", root_ / "in/b.txt");
@@ -229,7 +229,7 @@ TEST_F(GarbageTest, InputDigestSeesNamesAndBytes) {
   EXPECT_NE(digest_of_input(root_ / "in").digest, before);
 }
 
-TEST_F(GarbageTest, InputDigestOfWhatSpeaksOfConsentSeesIt) {
+TEST_F(GarbageTest, InputDigest_IncludesConsentOnlyWhereKeyed) {
   const auto digest = [&](ConsentPart part) { return digest_of_input(root_ / "in", {}, part); };
   const InputDigest apart = digest(ConsentPart::Apart);
   const InputDigest keyed = digest(ConsentPart::Keyed);
@@ -241,7 +241,7 @@ TEST_F(GarbageTest, InputDigestOfWhatSpeaksOfConsentSeesIt) {
   EXPECT_NE(stamp_of_input(root_ / "in", ConsentPart::Keyed), keyed.stamp);
 }
 
-TEST(WithoutConsent, LeavesOutItsTablesAlone) {
+TEST(WithoutConsent, ConsentTables_AreTheOnlyTextRemoved) {
   const std::string tables = "[[consent]]\nwho = 'P'\n\n  [ consent ] # theirs\nwho = 'Q'\n\n";
   EXPECT_EQ(without_consent("fps = 3\n\n" + tables + "[camera]\nx = 1\n"),
             "fps = 3\n\n[camera]\nx = 1\n");
@@ -255,13 +255,13 @@ TEST(WithoutConsent, LeavesOutItsTablesAlone) {
   }
 }
 
-TEST_F(GarbageTest, InputDigestOfAFileDoesNotDependOnItsName) {
+TEST_F(GarbageTest, InputDigestOfFile_IgnoresItsName) {
   std::ofstream(root_ / "b.txt") << "3";
   EXPECT_EQ(digest_of_input(root_ / "in/a.txt").digest, digest_of_input(root_ / "b.txt").digest);
   EXPECT_NE(digest_of_input(root_ / "in").digest, digest_of_input(root_ / "b.txt").digest);
 }
 
-TEST_F(GarbageTest, DigestingAsksWhetherToStop) {
+TEST_F(GarbageTest, Digesting_PollsForStop) {
   std::filesystem::resize_file(root_ / "in/a.txt", 8 << 20);
   int asked = 0;
   StageEvents events;
@@ -273,7 +273,7 @@ TEST_F(GarbageTest, DigestingAsksWhetherToStop) {
   EXPECT_EQ(asked, 18);
 }
 
-TEST_F(GarbageTest, DigestingTellsHowFarItIs) {
+TEST_F(GarbageTest, Digesting_ReportsProgress) {
   std::vector<StageProgress> told;
   StageEvents events;
   events.progress = [&](const StageProgress& progress) { told.push_back(progress); };
@@ -293,7 +293,7 @@ TEST_F(GarbageTest, DigestingTellsHowFarItIs) {
   EXPECT_EQ(told.size(), 2u);
 }
 
-TEST_F(GarbageTest, StampSeesATouch) {
+TEST_F(GarbageTest, InputStamp_ChangesWithModificationTime) {
   const Digest before = stamp_of_input(root_ / "in");
   EXPECT_EQ(stamp_of_input(root_ / "in"), before);
   std::filesystem::last_write_time(
@@ -302,7 +302,7 @@ TEST_F(GarbageTest, StampSeesATouch) {
   EXPECT_EQ(digest_of_input(root_ / "in").digest, digest_of_input(root_ / "in").digest);
 }
 
-TEST_F(GarbageTest, FileDigestRefusesLinksFoldersAndNothing) {
+TEST_F(GarbageTest, DigestOfLinkOrFolder_IsRefused) {
   std::filesystem::create_symlink(root_ / "in/a.txt", root_ / "link");
   EXPECT_THROW(digest_of_file(root_ / "link"), DataError);
   EXPECT_THROW(digest_of_file(root_ / "in"), DataError);
@@ -311,7 +311,7 @@ TEST_F(GarbageTest, FileDigestRefusesLinksFoldersAndNothing) {
   EXPECT_EQ(digest_of_file(root_ / "in/a.txt").digest, sha256("3"));
 }
 
-TEST_F(GarbageTest, LocksExcludeAndShare) {
+TEST_F(GarbageTest, FileLocks_ExcludeAndShare) {
   const auto path = root_ / "lock";
   auto shared = FileLock::try_lock(path, FileLock::Mode::Shared);
   ASSERT_TRUE(shared);
@@ -323,7 +323,7 @@ TEST_F(GarbageTest, LocksExcludeAndShare) {
   EXPECT_FALSE(FileLock::try_lock(path, FileLock::Mode::Shared));
 }
 
-TEST_F(GarbageTest, LooksAtLocksWithoutMakingThem) {
+TEST_F(GarbageTest, LockQuery_DoesNotCreateTheLock) {
   const auto path = root_ / "lock";
   EXPECT_FALSE(FileLock::is_held(path));
   EXPECT_FALSE(std::filesystem::exists(path));
@@ -334,7 +334,7 @@ TEST_F(GarbageTest, LooksAtLocksWithoutMakingThem) {
   EXPECT_FALSE(FileLock::is_held(path));
 }
 
-TEST_F(GarbageTest, FrameLocksExcludeByFrame) {
+TEST_F(GarbageTest, FrameLocks_ExcludeByFrame) {
   const auto path = root_ / "frames";
   auto first = FrameLock::try_lock(path, {5, 1, 2, 3});
   ASSERT_TRUE(first);
@@ -350,7 +350,7 @@ TEST_F(GarbageTest, FrameLocksExcludeByFrame) {
   EXPECT_TRUE(FrameLock::try_lock(path, {1, 2, 3, 4, 5}));
 }
 
-TEST_F(GarbageTest, LocksRefuseLinksAndFolders) {
+TEST_F(GarbageTest, LockOnLinkOrFolder_IsRefused) {
   std::filesystem::create_symlink(root_ / "in/a.txt", root_ / "link");
   EXPECT_THROW(FileLock::try_lock(root_ / "link", FileLock::Mode::Shared), EnvironmentError);
   EXPECT_THROW(FileLock::try_lock(root_ / "in", FileLock::Mode::Shared), EnvironmentError);

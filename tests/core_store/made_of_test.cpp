@@ -33,7 +33,7 @@ class MadeOf : public ::testing::Test {
   TemporaryDirectory root_;
 };
 
-TEST_F(MadeOf, AnInputIsKnownHoweverItsPathIsWritten) {
+TEST_F(MadeOf, InputPath_IsRecognizedHoweverWritten) {
   fs::create_directory_symlink(work() / "scene", root_ / "link");
   const fs::path relative = fs::relative(work() / "scene");
   ASSERT_TRUE(relative.is_relative());
@@ -48,13 +48,13 @@ TEST_F(MadeOf, AnInputIsKnownHoweverItsPathIsWritten) {
   EXPECT_EQ(behind(work(), work()), "");
 }
 
-TEST_F(MadeOf, OneFileOfTheFolderIsMadeOfTheSame) {
+TEST_F(MadeOf, FileOfStageResult_HasTheSameOrigin) {
   EXPECT_EQ(behind(work(), work() / "scene" / "body.obj"), made_);
   EXPECT_EQ(behind(work(), work() / "scene" / ".." / "scene" / "body.obj"), made_);
   EXPECT_EQ(behind(work(), work() / "scene" / "mine.obj"), "") << "somebody put it there";
 }
 
-TEST_F(MadeOf, AResultThatIsGoneIsKnownByItsPlace) {
+TEST_F(MadeOf, RemovedResult_IsRecognizedByItsPath) {
   const fs::path gone = work() / "template" / "0123456789abcdef";
   for (const fs::path& input : {gone, gone / "", gone / "garments" / "upper.obj",
                                 work() / "scene" / ".." / "template" / "0123456789abcdef"}) {

@@ -62,7 +62,7 @@ std::string refusal(const std::string& text) {
   return "it was read";
 }
 
-TEST(Manifest, RoundTrip) {
+TEST(Manifest, Manifest_RoundTrips) {
   const Manifest manifest = example();
   const Manifest again = parse_manifest(manifest_text(manifest));
   EXPECT_EQ(manifest_text(again), manifest_text(manifest));
@@ -78,7 +78,7 @@ TEST(Manifest, RoundTrip) {
   EXPECT_EQ(again.inputs[0].files, 12);
 }
 
-TEST(Manifest, OfBeforeThereWereWarningsIsRead) {
+TEST(Manifest, ManifestOfVersionOne_IsReadWithoutWarnings) {
   const std::string text = changed([](auto& j) {
     j["schema_version"] = 1;
     j.erase("warnings");
@@ -92,7 +92,7 @@ TEST(Manifest, OfBeforeThereWereWarningsIsRead) {
               HasSubstr("schema_version: 0"));
 }
 
-TEST(Manifest, MoreWarningsThanAMostAreRefused) {
+TEST(Manifest, TooManyWarnings_AreRefused) {
   const auto with = [](std::size_t count) {
     return changed([&](auto& j) { j["warnings"] = std::vector<std::string>(count, "w"); });
   };
@@ -100,7 +100,7 @@ TEST(Manifest, MoreWarningsThanAMostAreRefused) {
   EXPECT_THAT(refusal(with(kMaxWarnings + 1)), HasSubstr("at most 1000"));
 }
 
-TEST(Manifest, KeyDependsOnEachPart) {
+TEST(Manifest, Key_DependsOnEachPart) {
   const auto key = [](std::string_view stage, int version, std::string_view device,
                       std::string_view options, const std::string& input, const std::string& kind) {
     return hex(stage_key(stage, version, device, options, {{kind, "p", sha256(input), 1, 1, ""}}));
@@ -115,17 +115,17 @@ TEST(Manifest, KeyDependsOnEachPart) {
   EXPECT_NE(base, key("a", 1, "cpu", "{}", "i", "l"));
 }
 
-TEST(Manifest, PartsOfTheKeyCannotRunIntoEachOther) {
+TEST(Manifest, KeyParts_CannotRunTogether) {
   EXPECT_NE(stage_key("ab", 1, "", "", {}), stage_key("a", 1, "", "b", {}));
   EXPECT_NE(stage_key("a", 11, "", "", {}), stage_key("a", 1, "1", "", {}));
 }
 
-TEST(Manifest, KeyDoesNotDependOnWhereTheInputIs) {
+TEST(Manifest, Key_IgnoresInputLocation) {
   EXPECT_EQ(stage_key("a", 1, "", "{}", {{"k", "/here", sha256("i"), 1, 1, ""}}),
             stage_key("a", 1, "", "{}", {{"k", "/there", sha256("i"), 1, 1, "s"}}));
 }
 
-TEST(Manifest, OutputsDigestDependsOnNamesAndBytes) {
+TEST(Manifest, OutputsDigest_DependsOnNamesAndBytes) {
   Manifest manifest = example();
   const Digest digest = outputs_digest(manifest);
   manifest.finished = "2026-11-21T10:00:09Z";
@@ -137,20 +137,20 @@ TEST(Manifest, OutputsDigestDependsOnNamesAndBytes) {
   EXPECT_NE(outputs_digest(manifest), digest);
 }
 
-TEST(Manifest, RefusesMetricsThatAreNotFinite) {
+TEST(Manifest, NonFiniteMetric_IsRefused) {
   Manifest manifest = example();
   manifest.metrics["area"] = std::nan("");
   EXPECT_THROW(manifest_text(manifest), LogicError);
 }
 
-TEST(Manifest, RefusesEveryTruncation) {
+TEST(Manifest, Truncation_IsRefused) {
   const std::string text = manifest_text(example());
   for (std::size_t size = 0; size + 2 < text.size(); ++size) {
     ASSERT_THROW(parse_manifest(text.substr(0, size)), DataError) << size;
   }
 }
 
-TEST(Manifest, RefusesEveryFlippedBitThatChangesIt) {
+TEST(Manifest, FlippedBit_IsRefused) {
   const std::string text = manifest_text(example());
   const nlohmann::json good = nlohmann::json::parse(text);
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -165,23 +165,23 @@ TEST(Manifest, RefusesEveryFlippedBitThatChangesIt) {
   }
 }
 
-TEST(Manifest, RefusesChangedContent) {
+TEST(Manifest, ChangedContent_IsRefused) {
   std::string text = manifest_text(example());
   text.replace(text.find("\"area\": 1.25"), 12, "\"area\": 1.26");
   EXPECT_THAT(refusal(text), HasSubstr("another digest than that of the content"));
 }
 
-TEST(Manifest, RefusesAnotherSchema) {
+TEST(Manifest, OtherSchema_IsRefused) {
   EXPECT_THAT(refusal(changed([](auto& j) { j["schema"] = "something"; })),
               HasSubstr("schema: 'something'; expected atelier-manifest"));
 }
 
-TEST(Manifest, RefusesANewerSchemaVersion) {
+TEST(Manifest, NewerSchemaVersion_IsRefused) {
   EXPECT_THAT(refusal(changed([](auto& j) { j["schema_version"] = 3; })),
               HasSubstr("a newer atelier wrote it"));
 }
 
-TEST(Manifest, RefusesAStaleKey) {
+TEST(Manifest, StaleKey_IsRefused) {
   EXPECT_THAT(refusal(changed([](auto& j) { j["stage_version"] = 4; })), HasSubstr("another key"));
   EXPECT_THAT(refusal(changed([](auto& j) { j["device"] = "cuda"; })), HasSubstr("another key"));
   EXPECT_THAT(refusal(changed([](auto& j) { j["key"] = std::string(64, '0'); })),
@@ -192,7 +192,7 @@ TEST(Manifest, RefusesAStaleKey) {
               HasSubstr("another key"));
 }
 
-TEST(Manifest, RefusesOptionsThatTheKeyIsNotMadeOf) {
+TEST(Manifest, OptionsNotMatchingKey_AreRefused) {
   EXPECT_THAT(refusal(changed([](auto& j) { j["options"][0]["value"] = 5; })),
               HasSubstr("canonical_options: other values than under options"));
   EXPECT_THAT(refusal(changed([](auto& j) { j["options"][0]["keyed"] = false; })),
@@ -200,7 +200,7 @@ TEST(Manifest, RefusesOptionsThatTheKeyIsNotMadeOf) {
   EXPECT_THAT(refusal(changed([](auto& j) { j["canonical_options"] = "{"; })), HasSubstr("JSON"));
 }
 
-TEST(Manifest, RefusesTwins) {
+TEST(Manifest, DuplicateOptionOrOutput_IsRefused) {
   EXPECT_THAT(refusal(changed([](auto& j) { j["options"].push_back(j["options"][0]); })),
               HasSubstr("each option once"));
   EXPECT_THAT(refusal(changed([](auto& j) { j["outputs"][1]["path"] = "frames/000000.json"; })),
@@ -209,12 +209,12 @@ TEST(Manifest, RefusesTwins) {
               HasSubstr("letter case aside"));
 }
 
-TEST(Manifest, RefusesOutputsOutOfOrder) {
+TEST(Manifest, UnsortedOutputs_AreRefused) {
   EXPECT_THAT(refusal(changed([](auto& j) { std::swap(j["outputs"][0], j["outputs"][1]); })),
               HasSubstr("sorted by path"));
 }
 
-TEST(Manifest, RefusesItselfAsAnOutput) {
+TEST(Manifest, ManifestAsOwnOutput_IsRefused) {
   EXPECT_THAT(refusal(changed([](auto& j) { j["outputs"][1]["path"] = "manifest.json"; })),
               HasSubstr("the manifest itself"));
 }
@@ -227,14 +227,14 @@ INSTANTIATE_TEST_SUITE_P(All, UnsafePath,
                                          "a b", "a\\b", "a\nb", "ä", "a:b", "~/x", "a*", "-/$x",
                                          "C:/x", "..."));
 
-TEST_P(UnsafePath, IsRefused) {
+TEST_P(UnsafePath, UnsafeOutputPath_IsRefused) {
   EXPECT_FALSE(is_safe_output_path(GetParam()));
   const std::string message =
       refusal(changed([](auto& j) { j["outputs"][0]["path"] = GetParam(); }));
   EXPECT_THAT(message, HasSubstr("outputs[0].path"));
 }
 
-TEST(Manifest, RefusesPathsThatAreTooLong) {
+TEST(Manifest, OverlongPath_IsRefused) {
   EXPECT_FALSE(is_safe_output_path(std::string(201, 'a')));
   EXPECT_TRUE(is_safe_output_path(std::string(200, 'a')));
   std::string deep = "a";
@@ -246,7 +246,7 @@ TEST(Manifest, RefusesPathsThatAreTooLong) {
   EXPECT_FALSE(is_safe_output_path(std::string("a\0b", 3)));
 }
 
-TEST(Manifest, AcceptsOrdinaryPaths) {
+TEST(Manifest, OrdinaryPaths_AreAccepted) {
   for (const char* path : {"a", "a/b/c.json", "frames/000012.h5", "A-b_c.1.ply", "a..b"}) {
     EXPECT_TRUE(is_safe_output_path(path)) << path;
   }
@@ -279,7 +279,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadField{"peak_memory_bytes", "1e3"}, BadField{"build", "[]"}, BadField{"finished", "0"},
         BadField{"device", "{}"}, BadField{"schema_version", "1.0"}, BadField{"schema", "[]"}));
 
-TEST_P(WrongField, IsRefusedByName) {
+TEST_P(WrongField, WrongValue_IsRefusedByFieldName) {
   const std::string text =
       changed([](auto& j) { j[GetParam().name] = nlohmann::json::parse(GetParam().json); });
   EXPECT_THAT(refusal(text), HasSubstr(GetParam().name));
@@ -294,12 +294,12 @@ INSTANTIATE_TEST_SUITE_P(All, MissingField,
                                          "started", "finished", "work_seconds",
                                          "peak_memory_bytes"));
 
-TEST_P(MissingField, IsRefusedByName) {
+TEST_P(MissingField, AbsentField_IsRefusedByName) {
   EXPECT_THAT(refusal(changed([](auto& j) { j.erase(GetParam()); })),
               HasSubstr(std::string(GetParam()) + ": nothing; expected this field"));
 }
 
-TEST(Manifest, NamesHalfAMillionOutputs) {
+TEST(Manifest, HalfMillionOutputs_RoundTrip) {
   Manifest manifest = example();
   manifest.outputs.clear();
   constexpr int kOutputs = 500'000;
@@ -315,7 +315,7 @@ TEST(Manifest, NamesHalfAMillionOutputs) {
   EXPECT_EQ(outputs_digest(again), outputs_digest(manifest));
 }
 
-TEST(Manifest, HasRoomForEveryOutputOfAResult) {
+TEST(Manifest, MaximumOutputs_FitTheTextLimits) {
   Manifest manifest = example();
   const std::size_t some = manifest_text(manifest).size();
   manifest.outputs.push_back(
@@ -326,14 +326,14 @@ TEST(Manifest, HasRoomForEveryOutputOfAResult) {
   EXPECT_LT(4 * kMaxFiles, limits.text_values);
 }
 
-TEST(Manifest, RefusesUnknownFields) {
+TEST(Manifest, UnknownFields_AreRefused) {
   EXPECT_THAT(refusal(changed([](auto& j) { j["extra"] = 1; })),
               HasSubstr("extra: an unknown field"));
   EXPECT_THAT(refusal(changed([](auto& j) { j["outputs"][2]["mode"] = 1; })),
               HasSubstr("outputs[2].mode: an unknown field"));
 }
 
-TEST(Manifest, RefusesCountsOfOutputs) {
+TEST(Manifest, OutputSizeOutOfRange_IsRefused) {
   for (const char* size : {"-1", "1.5", "9223372036854775807", "18446744073709551615"}) {
     EXPECT_THAT(
         refusal(changed([&](auto& j) { j["outputs"][0]["size"] = nlohmann::json::parse(size); })),
@@ -341,7 +341,7 @@ TEST(Manifest, RefusesCountsOfOutputs) {
   }
 }
 
-TEST(Manifest, RefusesWhatIsNoJson) {
+TEST(Manifest, NonJsonText_IsRefused) {
   for (const char* text : {"", "{", "[]", "null", "5", "\"manifest\"", "{\"schema\":1,}", "{}x",
                            "{\"a\":NaN}", "{\"a\":1e999}", "\xff"}) {
     EXPECT_NE(refusal(text), "it was read") << text;
@@ -349,11 +349,11 @@ TEST(Manifest, RefusesWhatIsNoJson) {
   EXPECT_NE(refusal(std::string(1000, '[')), "it was read");
 }
 
-TEST(Manifest, FolderNameIsTheBeginningOfTheKey) {
+TEST(Manifest, FolderName_IsTheKeyPrefix) {
   EXPECT_EQ(folder_name(sha256("abc")), "ba7816bf8f01cfea");
 }
 
-TEST(Consent, AsText) {
+TEST(Consent, Consent_IsFormattedAsText) {
   EXPECT_EQ(to_string(std::vector<Consent>{}), "none recorded");
   EXPECT_EQ(to_string(example().consent), "P. Doe, research, until 2030-12-31");
   EXPECT_EQ(to_string(std::vector<Consent>{{"A", "all", ""}, {"B", "demo", "2027-01-01"}}),

@@ -43,7 +43,7 @@ struct OptionsFile : ::testing::Test {
   }
 };
 
-TEST_F(OptionsFile, SetsEveryKindAndNotesTheLine) {
+TEST_F(OptionsFile, EveryKind_IsSetWithItsLine) {
   EXPECT_THAT(set("word = 'cloth'\n[part]\non = true\ncount = 7\ngain = 2.5e3\n[part.deep]\nlist = "
                   "[1, -2.5]\n"),
               IsEmpty());
@@ -57,19 +57,19 @@ TEST_F(OptionsFile, SetsEveryKindAndNotesTheLine) {
   EXPECT_EQ(table.fields[4].source, "outfit.toml:7");
 }
 
-TEST_F(OptionsFile, DottedKeysAndInlineTables) {
+TEST_F(OptionsFile, DottedKeysAndInlineTables_AreRead) {
   EXPECT_THAT(set("part.count = 3\npart.deep = { list = [] }\n"), IsEmpty());
   EXPECT_EQ(fields.count, 3);
 }
 
-TEST_F(OptionsFile, FlagsWinOverFiles) {
+TEST_F(OptionsFile, Flags_OverrideFiles) {
   EXPECT_THAT(set("word = 'file'"), IsEmpty());
   EXPECT_EQ(set_option(table, "word", "flag"), "");
   EXPECT_EQ(fields.word, "flag");
   EXPECT_EQ(table.fields[3].source, "flag");
 }
 
-TEST_F(OptionsFile, EveryProblemIsReportedAtOnceAndTheRestIsSet) {
+TEST_F(OptionsFile, EveryProblem_IsReportedAndTheRestIsSet) {
   const auto problems = set("wrod = 'x'\nword = 'good'\n[part]\ncount = 11\ngain = 'much'\n");
   ASSERT_EQ(problems.size(), 3u);
   EXPECT_THAT(problems,
@@ -93,7 +93,7 @@ INSTANTIATE_TEST_SUITE_P(
                       "word = \"a\\u0000b\"", "word = \"a\\nb\"", "word = { a = 1 }",
                       "[[word]]\na = 1", "'' = 1", "'part.count.x' = 1", "[prt]", "[[part]]",
                       "[[part]]\ncount = 1", "[part.count]", "word = {}", "[part.deep.no]"));
-TEST_P(WrongValue, IsRefusedWithItsPlace) {
+TEST_P(WrongValue, WrongValue_IsRefusedWithItsPlace) {
   const std::string before = canonical_json(table);
   const auto problems = set(GetParam());
   ASSERT_EQ(problems.size(), 1u);
@@ -101,7 +101,7 @@ TEST_P(WrongValue, IsRefusedWithItsPlace) {
   EXPECT_EQ(canonical_json(table), before);
 }
 
-TEST_F(OptionsFile, ATableWithNothingInItSetsNothing) {
+TEST_F(OptionsFile, EmptyTable_SetsNothing) {
   const std::string before = canonical_json(table);
   EXPECT_TRUE(set("[part]\n[part.deep]\n").empty());
   EXPECT_THAT(set("[parts]\n"), ElementsAre(HasSubstr("did you mean 'part'?")));
@@ -116,7 +116,7 @@ INSTANTIATE_TEST_SUITE_P(All, NoToml,
                                            "a = 01", "a = 1__0", "a = \"\\x\"", "\xff = 1",
                                            "a = 1 b = 2", "part = 1\n[part]\na = 1", "a = [1, ",
                                            "a = {b = 1", "a = 9223372036854775808", "{}"));
-TEST_P(NoToml, IsRefusedWithLineAndColumn) {
+TEST_P(NoToml, SyntaxError_IsRefusedWithLineAndColumn) {
   try {
     set(GetParam());
     FAIL() << "it was read";
@@ -127,7 +127,7 @@ TEST_P(NoToml, IsRefusedWithLineAndColumn) {
   }
 }
 
-TEST_F(OptionsFile, RefusesDepth) {
+TEST_F(OptionsFile, DeepNesting_IsRefused) {
   std::string tables;
   for (int i = 0; i < 100; ++i) {
     tables += (i > 0 ? ".a" : "a");
@@ -137,11 +137,11 @@ TEST_F(OptionsFile, RefusesDepth) {
   EXPECT_THROW(set("a = " + std::string(100'000, '[')), DataError);
 }
 
-TEST_F(OptionsFile, RefusesALongString) {
+TEST_F(OptionsFile, OverlongString_IsRefused) {
   EXPECT_THROW(set("word = '" + std::string(70'000, 'a') + "'"), DataError);
 }
 
-TEST(TomlEntries, ArraysOfTablesAreNumbered) {
+TEST(TomlEntries, ArraysOfTables_AreNumbered) {
   const auto entries = read_toml_entries("[[p]]\na = 1\n[[p]]\na = 2\n", "f");
   ASSERT_EQ(entries.size(), 2u);
   EXPECT_EQ(entries[0].name, "p.0.a");
@@ -149,14 +149,14 @@ TEST(TomlEntries, ArraysOfTablesAreNumbered) {
   EXPECT_EQ(entries[1].line, 4);
 }
 
-TEST_F(OptionsFile, RefusesWhatIsNotFinite) {
+TEST_F(OptionsFile, NonFiniteNumber_IsRefused) {
   for (const char* text : {"part.gain = nan", "part.gain = inf", "part.gain = -inf",
                            "part.deep.list = [nan]", "part.gain = 1e999"}) {
     EXPECT_THROW(set(text), DataError) << text;
   }
 }
 
-TEST_F(OptionsFile, RefusesEndlessDottedKeys) {
+TEST_F(OptionsFile, OverlongDottedKey_IsRefused) {
   std::string key = "a";
   for (int i = 0; i < 100'000; ++i) {
     key += ".a";
@@ -164,7 +164,7 @@ TEST_F(OptionsFile, RefusesEndlessDottedKeys) {
   EXPECT_THROW(set(key + " = 1"), DataError);
 }
 
-TEST(TomlEntries, DatesAreText) {
+TEST(TomlEntries, Dates_AreText) {
   const auto entries = read_toml_entries("d = 2030-01-02", "f");
   EXPECT_EQ(entries[0].kind, TomlEntry::Kind::Text);
   EXPECT_EQ(entries[0].text, "2030-01-02");
@@ -179,24 +179,24 @@ class ConsentFile : public ::testing::Test {
   TemporaryDirectory root_;
 };
 
-TEST_F(ConsentFile, OneTable) {
+TEST_F(ConsentFile, SingleTable_IsRead) {
   const std::vector<Consent> expected = {{"P. Doe", "research", "2030-12-31"}};
   EXPECT_EQ(read("[consent]\nwho='P. Doe'\nscope='research'\nuntil='2030-12-31'"), expected);
   EXPECT_EQ(read("[consent]\nwho='P. Doe'\nscope='research'\nuntil=2030-12-31"), expected);
 }
 
-TEST_F(ConsentFile, SeveralTablesWithoutEnd) {
+TEST_F(ConsentFile, SeveralTablesWithoutEndDate_AreRead) {
   const std::vector<Consent> expected = {{"A", "x", ""}, {"B", "y", ""}};
   EXPECT_EQ(read("[[consent]]\nwho='A'\nscope='x'\n[[consent]]\nwho='B'\nscope='y'"), expected);
 }
 
-TEST_F(ConsentFile, None) {
+TEST_F(ConsentFile, NoConsent_IsEmpty) {
   EXPECT_THAT(read("units = 'm'"), IsEmpty());
   std::filesystem::remove(root_ / "capture.toml");
   EXPECT_THAT(read_consent(root_.path()), IsEmpty());
 }
 
-TEST_F(ConsentFile, IsFoundFromInsideTheCapture) {
+TEST_F(ConsentFile, PathInsideCapture_FindsTheConsent) {
   read("[consent]\nwho='A'\nscope='x'");
   std::filesystem::create_directories(root_ / "sequences/clothed");
   EXPECT_EQ(read_consent(root_ / "sequences/clothed").size(), 1u);
@@ -217,7 +217,7 @@ INSTANTIATE_TEST_SUITE_P(All, WrongConsent,
                                            "[consent]\nwho=''\nscope='x'", "[consent",
                                            "[[consent]]\nwho='A'\nscope='x'\n[[consent]]\nwho='B'",
                                            "[consent]\nwho=[2030-01-01]\nscope='x'"));
-TEST_P(WrongConsent, IsRefused) {
+TEST_P(WrongConsent, WrongConsent_IsRefused) {
   try {
     read(GetParam());
     FAIL() << "it was read";

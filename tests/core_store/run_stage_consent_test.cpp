@@ -15,7 +15,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using End = StageReport::End;
 
-TEST_F(RunStage, AResultThatIsHandedOverBringsItsConsent) {
+TEST_F(RunStage, ResultUsedAsInput_BringsItsConsent) {
   const std::string stated = "[[consent]]\nwho = \"Ada\"\nscope = \"tests\"\nuntil = \"\"\n";
   write(root_ / "in/consent.toml", stated);
   run("count");
@@ -41,7 +41,7 @@ TEST_F(RunStage, AResultThatIsHandedOverBringsItsConsent) {
   EXPECT_EQ(changed(), "consent-changed ");
 }
 
-TEST_F(RunStage, ConsentTravelsDownTheChain) {
+TEST_F(RunStage, Consent_IsPassedDownTheChain) {
   write(root_ / "in/capture.toml",
         "[consent]\nwho = 'P. Doe'\nscope = 'research'\nuntil = 2030-12-31\n");
   run("count");
@@ -51,7 +51,7 @@ TEST_F(RunStage, ConsentTravelsDownTheChain) {
   EXPECT_EQ(read_manifest(current("double"), "double").consent, expected);
 }
 
-TEST_F(RunStage, ConsentThatSaysNothingIsRefused) {
+TEST_F(RunStage, EmptyConsent_IsRefused) {
   for (const char* text : {"[consent]\n", "[[consent]]\n", "[consent]\nwho = 'P'\n",
                            "[consent]\nwho = ''\nscope = 'research'\n"}) {
     write(root_ / "consent.toml", text);
@@ -64,7 +64,7 @@ TEST_F(RunStage, ConsentThatSaysNothingIsRefused) {
   }
 }
 
-TEST_F(RunStage, AResultThatIsDoneLearnsNewConsent) {
+TEST_F(RunStage, FinishedResult_LearnsNewConsent) {
   write(root_ / "capture.toml", "[consent]\nwho = 'P. Doe'\nscope = 'research'\n");
   run("count");
   run("double");
@@ -79,7 +79,7 @@ TEST_F(RunStage, AResultThatIsDoneLearnsNewConsent) {
   EXPECT_THAT(check_outputs(current("count"), again.manifest, Check::Digests), IsEmpty());
 }
 
-TEST_F(RunStage, ConsentThatEndedNamesTheFileItStandsIn) {
+TEST_F(RunStage, ExpiredConsent_NamesItsFile) {
   write(root_ / "in/consent.toml", "[consent]\nwho = 'A'\nscope = 'b'\nuntil = 2001-12-31\n");
   const StageReport report = run("count");
   const auto findings = check_outputs(current("count"), report.manifest, Check::Sizes);
@@ -94,7 +94,7 @@ TEST_F(RunStage, ConsentThatEndedNamesTheFileItStandsIn) {
   EXPECT_THAT(unreadable[1].advice, HasSubstr("mend the file"));  // a run refuses it
 }
 
-TEST_F(RunStage, ConsentThatChangedIsSaidOfAllThatWasMadeFromIt) {
+TEST_F(RunStage, ChangedConsent_IsReportedForAllDerivedResults) {
   write(root_ / "consent.toml", "[consent]\nwho = 'P'\nscope = 'research'\n");
   run("count");
   run("double");
@@ -123,7 +123,7 @@ TEST_F(RunStage, ConsentThatChangedIsSaidOfAllThatWasMadeFromIt) {
   EXPECT_THAT(warnings(), IsEmpty()) << "of an input that is gone nothing is known";
 }
 
-TEST_F(RunStage, ConsentRenewedInsideTheInputRedoesNothing) {
+TEST_F(RunStage, RenewedConsentInInput_RedoesNothing) {
   write(root_ / "in/capture.toml", "fps = 30\n\n[[consent]]\nwho = 'P'\nscope = 'a'\n");
   write(root_ / "in/consent.toml", "[consent]\nwho = 'P'\nscope = 'unheard'\n");
   run("count");

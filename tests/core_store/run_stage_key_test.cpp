@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using End = StageReport::End;
 
-TEST_F(RunStage, WhatIsOptionalIsReadWhereItIs) {
+TEST_F(RunStage, OptionalInput_IsUsedOncePresent) {
   EXPECT_EQ(run("either").end, End::Done);
   EXPECT_EQ(read(current("either") / "either.txt"), "not counted");
   run("count");
@@ -35,7 +35,7 @@ TEST_F(RunStage, WhatIsOptionalIsReadWhereItIs) {
   EXPECT_EQ(run("either").end, End::AlreadyDone);
 }
 
-TEST_F(RunStage, AFileThatAnOptionNamesIsPartOfTheKey) {
+TEST_F(RunStage, FileNamedByOption_IsPartOfTheKey) {
   StageRequest what = request("either");
   write(root_ / "motion.txt", "hop");
   ASSERT_EQ(set_option(what.options.table, "word", (root_ / "motion.txt").string()), "");
@@ -49,7 +49,7 @@ TEST_F(RunStage, AFileThatAnOptionNamesIsPartOfTheKey) {
   EXPECT_EQ(read(current("either") / "either.txt"), "not counted, jump");
 }
 
-TEST_F(RunStage, EveryFileOfAListIsPartOfTheKey) {
+TEST_F(RunStage, EveryListedFile_IsPartOfTheKey) {
   write(root_ / "tee.obj", "tee");
   write(root_ / "skirt.obj", "skirt");
   StageRequest what = request("either");
@@ -65,7 +65,7 @@ TEST_F(RunStage, EveryFileOfAListIsPartOfTheKey) {
   EXPECT_EQ(run("either", what).end, End::Done);
 }
 
-TEST_F(RunStage, AWordThatNobodySaidIsNoFile) {
+TEST_F(RunStage, DefaultOptionText_IsNotTakenForAFile) {
   const std::filesystem::path before = std::filesystem::current_path();
   std::filesystem::current_path(root_.path());
   write(root_ / CountOptions{}.word, "lies about");
@@ -73,7 +73,7 @@ TEST_F(RunStage, AWordThatNobodySaidIsNoFile) {
   std::filesystem::current_path(before);
 }
 
-TEST_F(RunStage, FilesInTextsAreFoundWhereTheyAre) {
+TEST_F(RunStage, FileNamesInText_AreFound) {
   const auto at = [&](const char* name) { return (root_ / name).string(); };
   write(root_ / "a.obj", "a");
   write(root_ / "b,c.obj", "b");
@@ -88,7 +88,7 @@ TEST_F(RunStage, FilesInTextsAreFoundWhereTheyAre) {
   EXPECT_THROW(files_named_in("upper=" + std::string(5000, 'x')), EnvironmentError);
 }
 
-TEST_F(RunStage, AnOptionMakesAnotherResultAndTheFirstComesBack) {
+TEST_F(RunStage, ChangedOption_MakesNewResultAndOldOneIsReused) {
   const auto first = run("count").plan.result_folder;
   StageRequest what = request("count");
   ASSERT_EQ(set_option(what.options.table, "word", "pieces"), "");
@@ -100,7 +100,7 @@ TEST_F(RunStage, AnOptionMakesAnotherResultAndTheFirstComesBack) {
   EXPECT_EQ(behaviour().count_runs, 2);
 }
 
-TEST_F(RunStage, WhatIsNotKeyedMakesNoDifference) {
+TEST_F(RunStage, UnkeyedOptions_DoNotChangeTheKey) {
   run("count");
   StageRequest what = request("count");
   ASSERT_EQ(set_option(what.options.table, "threads", "9"), "");
@@ -109,7 +109,7 @@ TEST_F(RunStage, WhatIsNotKeyedMakesNoDifference) {
   EXPECT_EQ(run("count", what).end, End::AlreadyDone);
 }
 
-TEST_F(RunStage, ADeviceIsKeyedOnlyWhereTwinsDiffer) {
+TEST_F(RunStage, Device_IsKeyedOnlyWhereTwinsDiffer) {
   StageRequest cuda = request("count");
   cuda.device = Device::Cuda;
   EXPECT_EQ(run("count").plan.manifest.key, run("count", cuda).plan.manifest.key);
@@ -118,7 +118,7 @@ TEST_F(RunStage, ADeviceIsKeyedOnlyWhereTwinsDiffer) {
   EXPECT_NE(run("twins").plan.manifest.key, run("twins", cuda).plan.manifest.key);
 }
 
-TEST_F(RunStage, AnInputChangesTheKey) {
+TEST_F(RunStage, ChangedInput_ChangesTheKey) {
   run("count");
   write(root_ / "in/b.txt", "4");
   const StageReport second = run("count");
@@ -128,7 +128,7 @@ TEST_F(RunStage, AnInputChangesTheKey) {
                                                          "2 files, 2 bytes)")));
 }
 
-TEST_F(RunStage, ReasonsNameWhatChanged) {
+TEST_F(RunStage, PlanReasons_NameWhatChanged) {
   StageRequest what = request("count");
   const Stage& stage = *find_stage(kTestStages, "count");
   EXPECT_THAT(plan_stage(kTestStages, stage, what).reasons,
@@ -143,7 +143,7 @@ TEST_F(RunStage, ReasonsNameWhatChanged) {
   EXPECT_THAT(plan_stage(kTestStages, stage, what).reasons, Contains("option scale: 1 -> 2.5"));
 }
 
-TEST_F(RunStage, ANewVersionOfAStageRunsAgain) {
+TEST_F(RunStage, NewStageVersion_RunsAgain) {
   run("count");
   Stage newer = *find_stage(kTestStages, "count");
   newer.version = 3;
@@ -152,7 +152,7 @@ TEST_F(RunStage, ANewVersionOfAStageRunsAgain) {
   EXPECT_THAT(report.plan.reasons, ElementsAre("stage version: 2 -> 3"));
 }
 
-TEST_F(RunStage, AChainRunsOnResults) {
+TEST_F(RunStage, StageChain_RunsOnResults) {
   run("count");
   EXPECT_EQ(run("double").end, End::Done);
   EXPECT_EQ(read(current("double") / "double.txt"), "1 files1 files");
@@ -160,7 +160,7 @@ TEST_F(RunStage, AChainRunsOnResults) {
   EXPECT_EQ(manifest.inputs[0].stage, "count");
 }
 
-TEST_F(RunStage, AChainIsCutWhereNothingChanges) {
+TEST_F(RunStage, UnchangedIntermediateResult_StopsTheChain) {
   run("count");
   run("double");
   StageRequest what = request("count");
@@ -169,7 +169,7 @@ TEST_F(RunStage, AChainIsCutWhereNothingChanges) {
   EXPECT_EQ(run("double").end, End::AlreadyDone);
 }
 
-TEST_F(RunStage, AChainShowsWhatIsOutdated) {
+TEST_F(RunStage, ChangedUpstreamResult_MakesStageOutdated) {
   run("count");
   run("double");
   write(root_ / "in/b.txt", "4");
@@ -184,7 +184,7 @@ TEST_F(RunStage, AChainShowsWhatIsOutdated) {
   EXPECT_FALSE(status[0].inputs_changed);
 }
 
-TEST_F(RunStage, AStageOfWhichSeveralInputsAreIsNamedOnceWhereItIsOutdated) {
+TEST_F(RunStage, OutdatedUpstreamOfSeveralInputs_IsNamedOnce) {
   std::array<Stage, 2> stages = {kTestStages[0], kTestStages[1]};
   stages[0].outputs = {"counts", "sums"};
   stages[1].inputs = {"counts", "sums"};
@@ -198,7 +198,7 @@ TEST_F(RunStage, AStageOfWhichSeveralInputsAreIsNamedOnceWhereItIsOutdated) {
 }
 
 // Two folders of one result, of which one changes.
-TEST_F(RunStage, OfSeveralInputsOfAResultThoseThatHaveChangedAreNamed) {
+TEST_F(RunStage, ChangedInputsOfSameResult_AreNamed) {
   std::array<Stage, 2> stages = {kTestStages[0], kTestStages[1]};
   stages[0].outputs = {"left", "right"};
   stages[0].run = [](StageRun& run) {
@@ -232,7 +232,7 @@ TEST_F(RunStage, OfSeveralInputsOfAResultThoseThatHaveChangedAreNamed) {
                                      "has changed since"));
 }
 
-TEST_F(RunStage, StatusSeesThatAnInputHasChanged) {
+TEST_F(RunStage, Status_DetectsChangedInput) {
   run("count");
   const auto first = [&](Check check = Check::Sizes) {
     return workspace_status(kTestStages, root_ / "work", check)[0];
@@ -250,7 +250,7 @@ TEST_F(RunStage, StatusSeesThatAnInputHasChanged) {
   EXPECT_THAT(first(Check::Digests).reasons, ::testing::SizeIs(1));
 }
 
-TEST_F(RunStage, StatusSaysThatAnInputIsGone) {
+TEST_F(RunStage, Status_ReportsMissingInput) {
   run("count");
   std::filesystem::rename(root_ / "in", root_ / "elsewhere");
   const StageStatus status = workspace_status(kTestStages, root_ / "work")[0];
@@ -264,7 +264,7 @@ TEST_F(RunStage, StatusSaysThatAnInputIsGone) {
   EXPECT_THAT(workspace_status(kTestStages, root_ / "work")[0].findings, ::testing::IsEmpty());
 }
 
-TEST_F(RunStage, ManifestsWithoutAStampAreComparedByBytes) {
+TEST_F(RunStage, ManifestWithoutStamp_IsComparedByBytes) {
   run("count");
   Manifest manifest = read_manifest(current("count"), "count");
   manifest.inputs[0].stamp = {};

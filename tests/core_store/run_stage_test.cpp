@@ -27,7 +27,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using End = StageReport::End;
 
-TEST_F(RunStage, DoesTheWorkOnce) {
+TEST_F(RunStage, SecondRun_IsAlreadyDone) {
   const StageReport first = run("count");
   EXPECT_EQ(first.end, End::Done);
   EXPECT_EQ(read(current("count") / "count.txt"), "1 files");
@@ -39,7 +39,7 @@ TEST_F(RunStage, DoesTheWorkOnce) {
   EXPECT_EQ(second.manifest.metrics.at("files"), 1);
 }
 
-TEST_F(RunStage, ManifestSaysWhatHappened) {
+TEST_F(RunStage, Manifest_RecordsTheRun) {
   StageRequest what = request("count");
   ASSERT_EQ(set_option(what.options.table, "word", "pieces", "outfit.toml:7"), "");
   run("count", what);
@@ -55,7 +55,7 @@ TEST_F(RunStage, ManifestSaysWhatHappened) {
   EXPECT_GE(manifest.work_seconds, 0);
 }
 
-TEST_F(RunStage, EverythingIsForTheOwnerAlone) {
+TEST_F(RunStage, WorkspaceFiles_AreAccessibleByOwnerOnly) {
   run("count");
   run("frames");
   for (const auto& entry : std::filesystem::recursive_directory_iterator(root_ / "work")) {
@@ -69,13 +69,13 @@ TEST_F(RunStage, EverythingIsForTheOwnerAlone) {
             0700u);
 }
 
-TEST_F(RunStage, WhatIsOptionalButDamagedIsRefused) {
+TEST_F(RunStage, DamagedOptionalInput_IsRefused) {
   run("count");
   write(current("count") / "count.txt", "2 files");
   EXPECT_THAT(refusal<DataError>("either", request("either")), HasSubstr("run 'atelier count'"));
 }
 
-TEST_F(RunStage, ResultsOfAnotherInputAreRefused) {
+TEST_F(RunStage, ResultsOfOtherInput_AreRefused) {
   run("count");
   StageRequest what = request("either");
   what.input = root_ / "other";
@@ -97,7 +97,7 @@ TEST_F(RunStage, ResultsOfAnotherInputAreRefused) {
   EXPECT_EQ(run("either", what).end, End::Done);
 }
 
-TEST_F(RunStage, ErrorsOfTheInputArePartOfTheReport) {
+TEST_F(RunStage, InputErrors_ArePartOfTheReport) {
   Stage stage = *find_stage(kTestStages, "count");
   for (const double bad : {0.0, 2.0}) {
     std::filesystem::remove_all(root_ / "work");
@@ -111,7 +111,7 @@ TEST_F(RunStage, ErrorsOfTheInputArePartOfTheReport) {
   }
 }
 
-TEST_F(RunStage, WorkThatIsNotFinishedIsThereAgain) {
+TEST_F(RunStage, UnfinishedScratch_IsKeptForTheNextRun) {
   Stage stage = *find_stage(kTestStages, "count");
   static int tries;
   tries = 0;
@@ -135,7 +135,7 @@ TEST_F(RunStage, WorkThatIsNotFinishedIsThereAgain) {
   EXPECT_EQ(run_stage(kTestStages, stage, again).end, End::Done) << "nor --force with what is left";
 }
 
-TEST_F(RunStage, MetricsAreToldWithTheirUnits) {
+TEST_F(RunStage, Metrics_AreShownWithTheirUnits) {
   const Stage* count = find_stage(kTestStages, "count");
   EXPECT_EQ(metric_text(count, "length", 0.25), "0.25 m");
   EXPECT_EQ(metric_text(count, "files", 3), "3");
@@ -143,7 +143,7 @@ TEST_F(RunStage, MetricsAreToldWithTheirUnits) {
   EXPECT_EQ(metric_text(nullptr, "length", 3), "3");
 }
 
-TEST_F(RunStage, AWorkspaceThatOthersMayLookIntoIsSpokenOf) {
+TEST_F(RunStage, WorkspaceReadableByOthers_GivesAWarning) {
   EXPECT_THAT(run("count").plan.warnings, IsEmpty()) << "it was made for its owner alone";
   for (const mode_t mode : {0755, 0710, 0702}) {
     ASSERT_EQ(chmod((root_ / "work").c_str(), mode), 0);
@@ -159,12 +159,12 @@ TEST_F(RunStage, AWorkspaceThatOthersMayLookIntoIsSpokenOf) {
   EXPECT_THAT(run("count").plan.warnings, IsEmpty());
 }
 
-TEST_F(RunStage, PlanningChangesNothing) {
+TEST_F(RunStage, Planning_ChangesNothing) {
   plan_stage(kTestStages, *find_stage(kTestStages, "count"), request("count"));
   EXPECT_FALSE(std::filesystem::exists(root_ / "work"));
 }
 
-TEST_F(RunStage, ForceDoesItAgain) {
+TEST_F(RunStage, Force_RunsAgain) {
   run("count");
   StageRequest what = request("count");
   what.force = true;
@@ -176,7 +176,7 @@ TEST_F(RunStage, ForceDoesItAgain) {
               ElementsAre(".commit-lock", ".lock", ::testing::_, "current"));
 }
 
-TEST_F(RunStage, TimeLeftIsThatOfWhatIsCountedAlone) {
+TEST_F(RunStage, TimeLeft_CountsOnlyTheCurrentUnit) {
   std::vector<StageProgress> told;
   StageEvents events;
   events.progress = [&](const StageProgress& progress) {
@@ -201,13 +201,13 @@ TEST_F(RunStage, TimeLeftIsThatOfWhatIsCountedAlone) {
 
 // --- what a stage of several files, and a chain, do
 
-TEST_F(RunStage, AFailureLeavesNoStaging) {
+TEST_F(RunStage, Failure_LeavesNoStagingFolder) {
   behaviour().during = [] { throw DataError("f", "", "bad", "good"); };
   EXPECT_THROW(run("count"), DataError);
   EXPECT_FALSE(std::filesystem::exists(root_ / "work")) << "the run made it";
 }
 
-TEST_F(RunStage, WhatMayNotBeLookedAtIsNotAbsent) {
+TEST_F(RunStage, UnreadableWorkspace_IsNotTakenForAbsent) {
   constexpr uid_t kNobody = 65534;
   run("count");
   ASSERT_EQ(chmod(root_.path().c_str(), 0755), 0);
@@ -237,7 +237,7 @@ TEST_F(RunStage, WhatMayNotBeLookedAtIsNotAbsent) {
   }
 }
 
-TEST_F(RunStage, AWorkspaceThatMayOnlyBeReadCanBeLookedAt) {
+TEST_F(RunStage, ReadOnlyWorkspace_CanBeInspected) {
   constexpr uid_t kNobody = 65534;
   run("count");
   run("frames");
@@ -271,7 +271,7 @@ TEST_F(RunStage, AWorkspaceThatMayOnlyBeReadCanBeLookedAt) {
   EXPECT_FALSE(std::filesystem::exists(folder("frames") / ".lock")) << "looking made it";
 }
 
-TEST_F(RunStage, ASelectionOfNothingIsRefusedOnAFinishedResultToo) {
+TEST_F(RunStage, EmptySelectionOnFinishedResult_IsRefused) {
   run("frames");
   StageRequest what = request("frames");
   ASSERT_EQ(set_frames(what.selection, "100:200"), "");
@@ -280,7 +280,7 @@ TEST_F(RunStage, ASelectionOfNothingIsRefusedOnAFinishedResultToo) {
   EXPECT_EQ(run("frames", what).end, End::AlreadyDone);
 }
 
-TEST_F(RunStage, AnInputOfAnotherKindIsRefusedInThePlan) {
+TEST_F(RunStage, InputOfOtherKind_IsRefusedWhenPlanned) {
   Stage picky = *find_stage(kTestStages, "count");
   picky.check_input = [](const std::filesystem::path& input) {
     if (!std::filesystem::is_directory(input)) {
@@ -306,7 +306,7 @@ TEST_F(RunStage, AnInputOfAnotherKindIsRefusedInThePlan) {
   }
 }
 
-TEST_F(RunStage, ResultsWithoutACurrentLinkAreCountedAndFoundAgain) {
+TEST_F(RunStage, ResultWithoutCurrentLink_IsCountedAndFoundAgain) {
   run("count");
   const std::filesystem::path result = current("count");
   std::filesystem::remove(folder("count") / "current");
@@ -318,7 +318,7 @@ TEST_F(RunStage, ResultsWithoutACurrentLinkAreCountedAndFoundAgain) {
   EXPECT_EQ(workspace_status(kTestStages, root_ / "work")[0].unlinked_results, 0);
 }
 
-TEST_F(RunStage, AFolderInThePlaceOfCurrentIsToldAndRefused) {
+TEST_F(RunStage, FolderInPlaceOfCurrentLink_IsRefused) {
   run("count");
   const std::filesystem::path current_link = folder("count") / "current";
   std::filesystem::remove(current_link);
@@ -340,7 +340,7 @@ TEST_F(RunStage, AFolderInThePlaceOfCurrentIsToldAndRefused) {
   EXPECT_EQ(run("count").end, End::AlreadyDone);
 }
 
-TEST_F(RunStage, AFileInThePlaceOfAStagesFolderIsRefusedAlike) {
+TEST_F(RunStage, FileInPlaceOfStageFolder_IsRefused) {
   std::filesystem::create_directories(root_ / "work");
   std::ofstream(folder("count")) << "a file";
   const std::string words = folder("count").string() + ": a file; expected a folder";
@@ -350,7 +350,7 @@ TEST_F(RunStage, AFileInThePlaceOfAStagesFolderIsRefusedAlike) {
   ATELIER_EXPECT_REFUSED(collect_garbage(kTestStages, root_ / "work", true), DataError, words);
 }
 
-TEST_F(RunStage, WhatMayNotBeListedInAResultIsNamed) {
+TEST_F(RunStage, UnreadableResultFolder_IsNamed) {
   run("count");
   const std::filesystem::path result = current("count");
   const Manifest manifest = read_manifest(result, "count");
@@ -367,7 +367,7 @@ TEST_F(RunStage, WhatMayNotBeListedInAResultIsNamed) {
                          (root_ / "work").string() + ": cannot list the folder");
 }
 
-TEST_F(RunStage, ARefusedRunLeavesFoldersThatWereThere) {
+TEST_F(RunStage, RefusedRun_KeepsExistingFolders) {
   behaviour().during = [] { throw DataError("f", "", "bad", "good"); };
   StageRequest what = request("count");
   what.workspace = root_ / "new/er/work";
@@ -385,7 +385,7 @@ TEST_F(RunStage, ARefusedRunLeavesFoldersThatWereThere) {
   EXPECT_TRUE(std::filesystem::exists(folder("count") / ".lock")) << "somebody holds it";
 }
 
-TEST_F(RunStage, AStageThatIsToldToStopLeavesNothing) {
+TEST_F(RunStage, StoppedStage_LeavesNothing) {
   behaviour().asks_to_stop = true;
   StageEvents events;
   events.stop = [] { return behaviour().count_runs > 0; };
@@ -393,7 +393,7 @@ TEST_F(RunStage, AStageThatIsToldToStopLeavesNothing) {
   EXPECT_FALSE(std::filesystem::exists(root_ / "work")) << "the run made it";
 }
 
-TEST_F(RunStage, StopsWhileItsInputsAreDigested) {
+TEST_F(RunStage, StopWhileDigestingInputs_BeginsNothing) {
   StageEvents events;
   events.stop = [] { return true; };
   const StageReport report = run("count", request("count"), events);
@@ -404,7 +404,7 @@ TEST_F(RunStage, StopsWhileItsInputsAreDigested) {
   EXPECT_EQ(run("count").end, End::Done);
 }
 
-TEST_F(RunStage, StopsWhileAnEarlierResultIsDigested) {
+TEST_F(RunStage, StopWhileDigestingEarlierResult_CanBeResumed) {
   run("count");
   StageEvents events;
   events.stop = [] { return true; };

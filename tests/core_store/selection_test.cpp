@@ -17,7 +17,7 @@ std::vector<int> frames_of(const std::string& text) {
   return selected_frames(selection, {0, 2, 4, 6, 8});
 }
 
-TEST(FrameSelection, Ranges) {
+TEST(FrameSelection, FrameRange_SelectsFrames) {
   EXPECT_THAT(frames_of("2:6"), ElementsAre(2, 4));
   EXPECT_THAT(frames_of(":5"), ElementsAre(0, 2, 4));
   EXPECT_THAT(frames_of("5:"), ElementsAre(6, 8));
@@ -25,7 +25,7 @@ TEST(FrameSelection, Ranges) {
   EXPECT_THAT(frames_of("100:200"), ElementsAre());
 }
 
-TEST(FrameSelection, ShardsPartTheFramesWhateverTheRange) {
+TEST(FrameSelection, Shards_PartitionTheRange) {
   const std::vector<int> all = {0, 2, 4, 6, 8, 10, 12};
   std::vector<int> seen;
   for (int i = 0; i < 3; ++i) {
@@ -39,7 +39,7 @@ TEST(FrameSelection, ShardsPartTheFramesWhateverTheRange) {
   EXPECT_THAT(seen, testing::UnorderedElementsAre(2, 4, 6, 8, 10));
 }
 
-TEST(FrameSelection, NoneOfThemIsRefusedUnlessThereAreNone) {
+TEST(FrameSelection, RangeWithoutFrames_IsRefusedUnlessInputIsEmpty) {
   FrameSelection selection;
   ASSERT_EQ(set_frames(selection, "4:7"), "");
   EXPECT_THAT(some_selected_frames(selection, {3, 5, 9}, "boxes"), ElementsAre(5));
@@ -55,7 +55,7 @@ TEST(FrameSelection, NoneOfThemIsRefusedUnlessThereAreNone) {
   }
 }
 
-TEST(FrameSelection, AShardMayHaveNone) {
+TEST(FrameSelection, Shard_MayBeEmpty) {
   FrameSelection selection;
   ASSERT_EQ(set_shard(selection, "5/100000"), "");
   EXPECT_THAT(some_selected_frames(selection, {3, 5, 9}, "boxes"), ElementsAre());
@@ -63,7 +63,7 @@ TEST(FrameSelection, AShardMayHaveNone) {
   EXPECT_THROW(some_selected_frames(selection, {3, 5, 9}, "boxes"), DataError);
 }
 
-TEST(FrameSelection, AsText) {
+TEST(FrameSelection, Selection_IsFormattedAsText) {
   FrameSelection selection;
   EXPECT_TRUE(selection.everything());
   EXPECT_EQ(to_string(selection), "every frame");
@@ -79,7 +79,7 @@ INSTANTIATE_TEST_SUITE_P(All, BadFrames,
                          testing::Values("", ":", "a:b", "1:b", "3:3", "5:2", "-1:4", "1:-4",
                                          "1::2", "1:2:3", "1.5:2", " 1:2", "1:99999999999", "0x1:5",
                                          "--", "2147483647"));
-TEST_P(BadFrames, AreRefused) {
+TEST_P(BadFrames, WrongFramesText_IsRefused) {
   FrameSelection selection;
   EXPECT_THAT(set_frames(selection, GetParam()), HasSubstr("--frames cannot be '"));
   EXPECT_TRUE(selection.everything());
@@ -89,13 +89,13 @@ class BadShard : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(All, BadShard,
                          testing::Values("", "/", "1", "1/", "/2", "2/2", "3/2", "-1/2", "0/0",
                                          "0/-1", "a/b", "1/2/3", "0/100001", "1.0/2", " 0/1"));
-TEST_P(BadShard, IsRefused) {
+TEST_P(BadShard, WrongShardText_IsRefused) {
   FrameSelection selection;
   EXPECT_THAT(set_shard(selection, GetParam()), HasSubstr("--shard cannot be '"));
   EXPECT_TRUE(selection.everything());
 }
 
-TEST(UtcTime, RoundTrip) {
+TEST(UtcTime, Timestamp_RoundTrips) {
   EXPECT_EQ(utc_text(0), "1970-01-01T00:00:00Z");
   for (const double seconds : {0.0, 951'782'400.0, 1'709'164'800.0, 4'102'444'799.0}) {
     EXPECT_EQ(seconds_of_utc(utc_text(seconds)), seconds);
@@ -103,7 +103,7 @@ TEST(UtcTime, RoundTrip) {
   EXPECT_EQ(utc_text(951'782'400), "2000-02-29T00:00:00Z");
 }
 
-TEST(UtcTime, RefusesAnythingElse) {
+TEST(UtcTime, OtherTimeFormats_AreRefused) {
   for (const char* text : {"", "2026-11-21", "2026-11-21T10:40:00", "2026-13-21T10:40:00Z",
                            "2026-02-30T10:40:00Z", "2026-11-21T24:00:00Z", "2026-11-21T10:60:00Z",
                            "2026-11-21 10:40:00Z", "2026-11-21T10:40:00+", "x026-11-21T10:40:00Z",

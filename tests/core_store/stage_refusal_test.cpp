@@ -16,32 +16,32 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using End = StageReport::End;
 
-TEST_F(RunStage, RefusesAMissingInput) {
+TEST_F(RunStage, MissingInput_IsRefused) {
   StageRequest what = request("count");
   what.input = root_ / "nothing";
   EXPECT_THAT(refusal<DataError>("count", what), HasSubstr("nothing there"));
   EXPECT_FALSE(std::filesystem::exists(root_ / "work"));
 }
 
-TEST_F(RunStage, RefusesAnEmptyInput) {
+TEST_F(RunStage, EmptyInputFolder_IsRefused) {
   std::filesystem::create_directory(root_ / "empty");
   StageRequest what = request("count");
   what.input = root_ / "empty";
   EXPECT_THAT(refusal<DataError>("count", what), HasSubstr("an empty folder"));
 }
 
-TEST_F(RunStage, RefusesALinkInTheInput) {
+TEST_F(RunStage, LinkInsideInput_IsRefused) {
   std::filesystem::create_symlink("/etc/passwd", root_ / "in/link.txt");
   EXPECT_THAT(refusal<DataError>("count", request("count")),
               HasSubstr("a symbolic link, which may lead out of the folder"));
 }
 
-TEST_F(RunStage, RefusesAPipeInTheInput) {
+TEST_F(RunStage, PipeInsideInput_IsRefused) {
   ASSERT_EQ(mkfifo((root_ / "in/pipe").c_str(), 0600), 0);
   EXPECT_THAT(refusal<DataError>("count", request("count")), HasSubstr("neither file nor folder"));
 }
 
-TEST_F(RunStage, FollowsTheInputItselfIfItIsALink) {
+TEST_F(RunStage, InputThatIsALink_IsFollowed) {
   std::filesystem::create_directory_symlink(root_ / "in", root_ / "link");
   StageRequest what = request("count");
   what.input = root_ / "link";
@@ -49,13 +49,13 @@ TEST_F(RunStage, FollowsTheInputItselfIfItIsALink) {
   EXPECT_EQ(run("count").end, End::AlreadyDone) << "the same input by another name";
 }
 
-TEST_F(RunStage, HiddenFilesOfTheInputDoNotCount) {
+TEST_F(RunStage, HiddenInputFiles_DoNotCount) {
   run("count");
   write(root_ / "in/.DS_Store", "x");
   EXPECT_EQ(run("count").end, End::AlreadyDone);
 }
 
-TEST_F(RunStage, RefusesAWorkspaceInsideTheInput) {
+TEST_F(RunStage, WorkspaceInsideInput_IsRefused) {
   StageRequest what = request("count");
   what.workspace = root_ / "in/work";
   EXPECT_THAT(refusal<DataError>("count", what), HasSubstr("a workspace inside its own input"));
@@ -65,7 +65,7 @@ TEST_F(RunStage, RefusesAWorkspaceInsideTheInput) {
   EXPECT_THAT(refusal<DataError>("count", what), HasSubstr("a workspace inside its own input"));
 }
 
-TEST_F(RunStage, RefusesAFolderOfOtherThingsAsWorkspace) {
+TEST_F(RunStage, FolderOfOtherThingsAsWorkspace_IsRefused) {
   write(root_ / "work/capture.toml", "x");
   EXPECT_THAT(refusal<DataError>("count", request("count")),
               HasSubstr("no workspace: it holds capture.toml, and no stage's results; expected a "
@@ -77,7 +77,7 @@ TEST_F(RunStage, RefusesAFolderOfOtherThingsAsWorkspace) {
   EXPECT_THAT(names(root_ / "work"), ElementsAre("capture.toml", "images", "labels"));
 }
 
-TEST_F(RunStage, TakesAFolderOfHiddenFilesAndAWorkspaceWithNotesInIt) {
+TEST_F(RunStage, HiddenFilesAndNotesInWorkspace_AreAccepted) {
   write(root_ / "work/.gitignore", "*");
   std::filesystem::create_directory(root_ / "work/lost+found");
   EXPECT_EQ(run("count").end, End::Done);
@@ -85,14 +85,14 @@ TEST_F(RunStage, TakesAFolderOfHiddenFilesAndAWorkspaceWithNotesInIt) {
   EXPECT_EQ(run("frames").end, End::Done);
 }
 
-TEST_F(RunStage, RefusesAWorkspaceThatIsAFile) {
+TEST_F(RunStage, WorkspaceThatIsAFile_IsRefused) {
   StageRequest what = request("count");
   what.workspace = root_ / "file";
   write(what.workspace, "x");
   EXPECT_THAT(refusal<EnvironmentError>("count", what), HasSubstr("file"));
 }
 
-TEST_F(RunStage, RefusesAStageFolderThatIsALink) {
+TEST_F(RunStage, StageFolderThatIsALink_IsRefused) {
   std::filesystem::create_directories(root_ / "work");
   std::filesystem::create_directories(root_ / "elsewhere");
   std::filesystem::create_directory_symlink(root_ / "elsewhere", root_ / "work/count");
@@ -101,14 +101,14 @@ TEST_F(RunStage, RefusesAStageFolderThatIsALink) {
   EXPECT_THAT(names(root_ / "elsewhere"), IsEmpty());
 }
 
-TEST_F(RunStage, RefusesALockThatIsALink) {
+TEST_F(RunStage, LockThatIsALink_IsRefused) {
   std::filesystem::create_directories(root_ / "work/count");
   write(root_ / "precious", "x");
   std::filesystem::create_symlink(root_ / "precious", root_ / "work/count/.lock");
   EXPECT_THAT(refusal<EnvironmentError>("count", request("count")), HasSubstr(".lock"));
 }
 
-TEST_F(RunStage, RemovesAStagingThatIsALinkWithoutFollowingIt) {
+TEST_F(RunStage, StagingThatIsALink_IsRemovedWithoutFollowing) {
   write(root_ / "precious/file", "x");
   const StagePlan plan =
       plan_stage(kTestStages, *find_stage(kTestStages, "frames"), request("frames"));
@@ -118,7 +118,7 @@ TEST_F(RunStage, RemovesAStagingThatIsALinkWithoutFollowingIt) {
   EXPECT_THAT(names(root_ / "precious"), ElementsAre("file"));
 }
 
-TEST_F(RunStage, RefusesAReadOnlyWorkspace) {
+TEST_F(RunStage, ReadOnlyWorkspace_IsRefused) {
   constexpr uid_t kNobody = 65534;
   std::filesystem::create_directories(root_ / "work");
   if (geteuid() == 0) {  // root may write everywhere: be somebody else for a moment
@@ -135,38 +135,38 @@ TEST_F(RunStage, RefusesAReadOnlyWorkspace) {
   EXPECT_THAT(message, HasSubstr("Permission denied"));
 }
 
-TEST_F(RunStage, RefusesToSplitWhatHasNoFrames) {
+TEST_F(RunStage, ShardsOfStageWithoutFrames_AreRefused) {
   StageRequest what = request("count");
   what.selection.shards = 2;
   EXPECT_THROW(run("count", what), LogicError);
 }
 
-TEST_F(RunStage, RefusesOptionsOutOfRange) {
+TEST_F(RunStage, OptionOutOfRange_IsRefused) {
   StageRequest what = request("count");
   static_cast<CountOptions*>(what.options.values.get())->scale = -1;
   EXPECT_THROW(run("count", what), LogicError);
 }
 
-TEST_F(RunStage, RefusesWithoutTheStageBefore) {
+TEST_F(RunStage, MissingUpstreamResult_IsRefused) {
   EXPECT_THAT(refusal<DataError>("double", request("double")),
               HasSubstr("run 'atelier count' first"));
 }
 
-TEST_F(RunStage, RefusesADamagedStageBefore) {
+TEST_F(RunStage, DamagedUpstreamResult_IsRefused) {
   run("count");
   write(current("count") / "count.txt", "9 files");
   EXPECT_THAT(refusal<DataError>("double", request("double")),
               HasSubstr("run 'atelier count' first"));
 }
 
-TEST_F(RunStage, RefusesAnInputThatChangesMeanwhile) {
+TEST_F(RunStage, InputChangedDuringRun_IsRefused) {
   behaviour().during = [this] { write(root_ / "in/late.txt", "x"); };
   EXPECT_THAT(refusal<DataError>("count", request("count")),
               HasSubstr("files that changed while the stage ran"));
   EXPECT_FALSE(current_name(folder("count")));
 }
 
-TEST_F(RunStage, RefusesWithoutSpace) {
+TEST_F(RunStage, TooLittleDiskSpace_IsRefused) {
   behaviour().during = [] { throw LogicError("not reached"); };
   behaviour().space = std::int64_t{1} << 60;
   EXPECT_THAT(refusal<EnvironmentError>("count", request("count")),
@@ -202,7 +202,7 @@ INSTANTIATE_TEST_SUITE_P(
                [](StageRun& run) { run.each_frame("f", ".t", {1}, [](int, const auto&) {}); }}),
     [](const ::testing::TestParamInfo<Misuse>& misuse) { return misuse.param.name; });
 
-TEST_P(StageMisuse, IsRefused) {
+TEST_P(StageMisuse, MisbehavingStage_IsRefused) {
   Stage stage = *find_stage(kTestStages, "count");
   stage.run = GetParam().run;
   EXPECT_THROW(run_stage(kTestStages, stage, request("count")), LogicError);
@@ -224,7 +224,7 @@ INSTANTIATE_TEST_SUITE_P(All, StageFrameMisuse,
                            return misuse.param.name;
                          });
 
-TEST_P(StageFrameMisuse, IsRefused) {
+TEST_P(StageFrameMisuse, BadFrameIds_AreRefused) {
   behaviour().frame_ids = GetParam().frame_ids;
   EXPECT_THROW(run("frames"), LogicError);
 }

@@ -27,7 +27,7 @@ struct Drop {
 
 class DroppedOnAHuman : public ::testing::TestWithParam<Drop> {};
 
-TEST_P(DroppedOnAHuman, HangsOutside) {
+TEST_P(DroppedOnAHuman, DroppedCloth_HangsOutsideTheBody) {
   const double top = woman().mesh.vertices.col(1).maxCoeff();
   const Cloth cloth =
       make_cloth(fixtures::square(GetParam().cells, GetParam().size, {0, top + 0.02, 0}));
@@ -53,7 +53,7 @@ INSTANTIATE_TEST_SUITE_P(Squares, DroppedOnAHuman,
 
 class PinchedInAnArmpit : public ::testing::TestWithParam<double> {};
 
-TEST_P(PinchedInAnArmpit, ItIsOutsideInEveryFrameAndComesOutWhole) {
+TEST_P(PinchedInAnArmpit, PinchedCloth_StaysOutsideAndComesOutIntact) {
   // A towel over the left shoulder; the arm goes from straight out to the side and back.
   const Eigen::Vector3d shoulder = fixtures::rest_joint("left_shoulder");
   const double aside = GetParam();
@@ -87,7 +87,7 @@ TEST_P(PinchedInAnArmpit, ItIsOutsideInEveryFrameAndComesOutWhole) {
 // Where it starts decides whom the closing arm pushes where.
 INSTANTIATE_TEST_SUITE_P(Starts, PinchedInAnArmpit, ::testing::Values(0.0, 1e-4, -6e-5));
 
-TEST(ClothOnAHuman, PinchedBehindAKneeItComesOutWhole) {
+TEST(ClothOnAHuman, ClothPinchedBehindAKnee_ComesOutIntact) {
   // A cloth hangs behind the left knee, held at its upper edge; the shank swings up and back.
   const Eigen::Vector3d knee = fixtures::rest_joint("left_knee");
   Garment hanging = fixtures::square(14, 0.34, {0, 0, 0});
@@ -120,7 +120,7 @@ TEST(ClothOnAHuman, PinchedBehindAKneeItComesOutWhole) {
   }
 }
 
-TEST(ClothOnAHuman, AStartACentimetreInsideHerIsResolvedGently) {
+TEST(ClothOnAHuman, StartOneCentimetreInside_IsResolvedGently) {
   // Her own skin from the waist to the chest as a garment, a centimetre too deep.
   const double low = fixtures::rest_joint("pelvis").y() + 0.05;
   const double high = fixtures::rest_joint("left_shoulder").y() - 0.15;

@@ -53,7 +53,7 @@ struct RealGarment {
 
 class RealGarments : public ::testing::TestWithParam<RealGarment> {};
 
-TEST_P(RealGarments, DrapeOnABodyThatTheyFit) {
+TEST_P(RealGarments, RealGarment_DrapesOnAFittingBody) {
   ATELIER_TEST_FILE(root, "garments/pattern_generator/Patterns");
   const OutfitOptions options = coarse((root / GetParam().file).string());
   const BodyModel body = fitting_woman(options);
@@ -84,14 +84,14 @@ INSTANTIATE_TEST_SUITE_P(
                       RealGarment{"skirt", "skirts/skirt_4_panels.json", Label::Lower, 0.9, 1.15}),
     [](const auto& one) { return std::string(one.param.name); });
 
-TEST(RealGarmentsRefused, ATightOneWithAdvice) {
+TEST(RealGarmentsRefused, TightGarment_IsRefusedWithAdvice) {
   ATELIER_TEST_FILE(root, "garments/pattern_generator/Patterns");
   const std::string said = refusal(woman(), coarse((root / "combos/dress.json").string()));
   EXPECT_THAT(said, HasSubstr("too tight: chest_girth of 0.8"));
   EXPECT_THAT(said, HasSubstr("pattern_scale 1."));
 }
 
-TEST(RealGarmentsRefused, OneThatNoAdultFits) {
+TEST(RealGarmentsRefused, GarmentFittingNoAdult_IsRefused) {
   const std::vector<GirthFit> fits{{"chest_girth", 0.5, 0.91}};
   try {
     human_that_fits(fits, female_human());
@@ -101,7 +101,7 @@ TEST(RealGarmentsRefused, OneThatNoAdultFits) {
   }
 }
 
-TEST(DressingRefused, SeamsThatTheBodyKeepsOpen) {
+TEST(DressingRefused, SeamsKeptOpenByTheBody_AreRefused) {
   // Two squares before and behind her, sewn together straight through the trunk.
   const auto panel = [](double z) {
     Garment one = fixtures::square(4, 0.2, {0, 0, 0});
@@ -136,7 +136,7 @@ TEST(DressingRefused, SeamsThatTheBodyKeepsOpen) {
   }
 }
 
-TEST(Layers, ATeeOverASkirtStaysOutside) {
+TEST(Layers, TeeOverASkirt_StaysOutside) {
   const Outfit outfit = dress_body(woman(), coarse("tee+skirt"));
   ASSERT_EQ(outfit.garments.size(), 2U);
   EXPECT_EQ(outfit.garments[0].label, Label::Lower) << "the inner layer first";
@@ -153,7 +153,7 @@ TEST(Layers, ATeeOverASkirtStaysOutside) {
 
 // A thick neck stood within the neckline, or shoulders were higher than the bodice is long: threads
 // pulled the cloth against them, and seams stayed open by 14 cm. 301 has the one, 91 the other.
-TEST(Drafted, ShouldersCloseOnThickNecksAndSteepShoulders) {
+TEST(Drafted, ThickNecksAndSteepShoulders_CloseTheShoulderSeams) {
   for (const std::uint64_t seed : {301, 91}) {
     const SyntheticSubject subject = make_subject({}, seed);
     EXPECT_EQ(refusal(subject.model, coarse("dress")), "") << seed;
@@ -161,7 +161,7 @@ TEST(Drafted, ShouldersCloseOnThickNecksAndSteepShoulders) {
 }
 
 // 300 frames of a dress on an extreme motion: kicks, a squat, arms thrown up, spins.
-TEST(ExtremeMotion, ADressOutlastsIt) {
+TEST(ExtremeMotion, Dress_SurvivesExtremeMotion) {
   OutfitOptions options_of_dress = coarse("dress");
   options_of_dress.edge_length = 0.045;
   const Outfit outfit = dress_body(woman(), options_of_dress);

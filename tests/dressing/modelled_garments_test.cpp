@@ -28,7 +28,7 @@ struct Worn {
 
 class ModelledGarments : public ::testing::TestWithParam<Worn> {};
 
-TEST_P(ModelledGarments, HangOnTheWoman) {
+TEST_P(ModelledGarments, ModelledGarment_HangsOnTheWoman) {
   const Worn& worn = GetParam();
   ATELIER_TEST_FILE(file, std::string("garments/diffcloth/") + worn.file);
   Garment garment;

@@ -29,7 +29,7 @@ Mesh worn(const std::string& garment) {
   return mesh;
 }
 
-TEST(TurnedGarments, ATeeNeedsTheSameSeams) {
+TEST(TurnedGarments, TurnedTee_NeedsTheSameSeams) {
   const Mesh tee = worn("tee");
   ASSERT_EQ(facing_of(tee), Eigen::Vector3d::UnitZ());
   const FoundPattern ahead = find_pattern(tee);
@@ -45,7 +45,7 @@ TEST(TurnedGarments, ATeeNeedsTheSameSeams) {
 }
 
 // Front and back look alike.
-TEST(TurnedGarments, ShapesSayWhereTheirWearersLookOrLookBack) {
+TEST(TurnedGarments, GarmentShapes_GiveTheFacingUpToFrontAndBack) {
   for (const char* garment : {"tee", "dress", "trousers", "skirt"}) {
     const Mesh mesh = worn(garment);
     for (int degrees = 0; degrees < 360; degrees += 15) {

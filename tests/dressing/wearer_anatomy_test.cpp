@@ -13,7 +13,7 @@ namespace {
 
 using ::testing::ElementsAre;
 
-TEST(WearerAnatomy, LinesThroughTheDefaultHumanStayInside) {
+TEST(WearerAnatomy, LimbAxes_StayInsideTheDefaultHuman) {
   const BodyModel model = default_human();
   const BodyAnatomy anatomy = anatomy_of(model);
   check_anatomy(anatomy, vertex_count(model));
@@ -36,7 +36,7 @@ TEST(WearerAnatomy, LinesThroughTheDefaultHumanStayInside) {
   EXPECT_GT(left.bottomRows(1)(0), 0.3);  // left is +X
 }
 
-TEST(WearerAnatomy, TheBodysOwnPartsAreWornAsGarments) {
+TEST(WearerAnatomy, BodyParts_AreWornAsGarments) {
   // Trunk and upper arms of the body itself: a tee without a gap.
   const BodyModel model = default_human();
   const BodyAnatomy anatomy = anatomy_of(model);
@@ -73,7 +73,7 @@ TEST(WearerAnatomy, TheBodysOwnPartsAreWornAsGarments) {
   EXPECT_THAT(names, ElementsAre("cuff left", "cuff right", "hem", "neck"));
 }
 
-TEST(WearerAnatomyRefused, ASkeletonThatIsNoPersons) {
+TEST(WearerAnatomyRefused, NonHumanSkeleton_Throws) {
   BodyModel model = default_human();
   for (std::string& name : model.skeleton.names) {
     name = "bone " + std::to_string(&name - model.skeleton.names.data());
@@ -82,7 +82,7 @@ TEST(WearerAnatomyRefused, ASkeletonThatIsNoPersons) {
   EXPECT_THROW(anatomy_of(model), DataError);
 }
 
-TEST(WearerAnatomyRefused, ABodyWhoseLimbsMoveNothing) {
+TEST(WearerAnatomyRefused, BodyWithUnskinnedLimbs_Throws) {
   BodyModel model = default_human();
   model.skin.joints.setZero();  // all of it goes with the pelvis
   EXPECT_THROW(anatomy_of(model), DataError);

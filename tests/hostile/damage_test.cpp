@@ -9,7 +9,7 @@ namespace {
 /// Each test reads its inputs in a child process: read or refused by DataError, nothing else.
 class Damage : public ::testing::TestWithParam<Reader> {};
 
-TEST_P(Damage, CorpusIsReadOrRefused) {
+TEST_P(Damage, CorpusFile_IsReadOrRefused) {
   const auto files = corpus_of(GetParam());
   ASSERT_FALSE(files.empty()) << "no fuzz/corpus/" << GetParam().name;
   EXPECT_EQ(read_all_in_sandbox(GetParam(), files.size(),
@@ -17,12 +17,12 @@ TEST_P(Damage, CorpusIsReadOrRefused) {
             "");
 }
 
-TEST_P(Damage, SmallFileIsReadWhole) {
+TEST_P(Damage, SmallFile_IsReadCompletely) {
   EXPECT_LE(std::filesystem::file_size(small_file_of(GetParam())), 4096u);
   EXPECT_NO_THROW(GetParam().read(bytes_of(small_file_of(GetParam()))));
 }
 
-TEST_P(Damage, EveryTruncationIsReadOrRefused) {
+TEST_P(Damage, EveryTruncation_IsReadOrRefused) {
   const Bytes small = bytes_of(small_file_of(GetParam()));
   const std::size_t stride = stride_of(GetParam());
   EXPECT_EQ(read_all_in_sandbox(GetParam(), (small.size() + stride - 1) / stride,
@@ -34,7 +34,7 @@ TEST_P(Damage, EveryTruncationIsReadOrRefused) {
             "");
 }
 
-TEST_P(Damage, EveryFlippedBitIsReadOrRefused) {
+TEST_P(Damage, EveryFlippedBit_IsReadOrRefused) {
   const Bytes small = bytes_of(small_file_of(GetParam()));
   const std::size_t stride = stride_of(GetParam());
   EXPECT_EQ(read_all_in_sandbox(GetParam(), (8 * small.size() + stride - 1) / stride,
@@ -47,7 +47,7 @@ TEST_P(Damage, EveryFlippedBitIsReadOrRefused) {
             "");
 }
 
-TEST_P(Damage, MutationsAreReadOrRefused) {
+TEST_P(Damage, EveryMutation_IsReadOrRefused) {
   std::vector<Bytes> corpus;
   for (const auto& path : corpus_of(GetParam())) {
     corpus.push_back(bytes_of(path));
@@ -59,7 +59,7 @@ TEST_P(Damage, MutationsAreReadOrRefused) {
       "");
 }
 
-TEST_P(Damage, NothingIsRefused) {
+TEST_P(Damage, EmptyOrUniformFile_IsRefused) {
   // An empty file and a file of one kind of byte are the commonest damage after a power loss.
   EXPECT_EQ(read_all_in_sandbox(GetParam(), 6,
                                 [&](std::size_t i) {

@@ -14,7 +14,7 @@ namespace {
 
 class Malformed : public ::testing::TestWithParam<MalformedFile> {};
 
-TEST_P(Malformed, IsRefusedWithTheReason) {
+TEST_P(Malformed, MalformedFile_IsRefusedWithTheReason) {
   const std::vector<Reader> readers = all_readers();
   const auto reader = std::find_if(readers.begin(), readers.end(), [](const Reader& candidate) {
     return candidate.name == GetParam().reader;
@@ -38,7 +38,7 @@ INSTANTIATE_TEST_SUITE_P(
       return name;
     });
 
-TEST(MalformedFiles, EveryFileIsInItsIndexOnce) {
+TEST(MalformedFiles, EveryFile_IsInItsIndexOnce) {
   std::vector<std::filesystem::path> listed;
   for (const MalformedFile& file : all_malformed_files()) {
     listed.push_back(file.path);
@@ -57,7 +57,7 @@ TEST(MalformedFiles, EveryFileIsInItsIndexOnce) {
   EXPECT_EQ(listed, present);
 }
 
-TEST(MalformedFiles, EveryReaderHasFifteen) {
+TEST(MalformedFiles, EveryReader_HasFifteen) {
   std::map<std::string, int> files;
   for (const Reader& reader : all_readers()) {
     files[reader.name] = 0;

@@ -215,7 +215,7 @@ void read_with_little(std::span<const std::byte> bytes) {
 
 class OutOfMemory : public ::testing::TestWithParam<Reader> {};
 
-TEST_P(OutOfMemory, AnyAllocationMayFail) {
+TEST_P(OutOfMemory, AnyFailedAllocation_IsSurvived) {
   const Bytes small = bytes_of(small_file_of(GetParam()));
   GetParam().read(small);  // what is made once is there
   calls_left = kMany;

@@ -71,7 +71,7 @@ double error_at_edge(const Light& before, const Light& now, double contrast = 1)
   return sum / count;
 }
 
-TEST(CastShadow, ItsEdgeDoesNotDragThePrint) {
+TEST(CastShadow, ShadowEdge_DoesNotDragThePrint) {
   constexpr double kMost = 0.0004;  // m more than in even light
   for (const double contrast : {1.0, 0.3}) {
     const double lit = error_at_edge(no_shadow, no_shadow, contrast);

@@ -26,7 +26,7 @@ struct Poked {
   }
 };
 
-TEST(BodyContact, SaysHowMuchIsInsideAndHowDeep) {
+TEST(BodyContact, PenetratingCloth_HasItsShareAndDepth) {
   // Seen from the ball's middle: the cloth is nearest where the vertices at 1.05 m are.
   const Poked poked;
   const BodyContact contact = body_contact(poked.tube.vertices, poked.tube.faces, poked.body);
@@ -49,7 +49,7 @@ TEST(BodyContact, SaysHowMuchIsInsideAndHowDeep) {
   EXPECT_GT(contact.crossings, 10);
 }
 
-TEST(BodyContact, IsNothingWithoutABodyOrFarFromIt) {
+TEST(BodyContact, NoBodyOrDistantBody_GivesNoContact) {
   const Poked far(1.0);
   for (const BodyObstacle& body : {BodyObstacle(), far.body}) {
     const BodyContact contact = body_contact(far.tube.vertices, far.tube.faces, body);
@@ -59,7 +59,7 @@ TEST(BodyContact, IsNothingWithoutABodyOrFarFromIt) {
   }
 }
 
-TEST(BodyContactRefused, ClothThatIsNowhere) {
+TEST(BodyContactRefused, NonFiniteCloth_IsRefused) {
   Poked poked;
   poked.tube.vertices(3, 1) = std::numeric_limits<double>::infinity();
   ATELIER_EXPECT_REFUSED(body_contact(poked.tube.vertices, poked.tube.faces, poked.body),
@@ -69,7 +69,7 @@ TEST(BodyContactRefused, ClothThatIsNowhere) {
                          LogicError, "256");
 }
 
-TEST(ClearOfBody, ClothThatABodyPokesThroughGoesAroundIt) {
+TEST(ClearOfBody, ClothPiercedByTheBody_IsMovedAround) {
   const Poked poked;
   ShapeSolver solver(poked.model);
   const Points x = clear_of_body(solver, poked.model, poked.tube.vertices, poked.body, 0.002);
@@ -85,7 +85,7 @@ TEST(ClearOfBody, ClothThatABodyPokesThroughGoesAroundIt) {
 }
 
 // Between vertices the body rises through the cloth, which its vertices do not know.
-TEST(ClearOfBody, CentresOfTrianglesAreKeptOutToo) {
+TEST(ClearOfBody, TriangleCentres_AreKeptOutsideToo) {
   const Poked poked(0.0, 0.149);
   Mesh coarse = fixtures::cloth_tube(8, 3);
   const ClothModel model = cloth_model(coarse.vertices, coarse.faces);
@@ -95,7 +95,7 @@ TEST(ClearOfBody, CentresOfTrianglesAreKeptOutToo) {
   EXPECT_EQ(body_contact(x, coarse.faces, poked.body).inside, 0);
 }
 
-TEST(ClearOfBody, ClothThatIsClearKeepsItsPlace) {
+TEST(ClearOfBody, ClothClearOfTheBody_StaysInPlace) {
   const Poked far(1.0);
   ShapeSolver solver(far.model);
   EXPECT_EQ(clear_of_body(solver, far.model, far.tube.vertices, far.body, 0.002),
@@ -103,7 +103,7 @@ TEST(ClearOfBody, ClothThatIsClearKeepsItsPlace) {
   EXPECT_EQ(clear_of_body(solver, far.model, far.tube.vertices, {}, 0.002), far.tube.vertices);
 }
 
-TEST(ClearOfBody, WhatIsTurnedOverIsPutRightWithoutABodyToo) {
+TEST(ClearOfBody, InvertedFaces_AreRepairedWithoutABodyToo) {
   const Poked far(1.0);
   Points x = far.tube.vertices;
   x.row(48 * 14) += Eigen::RowVector3d(0, 0.03, 0);

@@ -94,7 +94,7 @@ Case make_case(int which) {
 
 class ClothEnergyOf : public ::testing::TestWithParam<int> {};
 
-TEST_P(ClothEnergyOf, GradientAgreesWithFiniteDifferences) {
+TEST_P(ClothEnergyOf, EnergyGradient_MatchesFiniteDifferences) {
   const Case made = make_case(GetParam());
   const Eigen::VectorXd x = flat_of(made.x);
   const Eigen::MatrixXd numeric = fixtures::finite_difference_jacobian(
@@ -106,7 +106,7 @@ TEST_P(ClothEnergyOf, GradientAgreesWithFiniteDifferences) {
   EXPECT_LT(fixtures::jacobian_error(analytic.transpose(), numeric), 1e-6);
 }
 
-TEST_P(ClothEnergyOf, MatrixIsHalfTheHessianOfWhatIsQuadratic) {
+TEST_P(ClothEnergyOf, QuadraticTerms_HaveHalfTheHessianAsMatrix) {
   if (GetParam() == 0 || GetParam() == 5 || GetParam() == 7) {
     return;  // Gauss-Newton leaves out the rest; below
   }
@@ -124,7 +124,7 @@ TEST_P(ClothEnergyOf, MatrixIsHalfTheHessianOfWhatIsQuadratic) {
 
 INSTANTIATE_TEST_SUITE_P(Terms, ClothEnergyOf, ::testing::Range(0, 8));
 
-TEST(ClothEnergy, MatrixOfLengthsIsTheHessianOfStretchedEdges) {
+TEST(ClothEnergy, StretchedEdges_HaveTheHessianAsMatrix) {
   Case made = make_case(0);
   made.x = 1.5 * fixtures::grid(3, 2).vertices + noise(12, 0.02, 8);  // every edge is too long
   made.terms.compress = made.terms.stretch;
@@ -139,7 +139,7 @@ TEST(ClothEnergy, MatrixOfLengthsIsTheHessianOfStretchedEdges) {
   EXPECT_LT(fixtures::jacobian_error(2 * full, numeric), 1e-5);
 }
 
-TEST(ClothEnergy, ShapeAtRestHasNoEnergyAndMayTurn) {
+TEST(ClothEnergy, RotatedRestShape_HasNoEnergy) {
   const Mesh mesh = fixtures::grid(4, 4);
   const ClothModel model = cloth_model(mesh.vertices, mesh.faces);
   ClothTerms terms;
@@ -150,7 +150,7 @@ TEST(ClothEnergy, ShapeAtRestHasNoEnergyAndMayTurn) {
   EXPECT_NEAR(cloth_energy(model, terms, turned), 0, 1e-20);
 }
 
-TEST(ClothEnergy, CylinderBendsByItsCurvature) {
+TEST(ClothEnergy, Cylinder_BendsByItsCurvature) {
   // A sheet rolled to radius r: the integral of the squared curvature is area / r^2.
   const int n = 40;
   Mesh mesh = fixtures::grid(n, n);
@@ -165,7 +165,7 @@ TEST(ClothEnergy, CylinderBendsByItsCurvature) {
   EXPECT_NEAR(cloth_energy(model, terms, mesh.vertices), 1 / (r * r), 0.1 / (r * r));
 }
 
-TEST(ShapeSolver, FindsTheMinimumOfWhatIsQuadratic) {
+TEST(ShapeSolver, QuadraticEnergy_IsMinimized) {
   Case made = make_case(7);
   made.terms.stretch = made.terms.compress = 0;
   for (SurfaceRow& row : made.terms.rows) {
@@ -181,14 +181,14 @@ TEST(ShapeSolver, FindsTheMinimumOfWhatIsQuadratic) {
   EXPECT_LT(cloth_energy_gradient(made.model, made.terms, x).norm(), 1e-6 * before);
 }
 
-TEST(ShapeSolver, StaysWhereNothingPulls) {
+TEST(ShapeSolver, NoForces_MoveNothing) {
   const Mesh mesh = fixtures::grid(2, 2);
   const ClothModel model = cloth_model(mesh.vertices, mesh.faces);
   ShapeSolver solver(model);
   EXPECT_EQ(solver.lower({}, mesh.vertices), mesh.vertices);
 }
 
-TEST(ShapeSolver, WhatHasNoEnergyIsRefused) {
+TEST(ShapeSolver, EnergyWithoutMinimum_IsRefused) {
   const Mesh mesh = fixtures::grid(2, 2);
   ClothModel model = cloth_model(mesh.vertices, mesh.faces);
   ShapeSolver solver(model);
@@ -200,7 +200,7 @@ TEST(ShapeSolver, WhatHasNoEnergyIsRefused) {
   ATELIER_EXPECT_REFUSED(ShapeSolver(model), LogicError, "longer than nothing");
 }
 
-TEST(ClothModel, BrokenMeshesAreRefused) {
+TEST(ClothModel, DefectiveMeshes_AreRefused) {
   const Mesh mesh = fixtures::grid(2, 2);
   ATELIER_EXPECT_REFUSED(cloth_model(mesh.vertices, Triangles(0, 3)), DataError, "none");
   Triangles three = mesh.faces;
@@ -217,7 +217,7 @@ TEST(ClothModel, BrokenMeshesAreRefused) {
   ATELIER_EXPECT_REFUSED(cloth_model(flat, mesh.faces), DataError, "no area");
 }
 
-TEST(BodyDrivenPrediction, RigidMotionCarriesClothAlong) {
+TEST(BodyDrivenPrediction, RigidBodyMotion_CarriesClothAlong) {
   const Mesh body = fixtures::sphere(2);
   const Mesh cloth = fixtures::grid(3, 3);
   const Points above = cloth.vertices.rowwise() + Eigen::RowVector3d(-0.5, 1.2, -0.5);
@@ -234,7 +234,7 @@ TEST(BodyDrivenPrediction, RigidMotionCarriesClothAlong) {
   EXPECT_LT((predicted - expected).cwiseAbs().maxCoeff(), 1e-6);
 }
 
-TEST(BodyDrivenPrediction, OtherTopologyIsRefused) {
+TEST(BodyDrivenPrediction, OtherTopology_IsRefused) {
   const Mesh body = fixtures::sphere(1);
   ATELIER_EXPECT_REFUSED(body_driven(body.vertices, body.faces, body.vertices, Points::Zero(3, 3)),
                          LogicError, "different topologies");

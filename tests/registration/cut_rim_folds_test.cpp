@@ -14,7 +14,7 @@
 namespace atelier {
 namespace {
 
-TEST(CutRimFolds, WhatIsFoldedAtTheRimGoesAndTheRestStays) {
+TEST(CutRimFolds, FoldsAtTheRim_AreRemovedAndTheRestStays) {
   const Mesh tube = fixtures::cloth_tube(24, 14);
   const Mesh folded = fixtures::with_fold_at_rim(tube);
   ASSERT_FALSE(
@@ -26,7 +26,7 @@ TEST(CutRimFolds, WhatIsFoldedAtTheRimGoesAndTheRestStays) {
   EXPECT_EQ(cut.vertices.topRows(tube.vertices.rows()), tube.vertices);
 }
 
-TEST(CutRimFolds, ThinEarsGo) {
+TEST(CutRimFolds, ThinEars_AreRemoved) {
   Mesh tube = fixtures::cloth_tube(24, 14);
   const Mesh before = tube;
   const std::vector<int> rim =
@@ -56,7 +56,7 @@ double sharpest_fold(const Mesh& mesh) {
 }
 
 // None of a flap's triangles is turned against the others.
-TEST(CutRimFolds, AFlapOfSeveralTrianglesGoes) {
+TEST(CutRimFolds, FlapOfSeveralTriangles_IsRemoved) {
   Mesh sheet = fixtures::grid(8, 8);
   for (const int v : {2, 3, 4, 5, 6}) {
     sheet.vertices.row(v) += Eigen::RowVector3d(0, 0.02, 0.24);
@@ -68,7 +68,7 @@ TEST(CutRimFolds, AFlapOfSeveralTrianglesGoes) {
   EXPECT_TRUE(is_manifold(manifold_defects(topology_of(cut.faces, cut.vertices.rows()))));
 }
 
-TEST(CutRimFolds, WhatIsCrumpledATriangleAwayFromTheRimGoesWithIt) {
+TEST(CutRimFolds, CrumplesNextToTheRim_AreRemoved) {
   Mesh sheet = fixtures::grid(8, 8);
   sheet.vertices.row(9 + 4) += Eigen::RowVector3d(0, 0.01, 0.2);  // beyond the row after
   const auto turned = [](const Mesh& mesh) {
@@ -81,7 +81,7 @@ TEST(CutRimFolds, WhatIsCrumpledATriangleAwayFromTheRimGoesWithIt) {
   EXPECT_TRUE(is_manifold(manifold_defects(topology_of(cut.faces, cut.vertices.rows()))));
 }
 
-TEST(CutRimFolds, CleanSurfacesStay) {
+TEST(CutRimFolds, CleanSurfaces_StayUnchanged) {
   for (const Mesh& mesh :
        {fixtures::cloth_tube(24, 14), fixtures::grid(5, 4), fixtures::sphere(1)}) {
     const Mesh cut = cut_rim_folds(mesh);
@@ -91,7 +91,7 @@ TEST(CutRimFolds, CleanSurfacesStay) {
 }
 
 // Nothing is left to fold against: one triangle has three edges that are open.
-TEST(CutRimFolds, ATriangleAloneStays) {
+TEST(CutRimFolds, SingleTriangle_StaysUnchanged) {
   Mesh single;
   single.vertices.resize(3, 3);
   single.vertices << 0, 0, 0, 1, 0, 0, 0.5, 1e-6, 0;
@@ -100,7 +100,7 @@ TEST(CutRimFolds, ATriangleAloneStays) {
   EXPECT_EQ(cut_rim_folds(single).faces, single.faces);
 }
 
-TEST(CutRimFolds, FacesOfVerticesThatAreNotThereAreRefused) {
+TEST(CutRimFolds, FaceIndexOutOfRange_IsRefused) {
   Mesh tube = fixtures::cloth_tube(6, 2);
   tube.faces(0, 0) = 1000;
   EXPECT_THROW(cut_rim_folds(tube), LogicError);

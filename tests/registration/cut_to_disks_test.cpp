@@ -14,7 +14,7 @@ using fixtures::no_cut;
 using fixtures::opened;
 using fixtures::topology;
 
-TEST(CutToDisks, TubesSpheresAndToriBecomeDiscs) {
+TEST(CutToDisks, TubesSpheresAndTori_BecomeDisks) {
   for (const Mesh& mesh : {fixtures::tube(12, 5), fixtures::sphere(2), fixtures::torus(16, 8)}) {
     const SurfaceCut cut = cut_surface(topology(mesh), opened(mesh));
     const Topology open = topology_of(cut.faces, static_cast<Index>(cut.source.size()));
@@ -24,7 +24,7 @@ TEST(CutToDisks, TubesSpheresAndToriBecomeDiscs) {
   }
 }
 
-TEST(CutToDisks, ATubeIsOpenedAlongTheShortestWay) {
+TEST(CutToDisks, Tube_IsCutAlongTheShortestPath) {
   const Mesh mesh = fixtures::tube(12, 5, 2);
   const std::vector<char> cut = opened(mesh);
   const std::vector<double> lengths = edge_lengths(topology(mesh), mesh.vertices);
@@ -35,7 +35,7 @@ TEST(CutToDisks, ATubeIsOpenedAlongTheShortestWay) {
   EXPECT_NEAR(length, 2, 1e-9);
 }
 
-TEST(CutToDisks, RefusesNegativeCosts) {
+TEST(CutToDisks, NegativeCosts_AreRefused) {
   const Mesh mesh = fixtures::tube(12, 5);
   const Topology whole = topology(mesh);
   std::vector<double> costs(static_cast<std::size_t>(whole.edges.rows()), -1);

@@ -72,7 +72,7 @@ double farthest_from(const Mesh& surface, const Points& points) {
   return farthest;
 }
 
-TEST(StraightSeams, AZigzagBecomesTheStraightLineAcross) {
+TEST(StraightSeams, ZigzagSeam_BecomesStraight) {
   const ZigzagSheet sheet = zigzag_sheet();
   const double wide = sheet.mesh.vertices.col(0).maxCoeff() - sheet.mesh.vertices.col(0).minCoeff();
   EXPECT_GT(length_of_cut(sheet.mesh, sheet.mesh.vertices, sheet.cut), 1.4 * wide);
@@ -80,7 +80,7 @@ TEST(StraightSeams, AZigzagBecomesTheStraightLineAcross) {
   EXPECT_LT(length_of_cut(sheet.mesh, straight, sheet.cut), 1.15 * wide);  // the rim holds its ends
 }
 
-TEST(StraightSeams, TheSurfaceItsRimAndItsAreaStay) {
+TEST(StraightSeams, Straightening_KeepsSurfaceBoundaryAndArea) {
   const ZigzagSheet sheet = zigzag_sheet();
   const Points straight = straightened_seams(sheet.mesh, sheet.cut);
   EXPECT_LT(farthest_from(sheet.mesh, straight), 1e-9);
@@ -99,7 +99,7 @@ TEST(StraightSeams, TheSurfaceItsRimAndItsAreaStay) {
 }
 
 // On the triangles themselves slides would cut through what bulges: 6.7% less after four times.
-TEST(StraightSeams, SlidesOverABulgeTakeLittleOfItsArea) {
+TEST(StraightSeams, StraighteningOverABulge_KeepsTheArea) {
   ZigzagSheet sheet = zigzag_sheet();
   const double wide = sheet.mesh.vertices.col(0).maxCoeff() - sheet.mesh.vertices.col(0).minCoeff();
   for (Index v = 0; v < sheet.mesh.vertices.rows(); ++v) {
@@ -114,7 +114,7 @@ TEST(StraightSeams, SlidesOverABulgeTakeLittleOfItsArea) {
 }
 
 // Whatever seams and surfaces, no corner becomes smaller than 10 degrees that was not.
-TEST(StraightSeams, MakeNoSlivers) {
+TEST(StraightSeams, Straightening_MakesNoSlivers) {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> noise(-0.012, 0.012);
   std::bernoulli_distribution cut_here(0.15);
@@ -133,14 +133,14 @@ TEST(StraightSeams, MakeNoSlivers) {
   }
 }
 
-TEST(StraightSeams, WithoutSeamsOrRoundsNothingMoves) {
+TEST(StraightSeams, NoSeamsOrNoRounds_MoveNothing) {
   const ZigzagSheet sheet = zigzag_sheet();
   EXPECT_EQ(straightened_seams(sheet.mesh, std::vector<char>(sheet.cut.size(), 0)),
             sheet.mesh.vertices);
   EXPECT_EQ(straightened_seams(sheet.mesh, sheet.cut, 0), sheet.mesh.vertices);
 }
 
-TEST(StraightSeams, RefusesOtherFlags) {
+TEST(StraightSeams, MismatchedEdgeFlags_AreRefused) {
   EXPECT_THROW(straightened_seams(sewn_tube(), {}), LogicError);
 }
 
@@ -168,14 +168,14 @@ Bulging bulging(double height) {
   return result;
 }
 
-TEST(UnstretchedSurface, WhatLiesFlatStays) {
+TEST(UnstretchedSurface, DevelopableSurface_StaysUnchanged) {
   const Bulging tube = bulging(0);
   const Points points =
       unstretched_surface(tube.mesh, tube.pattern, 0.03, 0.002, tube.mesh.vertices);
   EXPECT_LT((points - tube.mesh.vertices).rowwise().norm().maxCoeff(), 2e-4);
 }
 
-TEST(UnstretchedSurface, ABulgeWithinTheDoubtLosesItsStretch) {
+TEST(UnstretchedSurface, BulgeWithinTolerance_LosesItsStretch) {
   const Bulging tube = bulging(0.012);
   Mesh moved = tube.mesh;
   moved.vertices = unstretched_surface(tube.mesh, tube.pattern, 0.01, 0.004, tube.mesh.vertices);
@@ -188,7 +188,7 @@ TEST(UnstretchedSurface, ABulgeWithinTheDoubtLosesItsStretch) {
 }
 
 // Round by round creases are ironed out and the pattern follows what is left.
-TEST(UnstretchedSurface, GivingWayAgainAndAgainKeepsTheArea) {
+TEST(UnstretchedSurface, RepeatedDeviation_KeepsTheArea) {
   Bulging tube = bulging(0);
   for (Index v = 0; v < tube.mesh.vertices.rows(); ++v) {
     tube.mesh.vertices(v, 2) *= 1 + 0.04 * std::sin(70 * tube.mesh.vertices(v, 1)) *
@@ -205,7 +205,7 @@ TEST(UnstretchedSurface, GivingWayAgainAndAgainKeepsTheArea) {
   EXPECT_NEAR(face_areas(moved.vertices, moved.faces).sum(), area, 0.01 * area);
 }
 
-TEST(UnstretchedSurface, WhatIsLargerThanTheDoubtStays) {
+TEST(UnstretchedSurface, BulgeBeyondTolerance_StaysInPlace) {
   const Bulging tube = bulging(0.08);
   const Points points =
       unstretched_surface(tube.mesh, tube.pattern, 0.03, 0.001, tube.mesh.vertices);
@@ -214,7 +214,7 @@ TEST(UnstretchedSurface, WhatIsLargerThanTheDoubtStays) {
   EXPECT_LT(ways.maxCoeff(), 0.02);  // of the 8 cm
 }
 
-TEST(UnstretchedSurface, RefusesOtherTrianglesAndNoDoubt) {
+TEST(UnstretchedSurface, OtherTrianglesOrZeroTolerance_AreRefused) {
   const Bulging tube = bulging(0);
   const Points& start = tube.mesh.vertices;
   EXPECT_THROW(unstretched_surface(fixtures::grid(3, 3), tube.pattern, 0.03, 0.002, start),
@@ -224,7 +224,7 @@ TEST(UnstretchedSurface, RefusesOtherTrianglesAndNoDoubt) {
   EXPECT_THROW(unstretched_surface(tube.mesh, tube.pattern, 0.03, 0.002, Points(3, 3)), LogicError);
 }
 
-TEST(FindPattern, ATubeIsItsTwoHalvesWithStraightSeams) {
+TEST(FindPattern, Tube_GivesTwoHalvesWithStraightSeams) {
   const FoundPattern found = find_pattern(sewn_tube());
   EXPECT_TRUE(found.reached);
   EXPECT_EQ(found.pattern.cut.panel_count, 2);
@@ -232,7 +232,7 @@ TEST(FindPattern, ATubeIsItsTwoHalvesWithStraightSeams) {
   EXPECT_LT(found.moved_most, 0.002);
 }
 
-TEST(FindPattern, NoiseWithinTheDoubtAsksForNoSeams) {
+TEST(FindPattern, NoiseWithinTolerance_NeedsNoSeams) {
   // Waves of 12 cm and 4 mm either way, which no panel of the tube can have.
   Mesh mesh = sewn_tube();
   for (Index v = 0; v < mesh.vertices.rows(); ++v) {
@@ -253,7 +253,7 @@ TEST(FindPattern, NoiseWithinTheDoubtAsksForNoSeams) {
   EXPECT_EQ(as_it_is.moved_most, 0);
 }
 
-TEST(FindPattern, KeepsTheBoundWithEqualSeamsOnABall) {
+TEST(FindPattern, Ball_KeepsTheStretchBoundWithEqualSeams) {
   Mesh ball = fixtures::sphere(3);
   ball.vertices *= 0.12;
   FindPatternOptions options;
@@ -269,7 +269,7 @@ TEST(FindPattern, KeepsTheBoundWithEqualSeamsOnABall) {
 }
 
 // What a simulation is given: neither the surface nor its flat rest shape has slivers.
-TEST(FindPattern, PanelsOfRoughSurfacesHaveNoSlivers) {
+TEST(FindPattern, RoughSurfaces_GivePanelsWithoutSlivers) {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> noise(-0.004, 0.004);
   for (int trial = 0; trial < 4; ++trial) {
@@ -287,7 +287,7 @@ TEST(FindPattern, PanelsOfRoughSurfacesHaveNoSlivers) {
 }
 
 // The search sews on the surface as it is; what gives way needs fewer seams.
-TEST(FindPattern, TriesToSewSeamsAgainAndKeepsTheBound) {
+TEST(FindPattern, SewingSeamsAgain_KeepsTheStretchBound) {
   Mesh ball = fixtures::sphere(3);
   ball.vertices *= 0.12;
   FindPatternOptions options;
@@ -318,7 +318,7 @@ TEST(FindPattern, TriesToSewSeamsAgainAndKeepsTheBound) {
   EXPECT_EQ(tried, 0);
 }
 
-TEST(FindPattern, SaysWhereTheBoundIsNotKept) {
+TEST(FindPattern, UnreachableStretchBound_IsReported) {
   Mesh ball = fixtures::sphere(3);
   ball.vertices *= 0.12;
   FindPatternOptions options;
@@ -330,7 +330,7 @@ TEST(FindPattern, SaysWhereTheBoundIsNotKept) {
   EXPECT_GT(found.measures.strain_p99, 0.005);
 }
 
-TEST(FindPattern, BadSurfacesRefused) {
+TEST(FindPattern, BadSurfaces_AreRefused) {
   EXPECT_THROW(find_pattern(Mesh{}), DataError);
   Mesh mesh = sewn_tube();
   mesh.vertices(3, 0) = std::numeric_limits<double>::quiet_NaN();

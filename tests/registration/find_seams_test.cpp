@@ -29,7 +29,7 @@ FlattenOptions laid_as_found(const FindSeamsOptions& find) {
   return options;
 }
 
-TEST(FindSeams, ConeAndTubeNeedNoMoreThanASeam) {
+TEST(FindSeams, ConeAndTube_NeedAtMostOneSeam) {
   Mesh mesh = fixtures::tube(32, 10, 0.6);
   mesh.vertices.col(0) *= 0.2;
   mesh.vertices.col(2) *= 0.2;
@@ -42,7 +42,7 @@ TEST(FindSeams, ConeAndTubeNeedNoMoreThanASeam) {
   EXPECT_EQ(pattern.cut.panel_count, 1);
 }
 
-TEST(FindSeams, FrontAndBackOfATubeAreItsHalves) {
+TEST(FindSeams, FrontAndBackOfATube_AreItsHalves) {
   Mesh mesh = fixtures::tube(32, 10, 0.6);
   mesh.vertices.col(0) *= 0.2;
   mesh.vertices.col(2) *= 0.2;
@@ -53,7 +53,7 @@ TEST(FindSeams, FrontAndBackOfATubeAreItsHalves) {
   EXPECT_NEAR(measure_flat(mesh, pattern).seam_length, 1.2, 0.05);
 }
 
-TEST(FindSeams, FrontAndBackTurnWithTheShape) {
+TEST(FindSeams, FrontAndBack_RotateWithTheShape) {
   // A tube a third as deep as it is wide: its sides are where it is narrow, however it is turned.
   Mesh mesh = fixtures::tube(48, 10, 0.6);
   mesh.vertices.col(0) *= 0.3;
@@ -77,7 +77,7 @@ TEST(FindSeams, FrontAndBackTurnWithTheShape) {
             front_and_back(ahead, Eigen::Vector3d::UnitX()));
 }
 
-TEST(FindSeams, WhatIsRoundKeepsTheWorldsFront) {
+TEST(FindSeams, RoundShape_KeepsTheWorldsFront) {
   Mesh mesh = fixtures::tube(32, 10, 0.6);
   mesh.vertices.col(0) *= 0.2;
   mesh.vertices.col(2) *= 0.19;
@@ -88,7 +88,7 @@ TEST(FindSeams, WhatIsRoundKeepsTheWorldsFront) {
   EXPECT_THROW(front_and_back(mesh, Eigen::Vector3d::Zero()), LogicError);
 }
 
-TEST(FindSeams, AHalfSphereIsCutUntilTheStretchIsWithinBounds) {
+TEST(FindSeams, Hemisphere_IsCutUntilStretchIsWithinBounds) {
   Mesh sphere = fixtures::sphere(3);
   Mesh half;
   half.vertices = sphere.vertices * 0.12;
@@ -114,7 +114,7 @@ TEST(FindSeams, AHalfSphereIsCutUntilTheStretchIsWithinBounds) {
   EXPECT_EQ(measures.overlaps, 0);
 }
 
-TEST(FindSeams, APanelOverItselfIsNoStretch) {
+TEST(FindSeams, OverlappingPanel_IsNotCalledStretched) {
   // A ramp of a turn and a half, which lies flat twice over half a ring.
   constexpr int kSteps = 60;
   Mesh ramp;
@@ -142,7 +142,7 @@ TEST(FindSeams, APanelOverItselfIsNoStretch) {
   EXPECT_THAT(said.back(), ::testing::EndsWith("0.0% stretched too far"));
 }
 
-TEST(FindSeams, GivenSeamsStayAndNeedlessOnesAreSewnAgain) {
+TEST(FindSeams, GivenSeams_StayAndNeedlessOnesAreSewnAgain) {
   // A tube's side is all it needs; a ring that was given stays.
   Mesh mesh = fixtures::tube(32, 10, 0.6);
   mesh.vertices.col(0) *= 0.2;
@@ -163,7 +163,7 @@ TEST(FindSeams, GivenSeamsStayAndNeedlessOnesAreSewnAgain) {
   EXPECT_EQ(flatten_surface(mesh, found.cut).cut.panel_count, 2);
 }
 
-TEST(FindSeams, SewingAgainKeepsTheBoundAndTakesSeamsAway) {
+TEST(FindSeams, SewingSeamsAgain_KeepsTheBoundWithFewerSeams) {
   // A ball, whose greedy cuts are more than it needs.
   Mesh ball = fixtures::sphere(3);
   ball.vertices *= 0.12;
@@ -184,7 +184,7 @@ TEST(FindSeams, SewingAgainKeepsTheBoundAndTakesSeamsAway) {
   EXPECT_EQ(measure_flat(ball, after).overlaps, 0);
 }
 
-TEST(FindSeams, GoesOnFromSeamsFoundBefore) {
+TEST(FindSeams, SeamsFoundBefore_AreContinuedFrom) {
   Mesh ball = fixtures::sphere(3);
   ball.vertices *= 0.12;
   FindSeamsOptions options;
@@ -198,7 +198,7 @@ TEST(FindSeams, GoesOnFromSeamsFoundBefore) {
   EXPECT_EQ(again.sides, found.sides);
 }
 
-TEST(FindSeams, RefusesOtherFlagsAndBadSurfaces) {
+TEST(FindSeams, MismatchedFlagsOrBadSurfaces_AreRefused) {
   const Mesh mesh = fixtures::grid(3, 3);
   EXPECT_THROW(find_seams(mesh, {}), LogicError);
   FoundSeams other;

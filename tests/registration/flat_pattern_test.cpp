@@ -29,7 +29,7 @@ using fixtures::opened;
 using fixtures::topology;
 using ::testing::HasSubstr;
 
-TEST(FlattenSurface, ATubeBecomesARectangle) {
+TEST(FlattenSurface, Tube_BecomesARectangle) {
   const Mesh mesh = fixtures::tube(24, 8, 2);
   const FlatPattern pattern = flatten_surface(mesh, opened(mesh));
   const FlatMeasures measures = measure_flat(mesh, pattern);
@@ -46,7 +46,7 @@ TEST(FlattenSurface, ATubeBecomesARectangle) {
   EXPECT_NEAR(pattern.vertices.col(0).maxCoeff(), 48 * std::sin(std::numbers::pi / 24), 0.02);
 }
 
-TEST(FlattenSurface, SeamsOfASphereHaveEqualSides) {
+TEST(FlattenSurface, SphereSeams_HaveEqualSides) {
   const Mesh mesh = fixtures::sphere(3);
   const Topology whole = topology(mesh);
   std::vector<int> labels;  // eight segments
@@ -67,7 +67,7 @@ TEST(FlattenSurface, SeamsOfASphereHaveEqualSides) {
   EXPECT_LT(measures.strain_p99, 0.15);
 }
 
-TEST(FlattenSurface, TheRestShapeOfTheGarmentIsThePattern) {
+TEST(FlattenSurface, GarmentRestShape_IsThePattern) {
   const Mesh mesh = fixtures::tube(16, 6, 1);
   const FlatPattern pattern = flatten_surface(mesh, opened(mesh));
   const Garment garment = garment_of(mesh, pattern);
@@ -128,7 +128,7 @@ void expect_every_edge_back(const SewingPattern& sewing) {
   }
 }
 
-TEST(FlattenSurface, GivesEveryEdgeOfOurPatternsBack) {
+TEST(FlattenSurface, OwnPatterns_GiveEveryEdgeBack) {
   const TailorMeasures measures;
   expect_every_edge_back(skirt_pattern(measures));
   expect_every_edge_back(tee_pattern(measures));
@@ -136,7 +136,7 @@ TEST(FlattenSurface, GivesEveryEdgeOfOurPatternsBack) {
   expect_every_edge_back(dress_pattern(measures));
 }
 
-TEST(FlattenSurface, GivesEveryEdgeOfRealPatternsBack) {
+TEST(FlattenSurface, RealPatterns_GiveEveryEdgeBack) {
   for (const char* name :
        {"basic tee/tee.json", "skirts/skirt_4_panels.json", "pants/pants_straight_sides.json"}) {
     ATELIER_TEST_FILE(file, std::string("garments/pattern_generator/Patterns/") + name);
@@ -171,7 +171,7 @@ Sector sector_of(const Panel& panel) {
   return {apex, std::min(angle(points[0]), angle(points[2]))};
 }
 
-TEST(FlattenSurface, GivesSewnPanelsBackThroughTheirSeams) {
+TEST(FlattenSurface, SewnPanels_AreRecoveredThroughTheirSeams) {
   // A skirt rolled into the cone that its sectors make: an exactly inextensible drape, welded. Cut
   // along the pattern's seams, its panels are those of the pattern.
   SkirtOptions options;
@@ -258,7 +258,7 @@ void expect_refused(const Act& act, const std::string& words) {
   }
 }
 
-TEST(CheckFlattenable, RefusesBadSurfaces) {
+TEST(CheckFlattenable, BadSurface_IsRefused) {
   expect_refused([] { check_flattenable(Mesh{}, "a.obj"); }, "a.obj");
   Mesh mesh = fixtures::grid(3, 3);
   mesh.vertices(2, 2) = std::numeric_limits<double>::infinity();
@@ -277,7 +277,7 @@ TEST(CheckFlattenable, RefusesBadSurfaces) {
   expect_refused([&] { check_flattenable(point); }, "three different");
 }
 
-TEST(FlattenSurface, RefusesPanelsThatAreNoDiscsByName) {
+TEST(FlattenSurface, NonDiskPanel_IsRefusedByName) {
   const Mesh tube = fixtures::tube(8, 3);
   expect_refused([&] { flatten_surface(tube, no_cut(topology(tube))); }, "panel 0");
   const Mesh sphere = fixtures::sphere(1);
@@ -285,7 +285,7 @@ TEST(FlattenSurface, RefusesPanelsThatAreNoDiscsByName) {
   EXPECT_THROW(flatten_surface(tube, {}), LogicError);
 }
 
-TEST(FlattenSurface, RefusesTrianglesWithoutArea) {
+TEST(FlattenSurface, ZeroAreaTriangle_IsRefused) {
   Mesh mesh = fixtures::grid(3, 3);
   mesh.vertices.row(5) = mesh.vertices.row(4);
   expect_refused([&] { flatten_surface(mesh, no_cut(topology(mesh))); }, "no area");

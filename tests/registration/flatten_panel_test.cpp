@@ -55,7 +55,7 @@ Mesh bent_grid(int cells, const std::function<Eigen::Vector3d(double, double)>& 
   return mesh;
 }
 
-TEST(FlattenPanel, FlatStaysAsItIs) {
+TEST(FlattenPanel, FlatPanel_StaysUnchanged) {
   const Mesh mesh = fixtures::grid(8, 8);
   const FlatPanel flat = flatten_panel(mesh.vertices, mesh.faces);
   EXPECT_TRUE(flat.converged);
@@ -64,7 +64,7 @@ TEST(FlattenPanel, FlatStaysAsItIs) {
   expect_same_edges(mesh.vertices, flat.vertices, mesh.faces, 1e-6);
 }
 
-TEST(FlattenPanel, ConesUnrollToLengthsOfTheirChords) {
+TEST(FlattenPanel, Cones_UnrollToTheirChordLengths) {
   // Rows of a cone's generators: every triangle strip is developable as a polyhedron.
   const Mesh mesh = bent_grid(24, [](double u, double v) {
     const double r = 0.2 + 0.5 * v;
@@ -77,7 +77,7 @@ TEST(FlattenPanel, ConesUnrollToLengthsOfTheirChords) {
   expect_same_edges(mesh.vertices, flat.vertices, mesh.faces, 2e-3);
 }
 
-TEST(FlattenPanel, ASphereCapIsStretchedLittleAndNothingIsTurnedOver) {
+TEST(FlattenPanel, SphereCap_IsStretchedLittleWithoutInversions) {
   Mesh mesh = fixtures::sphere(4);
   Triangles upper(0, 3);
   std::vector<int> number(static_cast<std::size_t>(mesh.vertices.rows()), -1);
@@ -112,7 +112,7 @@ TEST(FlattenPanel, ASphereCapIsStretchedLittleAndNothingIsTurnedOver) {
   EXPECT_LT(flat.energy, 2.05);
 }
 
-TEST(FlattenPanel, NothingIsTurnedOverFromTuttesEmbeddingOfADeepFold) {
+TEST(FlattenPanel, DeepFold_HasNoInvertedFaces) {
   // Nearly the whole sphere through a small hole: no map is near isometric.
   const Mesh sphere = fixtures::sphere(3);
   const Triangles faces = sphere.faces.bottomRows(sphere.faces.rows() - 1);
@@ -121,7 +121,7 @@ TEST(FlattenPanel, NothingIsTurnedOverFromTuttesEmbeddingOfADeepFold) {
   EXPECT_GT(flat.energy, 2.2);
 }
 
-TEST(FlattenPanel, HoldsLengthsThatSeamsNeed) {
+TEST(FlattenPanel, SeamLengths_AreKept) {
   const Mesh mesh = fixtures::grid(6, 6);
   FlattenPanelOptions options;
   options.length_weight = 1e4;
@@ -137,7 +137,7 @@ TEST(FlattenPanel, HoldsLengthsThatSeamsNeed) {
   }
 }
 
-TEST(FlattenPanel, StretchIsSpreadOutWhereClothStiffens) {
+TEST(FlattenPanel, StiffeningCloth_SpreadsTheStretch) {
   // A low dome: what it must be stretched by lies at its middle and its rim if cloth is soft.
   const Mesh dome = bent_grid(20, [](double u, double v) {
     const double x = 2 * u - 1;
@@ -166,7 +166,7 @@ TEST(FlattenPanel, StretchIsSpreadOutWhereClothStiffens) {
   EXPECT_LT(most(0.03), 0.8 * most(0));
 }
 
-TEST(FlattenPanel, DerivativesAgreeWithFiniteDifferences) {
+TEST(FlattenPanel, Derivatives_MatchFiniteDifferences) {
   const Mesh mesh =
       bent_grid(3, [](double u, double v) { return Eigen::Vector3d(u, 0.3 * u * v, v); });
   std::mt19937 random(7);
@@ -201,7 +201,7 @@ TEST(FlattenPanel, DerivativesAgreeWithFiniteDifferences) {
   }
 }
 
-TEST(FlattenPanel, TellsThatASpiralLiesOverItself) {
+TEST(FlattenPanel, OverlappingSpiral_IsDetected) {
   // A flat ring sector of 1.2 turns, as a helix: isometric, but it overlaps.
   const Mesh mesh = bent_grid(60, [](double u, double v) {
     const double angle = 2.4 * std::numbers::pi * u;
@@ -213,7 +213,7 @@ TEST(FlattenPanel, TellsThatASpiralLiesOverItself) {
   EXPECT_TRUE(flat.overlaps);
 }
 
-TEST(CrossesItself, KnowsBowsAndSquares) {
+TEST(CrossesItself, BowAndSquare_AreToldApart) {
   Points2 square(4, 2);
   square << 0, 0, 1, 0, 1, 1, 0, 1;
   EXPECT_FALSE(crosses_itself(square));
@@ -222,7 +222,7 @@ TEST(CrossesItself, KnowsBowsAndSquares) {
   EXPECT_TRUE(crosses_itself(bow));
 }
 
-TEST(CrossesItself, KnowsSpikes) {
+TEST(CrossesItself, Spikes_AreDetected) {
   Points2 spike(5, 2);  // up from the square's side and back along itself
   spike << 0, 0, 1, 0, 1, 1, 1, 2, 0, 1;
   EXPECT_FALSE(crosses_itself(spike));
@@ -267,7 +267,7 @@ bool crosses_by_pairs(const std::vector<std::array<int, 2>>& loop) {
   return false;
 }
 
-TEST(CrossesItself, AgreesWithEveryPairOfSegments) {
+TEST(CrossesItself, RandomLoops_AgreeWithEveryPairOfSegments) {
   std::mt19937 random(7);
   int crossing = 0;
   int apart = 0;
@@ -297,7 +297,7 @@ void expect_refused_panel(const Act& act, const std::string& words) {
   }
 }
 
-TEST(FlattenPanel, RefusesWhatIsNoPanel) {
+TEST(FlattenPanel, NonDiskPanels_AreRefused) {
   const Mesh grid = fixtures::grid(3, 3);
   expect_refused_panel([] { flatten_panel(Points(0, 3), Triangles(0, 3)); }, "no triangle");
   const Mesh sphere = fixtures::sphere(1);
@@ -314,7 +314,7 @@ TEST(FlattenPanel, RefusesWhatIsNoPanel) {
   expect_refused_panel([&] { flatten_panel(twice, both); }, "2 pieces");
 }
 
-TEST(FlattenPanel, RefusesBadTriangles) {
+TEST(FlattenPanel, BadTriangles_AreRefused) {
   Mesh grid = fixtures::grid(3, 3);
   grid.vertices(5, 1) = std::numeric_limits<double>::quiet_NaN();
   expect_refused_panel([&] { flatten_panel(grid.vertices, grid.faces); }, "not finite");
@@ -325,7 +325,7 @@ TEST(FlattenPanel, RefusesBadTriangles) {
   expect_refused_panel([&] { flatten_panel(fin.vertices, fin.faces); }, "non-manifold-edge");
 }
 
-TEST(FlattenPanel, RefusesAStartThatTurnsAFaceOver) {
+TEST(FlattenPanel, StartWithAnInvertedFace_IsRefused) {
   const Mesh grid = fixtures::grid(2, 2);
   Points2 start(grid.vertices.rows(), 2);
   start << grid.vertices.col(0), grid.vertices.col(2);  // the other side

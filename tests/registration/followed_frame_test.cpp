@@ -125,7 +125,7 @@ void expect_same(const RegisteredGarment& a, const RegisteredGarment& b, Index r
   EXPECT_EQ(a.contact.crossings, b.contact.crossings) << row;
 }
 
-TEST(FollowedFrame, TheSequenceOfTheTestsHasAllThatAChainCarries) {
+TEST(FollowedFrame, TestSequence_HasEverythingAChainCarries) {
   Shelf shelf;
   Turning turning;
   turning.source.keeping = shelf.keeping();
@@ -138,7 +138,7 @@ TEST(FollowedFrame, TheSequenceOfTheTestsHasAllThatAChainCarries) {
   EXPECT_GT(uninterrupted()[kTemplateRow + 1].correlation, 0.5);
 }
 
-TEST(FollowedFrame, StoppedAfterAnyFrameItGoesOnToTheSameBits) {
+TEST(FollowedFrame, StopAfterAnyFrame_ResumesBitIdentical) {
   for (const int until : {0, 1, 4, 6}) {
     Shelf shelf;
     Turning turning;
@@ -187,7 +187,7 @@ void expect_one_followed_again(const Lose& lose) {
   }
 }
 
-TEST(FollowedFrame, OneThatIsLostIsTheOnlyOneThatIsFollowedAgain) {
+TEST(FollowedFrame, LostFrame_IsTheOnlyOneTrackedAgain) {
   for (const Index lost : {Index{1}, kTemplateRow, Index{5}}) {
     expect_one_followed_again(
         [&](Shelf& shelf, const RegistrationModel& /*model*/) { shelf.frames.erase(lost); });
@@ -195,7 +195,7 @@ TEST(FollowedFrame, OneThatIsLostIsTheOnlyOneThatIsFollowedAgain) {
 }
 
 // A file may have been tampered with: nothing that it says is an error of the program.
-TEST(FollowedFrame, OneWithAnotherTextureIsFollowedAgain) {
+TEST(FollowedFrame, FrameOfAnotherTexture_IsTrackedAgain) {
   for (const Index tampered : {Index{1}, kTemplateRow, Index{5}}) {
     for (const TextureGain& gain :
          {TextureGain{3, 3, {0}, std::vector<float>(9, 0.5F)},
@@ -211,7 +211,7 @@ TEST(FollowedFrame, OneWithAnotherTextureIsFollowedAgain) {
   }
 }
 
-TEST(FollowedFrame, AGainOfAnotherTextureIsRefused) {
+TEST(FollowedFrame, GainOfAnotherTexture_IsRefused) {
   GarmentTexture texture;
   add_gain(texture, {2, 1, {1}, {0.1F, 0.2F}}, 3);
   EXPECT_EQ(texture.levels.size(), 2U);
@@ -220,7 +220,7 @@ TEST(FollowedFrame, AGainOfAnotherTextureIsRefused) {
 }
 
 // As two processes would: each with a sequence of its own, and every other frame.
-TEST(FollowedFrame, ShardsShareWhatTheyFollow) {
+TEST(FollowedFrame, Shards_ShareTrackedFrames) {
   for (const int window : {48, 2}) {
     Shelf shelf;
     std::vector<std::jthread> shards;
@@ -262,7 +262,7 @@ FollowedFrame some_frame() {
   return frame;
 }
 
-TEST(FollowedFrame, IsReadBackAsItWas) {
+TEST(FollowedFrame, WrittenFrame_ReadsBackEqual) {
   const FollowedFrame frame = some_frame();
   const FollowedFrame back = followed_frame_of(archive_of(frame, "key a 1"), "key a 1", 3, 5);
   EXPECT_EQ(back.garment.vertices, frame.garment.vertices);
@@ -282,7 +282,7 @@ TEST(FollowedFrame, IsReadBackAsItWas) {
   EXPECT_EQ(bare_back.gain.levels, 2);
 }
 
-TEST(FollowedFrame, AnothersOrABrokenOneIsRefused) {
+TEST(FollowedFrame, FrameOfOtherInputOrMalformed_IsRefused) {
   const Archive good = archive_of(some_frame(), "key a 1");
   const auto read = [](const Archive& archive, Index vertices = 3, Index samples = 5) {
     return followed_frame_of(archive, "key a 1", vertices, samples, "000001.h5");

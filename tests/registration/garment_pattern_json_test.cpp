@@ -36,7 +36,7 @@ std::string replaced(const std::string& from, const std::string& to) {
   return text;
 }
 
-TEST(GarmentPatternJson, ReadsUnitsCurvesAndStitches) {
+TEST(GarmentPatternJson, UnitsCurvesAndStitches_AreRead) {
   const SewingPattern pattern = parse(good());
   ASSERT_EQ(pattern.panels.size(), 2U);
   for (const Panel& panel : pattern.panels) {
@@ -61,7 +61,7 @@ TEST(GarmentPatternJson, ReadsUnitsCurvesAndStitches) {
   }
 }
 
-TEST(GarmentPatternJson, EveryRealPatternBecomesAGarment) {
+TEST(GarmentPatternJson, EveryRealPattern_BecomesAGarment) {
   ATELIER_TEST_FILE(root, "garments/pattern_generator/Patterns");
   int count = 0;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(root)) {
@@ -101,7 +101,7 @@ void expect_refused_json(const std::string& text, const std::string& words) {
   }
 }
 
-TEST(GarmentPatternJsonRefused, WhatIsNoPattern) {
+TEST(GarmentPatternJsonRefused, NonPatternJson_IsRefused) {
   expect_refused_json("{}", "no 'properties'");
   expect_refused_json("[1, 2]", "no 'properties'");
   expect_refused_json("{", "p.json");
@@ -109,14 +109,14 @@ TEST(GarmentPatternJsonRefused, WhatIsNoPattern) {
   expect_refused_json(replaced("\"stitches\"", "\"seams\""), "no 'stitches'");
 }
 
-TEST(GarmentPatternJsonRefused, UnitsAndCurvature) {
+TEST(GarmentPatternJsonRefused, BadUnitsAndCurvature_AreRefused) {
   expect_refused_json(replaced("100", "0"), "units_in_meter");
   expect_refused_json(replaced("100", "\"m\""), "a number");
   expect_refused_json(replaced("\"relative\"", "\"polar\""), "relative or absolute");
   expect_refused_json(replaced("[0.5, -0.1]", "[0.5]"), "2 numbers");
 }
 
-TEST(GarmentPatternJsonRefused, IndicesAndNames) {
+TEST(GarmentPatternJsonRefused, BadIndicesAndNames_AreRefused) {
   expect_refused_json(replaced("[0, 1]", "[0, 4]"), "an index from 0 to 4");
   expect_refused_json(replaced("[0, 1]", "[-1, 1]"), "an index from 0 to 4");
   expect_refused_json(replaced("[0, 1]", "[0, 1.5]"), "an index");

@@ -87,7 +87,7 @@ std::string refusal(const Call& call) {
   return "";
 }
 
-TEST(GarmentTemplate, OfANoisyTeeWithHolesHasItsFourOpenings) {
+TEST(GarmentTemplate, NoisyTeeWithHoles_HasItsFourOpenings) {
   const GarmentTemplate made = garment_template(
       standing(wears_tee, 0.002, {{{0, 1.2, 0.152}, 0.035}, {{-0.152, 1.15, 0}, 0.03}}),
       kClothLabel, "upper", quick());
@@ -135,7 +135,7 @@ double hem_of(const GarmentTemplate& made) {
 
 // It went on by more than half an edge beyond that, and by all that scans go on beyond their
 // points.
-TEST(GarmentTemplate, EndsWhereTheScanWasSeenToEnd) {
+TEST(GarmentTemplate, TemplateHem_LiesWhereTheScanWasSeenToEnd) {
   const std::vector<Capsule> pose = capsules();
   const auto made_of = [&](bool unsure) {
     return garment_template(
@@ -154,7 +154,7 @@ TEST(GarmentTemplate, EndsWhereTheScanWasSeenToEnd) {
   EXPECT_NEAR(hem_of(made_of(true)), 1.05, 0.6 * quick().edge_length);
 }
 
-TEST(GarmentTemplate, OfTrousersHasAWaistAndTwoAnkles) {
+TEST(GarmentTemplate, Trousers_HaveAWaistAndTwoAnkles) {
   const GarmentTemplate made =
       garment_template(standing(wears_trousers), kClothLabel, "lower", quick());
   EXPECT_THAT(made.garment.boundary_names,
@@ -165,7 +165,7 @@ TEST(GarmentTemplate, OfTrousersHasAWaistAndTwoAnkles) {
       -1);  // a pair of trousers
 }
 
-TEST(GarmentTemplate, OpeningsThatTrianglesAreTooLargeForAreSpokenOf) {
+TEST(GarmentTemplate, OpeningsTooSmallForTheTriangles_AreReported) {
   GarmentTemplateOptions options;
   options.edge_length = 0.038;  // a dozen round a cuff of 0.47 m
   const GarmentTemplate kept = garment_template(standing(wears_tee), kClothLabel, "upper", options);
@@ -180,7 +180,7 @@ TEST(GarmentTemplate, OpeningsThatTrianglesAreTooLargeForAreSpokenOf) {
                              Field(&Finding::advice, HasSubstr("--edge-length 0.030 or less")))));
 }
 
-TEST(GarmentTemplate, ChoosesTheFrameWithArmsAwayFromTheTrunk) {
+TEST(GarmentTemplate, FrameWithArmsAwayFromTheTrunk_IsChosen) {
   const std::vector<std::vector<Capsule>> poses = {capsules(0.12), capsules(0.9), capsules(0.1)};
   const ClothedFrames frames = frames_of(
       poses, [poses](std::size_t i) { return clothed_scan(poses[i], wears_tee, 0, {}, 0.012); });
@@ -188,7 +188,7 @@ TEST(GarmentTemplate, ChoosesTheFrameWithArmsAwayFromTheTrunk) {
   EXPECT_EQ(made.frame_id, 10);
 }
 
-TEST(GarmentTemplate, WhatOneFrameDoesNotShowOthersSay) {
+TEST(GarmentTemplate, HiddenRegions_AreFilledFromOtherFrames) {
   // The whole of one sleeve's inner half is hidden in the frame that is asked for.
   const std::vector<Capsule> pose = capsules();
   const std::vector<std::pair<Eigen::Vector3d, double>> hidden = {{{0.17, 1.30, 0}, 0.07}};
@@ -205,7 +205,7 @@ TEST(GarmentTemplate, WhatOneFrameDoesNotShowOthersSay) {
 }
 
 // Its left cuff and its hem were one loop.
-TEST(GarmentTemplate, AGapThatNoFrameShowsFromCuffToHemIsClosed) {
+TEST(GarmentTemplate, GapUnseenFromCuffToHem_IsClosed) {
   std::vector<std::pair<Eigen::Vector3d, double>> hidden;
   for (double t = 0; t <= 1; t += 0.05) {
     hidden.push_back({{0.27 - 0.11 * t, 1.22 + 0.09 * t, 0}, 0.05});  // below the arm
@@ -219,7 +219,7 @@ TEST(GarmentTemplate, AGapThatNoFrameShowsFromCuffToHemIsClosed) {
   EXPECT_GT(made.area_unseen, 0.02);
 }
 
-TEST(GarmentTemplate, LiesOutsideOfTheBodyAndRidesOnIt) {
+TEST(GarmentTemplate, Template_LiesOutsideTheBodyAndFollowsIt) {
   const ClothedFrames frames = standing(wears_tee, 0.004);
   const GarmentTemplate made = garment_template(frames, kClothLabel, "upper", quick());
   const Points body = frames.load(0).body;
@@ -241,7 +241,7 @@ TEST(GarmentTemplate, LiesOutsideOfTheBodyAndRidesOnIt) {
             1e-8);
 }
 
-TEST(GarmentTemplateRefused, LabelsThatCoverNothing) {
+TEST(GarmentTemplateRefused, LabelsCoveringNothing_AreRefused) {
   EXPECT_THAT(refusal([] { garment_template(standing(wears_tee), 5, "dress", quick()); }),
               HasSubstr("dress: 0 cm2 of its label"));
   const auto patch = [](const Eigen::Vector3d& middle, int lump) {
@@ -251,7 +251,7 @@ TEST(GarmentTemplateRefused, LabelsThatCoverNothing) {
               HasSubstr("100 cm2"));
 }
 
-TEST(GarmentTemplateRefused, FramesThatAreNotThere) {
+TEST(GarmentTemplateRefused, MissingFrames_AreRefused) {
   GarmentTemplateOptions options = quick();
   options.frame = 7;
   EXPECT_THAT(
@@ -261,7 +261,7 @@ TEST(GarmentTemplateRefused, FramesThatAreNotThere) {
               HasSubstr("no frame"));
 }
 
-TEST(GarmentTemplate, OfASkirtBridgesTheLegsAndHangsFree) {
+TEST(GarmentTemplate, Skirt_BridgesTheLegsAndHangsFree) {
   // The hem swings to and fro, which the body does not.
   const std::vector<Capsule> pose = capsules();
   const auto skin = [](const Eigen::Vector3d& m, int lump) {
@@ -296,7 +296,7 @@ TEST(GarmentTemplate, OfASkirtBridgesTheLegsAndHangsFree) {
   EXPECT_EQ(free_high, 0);
 }
 
-TEST(GarmentTemplate, HalfUnseenInAllFramesIsSaidOrRefused) {
+TEST(GarmentTemplate, GarmentHalfUnseen_IsReportedOrRefused) {
   const auto front = [](const Eigen::Vector3d& middle, int lump) {
     return wears_tee(middle, lump) && middle.z() > 0.02;
   };
@@ -320,7 +320,7 @@ Mesh artists_top() {
   return cone(1.34, 0.17, 1.0, 0.17, 0.03);
 }
 
-TEST(ImportedTemplate, KeepsTheMeshAndNamesItsOpenings) {
+TEST(ImportedTemplate, ImportedMesh_IsKeptAndItsOpeningsNamed) {
   const Mesh mesh = artists_top();
   const GarmentTemplate made =
       imported_template(mesh, standing(wears_tee), kClothLabel, "upper", quick());
@@ -331,7 +331,7 @@ TEST(ImportedTemplate, KeepsTheMeshAndNamesItsOpenings) {
   EXPECT_THAT(made.garment.boundary_names, UnorderedElementsAre("neck", "hem"));
 }
 
-TEST(ImportedTemplate, AMeshThatLooksInwardsIsTurnedRound) {
+TEST(ImportedTemplate, InsideOutMesh_IsFlipped) {
   const Mesh mesh = artists_top();
   Mesh inwards = mesh;
   inwards.faces.col(1).swap(inwards.faces.col(2));
@@ -349,7 +349,7 @@ TEST(ImportedTemplate, AMeshThatLooksInwardsIsTurnedRound) {
               Not(Contains(Field(&Finding::code, "import-turned"))));
 }
 
-TEST(GarmentBoundaries, ALimbThatClothClosesOverIsNamed) {
+TEST(GarmentBoundaries, LimbClosedOverByCloth_IsNamed) {
   const Mesh body = body_surface(capsules());
   const BodyAnatomy anatomy = anatomy_of(body);
   const auto closed_over = [&](const Mesh& cloth) {
@@ -383,7 +383,7 @@ Mesh sheet_before_the_chest(double side, double forwards) {
   return sheet;
 }
 
-TEST(ImportedTemplate, AMeshThatIsNotWhereTheGarmentIsIsSpokenOf) {
+TEST(ImportedTemplate, MisplacedMesh_IsReported) {
   const ClothedFrames frames = standing(wears_tee);
   EXPECT_THAT(
       imported_template(artists_top(), frames, kClothLabel, "upper", quick(), "top.obj").findings,
@@ -395,7 +395,7 @@ TEST(ImportedTemplate, AMeshThatIsNotWhereTheGarmentIsIsSpokenOf) {
                                             Field(&Finding::place, "patch.obj"))));
 }
 
-TEST(ImportedTemplateRefused, ASheetThatIsNotTheGarment) {
+TEST(ImportedTemplateRefused, SheetUnlikeTheGarment_IsRefused) {
   const ClothedFrames frames = standing(wears_tee);
   for (const auto& [side, forwards] : {std::pair(0.3, 0.35), std::pair(1.0, 0.0)}) {
     EXPECT_THAT(refusal([&, side = side, forwards = forwards] {
@@ -409,7 +409,7 @@ TEST(ImportedTemplateRefused, ASheetThatIsNotTheGarment) {
   }
 }
 
-TEST(ImportedTemplateRefused, WhatIsNoSingleLayerOnTheBody) {
+TEST(ImportedTemplateRefused, MeshOfSeveralLayersOrOffTheBody_IsRefused) {
   const Mesh good = artists_top();
   const ClothedFrames frames = standing(wears_tee);
   const auto refuse = [&](const std::function<void(Mesh&)>& change) {
@@ -459,7 +459,7 @@ Points ring(const Eigen::Vector3d& middle, double radius, bool up) {
   return points;
 }
 
-TEST(Crossings, AreCountedWithTheirDirection) {
+TEST(Crossings, Crossings_AreCountedWithTheirDirection) {
   Points up(3, 3);
   up << 0, -1, 0, 0, 0.5, 0, 0, 1, 0;
   Points down(3, 3);
@@ -510,7 +510,7 @@ TrimmedSurface tube_with_gap(double width, bool covered) {
   return trim_surface(tube, points, 0.01, body.vertices, body.faces, cover);
 }
 
-TEST(TrimSurface, ClosesAGapFromRimToRimThatLiesOverCoveredSkin) {
+TEST(TrimSurface, GapOverCoveredSkin_IsClosed) {
   const TrimmedSurface trimmed = tube_with_gap(0.08, true);
   const std::vector<std::vector<int>> rims =
       boundary_loops(topology_of(trimmed.mesh.faces, trimmed.mesh.vertices.rows()));
@@ -526,7 +526,7 @@ TEST(TrimSurface, ClosesAGapFromRimToRimThatLiesOverCoveredSkin) {
   EXPECT_NEAR(trimmed.area_closed, 0.06 * 0.4, 0.2 * 0.06 * 0.4);
 }
 
-TEST(TrimSurface, LeavesAGapOpenThatLiesOverBareSkinUnlessItIsNarrow) {
+TEST(TrimSurface, GapOverBareSkin_StaysOpenUnlessNarrow) {
   const auto rims = [](const TrimmedSurface& trimmed) {
     return boundary_loops(topology_of(trimmed.mesh.faces, trimmed.mesh.vertices.rows())).size();
   };
@@ -534,7 +534,7 @@ TEST(TrimSurface, LeavesAGapOpenThatLiesOverBareSkinUnlessItIsNarrow) {
   EXPECT_EQ(rims(tube_with_gap(0.035, false)), 2U);
 }
 
-TEST(SurfaceThroughPoints, OfABallIsTheBallAndItsHoleIsClosed) {
+TEST(SurfaceThroughPoints, BallWithAHole_GivesAClosedBall) {
   const Mesh ball = capsule_surface({{{0, 0, 0}, {0, 0.001, 0}, 0.1, 0}}, 0, 0.006,
                                     [](const Eigen::Vector3d& m, int) { return m.z() < 0.092; });
   std::vector<char> used(static_cast<std::size_t>(ball.vertices.rows()), 0);
@@ -564,7 +564,7 @@ TEST(SurfaceThroughPoints, OfABallIsTheBallAndItsHoleIsClosed) {
   EXPECT_GT((outwards.array() * surface.vertices.array()).rowwise().sum().minCoeff(), 0);
 }
 
-TEST(SurfaceThroughPointsRefused, ArraysThatDoNotAgreeAndGridsBeyondReason) {
+TEST(SurfaceThroughPointsRefused, MismatchedArraysOrHugeGrids_AreRefused) {
   EXPECT_THROW(
       surface_through_points(Points::Zero(2, 3), Points::Zero(1, 3), Eigen::VectorXd::Ones(2)),
       LogicError);
@@ -574,7 +574,7 @@ TEST(SurfaceThroughPointsRefused, ArraysThatDoNotAgreeAndGridsBeyondReason) {
   EXPECT_EQ(surface_through_points({}, {}, {}).faces.rows(), 0);
 }
 
-TEST(GarmentCover, SaysWhereTheBodyIsCoveredAndHowFarOff) {
+TEST(GarmentCover, Cover_GivesWhereTheBodyIsCoveredAndTheGap) {
   const std::vector<Capsule> pose = capsules();
   const Mesh body = body_surface(pose);
   const Mesh scan = clothed_scan(pose, wears_tee, 0, {}, 0.014);
@@ -593,7 +593,7 @@ TEST(GarmentCover, SaysWhereTheBodyIsCoveredAndHowFarOff) {
   EXPECT_THROW(garment_cover(votes, body.vertices.topRows(3), body.faces), LogicError);
 }
 
-TEST(GarmentCover, OfWhatIsFarFromAllThatWasSeenNothingIsKnown) {
+TEST(GarmentCover, RegionsFarFromAnythingSeen_AreUncovered) {
   const Mesh tube = cone(2, 0.1, 0, 0.1, 0.02);
   const Index count = tube.vertices.rows();
   GarmentVotes votes{Eigen::VectorXd::Zero(count), Eigen::VectorXd::Zero(count),
@@ -611,7 +611,7 @@ TEST(GarmentCover, OfWhatIsFarFromAllThatWasSeenNothingIsKnown) {
   }
 }
 
-TEST(PartCrossings, SmoothsWhatMeetsAndNothingElse) {
+TEST(PartCrossings, SelfIntersections_AreSmoothedAndNothingElse) {
   Mesh tube = cone(1, 0.1, 0.7, 0.1, 0.02);
   EXPECT_EQ(part_crossings(tube).mesh.vertices, tube.vertices);
   const Mesh good = tube;
@@ -627,7 +627,7 @@ TEST(PartCrossings, SmoothsWhatMeetsAndNothingElse) {
   EXPECT_GT(part_crossings(tube, 0).crossings, 0);
 }
 
-TEST(BodyFacing, IsWhereItLooksHoweverItIsTurned) {
+TEST(BodyFacing, TurnedBody_GivesItsFacing) {
   const Mesh body = body_surface(capsules());
   const BodyAnatomy anatomy = anatomy_of(body);
   for (const double degrees : {0.0, 40.0, 90.0, 180.0, 250.0}) {
@@ -644,7 +644,7 @@ TEST(BodyFacing, IsWhereItLooksHoweverItIsTurned) {
   EXPECT_THROW(body_facing(anatomy, body.vertices.topRows(4)), LogicError);
 }
 
-TEST(LimbAxisRefused, AnatomyThatDoesNotFitTheBody) {
+TEST(LimbAxisRefused, AnatomyNotFittingTheBody_IsRefused) {
   const Mesh body = body_surface(capsules());
   BodyAnatomy anatomy = anatomy_of(body);
   anatomy.limbs[0] = {Pelvis, 99};

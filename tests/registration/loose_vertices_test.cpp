@@ -22,7 +22,7 @@ Mesh with_loose() {
   return mesh;
 }
 
-TEST(LooseVertices, GoAndTheOthersKeepTheirOrderAndAttributes) {
+TEST(LooseVertices, UnusedVertices_AreRemovedKeepingOrderAndAttributes) {
   const Mesh mesh = with_loose();
   const Mesh kept = without_loose_vertices(mesh);
   check_mesh(kept);
@@ -37,7 +37,7 @@ TEST(LooseVertices, GoAndTheOthersKeepTheirOrderAndAttributes) {
       (before.edges.array() - 1 == after.edges.array()).all());  // flags of edges stay theirs
 }
 
-TEST(LooseVertices, OfAMeshWithoutAnyNothingChanges) {
+TEST(LooseVertices, MeshWithoutLooseVertices_StaysUnchanged) {
   const Mesh kept = without_loose_vertices(with_loose());
   EXPECT_EQ(without_loose_vertices(kept).faces, kept.faces);
   EXPECT_EQ(without_loose_vertices(Mesh{}).vertices.rows(), 0);

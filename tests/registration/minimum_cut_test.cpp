@@ -20,7 +20,7 @@ double cost_of(const std::vector<char>& first, const std::vector<double>& cost_f
   return cost;
 }
 
-TEST(MinimumCut, IsAsCheapAsTheCheapestOfAllSides) {
+TEST(MinimumCut, RandomGraphs_GetTheMinCostCut) {
   constexpr std::size_t kNodes = 9;
   Random random{11};
   for (int trial = 0; trial < 30; ++trial) {
@@ -50,12 +50,12 @@ TEST(MinimumCut, IsAsCheapAsTheCheapestOfAllSides) {
   }
 }
 
-TEST(MinimumCut, OfNothingIsNothingAndWhatCostsTheSameIsSecond) {
+TEST(MinimumCut, EmptyGraphAndTies_AreResolved) {
   EXPECT_TRUE(minimum_cut({}, {}, {}).empty());
   EXPECT_EQ(minimum_cut({1, 2, 0}, {1, 3, 0}, {}), (std::vector<char>{0, 1, 0}));
 }
 
-TEST(MinimumCutRefused, CostsThatDoNotAgreeOrAreBelowNothing) {
+TEST(MinimumCutRefused, MismatchedOrNegativeCosts_AreRefused) {
   EXPECT_THROW(minimum_cut({1}, {}, {}), LogicError);
   EXPECT_THROW(minimum_cut({1, 1}, {1, -1}, {}), LogicError);
   EXPECT_THROW(minimum_cut({1, 1}, {1, 1}, {{0, 2, 1}}), LogicError);

@@ -20,7 +20,7 @@ Mesh square(std::vector<std::array<int, 3>> more = {}) {
                  more);
 }
 
-TEST(WithoutArea, IsAboutHeightOverTheLongestEdge) {
+TEST(WithoutArea, ZeroArea_IsRelativeHeightOverTheLongestEdge) {
   const Eigen::Vector3d a(0, 0, 0);
   const Eigen::Vector3d b(1, 0, 0);
   for (const double scale : {1.0, 1e-20, 1e20}) {
@@ -32,7 +32,7 @@ TEST(WithoutArea, IsAboutHeightOverTheLongestEdge) {
       is_without_area(a, b, Eigen::Vector3d(0, std::numeric_limits<double>::quiet_NaN(), 0)));
 }
 
-TEST(NeedlessTriangles, ThatAreNothingOfTheSurfaceGo) {
+TEST(NeedlessTriangles, DegenerateAndDuplicateTriangles_AreRemoved) {
   for (const std::array<int, 3>& needless :
        std::vector<std::array<int, 3>>{{1, 0, 4},     // on the rim, without area
                                        {0, 0, 3},     // a vertex twice
@@ -48,14 +48,14 @@ TEST(NeedlessTriangles, ThatAreNothingOfTheSurfaceGo) {
   }
 }
 
-TEST(NeedlessTriangles, GoLayerByLayer) {
+TEST(NeedlessTriangles, StackedNeedlessTriangles_AreRemovedLayerByLayer) {
   // Two at the lower side, one behind the other.
   const Mesh mesh = without_needless_triangles(square({{1, 0, 5}, {1, 5, 4}}));
   ASSERT_EQ(mesh.faces.rows(), 2);
   EXPECT_EQ(mesh.faces, square().faces);
 }
 
-TEST(NeedlessTriangles, InsideStayAndSoDoThoseThatJoinTwoSides) {
+TEST(NeedlessTriangles, InnerAndJoiningTriangles_AreKept) {
   // The square's lower side is a third triangle's, beside which there is one without area.
   const Mesh inside = mesh_of({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0.5, 0, 0}, {0.5, -1, 0}},
                               {{0, 1, 2}, {1, 0, 3}, {3, 0, 4}, {1, 3, 4}});
@@ -66,7 +66,7 @@ TEST(NeedlessTriangles, InsideStayAndSoDoThoseThatJoinTwoSides) {
   EXPECT_EQ(without_needless_triangles(needle).faces.rows(), 3);
 }
 
-TEST(NeedlessTriangles, TakeTheirTextureAlong) {
+TEST(NeedlessTriangles, TextureFaces_AreRemovedAlong) {
   Mesh mesh = square({{1, 0, 4}});
   mesh.faces.row(2).swap(mesh.faces.row(0));
   mesh.uvs = Points2::Random(9, 2);

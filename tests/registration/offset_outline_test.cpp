@@ -12,7 +12,7 @@
 namespace atelier {
 namespace {
 
-TEST(OffsetOutline, KeepsItsDistance) {
+TEST(OffsetOutline, Offset_KeepsItsDistance) {
   Points2 square(4, 2);
   square << 0, 0, 1, 0, 1, 1, 0, 1;
   const Points2 offset = offset_outline(square, 0.1);
@@ -41,7 +41,7 @@ TEST(OffsetOutline, KeepsItsDistance) {
   }
 }
 
-TEST(OffsetOutline, RefusesWhatIsNoOutlineOrDistance) {
+TEST(OffsetOutline, BadOutlineOrDistance_IsRefused) {
   Points2 two(2, 2);
   two << 0, 0, 1, 0;
   EXPECT_THROW(offset_outline(two, 0.1), LogicError);

@@ -56,7 +56,7 @@ double common_area(const Points2& flat, const Triangles& faces, Index f, Index g
   return area;
 }
 
-TEST(OverlappingFaces, AreThoseWhoseClippingLeavesSomething) {
+TEST(OverlappingFaces, FoundPairs_MatchTriangleClipping) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> place(0, 1);
   Points2 flat(60, 2);
@@ -82,7 +82,7 @@ TEST(OverlappingFaces, AreThoseWhoseClippingLeavesSomething) {
   EXPECT_EQ(overlapping_faces(flat, faces), clipped);
 }
 
-TEST(OverlappingFaces, NeighboursAreNoneHoweverThin) {
+TEST(OverlappingFaces, AdjacentFaces_DoNotOverlapHoweverThin) {
   Points2 flat(4, 2);
   flat << 0, 0, 1, 0.1, 0.3, 0.03 + 1e-16, 0.3, -1;
   Triangles faces(2, 3);
@@ -93,7 +93,7 @@ TEST(OverlappingFaces, NeighboursAreNoneHoweverThin) {
   EXPECT_EQ(overlapping_faces(flat, faces).size(), thin_has_area ? 1U : 0U);
 }
 
-TEST(OverlappingFaces, RefusesPlacesAndVerticesThatAreNone) {
+TEST(OverlappingFaces, BadPlacesAndVertices_AreRefused) {
   Points2 flat(3, 2);
   flat << 0, 0, 1, 0, 0, 1;
   Triangles faces(1, 3);
@@ -105,7 +105,7 @@ TEST(OverlappingFaces, RefusesPlacesAndVerticesThatAreNone) {
   EXPECT_THROW(overlapping_faces(flat, faces), LogicError);
 }
 
-TEST(CrossesItself, NotWhereItRunsStraightOn) {
+TEST(CrossesItself, CollinearSegments_DoNotCross) {
   Points2 rectangle(8, 2);  // segments in one line, apart from each other
   rectangle << 0, 0, 1, 0, 2, 0, 3, 0, 3, 1, 2, 1, 1, 1, 0, 1;
   EXPECT_FALSE(crosses_itself(rectangle));
@@ -142,7 +142,7 @@ void expect_apart(const Mesh& mesh, const FlatPattern& pattern) {
   }
 }
 
-TEST(CutWhereOverlapping, PartsASpiralInItsMiddle) {
+TEST(CutWhereOverlapping, Spiral_IsCutInItsMiddle) {
   const Mesh mesh = spiral(1.2);
   const std::vector<char> whole = no_cut(topology(mesh));
   const FlatPattern over = flatten_surface(mesh, whole);
@@ -153,13 +153,13 @@ TEST(CutWhereOverlapping, PartsASpiralInItsMiddle) {
   EXPECT_LT(measure_flat(mesh, parted).seam_length, 0.3);  // across, 0.2 wide
 }
 
-TEST(CutWhereOverlapping, LeavesAPatternThatLiesApartAsItIs) {
+TEST(CutWhereOverlapping, PatternWithoutOverlap_StaysUnchanged) {
   const Mesh mesh = fixtures::tube(24, 8, 2);
   const std::vector<char> cut = opened(mesh);
   EXPECT_EQ(cut_where_overlapping(mesh, cut, flatten_surface(mesh, cut)), cut);
 }
 
-TEST(CutWhereOverlapping, RefusesAnotherCut) {
+TEST(CutWhereOverlapping, MismatchedCut_IsRefused) {
   const Mesh mesh = spiral(1.2);
   const std::vector<char> whole = no_cut(topology(mesh));
   const FlatPattern pattern = flatten_surface(mesh, whole);
@@ -168,7 +168,7 @@ TEST(CutWhereOverlapping, RefusesAnotherCut) {
   EXPECT_THROW(cut_where_overlapping(other, no_cut(topology(other)), pattern), LogicError);
 }
 
-TEST(FlattenApart, ASpiralOfManyTurns) {
+TEST(FlattenApart, SpiralOfManyTurns_LiesApart) {
   const Mesh mesh = spiral(5.5);
   std::size_t parted = 0;
   const FlatPattern pattern = flatten_apart(mesh, no_cut(topology(mesh)), {},
@@ -180,7 +180,7 @@ TEST(FlattenApart, ASpiralOfManyTurns) {
   EXPECT_NEAR(measure_flat(mesh, pattern).area_ratio, 1, 0.02);
 }
 
-TEST(FlattenApart, WhateverTheSurface) {
+TEST(FlattenApart, RoughSurfaces_LieApart) {
   std::mt19937 random(3);
   for (const double rough : {0.1, 0.4, 1.5}) {  // of an edge's length
     std::uniform_real_distribution<double> noise(-rough / 16, rough / 16);

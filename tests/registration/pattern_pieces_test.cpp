@@ -33,7 +33,7 @@ PatternLayout dress_layout() {
   return lay_out_pattern(flat);
 }
 
-TEST(LayOutPattern, PiecesLieOnTheFabricApart) {
+TEST(LayOutPattern, Pieces_LieApartOnTheFabric) {
   const PatternLayout layout = dress_layout();
   EXPECT_EQ(layout.pieces.size(), dress_pattern({}).panels.size());
   for (std::size_t i = 0; i < layout.pieces.size(); ++i) {
@@ -62,7 +62,7 @@ TEST(LayOutPattern, PiecesLieOnTheFabricApart) {
   }
 }
 
-TEST(PatternSvg, IsAtTrueScale) {
+TEST(PatternSvg, Svg_IsAtTrueScale) {
   const PatternLayout layout = dress_layout();
   const fixtures::ReadSvg svg = fixtures::read_svg(pattern_svg(layout, "a <dress> & \"more\""));
   EXPECT_THAT(svg.layers, ElementsAre("cut", "sew", "grain", "notches", "text", "scale"));
@@ -80,7 +80,7 @@ TEST(PatternSvg, IsAtTrueScale) {
   }
 }
 
-TEST(PatternDxf, IsReadByAnotherReaderAtTrueScale) {
+TEST(PatternDxf, Dxf_IsReadElsewhereAtTrueScale) {
   const PatternLayout layout = dress_layout();
   const fixtures::ReadDxf dxf = fixtures::read_dxf(pattern_dxf(layout, "dress"));
   EXPECT_EQ(dxf.version, "AC1009");
@@ -104,7 +104,7 @@ TEST(PatternDxf, IsReadByAnotherReaderAtTrueScale) {
   }
 }
 
-TEST(LayOutPattern, SewnSidesHaveNotchesAtTheSameLengths) {
+TEST(LayOutPattern, SewnSides_HaveNotchesAtTheSameLengths) {
   const Mesh tube = fixtures::tube(24, 8, 2);
   const PatternLayout layout = lay_out_pattern(flatten_surface(tube, opened(tube)));
   ASSERT_EQ(layout.pieces.size(), 1U);

@@ -42,7 +42,7 @@ struct Slid {
   }
 };
 
-TEST(Photometric, NothingToDoWhereItIsRight) {
+TEST(Photometric, CorrectPosition_StaysUnchanged) {
   const Slid slid(0, 0);
   const PhotometricTerm term = slid.term(slid.mesh.vertices, 0);
   int compared = 0;
@@ -58,7 +58,7 @@ TEST(Photometric, NothingToDoWhereItIsRight) {
   EXPECT_GT(sum / compared, 0.9);
 }
 
-TEST(Photometric, KnownSlideIsRecoveredOnACylinder) {
+TEST(Photometric, KnownSlideOnACylinder_IsRecovered) {
   const double angle = 0.06;  // 9 mm
   const double lift = 0.007;  // m
   const Slid slid(angle, lift);
@@ -90,7 +90,7 @@ TEST(Photometric, KnownSlideIsRecoveredOnACylinder) {
   EXPECT_LT(after.maxCoeff(), 0.004);
 }
 
-TEST(Photometric, TermIsTheSameOnAnyNumberOfThreads) {
+TEST(Photometric, AnyThreadCount_GivesTheSameTerm) {
   const Slid slid(0.03, 0);
   const auto at = [&] { return slid.term(slid.mesh.vertices, 1); };
   set_thread_count(1);
@@ -106,7 +106,7 @@ TEST(Photometric, TermIsTheSameOnAnyNumberOfThreads) {
   }
 }
 
-TEST(Photometric, GradientLeadsDownhill) {
+TEST(Photometric, PhotometricGradient_LeadsDownhill) {
   const Slid slid(0.02, 0);
   const auto energy = [&](const Points& x) { return slid.term(x, 1).energy; };
   const Points at = slid.mesh.vertices;
@@ -114,7 +114,7 @@ TEST(Photometric, GradientLeadsDownhill) {
   EXPECT_GT(energy(fixtures::screwed(at, -0.01, 0)), energy(at));
 }
 
-TEST(Photometric, PlainClothSaysNothing) {
+TEST(Photometric, PlainCloth_GivesNoTerm) {
   Slid slid(0, 0);
   slid.views = fixtures::cylinder_views(kLevels, [](double, double) { return 0.4; });
   slid.texture = {};
@@ -128,7 +128,7 @@ TEST(Photometric, PlainClothSaysNothing) {
   EXPECT_LT(most, 1e-9);
 }
 
-TEST(Photometric, WhatHidesTheClothHidesIt) {
+TEST(Photometric, OccludedCloth_IsNotVisible) {
   const Mesh mesh = fixtures::cloth_tube(24, 8);
   const TriangleTree own = build_tree(mesh.vertices, mesh.faces);
   const auto views = fixtures::cylinder_views(1, blotches);
@@ -153,7 +153,7 @@ TEST(Photometric, WhatHidesTheClothHidesIt) {
   }
 }
 
-TEST(Photometric, GarmentOutsideOfThePictureIsNotSeen) {
+TEST(Photometric, GarmentOutsideTheImage_IsNotVisible) {
   const Mesh mesh = fixtures::cloth_tube(12, 4);
   const auto views = fixtures::cylinder_views(1, blotches);
   const Points away = mesh.vertices.rowwise() + Eigen::RowVector3d(0, 5, 0);
@@ -164,7 +164,7 @@ TEST(Photometric, GarmentOutsideOfThePictureIsNotSeen) {
   }
 }
 
-TEST(Photometric, MaskKeepsWhatIsOutsideFromBeingSeen) {
+TEST(Photometric, PixelsOutsideTheMask_AreNotVisible) {
   const Mesh mesh = fixtures::cloth_tube(12, 4);
   auto views = fixtures::cylinder_views(1, blotches);
   views[0].mask = ByteImage(160, 160, 1, 0);
@@ -173,7 +173,7 @@ TEST(Photometric, MaskKeepsWhatIsOutsideFromBeingSeen) {
   EXPECT_GT(std::count_if(seen[1].begin(), seen[1].end(), [](float c) { return c > 0; }), 0);
 }
 
-TEST(Photometric, PicturesOfOtherSizesAreRefused) {
+TEST(Photometric, ImagesOfOtherSize_AreRefused) {
   PhotoView view;
   view.camera = fixtures::looking_at({1, 1, 0}, {0, 1, 0}, 16);
   view.image = Image(8, 16, 3);
@@ -186,7 +186,7 @@ TEST(Photometric, PicturesOfOtherSizesAreRefused) {
   ATELIER_EXPECT_REFUSED(view_pyramid(view, 2), LogicError, "channels");
 }
 
-TEST(ClothSamples, AreasAddUpAndPointsLieInside) {
+TEST(ClothSamples, SampleAreas_AddUpAndPointsLieInside) {
   const Mesh mesh = fixtures::cloth_tube(12, 5);
   const ClothSamples samples = cloth_samples(mesh.vertices, mesh.faces, 0.006);
   double area = 0;

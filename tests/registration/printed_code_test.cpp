@@ -153,7 +153,7 @@ double mean_of(const std::vector<double>& values) {
   return values.empty() ? 0 : sum / static_cast<double>(values.size());
 }
 
-TEST(PrintedCodebook, ReadsHowFarClothHasSlid) {
+TEST(PrintedCodebook, SlidCloth_IsLocated) {
   const Print& print = print_one();
   const Tube& tube = tube_one();
   ASSERT_GT(tube.code.descriptors.cols(), 5000);
@@ -165,7 +165,7 @@ TEST(PrintedCodebook, ReadsHowFarClothHasSlid) {
   EXPECT_LE(matches.contradicted, 3);
 }
 
-TEST(PrintedCodebook, ReadsTurnedPrint) {
+TEST(PrintedCodebook, RotatedPrint_IsRead) {
   const Print& print = print_one();
   const Tube& tube = tube_one();
   for (const double turn : {-0.45, 0.3}) {
@@ -178,7 +178,7 @@ TEST(PrintedCodebook, ReadsTurnedPrint) {
   }
 }
 
-TEST(PrintedCodebook, ReadsThroughBlurNoiseAndShade) {
+TEST(PrintedCodebook, BlurNoiseAndShading_AreTolerated) {
   const Print& print = print_one();
   const Tube& tube = tube_one();
   const std::size_t clean = tube.read(views_of(moved(print, -0.05, 0.02))).kept.size();
@@ -191,7 +191,7 @@ TEST(PrintedCodebook, ReadsThroughBlurNoiseAndShade) {
   }
 }
 
-TEST(PrintedCodebook, ReadsWhatIsNotHidden) {
+TEST(PrintedCodebook, PartlyHiddenPrint_IsRead) {
   const Print& print = print_one();
   const Tube& tube = tube_one();
   std::vector<ViewPyramid> views = views_of(moved(print, 0.04, 0));
@@ -225,7 +225,7 @@ TEST(PrintedCodebook, IsTheSameOnAnyNumberOfThreads) {
   }
 }
 
-TEST(PrintedCodebook, ClothOfOneHueIsRefused) {
+TEST(PrintedCodebook, ClothOfOneHue_IsRefused) {
   const Tube grey([](double u, double y) -> Color {
     return Color::Constant(static_cast<float>(fixtures::blotches(u / kRadius, y)));
   });
@@ -237,7 +237,7 @@ TEST(PrintedCodebook, ClothOfOneHueIsRefused) {
   EXPECT_TRUE(blue.read(views_of(cells(1))).kept.empty());
 }
 
-TEST(PrintedCodebook, AnotherPrintIsRefused) {
+TEST(PrintedCodebook, AnotherPrint_IsRefused) {
   const Tube& tube = tube_one();
   const CodeMatches other = tube.read(views_of(cells(77)));
   EXPECT_TRUE(other.kept.empty());
@@ -248,7 +248,7 @@ TEST(PrintedCodebook, AnotherPrintIsRefused) {
                   .kept.empty());
 }
 
-TEST(PrintedCodebook, PrintThatRepeatsIsRefused) {
+TEST(PrintedCodebook, RepeatingPrint_IsRefused) {
   const Print print = cells(8);
   const Print repeated = [=](double u, double y) {
     const double width = 0.048;
@@ -259,7 +259,7 @@ TEST(PrintedCodebook, PrintThatRepeatsIsRefused) {
   EXPECT_TRUE(tube.read(views_of(repeated)).kept.empty());
 }
 
-TEST(PrintedCodebook, PicturesWithoutColourAreRefused) {
+TEST(PrintedCodebook, ImagesWithoutColor_AreRefused) {
   const Tube& tube = tube_one();
   const auto grey = fixtures::cylinder_views(2, fixtures::blotches);
   EXPECT_TRUE(tube.read(grey).kept.empty());
@@ -269,7 +269,7 @@ TEST(PrintedCodebook, PicturesWithoutColourAreRefused) {
   EXPECT_TRUE(tube.read({}).kept.empty());
 }
 
-TEST(PrintedCodebook, AnotherGarmentIsRefused) {
+TEST(PrintedCodebook, AnotherGarment_IsRefused) {
   const Tube& tube = tube_one();
   const Mesh other = fixtures::cloth_tube(12, 5);
   const auto views = views_of(print_one());
@@ -280,7 +280,7 @@ TEST(PrintedCodebook, AnotherGarmentIsRefused) {
 }
 
 /// Cloth that slides round a body that stands still, by 5 cm from frame to frame.
-TEST(PrintedCodebook, SequenceThatSlidesIsFollowed) {
+TEST(PrintedCodebook, SlidingSequence_IsTracked) {
   Garment garment;
   garment.name = "tube";
   garment.mesh = fixtures::cloth_tube(36, 20);

@@ -23,7 +23,7 @@ namespace {
 
 class RealMeshes : public ::testing::TestWithParam<const char*> {};
 
-TEST_P(RealMeshes, LieFlatWithNothingTurnedOrOverItself) {
+TEST_P(RealMeshes, RealMesh_LiesFlatWithoutInversionsOrOverlaps) {
   ATELIER_TEST_FILE(file, GetParam());
   Mesh mesh = read_mesh(file, {.metres_per_unit = 0.1, .up = 'y'});
   mesh.faces = consistently_oriented(mesh.faces, mesh.vertices.rows());
@@ -64,7 +64,7 @@ INSTANTIATE_TEST_SUITE_P(
       return name.substr(0, name.size() - 4);
     });
 
-TEST(ConsistentlyOriented, TurnsTheFewRound) {
+TEST(ConsistentlyOriented, FewFlippedFaces_AreTurnedRound) {
   const Mesh mesh = fixtures::sphere(2);
   Triangles mixed = mesh.faces;
   for (const int face : {3, 17, 18, 60}) {
@@ -77,7 +77,7 @@ TEST(ConsistentlyOriented, TurnsTheFewRound) {
   EXPECT_EQ(oriented.row(0), mesh.faces.row(0));
 }
 
-TEST(ConsistentlyOriented, AMoebiusStripStaysRefused) {
+TEST(ConsistentlyOriented, MoebiusStrip_IsStillRefused) {
   // Five quads round, the last one joined with a twist.
   Mesh strip;
   strip.vertices.resize(10, 3);

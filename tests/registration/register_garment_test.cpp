@@ -51,7 +51,7 @@ RegisterOptions shape_alone() {
   return options;
 }
 
-TEST(RegisterGarment, MovedTubeIsRecovered) {
+TEST(RegisterGarment, MovedTube_IsRecovered) {
   const Garment garment = garment_of_tube();
   const RegistrationModel model = registration_model(garment);
   const Eigen::Matrix3d turn =
@@ -76,7 +76,7 @@ TEST(RegisterGarment, MovedTubeIsRecovered) {
   EXPECT_LT(found.scan_rms, 0.003);
 }
 
-TEST(RegisterGarment, ARegisteredTubeGivesItsPatternBack) {
+TEST(RegisterGarment, RegisteredTube_GivesItsPatternBack) {
   // From a moved scan with noise of 1 mm: the rectangle that the tube was cut from.
   const Garment garment = garment_of_tube();
   const RegistrationModel model = registration_model(garment);
@@ -108,7 +108,7 @@ TEST(RegisterGarment, ARegisteredTubeGivesItsPatternBack) {
   EXPECT_EQ(measures.inverted + measures.overlaps, 0);
 }
 
-TEST(RegisterGarment, StretchedTubeIsRecoveredByItsOpenings) {
+TEST(RegisterGarment, StretchedTube_IsRecoveredFromItsOpenings) {
   const Garment garment = garment_of_tube();
   const RegistrationModel model = registration_model(garment);
   const auto stretched = [](Points points) {
@@ -133,7 +133,7 @@ TEST(RegisterGarment, StretchedTubeIsRecoveredByItsOpenings) {
   EXPECT_EQ(found.inverted, 0);
 }
 
-TEST(RegisterGarment, PicturesFindATwistThatTheShapeDoesNotShow) {
+TEST(RegisterGarment, TwistInvisibleInTheShape_IsFoundFromImages) {
   const Garment garment = garment_of_tube(30, 16);
   RegisterOptions options;
   options.photometric_levels = 3;
@@ -165,7 +165,7 @@ TEST(RegisterGarment, PicturesFindATwistThatTheShapeDoesNotShow) {
   EXPECT_GT(error(options), 0.005);
 }
 
-TEST(RegisterGarment, StaysOutsideOfTheBody) {
+TEST(RegisterGarment, RegisteredCloth_StaysOutsideTheBody) {
   const Garment garment = garment_of_tube();
   const RegistrationModel model = registration_model(garment);
   RegistrationFrame frame;  // nothing was seen
@@ -205,7 +205,7 @@ TEST(RegisterGarment, StaysOutsideOfTheBody) {
   EXPECT_EQ(outside.inverted, 0);
 }
 
-TEST(RegisterGarment, WithoutAScanItStaysWhereItWasPredicted) {
+TEST(RegisterGarment, NoScan_KeepsThePrediction) {
   const Garment garment = garment_of_tube();
   const RegistrationModel model = registration_model(garment);
   ShapeSolver solver(model.cloth);
@@ -216,13 +216,13 @@ TEST(RegisterGarment, WithoutAScanItStaysWhereItWasPredicted) {
   EXPECT_EQ(found.confidence.maxCoeff(), 0);
 }
 
-TEST(RegisterGarment, LabelsThatCoverNothingGiveNoScan) {
+TEST(RegisterGarment, LabelsCoveringNothing_GiveNoScan) {
   const Mesh tube = fixtures::cloth_tube(12, 4);
   EXPECT_EQ(garment_scan(labelled(tube, tube.vertices, 1), {kCloth}).faces.rows(), 0);
   EXPECT_EQ(garment_scan(tube, {kCloth}).faces.rows(), tube.faces.rows());  // no labels: all
 }
 
-TEST(RegisterGarment, WhatNobodySawIsNoScan) {
+TEST(RegisterGarment, SurfaceWithZeroConfidence_IsNoScan) {
   Mesh scan = labelled(fixtures::cloth_tube(12, 4), fixtures::cloth_tube(12, 4).vertices);
   const double middle = scan.vertices.col(1).mean();
   scan.confidence = (scan.vertices.col(1).array() > middle)
@@ -233,7 +233,7 @@ TEST(RegisterGarment, WhatNobodySawIsNoScan) {
   EXPECT_GT(part.vertices.col(1).minCoeff(), middle);
 }
 
-TEST(RegisterGarment, SpecksOfWrongLabelsAreLeftOut) {
+TEST(RegisterGarment, SpecksOfWrongLabels_AreLeftOut) {
   Mesh scan = labelled(fixtures::cloth_tube(20, 10), fixtures::cloth_tube(20, 10).vertices);
   const Index vertices = scan.vertices.rows();
   const Index faces = scan.faces.rows();
@@ -273,7 +273,7 @@ Layers layers(double hem = 1.1) {
   return both;
 }
 
-TEST(GarmentScan, WhereAnotherGarmentLiesOverItItDoesNotEnd) {
+TEST(GarmentScan, BorderCoveredByAnotherGarment_IsNoEnd) {
   const Layers both = layers();
   const GarmentScan under = garment_scan(both.scan, {kCloth});
   const GarmentScan over = garment_scan(both.scan, {kOver});
@@ -298,7 +298,7 @@ TEST(GarmentScan, WhereAnotherGarmentLiesOverItItDoesNotEnd) {
   }
 }
 
-TEST(GarmentScan, WithoutABodyOrAnotherGarmentEveryBorderIsAnEnd) {
+TEST(GarmentScan, NoBodyOrOtherGarment_MakesEveryBorderAnEnd) {
   const Layers both = layers();
   const GarmentScan under = garment_scan(both.scan, {kCloth});
   const GarmentScan over = garment_scan(both.scan, {kOver});
@@ -311,7 +311,7 @@ TEST(GarmentScan, WithoutABodyOrAnotherGarmentEveryBorderIsAnEnd) {
   EXPECT_EQ(std::count(rim.begin(), rim.end(), 1), 0);
 }
 
-TEST(RegisterGarment, AHemThatDropsOverItDoesNotPullClothAlong) {
+TEST(RegisterGarment, OverlyingHem_DoesNotPullTheClothAlong) {
   // The template ends where the tee did, at 1.1 m; now the tee hangs 1.5 cm lower, then higher.
   Garment garment = garment_of_tube();
   garment.mesh.vertices.col(1) = 0.8 + 0.6 * (garment.mesh.vertices.col(1).array() - 0.8);
@@ -351,7 +351,7 @@ TEST(RegisterGarment, AHemThatDropsOverItDoesNotPullClothAlong) {
   }
 }
 
-TEST(RegisterGarment, ScansThatAreNoMeshesAreRefused) {
+TEST(RegisterGarment, InvalidScanMeshes_AreRefused) {
   Mesh scan = labelled(fixtures::cloth_tube(6, 2), fixtures::cloth_tube(6, 2).vertices);
   scan.faces(0, 0) = 1000;
   ATELIER_EXPECT_REFUSED(garment_scan(scan, {kCloth}, "000001.h5"), DataError, "000001.h5");
@@ -360,7 +360,7 @@ TEST(RegisterGarment, ScansThatAreNoMeshesAreRefused) {
   ATELIER_EXPECT_REFUSED(garment_scan(scan, {kCloth}), DataError, "finite");
 }
 
-TEST(RegisterGarment, TurnedTrianglesAreFound) {
+TEST(RegisterGarment, InvertedTriangles_AreFound) {
   const Mesh mesh = fixtures::grid(6, 6);
   const Topology topology = topology_of(mesh.faces, mesh.vertices.rows());
   EXPECT_TRUE(inverted_faces(topology, mesh.vertices).empty());
@@ -369,7 +369,7 @@ TEST(RegisterGarment, TurnedTrianglesAreFound) {
   EXPECT_FALSE(inverted_faces(topology, folded).empty());
 }
 
-TEST(RegisterGarment, TurnedTrianglesArePutRight) {
+TEST(RegisterGarment, InvertedTriangles_AreRepaired) {
   const Garment garment = garment_of_tube();
   const RegistrationModel model = registration_model(garment);
   Points start = model.vertices;
@@ -384,7 +384,7 @@ TEST(RegisterGarment, TurnedTrianglesArePutRight) {
 
 // Crumpled places of every size, at borders too, where going to the middle of one's neighbours
 // alone leaves what is folded as it is.
-TEST(RegisterGarment, CrumpledPlacesArePutRightAndTheRestStays) {
+TEST(RegisterGarment, CrumpledRegions_AreRepairedAndTheRestStays) {
   const Mesh mesh = fixtures::cloth_tube(40, 20);
   const Topology topology = topology_of(mesh.faces, mesh.vertices.rows());
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
@@ -410,7 +410,7 @@ TEST(RegisterGarment, CrumpledPlacesArePutRightAndTheRestStays) {
 }
 
 // Going to the middle of their neighbours, both vertices of such a fold come to the same place.
-TEST(RegisterGarment, AFoldAtTheRimIsPutRightWithoutLosingItsArea) {
+TEST(RegisterGarment, FoldAtTheRim_IsRepairedWithoutLosingArea) {
   const Mesh tube = fixtures::with_fold_at_rim(fixtures::cloth_tube(24, 14));
   const Topology topology = topology_of(tube.faces, tube.vertices.rows());
   ASSERT_EQ(manifold_defects(topology).inconsistent_edges.size(), 0U);
@@ -456,7 +456,7 @@ RegisterSequenceOptions sequence_options(int window) {
   return options;
 }
 
-TEST(RegisterSequence, ClothFollowsTheBodyRoundAndRound) {
+TEST(RegisterSequence, SpinningBody_IsFollowedByTheCloth) {
   Spin spin;
   RegisteredSequence sequence(spin.garment, spin.source, sequence_options(10));
   for (Index row = 0; row < spin.source.rows; ++row) {
@@ -467,7 +467,7 @@ TEST(RegisterSequence, ClothFollowsTheBodyRoundAndRound) {
 
 // Other frames keep the lengths of its edges: one of none makes every energy no number, so that no
 // frame takes a step.
-TEST(RegisterSequence, AFoldInTheTemplateStopsNoOtherFrame) {
+TEST(RegisterSequence, FoldInTheTemplate_DoesNotStopOtherFrames) {
   Spin spin;
   spin.garment.mesh = fixtures::with_fold_at_rim(spin.garment.mesh);
   const Eigen::RowVector3d aside(0.03, 0, 0);
@@ -485,7 +485,7 @@ TEST(RegisterSequence, AFoldInTheTemplateStopsNoOtherFrame) {
   EXPECT_LT((sequence.at(3).vertices - expected).rowwise().norm().mean(), 0.005);
 }
 
-TEST(RegisterSequence, ClothOfWhichPicturesTellNothingStaysOnTheBody) {
+TEST(RegisterSequence, ClothOfPlainImages_StaysOnTheBody) {
   Spin spin(5, 0);
   const auto slid = [&](bool pictures) {
     RegistrationSource source = spin.source;
@@ -511,7 +511,7 @@ TEST(RegisterSequence, ClothOfWhichPicturesTellNothingStaysOnTheBody) {
   EXPECT_LT(slid(true), 0.8 * before);
 }
 
-TEST(RegisterSequence, ThePartThatNoPictureShowsIsHeldOnTheBodyWhereTheRestNeedsNone) {
+TEST(RegisterSequence, PartUnseenInImages_IsHeldByTheBodyPrior) {
   // A printed tube that stands still, seen from one side alone. On the other side the scan is
   // lifted frame by frame, as ICP correspondences would slide cloth.
   Spin spin(5, 0);
@@ -551,7 +551,7 @@ TEST(RegisterSequence, ThePartThatNoPictureShowsIsHeldOnTheBodyWhereTheRestNeeds
   EXPECT_LT(slid(0.1), 0.8 * slid(0));
 }
 
-TEST(RegisterSequence, FramesAreTheSameInAnyOrderAndOnAnyThreads) {
+TEST(RegisterSequence, AnyFrameOrderAndThreadCount_GivesTheSameFrames) {
   Spin first_spin;
   Spin second_spin;
   RegisteredSequence forwards(first_spin.garment, first_spin.source, sequence_options(4));
@@ -568,7 +568,7 @@ TEST(RegisterSequence, FramesAreTheSameInAnyOrderAndOnAnyThreads) {
   set_thread_count(0);
 }
 
-TEST(RegisterSequence, AWindowNeedsNoOther) {
+TEST(RegisterSequence, Window_NeedsNoOtherWindow) {
   Spin spin(8, 0);
   RegisteredSequence sequence(spin.garment, spin.source, sequence_options(4));
   sequence.at(5);
@@ -577,7 +577,7 @@ TEST(RegisterSequence, AWindowNeedsNoOther) {
   EXPECT_EQ(sequence.anchor(3), 0);
 }
 
-TEST(RegisterSequence, TakesAreWindowsOfTheirOwn) {
+TEST(RegisterSequence, Takes_AreSeparateWindows) {
   Spin spin(8, 0);
   spin.source.starts = {0, 3};
   RegisteredSequence sequence(spin.garment, spin.source, sequence_options(100));
@@ -585,7 +585,7 @@ TEST(RegisterSequence, TakesAreWindowsOfTheirOwn) {
   EXPECT_EQ(sequence.anchor(7), 3);
 }
 
-TEST(RegisterSequence, TheSameWayAgainComesOutAlike) {
+TEST(RegisterSequence, TrackingBackwards_GivesTheSameFrame) {
   Spin spin;
   RegisteredSequence sequence(spin.garment, spin.source, sequence_options(10));
   const Points third = sequence.at(3).vertices;
@@ -595,7 +595,7 @@ TEST(RegisterSequence, TheSameWayAgainComesOutAlike) {
             0.005);
 }
 
-TEST(RegisterSequence, TemplatesFrameIsFoundByItsAttachments) {
+TEST(RegisterSequence, TemplateFrame_IsFoundFromItsAttachments) {
   Spin spin(5, 3);
   const Points body = spin.source.body(3);
   for (int v = 0; v < 20; ++v) {
@@ -617,7 +617,7 @@ TEST(RegisterSequence, TemplatesFrameIsFoundByItsAttachments) {
   EXPECT_EQ(template_row_of(spin.garment, spin.source), -1);
 }
 
-TEST(RegisterSequence, BrokenTemplatesAreRefused) {
+TEST(RegisterSequence, DefectiveTemplates_AreRefused) {
   Spin spin;
   spin.garment.mesh.faces.conservativeResize(spin.garment.mesh.faces.rows() + 1, 3);
   spin.garment.mesh.faces.row(spin.garment.mesh.faces.rows() - 1) << 0, 1, 50;
@@ -630,7 +630,7 @@ TEST(RegisterSequence, BrokenTemplatesAreRefused) {
                          LogicError, "one of the sequence");
 }
 
-TEST(RegistrationError, SlidesAreErrorsOfPointsAlone) {
+TEST(RegistrationError, Slides_AreErrorsOfPointsOnly) {
   const Mesh mesh = fixtures::cloth_tube(200, 40);
   const TrueBinding binding = bind_to_truth(mesh.vertices, mesh.vertices, mesh.faces);
   const Points slid = fixtures::screwed(mesh.vertices, 0.02, 0);
@@ -643,7 +643,7 @@ TEST(RegistrationError, SlidesAreErrorsOfPointsAlone) {
   EXPECT_LT(error.from_truth, 1e-4);
 }
 
-TEST(RegistrationError, WhatIsNotSeenDoesNotCount) {
+TEST(RegistrationError, UnseenVertices_DoNotCount) {
   const Mesh mesh = fixtures::cloth_tube(10, 4);
   const TrueBinding binding = bind_to_truth(mesh.vertices, mesh.vertices, mesh.faces);
   const std::vector<char> none(static_cast<std::size_t>(mesh.vertices.rows()), 0);
@@ -653,7 +653,7 @@ TEST(RegistrationError, WhatIsNotSeenDoesNotCount) {
   EXPECT_EQ(error.from_truth, 0);
 }
 
-TEST(RegistrationError, BindingOfAnotherTemplateIsRefused) {
+TEST(RegistrationError, BindingOfAnotherTemplate_IsRefused) {
   const Mesh mesh = fixtures::cloth_tube(10, 4);
   const TrueBinding binding = bind_to_truth(mesh.vertices, mesh.vertices, mesh.faces);
   ATELIER_EXPECT_REFUSED(registration_error(mesh.vertices.topRows(5), Triangles(0, 3), binding,

@@ -75,7 +75,7 @@ struct Bridged {
   }
 };
 
-TEST(RemoveHandles, OfWhatHasNoneNothingIsCut) {
+TEST(RemoveHandles, SurfaceWithoutHandles_StaysUnchanged) {
   Mesh thin = fixtures::cloth_tube(12, 10);
   thin.vertices.col(0) *= 0.1;  // 9 cm round: a loop that parts the tube
   thin.vertices.col(2) *= 0.1;
@@ -87,7 +87,7 @@ TEST(RemoveHandles, OfWhatHasNoneNothingIsCut) {
   }
 }
 
-TEST(RemoveHandles, ABridgeIsCutAcross) {
+TEST(RemoveHandles, Bridge_IsCutAcross) {
   const Bridged bridged;
   ASSERT_TRUE(
       is_manifold(manifold_defects(topology_of(bridged.mesh.faces, bridged.mesh.vertices.rows()))));
@@ -113,14 +113,14 @@ TEST(RemoveHandles, ABridgeIsCutAcross) {
   }
 }
 
-TEST(RemoveHandles, LongerLoopsStay) {
+TEST(RemoveHandles, LongerLoops_AreKept) {
   const Bridged bridged;
   EXPECT_EQ(remove_handles(bridged.mesh, 0.05).cut, 0);
   EXPECT_EQ(remove_handles(bridged.mesh, 0).cut, 0);
 }
 
 // Round a torus of 0.1 and 0.03 m the shortest loop goes the short way, 0.19 m.
-TEST(RemoveHandles, ATorusIsCutTheShortWay) {
+TEST(RemoveHandles, Torus_IsCutTheShortWay) {
   Mesh torus = fixtures::torus(40, 16, 0.3);
   torus.vertices *= 0.1;
   EXPECT_EQ(remove_handles(torus, 0.18).cut, 0);
@@ -135,7 +135,7 @@ TEST(RemoveHandles, ATorusIsCutTheShortWay) {
   EXPECT_EQ(euler_characteristic(topology_of(even.faces, even.vertices.rows())), 2);
 }
 
-TEST(RemoveHandlesRefused, SurfacesThatBranchOrAreNotOriented) {
+TEST(RemoveHandlesRefused, BranchingOrUnorientedSurfaces_AreRefused) {
   Mesh mesh = fixtures::tetrahedron();
   mesh.faces.row(3).reverseInPlace();
   ATELIER_EXPECT_REFUSED(remove_handles(mesh, 1), LogicError, "oriented");

@@ -36,7 +36,7 @@ Mesh sheet() {
   return fixtures::grid(20, 12);
 }
 
-TEST(RemoveSlivers, CornersOfKnownTriangles) {
+TEST(RemoveSlivers, KnownTriangles_HaveTheirMinAngles) {
   Points points(4, 3);
   points << 0, 0, 0, 1, 0, 0, 0.5, 0, std::sqrt(3.0) / 2, 1, 0, 0.001;
   Triangles faces(3, 3);
@@ -50,14 +50,14 @@ TEST(RemoveSlivers, CornersOfKnownTriangles) {
   EXPECT_NEAR(min_corners(flat, Triangles(faces.topRows(1)))[0], 45, 1e-9);
 }
 
-TEST(RemoveSlivers, ASurfaceWithoutSliversStays) {
+TEST(RemoveSlivers, SurfaceWithoutSlivers_StaysUnchanged) {
   const Mesh mesh = sheet();
   const Mesh same = remove_slivers(mesh);
   EXPECT_EQ(same.vertices, mesh.vertices);
   EXPECT_EQ(same.faces, mesh.faces);
 }
 
-TEST(RemoveSlivers, ANeedleAndAFlatTriangleAreWidened) {
+TEST(RemoveSlivers, NeedleAndFlatTriangle_AreWidened) {
   for (const bool flips : {true, false}) {
     Mesh mesh = sheet();
     const int inner = 7 * 21 + 9;
@@ -76,7 +76,7 @@ TEST(RemoveSlivers, ANeedleAndAFlatTriangleAreWidened) {
 }
 
 // Whatever the noise, corners end above the bound, on the surface, which hangs together as before.
-TEST(RemoveSlivers, RandomSheetsAndBallsEndAboveTheBound) {
+TEST(RemoveSlivers, RandomSheetsAndBalls_EndAboveTheMinAngle) {
   std::mt19937 random(20);
   int slivers = 0;
   for (int trial = 0; trial < 40; ++trial) {
@@ -119,7 +119,7 @@ TEST(RemoveSlivers, RandomSheetsAndBallsEndAboveTheBound) {
   EXPECT_GT(slivers, 400);
 }
 
-TEST(RemoveSlivers, HostileSurfacesAreNoWorse) {
+TEST(RemoveSlivers, HostileSurfaces_AreNoWorse) {
   // A wheel of 800 spokes, whose corners cannot be wide.
   Mesh wheel;
   const int count = 800;
@@ -148,7 +148,7 @@ TEST(RemoveSlivers, HostileSurfacesAreNoWorse) {
   EXPECT_GE(smallest(remove_slivers(touching)), 10);
 }
 
-TEST(RemoveSlivers, FoldsStayWhereTheyAre) {
+TEST(RemoveSlivers, Folds_StayInPlace) {
   // A needle at the edge of a box: flipping across the edge would cut its corner off by 1 cm.
   Mesh mesh = sheet();
   for (Index v = 0; v < mesh.vertices.rows(); ++v) {
@@ -167,7 +167,7 @@ TEST(RemoveSlivers, FoldsStayWhereTheyAre) {
   EXPECT_LT(farthest_off(box, blunt), 0.006);
 }
 
-TEST(RemoveSlivers, OptionsOutOfRangeRefused) {
+TEST(RemoveSlivers, OptionsOutOfRange_AreRefused) {
   EXPECT_THROW(remove_slivers(sheet(), {.least = -1}), LogicError);
   EXPECT_THROW(remove_slivers(sheet(), {.least = 31}), LogicError);
   EXPECT_THROW(remove_slivers(sheet(), {.off = -1}), LogicError);

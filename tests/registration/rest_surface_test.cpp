@@ -52,7 +52,7 @@ double area_of(const Mesh& mesh, const Points& vertices) {
 }
 
 // Each frame lacks 4% of the area, all of them together next to nothing.
-TEST(RestSurface, FoldsThatWanderTakeNothing) {
+TEST(RestSurface, WanderingFolds_DoNotShrinkTheRestSurface) {
   const Mesh truth = cloth();
   std::vector<Points> frames;
   for (int frame = 0; frame < 24; ++frame) {
@@ -73,7 +73,7 @@ TEST(RestSurface, FoldsThatWanderTakeNothing) {
 }
 
 // A limb that bends: what its inside folds away lies along the limb, and comes back along it alone.
-TEST(RestSurface, AFoldTakesOfTheLengthAcrossItAlone) {
+TEST(RestSurface, Fold_ShrinksTheLengthAcrossItOnly) {
   const Mesh truth = cloth();
   const auto squeezed = [&](double share) {  // along the tube, by so much
     Points points = truth.vertices;
@@ -109,7 +109,7 @@ TEST(RestSurface, AFoldTakesOfTheLengthAcrossItAlone) {
 }
 
 // A triangle that a frame has crushed to a line lacks a lot in a direction that it does not tell.
-TEST(RestSurface, CrushedTrianglesSayNothing) {
+TEST(RestSurface, CrushedTriangles_AreIgnored) {
   const Mesh truth = cloth();
   std::vector<Points> frames(8, truth.vertices);
   const Triangles& faces = truth.faces;
@@ -146,7 +146,7 @@ TEST(RestSurface, CrushedTrianglesSayNothing) {
 }
 
 // Whoever wears it turns and walks on: it comes back where the mesh is.
-TEST(RestSurface, LooksWhereTheMeshDoes) {
+TEST(RestSurface, RestSurface_IsPlacedWhereTheMeshIs) {
   const Mesh truth = cloth();
   std::vector<Points> frames;
   for (int frame = 0; frame < 8; ++frame) {
@@ -159,7 +159,7 @@ TEST(RestSurface, LooksWhereTheMeshDoes) {
   EXPECT_LT((rest - truth.vertices).rowwise().norm().maxCoeff(), 1e-6);
 }
 
-TEST(RestSurface, WhatNeverFoldsStaysAsItIs) {
+TEST(RestSurface, UnfoldedSequence_StaysUnchanged) {
   const Mesh truth = cloth();
   const std::vector<Points> frames(6, truth.vertices);
   const Points rest = rest_surface(truth, frames);
@@ -168,7 +168,7 @@ TEST(RestSurface, WhatNeverFoldsStaysAsItIs) {
 
 // Noise lengthens the long quantile of every edge: registered frames, which are smooth, have little
 // (0.3 mm of each vertex by itself is 4% of the area).
-TEST(RestSurface, NoiseAddsLittle) {
+TEST(RestSurface, Noise_AddsLittleArea) {
   const Mesh truth = cloth();
   std::vector<Points> frames;
   for (int frame = 0; frame < 24; ++frame) {
@@ -178,7 +178,7 @@ TEST(RestSurface, NoiseAddsLittle) {
   EXPECT_NEAR(area_of(truth, rest_surface(truth, frames)), area, 0.05 * area);
 }
 
-TEST(RestSurface, AVertexWithoutFacesIsInNobodysWay) {
+TEST(RestSurface, VertexWithoutFaces_IsHarmless) {
   Mesh mesh = cloth();
   const Index count = mesh.vertices.rows();
   mesh.vertices.conservativeResize(count + 1, 3);
@@ -188,14 +188,14 @@ TEST(RestSurface, AVertexWithoutFacesIsInNobodysWay) {
   EXPECT_NEAR(area_of(mesh, rest), 1.05 * 1.05 * area_of(mesh, mesh.vertices), 1e-4);
 }
 
-TEST(RestSurface, OfFewFramesNothingIsKnown) {
+TEST(RestSurface, TooFewFrames_GiveTheMesh) {
   const Mesh truth = cloth();
   const std::vector<Points> frames(4, Points(0.9 * truth.vertices));
   EXPECT_EQ(rest_surface(truth, frames), truth.vertices);
   EXPECT_EQ(rest_surface(truth, {}), truth.vertices);
 }
 
-TEST(RestSurfaceRefused, FramesOfAnotherMeshAndNumbersThatAreNone) {
+TEST(RestSurfaceRefused, FramesOfAnotherMeshOrNonFinite_AreRefused) {
   const Mesh truth = cloth();
   ATELIER_EXPECT_REFUSED(rest_surface(truth, {Points(truth.vertices.topRows(5))}), LogicError,
                          "in each frame");

@@ -33,7 +33,7 @@ std::vector<SewingPattern> all_patterns() {
           trousers_pattern(measures)};
 }
 
-TEST(SewingPattern, LengthsAndAreasOfKnownShapes) {
+TEST(SewingPattern, KnownShapes_HaveTheirLengthsAndAreas) {
   SewingPattern pattern = square_pattern();
   EXPECT_DOUBLE_EQ(panel_area(pattern.panels[0]), 0.12);
   EXPECT_DOUBLE_EQ(edge_length(pattern.panels[0], 0), 0.4);
@@ -51,7 +51,7 @@ TEST(SewingPattern, LengthsAndAreasOfKnownShapes) {
   }
 }
 
-TEST(SewingPattern, BentPanelsKeepLengthsRoundTheCylinder) {
+TEST(SewingPattern, BentPanels_KeepLengthsAroundTheCylinder) {
   PanelPlacement placement;
   placement.bend_radius = 0.2;
   placement.origin = {0, 1, 0.2};
@@ -62,7 +62,7 @@ TEST(SewingPattern, BentPanelsKeepLengthsRoundTheCylinder) {
   }
 }
 
-TEST(ParametricPatterns, AreValidAndSeamsEqual) {
+TEST(ParametricPatterns, EveryDraft_IsValidWithEqualSeams) {
   for (const SewingPattern& pattern : all_patterns()) {
     EXPECT_NO_THROW(check_sewing_pattern(pattern)) << pattern.name;
     for (const SewnEdges& seam : pattern.seams) {
@@ -75,7 +75,7 @@ TEST(ParametricPatterns, AreValidAndSeamsEqual) {
   }
 }
 
-TEST(ParametricPatterns, OpeningsAreThoseOfTheGarment) {
+TEST(ParametricPatterns, Openings_AreThoseOfTheGarment) {
   const auto openings = [](const SewingPattern& pattern) {
     const Garment garment = garment_from_pattern(pattern);
     return std::multiset<std::string>(garment.boundary_names.begin(), garment.boundary_names.end());
@@ -91,7 +91,7 @@ TEST(ParametricPatterns, OpeningsAreThoseOfTheGarment) {
 }
 
 // Welding the seams of a tee leaves a surface with the openings above and no other boundary.
-TEST(PatternGarment, SewnGarmentIsTwoManifoldWithItsOpenings) {
+TEST(PatternGarment, SewnGarment_IsManifoldWithItsOpenings) {
   for (const SewingPattern& pattern : all_patterns()) {
     const Garment garment = garment_from_pattern(pattern);
     std::vector<int> weld(static_cast<std::size_t>(garment.mesh.vertices.rows()));
@@ -130,7 +130,7 @@ TEST(PatternGarment, SewnGarmentIsTwoManifoldWithItsOpenings) {
   }
 }
 
-TEST(PatternGarment, TrianglesAreEvenAndCoverThePanel) {
+TEST(PatternGarment, Triangles_AreWellShapedAndCoverThePanel) {
   for (const SewingPattern& pattern : all_patterns()) {
     const Garment garment = garment_from_pattern(pattern, {.edge_length = 0.025});
     double area = 0;
@@ -159,7 +159,7 @@ TEST(PatternGarment, TrianglesAreEvenAndCoverThePanel) {
   }
 }
 
-TEST(PatternGarment, SeamSidesHaveEqualLengthsPiecewise) {
+TEST(PatternGarment, SeamSides_HaveEqualSegmentLengths) {
   const Garment garment = garment_from_pattern(skirt_pattern({}));
   for (const Seam& seam : garment.seams) {
     ASSERT_EQ(seam.a.size(), seam.b.size());
@@ -171,7 +171,7 @@ TEST(PatternGarment, SeamSidesHaveEqualLengthsPiecewise) {
   }
 }
 
-TEST(PatternGarment, SeamSidesAreAsLongAsTheirCurvesAtEveryEdgeLength) {
+TEST(PatternGarment, SeamSides_KeepCurveLengthAtEveryEdgeLength) {
   // A sleeve's cap bends more than its armhole: chords alone differ by 2% at 35 mm.
   for (const double edge : {0.035, 0.02, 0.01}) {
     for (const SewingPattern& pattern : all_patterns()) {
@@ -196,7 +196,7 @@ TEST(PatternGarment, SeamSidesAreAsLongAsTheirCurvesAtEveryEdgeLength) {
   }
 }
 
-TEST(PatternGarment, MirroredSidesMatch) {
+TEST(PatternGarment, MirroredSides_HaveEqualAreas) {
   // Left and right sleeves of the same draft have the same number of vertices and area.
   const SewingPattern pattern = tee_pattern({});
   EXPECT_NEAR(panel_area(pattern.panels[2]), panel_area(pattern.panels[3]), 1e-12);
@@ -215,7 +215,7 @@ void expect_refused_pattern(const SewingPattern& pattern, const std::string& exp
   EXPECT_NE(words(pattern).find(expected), std::string::npos) << words(pattern);
 }
 
-TEST(SewingPatternRefused, PanelsThatAreNoLoop) {
+TEST(SewingPatternRefused, PanelsThatAreNoLoop_AreRefused) {
   expect_refused_pattern(SewingPattern{}, "no panels");
   SewingPattern pattern = square_pattern();
   pattern.panels[0].edges[1].end = 3;
@@ -231,7 +231,7 @@ TEST(SewingPatternRefused, PanelsThatAreNoLoop) {
   expect_refused_pattern(pattern, "no length");
 }
 
-TEST(SewingPatternRefused, OutlinesThatCrossOrRunClockwise) {
+TEST(SewingPatternRefused, CrossingOrClockwiseOutlines_AreRefused) {
   SewingPattern pattern = square_pattern();
   pattern.panels[0].corners.col(0) *= -1;
   expect_refused_pattern(pattern, "counter-clockwise");
@@ -246,7 +246,7 @@ TEST(SewingPatternRefused, OutlinesThatCrossOrRunClockwise) {
   expect_refused_pattern(pattern, "3 control points");
 }
 
-TEST(SewingPatternRefused, SeamsThatNameNothingOrTwice) {
+TEST(SewingPatternRefused, DanglingOrRepeatedSeams_AreRefused) {
   SewingPattern pattern = square_pattern();
   pattern.seams = {{"side", 0, 1, 1, 3}};
   expect_refused_pattern(pattern, "panel 1");
@@ -259,7 +259,7 @@ TEST(SewingPatternRefused, SeamsThatNameNothingOrTwice) {
   expect_refused_pattern(pattern, "a unique name");
 }
 
-TEST(ParametricPatternsRefused, MeasuresThatMakeNoGarment) {
+TEST(ParametricPatternsRefused, ImpossibleMeasures_AreRefused) {
   TailorMeasures measures;
   measures.shoulder_width = 0.05;
   EXPECT_THROW(tee_pattern(measures), LogicError);
@@ -271,7 +271,7 @@ TEST(ParametricPatternsRefused, MeasuresThatMakeNoGarment) {
   EXPECT_THROW(garment_from_pattern(square_pattern(), {.edge_length = 0}), LogicError);
 }
 
-TEST(PanelTriangulationRefused, OutlinesThatAreNone) {
+TEST(PanelTriangulationRefused, BadOutlines_AreRefused) {
   Points2 outline(2, 2);
   outline << 0, 0, 1, 0;
   EXPECT_THROW(triangulate_outline(outline, 0.1), DataError);

@@ -22,12 +22,12 @@ Mesh wavy_sheet(double wave) {
   return mesh;
 }
 
-TEST(SmoothedSurface, PlanesStayWithTheirRims) {
+TEST(SmoothedSurface, PlaneWithItsBorder_StaysUnchanged) {
   const Mesh sheet = wavy_sheet(0);
   EXPECT_LT((smoothed_surface(sheet, 0.02) - sheet.vertices).cwiseAbs().maxCoeff(), 1e-9);
 }
 
-TEST(SmoothedSurface, AWaveOfTwoPiReachKeepsHalfItsHeightAndLongOnesAllOfIt) {
+TEST(SmoothedSurface, WaveOfTwoPiReach_KeepsHalfItsHeight) {
   const auto height_in_the_middle = [](double wave, double reach) {
     const Mesh sheet = wavy_sheet(wave);
     const Points smooth = smoothed_surface(sheet, reach);
@@ -46,7 +46,7 @@ TEST(SmoothedSurface, AWaveOfTwoPiReachKeepsHalfItsHeightAndLongOnesAllOfIt) {
   EXPECT_EQ(smoothed_surface(wavy_sheet(0.05), 0), wavy_sheet(0.05).vertices);
 }
 
-TEST(SmoothedSurface, NegativeReachRefused) {
+TEST(SmoothedSurface, NegativeReach_IsRefused) {
   EXPECT_THROW(smoothed_surface(wavy_sheet(0), -1), LogicError);
 }
 

@@ -15,14 +15,14 @@ using fixtures::topology;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
-TEST(CutSurface, WithoutCutsIsTheSurface) {
+TEST(CutSurface, NoCuts_KeepTheSurface) {
   const Mesh mesh = fixtures::tube(8, 4);
   const SurfaceCut cut = cut_surface(topology(mesh), no_cut(topology(mesh)));
   EXPECT_EQ(cut.panel_count, 1);
   EXPECT_EQ(static_cast<Index>(cut.source.size()), mesh.vertices.rows());
 }
 
-TEST(CutSurface, LabelsPartPanels) {
+TEST(CutSurface, Labels_SeparatePanels) {
   const Mesh mesh = fixtures::grid(6, 4);
   std::vector<int> labels;
   for (Index f = 0; f < mesh.faces.rows(); ++f) {
@@ -34,7 +34,7 @@ TEST(CutSurface, LabelsPartPanels) {
   EXPECT_GT(static_cast<Index>(cut.source.size()), mesh.vertices.rows());
 }
 
-TEST(CutSurface, RefusesWhatIsNoEdge) {
+TEST(CutSurface, NonEdgeCut_IsRefused) {
   const Mesh mesh = fixtures::grid(3, 3);
   try {
     cut_at_edges(topology(mesh), {{0, 15}});

@@ -10,14 +10,14 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST(TrackingFailure, AGarmentThatIsFollowedIsNotSpokenOf) {
+TEST(TrackingFailure, TrackedGarment_HasNoFinding) {
   // A dress, and a tee in whose own frame nothing is compared.
   const std::vector<FrameFigures> frames = {{0, 0.88, 0.83}, {1, 0.96, 0}, {2, 0.85, 0.72}};
   EXPECT_FALSE(tracking_failure("dress", frames));
   EXPECT_FALSE(tracking_failure("dress", {}));
 }
 
-TEST(TrackingFailure, FramesThatLostItAreOneLine) {
+TEST(TrackingFailure, FramesWithTrackingFailure_GiveOneFinding) {
   std::vector<FrameFigures> frames;
   for (int i = 0; i < 12; ++i) {
     frames.push_back({10 + i, 0.5, 0.15});
@@ -37,13 +37,13 @@ TEST(TrackingFailure, FramesThatLostItAreOneLine) {
   EXPECT_THAT(finding->what, HasSubstr("(frames 10 to 12, 14, 16 to 21)"));
 }
 
-TEST(InsideBody, AFewTrianglesAreNotSpokenOf) {
+TEST(InsideBody, FewTrianglesInside_GiveNoFinding) {
   const std::vector<FrameFigures> frames = {{0, 0.9, 0.8, 0}, {1, 0.9, 0.8, 0.01}};
   EXPECT_FALSE(inside_body("lower", frames));
   EXPECT_FALSE(inside_body("lower", {}));
 }
 
-TEST(InsideBody, FramesWithManyAreOneLine) {
+TEST(InsideBody, FramesWithManyTrianglesInside_GiveOneFinding) {
   const std::vector<FrameFigures> frames = {
       {4, 0.9, 0.8, 0.02}, {5, 0.9, 0.8, 0.034}, {6, 0.9, 0.8, 0.001}, {7, 0.9, 0.8, 0.011}};
   const auto finding = inside_body("lower", frames);

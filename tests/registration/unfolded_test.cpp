@@ -37,7 +37,7 @@ struct Wound {
   }
 };
 
-TEST(Unfolded, WhatIsNotTurnedKeepsItsPlace) {
+TEST(Unfolded, UninvertedCloth_StaysUnchanged) {
   const Wound wound;
   const Unfolded same = unfolded(wound.topology, wound.rings.vertices, {wound.x});
   EXPECT_EQ(same.vertices, wound.rings.vertices);
@@ -45,7 +45,7 @@ TEST(Unfolded, WhatIsNotTurnedKeepsItsPlace) {
   EXPECT_EQ(same.still_turned, 0);
 }
 
-TEST(Unfolded, WhatSmoothingPutsRightIsNoShapesMatter) {
+TEST(Unfolded, InversionsFixedBySmoothing_NeedNoOtherShape) {
   const Wound wound;
   Points x = wound.rings.vertices;
   x.row(7) -= 1.5 * (x.row(7) - x.topRows(wound.half).colwise().mean());
@@ -55,7 +55,7 @@ TEST(Unfolded, WhatSmoothingPutsRightIsNoShapesMatter) {
   EXPECT_EQ(smoothed.given_back, 0);
 }
 
-TEST(Unfolded, WhatSmoothingDoesNotPutRightTakesItsShapeBack) {
+TEST(Unfolded, InversionsLeftBySmoothing_TakeAnEarlierShape) {
   const Wound wound;
   ASSERT_FALSE(inverted_faces(wound.topology, turned_back(wound.topology, wound.x)).empty());
   const Unfolded back = unfolded(wound.topology, wound.x, {wound.x, wound.rings.vertices});
@@ -66,7 +66,7 @@ TEST(Unfolded, WhatSmoothingDoesNotPutRightTakesItsShapeBack) {
   EXPECT_EQ(back.vertices.bottomRows(wound.half), wound.rings.vertices.bottomRows(wound.half));
 }
 
-TEST(Unfolded, WithoutAShapeThatIsNotTurnedItSaysWhatStays) {
+TEST(Unfolded, NoUninvertedShape_ReportsWhatRemains) {
   const Wound wound;
   const Unfolded none = unfolded(wound.topology, wound.x, {});
   EXPECT_EQ(none.vertices, turned_back(wound.topology, wound.x));
@@ -79,7 +79,7 @@ TEST(Unfolded, WithoutAShapeThatIsNotTurnedItSaysWhatStays) {
 }
 
 // Whatever is asked of it: places by chance, all in one, on one line, inside out, wound.
-TEST(Unfolded, NothingComesOutTurnedFromAnywhere) {
+TEST(Unfolded, AnyStart_EndsWithoutInversions) {
   const Wound wound;
   std::mt19937 random(3);
   std::uniform_real_distribution<double> place(-1, 1);
@@ -100,7 +100,7 @@ TEST(Unfolded, NothingComesOutTurnedFromAnywhere) {
   }
 }
 
-TEST(UnfoldedRefused, ShapesOfAnotherClothAndPlacesThatAreNone) {
+TEST(UnfoldedRefused, ShapesOfAnotherClothOrNonFinite_AreRefused) {
   const Wound wound;
   ATELIER_EXPECT_REFUSED(unfolded(wound.topology, wound.x, {wound.x.topRows(5)}), LogicError,
                          "another cloth");

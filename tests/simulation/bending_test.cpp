@@ -12,7 +12,7 @@ namespace {
 class RestAngles : public fixtures::DeviceTest {};
 
 // T9: a bent template opens, or keeps its shape where rest angles are the template's.
-TEST_P(RestAngles, ACylinderOpensUnlessTheTemplateIsItsRest) {
+TEST_P(RestAngles, RolledCylinder_OpensUnlessTemplateIsRest) {
   Mesh mesh = fixtures::sheet(3, 16, 0.01);
   for (Index v = 0; v < mesh.vertices.rows(); ++v) {
     const double a = mesh.vertices(v, 2) / 0.04;
@@ -44,7 +44,7 @@ TEST_P(RestAngles, ACylinderOpensUnlessTheTemplateIsItsRest) {
 
 ATELIER_ON_EVERY_DEVICE(RestAngles);
 
-TEST(Garment, ThatCannotBeSimulatedIsRefused) {
+TEST(Garment, UnsimulatableGarment_IsRefused) {
   const Garment good = fixtures::garment_of(fixtures::sheet(3, 3, 0.05), 0.2, 100, 1e-5);
   const auto refused = [](const Garment& garment, const std::string& words) {
     try {

@@ -13,7 +13,7 @@ namespace {
 
 using fixtures::still;
 
-TEST(Sphere, ClothDroppedOnItRestsOutside) {
+TEST(Sphere, DroppedCloth_RestsOutside) {
   const Mesh ball = fixtures::sphere(0.2, 24, 48);
   Garment garment = fixtures::garment_of(fixtures::sheet(30, 30, 0.02), 0.2, 300, 1e-5);
   garment.mesh.vertices.col(0).array() -= 0.3;
@@ -40,7 +40,7 @@ TEST(Sphere, ClothDroppedOnItRestsOutside) {
 }
 
 // T14: the square follows a turning sphere the more, the higher the friction.
-TEST(Sphere, TurningItTakesTheClothAlongByFriction) {
+TEST(Sphere, TurningSphere_DragsTheClothByFriction) {
   const Mesh ball = fixtures::sphere(0.2, 24, 48);
   // Angular momentum about y over the moment of inertia, of vertices that weigh alike [rad/s].
   const auto spin_of = [](const ClothState& state) {
@@ -110,7 +110,7 @@ TEST(Sphere, TurningItTakesTheClothAlongByFriction) {
 }
 
 // T17: body speed x h of more than five thicknesses.
-TEST(Sphere, ThrownThroughAHangingSheetItDoesNotPass) {
+TEST(Sphere, SphereThrownAtAHangingSheet_DoesNotPass) {
   const Mesh ball = fixtures::sphere(0.05, 16, 32);
   Garment garment = fixtures::garment_of(fixtures::sheet(24, 24, 0.02), 0.2, 1000, 1e-5);
   garment.material.thickness = 1e-3;
@@ -137,7 +137,7 @@ TEST(Sphere, ThrownThroughAHangingSheetItDoesNotPass) {
   }
 }
 
-TEST(Sphere, AStartWithACentimetreOfOverlapIsResolvedGently) {
+TEST(Sphere, StartOneCentimetreInside_IsResolvedGently) {
   const Mesh ball = fixtures::sphere(0.2, 24, 48);
   Garment garment = fixtures::garment_of(fixtures::sheet(20, 20, 0.01), 0.2, 300, 1e-5);
   garment.mesh.vertices.col(0).array() -= 0.1;
@@ -164,7 +164,7 @@ TEST(Sphere, AStartWithACentimetreOfOverlapIsResolvedGently) {
 // speed has, 1/2 m v_max^2 (Small Steps, eq. 10). Without gravity all of it comes from there, as
 // cloth rests in the shape in which it starts: flat hinges would give their own energy to motion,
 // 4.9e-6 J out of a sphere at 0.05 m/s, where the bound is 3.6e-6 J.
-TEST(Depenetration, InjectsNoMoreEnergyThanItsSpeedHas) {
+TEST(Depenetration, ResolvedOverlap_GainsNoMoreEnergyThanItsSpeed) {
   for (const char* shape : {"cube", "sphere"}) {
     const bool is_cube = shape == std::string("cube");
     const Mesh body = is_cube ? fixtures::cube(0.2) : fixtures::sphere(0.2, 24, 48);
@@ -204,7 +204,7 @@ TEST(Depenetration, InjectsNoMoreEnergyThanItsSpeedHas) {
 }
 
 // As many triangles as a body may have.
-TEST(Sphere, OfAHundredThousandTrianglesKeepsClothOutside) {
+TEST(Sphere, HundredThousandTriangles_KeepClothOutside) {
   const Mesh ball = fixtures::sphere(0.2, 160, 320);
   ASSERT_GT(ball.faces.rows(), 100000);
   Garment garment = fixtures::garment_of(fixtures::sheet(20, 20, 0.02), 0.2, 300, 1e-5);
@@ -235,7 +235,7 @@ TEST(Sphere, OfAHundredThousandTrianglesKeepsClothOutside) {
 }
 
 // Deeper than the contact reach nothing is looked for in a frame: only the exact count knows.
-TEST(Report, CountsEveryVertexInsideTheBodyHoweverDeep) {
+TEST(Report, EveryVertexInsideTheBody_IsCountedHoweverDeep) {
   const Mesh ball = fixtures::sphere(0.2, 24, 48);
   Garment garment = fixtures::garment_of(fixtures::sheet(4, 4, 0.02), 0.2, 300, 1e-5);
   garment.mesh.vertices.col(0).array() -= 0.04;
@@ -271,7 +271,7 @@ TEST(Report, CountsEveryVertexInsideTheBodyHoweverDeep) {
 }
 
 // A large flat face away from the origin: its nearest point is rounded further than its box.
-TEST(Cube, ClothOnAFlatTopThatRoundsBadlyRestsOnItFromAboveAndFromWithin) {
+TEST(Cube, FlatTopWithBadRounding_CarriesClothFromBothSides) {
   for (const double top : {1.0, 1.29, 1.4, 1.49999, 1.5, 1.57}) {
     const Mesh cube = fixtures::cube(top);
     for (const double height : {0.05, -0.01}) {
@@ -298,7 +298,7 @@ TEST(Cube, ClothOnAFlatTopThatRoundsBadlyRestsOnItFromAboveAndFromWithin) {
   }
 }
 
-TEST(Control, ABodyThatMovesFasterThanAnyPersonIsRefusedAtAnyFrameRate) {
+TEST(Control, BodyFasterThanAnyPerson_IsRefusedAtAnyFrameRate) {
   const Mesh ball = fixtures::sphere(0.2, 8, 16);
   const Cloth cloth = make_cloth(fixtures::garment_of(fixtures::sheet(4, 4, 0.05), 0.2, 100, 1e-5));
   for (const double fps : {30.0, 60.0, 240.0}) {
@@ -315,7 +315,7 @@ TEST(Control, ABodyThatMovesFasterThanAnyPersonIsRefusedAtAnyFrameRate) {
   }
 }
 
-TEST(Control, OptionsThatDoNotWorkTogetherAreNamed) {
+TEST(Control, ConflictingOptions_AreNamed) {
   XpbdOptions options;
   EXPECT_EQ(xpbd_conflict(options, Device::Cpu), "");
   options.vectors = "avx2";
@@ -328,7 +328,7 @@ TEST(Control, OptionsThatDoNotWorkTogetherAreNamed) {
   EXPECT_NE(xpbd_conflict(options, Device::Cuda), "");
 }
 
-TEST(Control, ABodyThatTeleportsIsRefusedAndTheLastFrameIsKept) {
+TEST(Control, TeleportingBody_IsRefusedAndTheLastFrameKept) {
   const Mesh ball = fixtures::sphere(0.2, 8, 16);
   const Cloth cloth = make_cloth(fixtures::garment_of(fixtures::sheet(4, 4, 0.05), 0.2, 100, 1e-5));
   ClothSolver solver(cloth, ball.faces, {});
@@ -344,7 +344,7 @@ TEST(Control, ABodyThatTeleportsIsRefusedAndTheLastFrameIsKept) {
   EXPECT_EQ(solver.state().frame, 1);
 }
 
-TEST(Control, NonFiniteAndIllSizedInputsAreRefused) {
+TEST(Control, NonFiniteAndIllSizedInputs_AreRefused) {
   const Mesh ball = fixtures::sphere(0.2, 8, 16);
   const Cloth cloth = make_cloth(fixtures::garment_of(fixtures::sheet(4, 4, 0.05), 0.2, 100, 1e-5));
   ClothSolver solver(cloth, ball.faces, {});

@@ -122,7 +122,7 @@ void expect_not_pierced(const Mesh& body, const Garment& garment, bool pinned, c
   }
 }
 
-TEST(BodyFeatures, ATipBetweenTheClothsVerticesDoesNotPierceIt) {
+TEST(BodyFeatures, TipBetweenClothVertices_DoesNotPierce) {
   // On a vertex, in the middle of an edge, in a triangle.
   for (double shift : {0.0, 0.01, 0.02}) {
     SCOPED_TRACE(shift);
@@ -130,22 +130,22 @@ TEST(BodyFeatures, ATipBetweenTheClothsVerticesDoesNotPierceIt) {
   }
 }
 
-TEST(BodyFeatures, AFastTipDoesNotPassThrough) {
+TEST(BodyFeatures, FastTip_DoesNotPassThrough) {
   // 3 m/s: 5 mm a substep, five times the gap.
   expect_not_pierced(cone_at(0.015, 0.1, -0.05, 12), coarse_sheet(8, 0.4, 0.01), true,
                      {{0, 0.05, 0}, 3, 10}, 0.5);
 }
 
-TEST(BodyFeatures, AnEdgeBetweenTheClothsVerticesDoesNotPierceIt) {
+TEST(BodyFeatures, EdgeBetweenClothVertices_DoesNotPierce) {
   expect_not_pierced(bar_at(0.02, 0.6, -0.01), coarse_sheet(8, 0.4, 0.013), true, {}, 0.15);
 }
 
-TEST(BodyFeatures, AnEdgeThatComesFromTheSideDoesNotPierceIt) {
+TEST(BodyFeatures, EdgeFromTheSide_DoesNotPierce) {
   expect_not_pierced(bar_at(0.02, 0.6, -0.012), coarse_sheet(8, 0.4, 0.013), true,
                      {{0.01, 0.002, 0}, 10, 40}, 0.15);
 }
 
-TEST(BodyFeatures, ASheetThatFallsOnAnEdgeIsNotPierced) {
+TEST(BodyFeatures, SheetFallingOnAnEdge_IsNotPierced) {
   expect_not_pierced(bar_at(0.02, 0.6, -0.01), coarse_sheet(8, 0.4, 0.013), false,
                      {{0, 0, 0}, 0, 60}, 0.15);
   // Half on a cube's top, half beside it.
@@ -153,7 +153,7 @@ TEST(BodyFeatures, ASheetThatFallsOnAnEdgeIsNotPierced) {
                      0.15);
 }
 
-TEST(BodyFeatures, FrictionOnAnEdgeTakesTheClothAlong) {
+TEST(BodyFeatures, FrictionOnAnEdge_DragsTheCloth) {
   for (Device device : fixtures::devices()) {
     double moved[2];
     for (int rough : {0, 1}) {
@@ -183,7 +183,7 @@ TEST(BodyFeatures, FrictionOnAnEdgeTakesTheClothAlong) {
 }
 
 // The far side of a thin part is no way out.
-TEST(BodyFeatures, AThinPartDoesNotPullThroughWhatLiesOnItsOtherSide) {
+TEST(BodyFeatures, ThinPart_DoesNotPullThroughItsOtherSide) {
   Mesh plate = fixtures::cube(0.5);
   plate.vertices.col(0) *= 0.05;
   plate.vertices.col(1) *= 0.003;
@@ -192,7 +192,7 @@ TEST(BodyFeatures, AThinPartDoesNotPullThroughWhatLiesOnItsOtherSide) {
   expect_not_pierced(plate, coarse_sheet(8, 0.4, 0.013), true, {}, 0.15);
 }
 
-TEST(BodyFeatures, WhatHasComeThroughALittleIsTakenBackGently) {
+TEST(BodyFeatures, SlightPenetration_IsTakenBackGently) {
   const Mesh body = bar_at(0.02, 0.6, 5e-4);
   const Garment garment = coarse_sheet(8, 0.4, 0.013);
   for (Device device : fixtures::devices()) {
@@ -205,7 +205,7 @@ TEST(BodyFeatures, WhatHasComeThroughALittleIsTakenBackGently) {
 }
 
 // What the cloth's vertices keep out by their thickness has no sharp features.
-TEST(BodyFeatures, ASmoothBodyIsMetByVerticesAloneToTheBit) {
+TEST(BodyFeatures, SmoothBody_GivesTheSameBitsWithoutFeatures) {
   const Mesh ball = fixtures::sphere(0.2, 24, 48);
   Garment garment = coarse_sheet(40, 0.4, 0);
   garment.mesh.vertices.col(1).array() += 0.205;
@@ -228,7 +228,7 @@ TEST(BodyFeatures, ASmoothBodyIsMetByVerticesAloneToTheBit) {
   }
 }
 
-TEST(BodyFeatures, GiveTheSameBitsOnAnyNumberOfThreads) {
+TEST(BodyFeatures, AnyThreadCount_GivesTheSameBits) {
   const Garment garment = coarse_sheet(8, 0.4, 0.013);
   for (Device device : fixtures::devices()) {
     Points reference;
@@ -243,7 +243,7 @@ TEST(BodyFeatures, GiveTheSameBitsOnAnyNumberOfThreads) {
   }
 }
 
-TEST(BodyFeatures, TwinsAgree) {
+TEST(BodyFeatures, CpuAndCudaFeatures_Agree) {
   if (!cuda_available()) {
     GTEST_SKIP() << "no CUDA device on this machine";
   }
@@ -269,7 +269,7 @@ TEST(BodyFeatures, TwinsAgree) {
   }
 }
 
-TEST(BodyFeatures, SliversRimsAndThreeFacesOnAnEdgeAreNoFeaturesThatHarm) {
+TEST(BodyFeatures, SliversRimsAndNonManifoldEdges_AreHarmless) {
   Mesh body = bar_at(0.02, 0.6, -0.01);
   const Index n = body.faces.rows();
   Triangles more(n + 4, 3);
@@ -289,7 +289,7 @@ TEST(BodyFeatures, SliversRimsAndThreeFacesOnAnEdgeAreNoFeaturesThatHarm) {
   }
 }
 
-TEST(BodyFeatures, ABodyThatIsNotFiniteOrTeleportsIsRefused) {
+TEST(BodyFeatures, NonFiniteOrTeleportingBody_IsRefused) {
   const Mesh body = bar_at(0.02, 0.6, -0.01);
   const Cloth cloth = make_cloth(coarse_sheet(8, 0.4, 0.013));
   for (Device device : fixtures::devices()) {
@@ -309,7 +309,7 @@ TEST(BodyFeatures, ABodyThatIsNotFiniteOrTeleportsIsRefused) {
   }
 }
 
-TEST(BodyFeatures, ABodyThatIsNotThereIsNone) {
+TEST(BodyFeatures, MissingBody_HasNoFeatures) {
   const Mesh body = bar_at(0.02, 0.6, -0.01);
   const Cloth cloth = make_cloth(coarse_sheet(8, 0.4, 0.013), {0});
   for (Device device : fixtures::devices()) {

@@ -36,7 +36,7 @@ double held_energy(const Garment& garment, const ClothOptions& options, Device d
 
 // Springs of modulus Y on equilateral triangles are a plate of Poisson's ratio 1/3: 9/8 Y against
 // being stretched one way, 3/8 Y against being sheared. Those across inner edges add `shear` to Y.
-TEST_P(CrossShear, AddsItsModulusToTheMembranes) {
+TEST_P(CrossShear, CrossSprings_AddTheirModulus) {
   constexpr int kCells = 24;
   constexpr double kSize = 0.01;
   constexpr double kStrain = 1e-4;
@@ -79,7 +79,7 @@ Garment with_slivers() {
   return garment;
 }
 
-TEST_P(HingeWeight, HasACeilingSoThatSliversStaySolvable) {
+TEST_P(HingeWeight, WeightLimit_KeepsSliversSolvable) {
   const Garment garment = with_slivers();
   const auto stiffest = [&](double ceiling) {
     ClothOptions options;
@@ -118,7 +118,7 @@ TEST_P(HingeWeight, HasACeilingSoThatSliversStaySolvable) {
 ATELIER_ON_EVERY_DEVICE(CrossShear);
 ATELIER_ON_EVERY_DEVICE(HingeWeight);
 
-TEST(ClothOptionsRefused, ThatDoNothingOrTheSameTwice) {
+TEST(ClothOptionsRefused, OptionsWithoutOrWithDoubleEffect_AreRefused) {
   Garment garment = fixtures::garment_of(fixtures::sheet(4, 4, 0.02), 0.2, 300, 1e-5);
   fixtures::use_flat_rest(garment);
   const auto refused = [](const Garment& of, const ClothOptions& options,
@@ -167,7 +167,7 @@ TEST(ClothOptionsRefused, ThatDoNothingOrTheSameTwice) {
 }
 
 // Shear and bending may be 0, stretching not: the cloth would be dust.
-TEST(ClothOptionsRefused, StretchOfZeroAloneAmongStiffnesses) {
+TEST(ClothOptionsRefused, ZeroStretchStiffness_IsRefused) {
   Garment garment = fixtures::garment_of(fixtures::sheet(4, 4, 0.02), 0.2, 300, 1e-5);
   fixtures::use_flat_rest(garment);
   ClothOptions strain;
@@ -188,7 +188,7 @@ TEST(ClothOptionsRefused, StretchOfZeroAloneAmongStiffnesses) {
 class SoftestCloth : public fixtures::DeviceTest {};
 
 // The inverse of such stiffnesses is infinite in float.
-TEST_P(SoftestCloth, FallsAsItsPointsDo) {
+TEST_P(SoftestCloth, SoftestCloth_FallsAsItsPoints) {
   Garment garment = fixtures::garment_of(fixtures::sheet(4, 4, 0.02), 0.2, 1e-42, 1e-42);
   fixtures::use_flat_rest(garment);
   garment.material.shear = 1e-42;

@@ -19,7 +19,7 @@ Eigen::VectorXd folded(double angle, double h, double size) {
   return size * x;
 }
 
-TEST(Spring, GradientAgreesWithCentralDifferences) {
+TEST(Spring, Gradient_MatchesCentralDifferences) {
   for (double length : {1e-3, 0.01, 1.0}) {
     Eigen::VectorXd x(6);
     x << 0, 0, 0, 0.48 * length, 0.6 * length, 0.64 * length;
@@ -45,7 +45,7 @@ TEST(Spring, GradientAgreesWithCentralDifferences) {
 }
 
 // Relative to the gradient itself: it grows as 1 / size, and a missing 1/|n| would show up here.
-TEST(Hinge, GradientAgreesWithCentralDifferencesAtEveryAngleAndSize) {
+TEST(Hinge, Gradient_MatchesCentralDifferencesAtEveryAngle) {
   double worst = 0;
   double worst_float = 0;
   for (double size : {0.002, 0.01, 0.3}) {
@@ -95,7 +95,7 @@ TEST(Hinge, GradientAgreesWithCentralDifferencesAtEveryAngleAndSize) {
 
 // T1 on every device: of a cloth that is one hinge, a solver's first iteration moves the vertices,
 // which weigh alike, along the gradient.
-TEST(Hinge, ASolverMovesItsVerticesAlongTheGradient) {
+TEST(Hinge, Solver_MovesVerticesAlongTheGradient) {
   for (const Device device : fixtures::devices()) {
     for (const char* precision : {"float", "double"}) {
       for (const double h : {0.1, 0.5, 2.0}) {
@@ -145,20 +145,20 @@ TEST(Hinge, ASolverMovesItsVerticesAlongTheGradient) {
   }
 }
 
-TEST(Hinge, HasNoNormalWhereATriangleHasNoArea) {
+TEST(Hinge, ZeroAreaTriangle_HasNoNormal) {
   EXPECT_FALSE(hinge_value<double>({0, 0, 0}, {1, 0, 0}, {0.5, 0, 0}, {0, 1, 0}).valid);
   EXPECT_FALSE(hinge_value<float>({0, 0, 0}, {0, 0, 0}, {0, 0, 0}, {0, 0, 0}).valid);
   EXPECT_TRUE(hinge_value<float>({0, 0, 0}, {1e-4f, 0, 0}, {0, 1e-4f, 0}, {0, -1e-4f, 0}).valid);
 }
 
-TEST(Hinge, FoldingAwayFromTheNormalsIsPositive) {
+TEST(Hinge, FoldingAwayFromTheNormals_IsPositive) {
   // Normals +z; the far corner bends down.
   const HingeValue<double> hinge =
       hinge_value<double>({0, 0, 0}, {1, 0, 0}, {0.5, 1, 0}, {0.5, -1, -0.5});
   EXPECT_GT(hinge.angle, 0);
 }
 
-TEST(AngleOf, FloatPolynomialStaysWithinFewUlp) {
+TEST(AngleOf, FloatPolynomial_IsAccurateToFewUlp) {
   for (int i = -3141; i <= 3141; ++i) {
     const double angle = i * 1e-3;
     EXPECT_NEAR(angle_of(float(std::sin(angle)), float(std::cos(angle))), angle, 5e-7);
@@ -168,7 +168,7 @@ TEST(AngleOf, FloatPolynomialStaysWithinFewUlp) {
   EXPECT_EQ(angle_of(0.0f, 0.0f), 0.0f);
 }
 
-TEST(Strain, WarpStretchIsProjectedAlongTheWarpAlone) {
+TEST(Strain, WarpStretch_IsProjectedAlongTheWarpOnly) {
   StrainRest<double> rest{0, 1, 1, 0, 1e-9, 1e30, 1e30};  // u = e2 (y), v = e1 (x)
   Vec4<double> v[3] = {{0, 0, 0, 1}, {1.5, 0, 0, 1}, {0, 1.5, 0, 1}};
   const Vec3<double> start[3] = {};

@@ -140,7 +140,7 @@ double ramp(int frame, int from, int to) {
   return std::clamp((frame - from) / double(to - from), 0.0, 1.0);
 }
 
-TEST(ContactGuard, AnArmLaidToTheTrunkPinchesClothAndLetsItGo) {
+TEST(ContactGuard, ArmLaidToTheTrunk_PinchesAndReleasesCloth) {
   Limbs body;
   body.add(capsule(0.12, 0.4, {0, 0, 0}));
   const Eigen::RowVector3d shoulder(0.13, 0.2, 0);
@@ -165,7 +165,7 @@ TEST(ContactGuard, AnArmLaidToTheTrunkPinchesClothAndLetsItGo) {
   }
 }
 
-TEST(ContactGuard, AKneeFoldedOverClothLetsItGo) {
+TEST(ContactGuard, KneeFoldedOverCloth_ReleasesIt) {
   Limbs body;
   body.add(capsule(0.08, 0.35, {0, 0.2, 0}));
   const Eigen::RowVector3d knee(0, 0, 0);
@@ -202,7 +202,7 @@ TEST(ContactGuard, AKneeFoldedOverClothLetsItGo) {
 }
 
 // T17: three sheets stacked on a sphere that begins to spin.
-TEST(ContactGuard, ThreeSheetsOnASpinningSphere) {
+TEST(ContactGuard, ThreeSheetsOnASpinningSphere_DoNotCross) {
   const Mesh ball = fixtures::sphere(0.2, 24, 48);
   std::vector<Cloth> sheets;
   for (int k = 0; k < 3; ++k) {
@@ -237,7 +237,7 @@ TEST(ContactGuard, ThreeSheetsOnASpinningSphere) {
 // Only vertices of the cloth meet what is smooth of the body, so that the thickness has to make up
 // for what edges dip below it: here 0.5 mm. Sheets of half as many vertices dip by their whole
 // thickness and are pierced by what is between their vertices.
-TEST(ContactGuard, WhereEdgesAreShortForTheBodysCurvatureNothingIsPierced) {
+TEST(ContactGuard, EdgesShortForTheCurvature_AreNotPierced) {
   const Mesh ball = fixtures::sphere(0.2, 24, 48);
   const Cloth cloth = make_cloth(sheet_at(20, 0.4, 0.205));
   const auto at = [&](int frame) -> Points {
@@ -305,7 +305,7 @@ struct Kicks {
 };
 
 // A small skirt in the same motion: what crosses itself does not become more over 600 frames.
-TEST(ContactGuard, CrossingsDoNotGrowOver600Frames) {
+TEST(ContactGuard, Crossings_DoNotGrowOver600Frames) {
   constexpr int kFrames = 600;
   Garment garment = fixtures::garment_of(tube(24, 8, 0.155, 0.32, 0.02, -0.4), 0.2, 400, 2e-6);
   garment.material.thickness = 2e-3;
@@ -344,7 +344,7 @@ TEST(ContactGuard, CrossingsDoNotGrowOver600Frames) {
 }
 
 // A skirt in extreme motion, for as long as anyone likes: 300 frames here, 100,000 in scripts/soak.
-TEST(ContactGuard, ASkirtOutlastsAnExtremeMotion) {
+TEST(ContactGuard, Skirt_SurvivesExtremeMotion) {
   Garment garment = fixtures::garment_of(tube(28, 12, 0.155, 0.3, 0.02, -0.4), 0.2, 400, 2e-6);
   garment.material.thickness = 2e-3;
   std::vector<int> waist;
@@ -399,7 +399,7 @@ TEST(ContactGuard, ASkirtOutlastsAnExtremeMotion) {
 }
 
 // T17: a drop of fifty layers, ten elsewhere.
-TEST(ContactGuard, FiftyLayersSettleInOrder) {
+TEST(ContactGuard, FiftyLayers_SettleInOrder) {
   if (!fixtures::soaking()) {
     GTEST_SKIP() << "part of scripts/soak";
   }
@@ -425,7 +425,7 @@ TEST(ContactGuard, FiftyLayersSettleInOrder) {
   }
 }
 
-TEST(ContactGuard, MaterialsOverSixOrdersOfMagnitudeStayFinite) {
+TEST(ContactGuard, MaterialsOverSixOrdersOfMagnitude_StayFinite) {
   const Mesh ball = fixtures::sphere(0.1, 12, 24);
   Random random{7, 0, 0};
   const auto spread = [&](double low, double high) {

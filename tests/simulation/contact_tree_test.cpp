@@ -37,7 +37,7 @@ std::vector<int> by_force(const std::vector<Box<float>>& boxes, const Box<float>
   return out;
 }
 
-TEST(ContactTree, FindsWhatBruteForceFindsBeforeAndAfterRefitting) {
+TEST(ContactTree, RefittedTree_MatchesBruteForce) {
   for (int count : {1, 2, 3, 17, 500}) {
     const std::vector<Box<float>> boxes = random_boxes(count, 1);
     ContactTree<float> tree = build_contact_tree(boxes);
@@ -54,13 +54,13 @@ TEST(ContactTree, FindsWhatBruteForceFindsBeforeAndAfterRefitting) {
   }
 }
 
-TEST(ContactTree, CopesWithBoxesInOnePlace) {
+TEST(ContactTree, CoincidentBoxes_AreFound) {
   const std::vector<Box<float>> boxes(100, Box<float>{{0, 0, 0}, {1, 1, 1}});
   const ContactTree<float> tree = build_contact_tree(boxes);
   EXPECT_EQ(visited(tree, boxes[0]).size(), 100u);
 }
 
-TEST(ContactTree, OfNothingIsEmpty) {
+TEST(ContactTree, NoBoxes_GiveAnEmptyTree) {
   EXPECT_TRUE(build_contact_tree(std::vector<Box<float>>{}).nodes.empty());
 }
 

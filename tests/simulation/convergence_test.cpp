@@ -112,7 +112,7 @@ XpbdOptions one_step(double h, int iterations) {
 }
 
 // T16: solved to the end, a step of XPBD is a step of implicit Euler.
-TEST_P(Convergence, ManyIterationsGiveImplicitEuler) {
+TEST_P(Convergence, ManyIterations_GiveImplicitEuler) {
   const Cloth cloth = small_cloth();
   const double h = 1.0 / 240;
   ClothSolver solver(cloth, {}, one_step(h, 10000), device());
@@ -130,7 +130,7 @@ TEST_P(Convergence, ManyIterationsGiveImplicitEuler) {
 }
 
 // T16: what is left of C + a' lambda falls with every iteration of Gauss-Seidel.
-TEST_P(Convergence, TheResidualFallsWithIterations) {
+TEST_P(Convergence, Residual_FallsWithIterations) {
   const Cloth cloth = small_cloth();
   const double h = 1.0 / 60;
   ClothSolver start(cloth, {}, one_step(h, 100), device());
@@ -159,7 +159,7 @@ TEST_P(Convergence, TheResidualFallsWithIterations) {
 }
 
 // T16, for warp, weft and shear of triangles: their residual is not that of springs.
-TEST_P(Convergence, TheResidualOfStrainFallsWithIterations) {
+TEST_P(Convergence, ResidualOfStrain_FallsWithIterations) {
   Garment garment = fixtures::garment_of(fixtures::sheet(5, 5, kSize / 5, 'a'), 0.2, 50, 1e-4);
   fixtures::use_flat_rest(garment);
   ClothOptions membrane;
@@ -190,7 +190,7 @@ TEST_P(Convergence, TheResidualOfStrainFallsWithIterations) {
 // begins sheared; in units of the deformation F_v = (p2 - p0) / size it is `l` long, at `angle` to
 // the warp. The projection of the weft changes l alone and ends with residual 0; that of the shear
 // then moves it across by d, which lengthens it again, and is linear in the cosine, which is not.
-TEST_P(Convergence, TheResidualOfATriangleIsThatComputedByHand) {
+TEST_P(Convergence, ResidualOfATriangle_MatchesHandComputedValue) {
   const double size = 0.1;
   Mesh triangle;
   triangle.vertices.resize(3, 3);
@@ -240,7 +240,7 @@ TEST_P(Convergence, TheResidualOfATriangleIsThatComputedByHand) {
   RecordProperty("expected", std::to_string(expected));
 }
 
-TEST_P(Convergence, ClothWithoutStrainConstraintsHasNoResidualOfThem) {
+TEST_P(Convergence, ClothWithoutStrainConstraints_HasNoStrainResidual) {
   ClothSolver solver(small_cloth(), {}, one_step(1.0 / 60, 2), device());
   const FrameReport report = solver.advance({});
   EXPECT_EQ(report.strain_residual, -1);
@@ -248,7 +248,7 @@ TEST_P(Convergence, ClothWithoutStrainConstraintsHasNoResidualOfThem) {
 }
 
 // T16: the order of the colours is not part of the answer.
-TEST_P(Convergence, TheAnswerDoesNotDependOnTheOrderOfConstraints) {
+TEST_P(Convergence, ConstraintOrder_DoesNotChangeTheAnswer) {
   Cloth cloth = small_cloth();
   Cloth other = cloth;
   std::reverse(other.springs.begin(), other.springs.end());

@@ -15,7 +15,7 @@ namespace {
 class CusickDrapeTest : public fixtures::DeviceTest {};
 
 // T10: what is published for each kind of fabric.
-TEST_P(CusickDrapeTest, FabricsDrapeAsPublished) {
+TEST_P(CusickDrapeTest, Fabrics_DrapeAsPublished) {
   for (const Fabric& fabric : all_fabrics()) {
     if (fabric.drape_high == 100) {
       continue;
@@ -29,7 +29,7 @@ TEST_P(CusickDrapeTest, FabricsDrapeAsPublished) {
 }
 
 // T10: monotone in bending, towards a flat board; the same at the same bending length.
-TEST_P(CusickDrapeTest, GrowsWithBendingAndDoesNotKnowDensityApartFromIt) {
+TEST_P(CusickDrapeTest, Drape_GrowsWithBendingLengthOnly) {
   Material cloth;
   cloth.density = 0.2;
   cloth.shear = 40;
@@ -58,7 +58,7 @@ TEST_P(CusickDrapeTest, GrowsWithBendingAndDoesNotKnowDensityApartFromIt) {
 
 // T9: refining an isotropic mesh changes the drape by less than 5%: from 15 rings to 30 by 2.1 of
 // cotton's 68.3 and 0.8 of wool's 52.9, in single precision on the CPU.
-TEST_P(CusickDrapeTest, ChangesLittleOnAFinerMesh) {
+TEST_P(CusickDrapeTest, FinerMesh_ChangesTheDrapeLittle) {
   for (const char* name : {"cotton", "wool"}) {
     double least = 100;
     double most = 0;
@@ -77,7 +77,7 @@ TEST_P(CusickDrapeTest, ChangesLittleOnAFinerMesh) {
 
 ATELIER_ON_EVERY_DEVICE(CusickDrapeTest);
 
-TEST(CusickDrape, RefusesADiscAsLargeAsTheSpecimen) {
+TEST(CusickDrape, DiscAsLargeAsTheSpecimen_IsRefused) {
   EXPECT_THROW(cusick_drape({}, {.specimen_diameter = 0.1, .disc_diameter = 0.1}), LogicError);
   EXPECT_THROW(cusick_drape({}, {.rings = 2}), LogicError);
   Material material;
@@ -85,7 +85,7 @@ TEST(CusickDrape, RefusesADiscAsLargeAsTheSpecimen) {
   EXPECT_THROW(cusick_drape(material), DataError);
 }
 
-TEST(Fabric, EveryOneIsComplete) {
+TEST(Fabric, EveryFabric_IsComplete) {
   EXPECT_EQ(fabric_names().size(), all_fabrics().size() + 1);
   for (const Fabric& fabric : all_fabrics()) {
     const Material m = fabric_material(fabric.name);

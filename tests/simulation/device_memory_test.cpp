@@ -90,7 +90,7 @@ std::vector<Way> ways() {
 // Whichever allocation of a solver fails, from the first of its setup to the last of its first
 // frames (a sample of them; all with ATELIER_SOAK=1): the error says so, what was taken is given
 // back, and a frame that was lost can be done again with the same bits.
-TEST_F(DeviceMemory, AnyAllocationOfASolverMayFail) {
+TEST_F(DeviceMemory, AnyFailedAllocationOfASolver_IsReportedAndUndone) {
   const FallingPile pile(3, 6);
   for (const Way& way : ways()) {
     SCOPED_TRACE(way.name);
@@ -149,7 +149,7 @@ TEST_F(DeviceMemory, AnyAllocationOfASolverMayFail) {
 }
 
 // Lists of pairs grow where cloth comes together, in the middle of a run.
-TEST_F(DeviceMemory, AFrameThatItEndsInIsUndoneAndTheRunGoesOn) {
+TEST_F(DeviceMemory, FrameEndedByFullMemory_IsUndoneAndTheRunContinues) {
   const FallingPile pile(16, 16);
   XpbdOptions options;
   options.self_contact = true;
@@ -197,7 +197,7 @@ TEST_F(DeviceMemory, AFrameThatItEndsInIsUndoneAndTheRunGoesOn) {
 }
 
 // No double: a device that is full. Others on it fail meanwhile, so on request alone.
-TEST_F(DeviceMemory, AFullDeviceIsRefusedAndServesAgain) {
+TEST_F(DeviceMemory, FullDevice_IsRefusedAndUsableAgain) {
   if (!fixtures::soaking()) {
     GTEST_SKIP() << "part of scripts/gpu and scripts/soak";
   }

@@ -109,7 +109,7 @@ Mesh strip(char kind, int elements, int columns = 1) {
 }
 
 // T7: against the exact elastica, each figure within 2% of it.
-TEST_P(Cantilever, DroopsAsTheElastica) {
+TEST_P(Cantilever, LoadedCantilever_MatchesTheElastica) {
   const struct {
     double gamma, drop, out, chord, slope;
   } table[] = {{0.1, 0.01250, 0.99991, 0.716, 0.955},  {1, 0.12347, 0.99125, 7.100, 9.460},
@@ -132,7 +132,7 @@ TEST_P(Cantilever, DroopsAsTheElastica) {
 }
 
 // What the lattice's own Poisson's ratio makes of a strip that may curl: that of B (1 - 1/9).
-TEST_P(Cantilever, ANarrowFreeStripIsSofterByANinth) {
+TEST_P(Cantilever, NarrowFreeStrip_IsSofterByANinth) {
   for (const double gamma : {0.1, 5.0}) {
     const double free = tip_drop(strip('e', 20, 4), gamma, Across::Free, device());
     const double expected = tip_drop(strip('e', 20), gamma * 9 / 8, Across::Straight, device());
@@ -163,7 +163,7 @@ Mesh jittered_strip(int elements, unsigned seed) {
 }
 
 // T9: the drape does not change when isotropic triangles are refined or moved.
-TEST_P(Cantilever, DroopsAlikeOnEveryIsotropicMesh) {
+TEST_P(Cantilever, IsotropicMeshes_DroopAlike) {
   const double fine = tip_drop(strip('e', 28, 4), 10, Across::Free, device());
   const double coarse = tip_drop(strip('e', 14, 4), 10, Across::Free, device());
   EXPECT_NEAR(coarse / fine, 1, 0.05);
@@ -220,7 +220,7 @@ double heart_loop(double load, Device device) {
 }
 
 // T8: Peirce's loop, without weight and with.
-TEST_P(HeartLoop, HangsAsTheElastica) {
+TEST_P(HeartLoop, Loop_HangsAsTheElastica) {
   const struct {
     double load, drop;
   } table[] = {{0, 0.13386},   {10, 0.13954},  {50, 0.16069},  {100, 0.18404},
@@ -303,7 +303,7 @@ Mesh strewn_sheet(int count, std::uint64_t seed) {
 }
 
 // T9: a mesh of triangles of any shape is stiffer than the plate, in all directions alike.
-TEST(BendingRigidity, OfStrewnPointsIsOneAndAHalfTimesThePlates) {
+TEST(BendingRigidity, RandomPoints_GiveOneAndAHalfTimesThePlate) {
   ClothOptions options;
   options.min_rest_angle = 0.01;
   for (const std::uint64_t seed : {1, 2, 3}) {
@@ -319,7 +319,7 @@ TEST(BendingRigidity, OfStrewnPointsIsOneAndAHalfTimesThePlates) {
 }
 
 // T9: what is said of each kind of mesh.
-TEST(BendingRigidity, IsThePlatesOnEquilateralTrianglesAndThreeTimesItAcrossOneDiagonal) {
+TEST(BendingRigidity, LatticeTriangles_HaveTheirKnownRigidity) {
   const auto of = [](char kind) {
     return bending_rigidity(fixtures::garment_of(fixtures::sheet(16, 16, 0.01, kind), 0.2, 100, 1));
   };
@@ -342,7 +342,7 @@ TEST(BendingRigidity, IsThePlatesOnEquilateralTrianglesAndThreeTimesItAcrossOneD
   EXPECT_EQ(diagonal.by_direction.size(), 36U);
 }
 
-TEST(BendingRigidity, DoesNotDependOnSizeOrTheWayTheClothHangs) {
+TEST(BendingRigidity, SizeAndOrientation_DoNotChangeRigidity) {
   Garment garment = fixtures::garment_of(fixtures::sheet(12, 12, 0.01, 'd'), 0.2, 100, 1);
   const BendingRigidity flat = bending_rigidity(garment);
   garment.mesh.vertices *= 7;

@@ -50,7 +50,7 @@ Vec3<double> ended(const StillBody& body, Vec3<double> x, int count, Vec3<double
   return xyz(p);
 }
 
-TEST(EndOutside, WhoWasPushedInIsSetOnTheSurface) {
+TEST(EndOutside, VertexPushedInside_IsSetOnTheSurface) {
   const StillBody body({0});
   const Vec3<double> outside{0, 0.21, 0};
   for (const double depth : {1e-4, 1e-3, 0.019, 0.05}) {
@@ -60,14 +60,14 @@ TEST(EndOutside, WhoWasPushedInIsSetOnTheSurface) {
   }
 }
 
-TEST(EndOutside, WhoIsOutsideStaysWhereItIs) {
+TEST(EndOutside, VertexOutside_StaysInPlace) {
   const StillBody body({0});
   const Vec3<double> x{0.0, 0.2001, 0.0};
   const Vec3<double> end = ended(body, x, kSearchTree, {0, 0.3, 0});
   EXPECT_EQ(norm(end - x), 0);
 }
 
-TEST(EndOutside, WhatWasDeepInItBeforeIsLetGoSlowly) {
+TEST(EndOutside, VertexDeepInsideBefore_IsReleasedSlowly) {
   const StillBody body({0});
   for (const int count : {kSearchDeep, kSearchBuried}) {
     const Vec3<double> deep{0, 0.196, 0};
@@ -77,13 +77,13 @@ TEST(EndOutside, WhatWasDeepInItBeforeIsLetGoSlowly) {
   }
 }
 
-TEST(EndOutside, DeeperThanFourTimesTheReachItStays) {
+TEST(EndOutside, VertexDeeperThanFourTimesTheReach_StaysInPlace) {
   const StillBody body({0});
   const Vec3<double> x{0, 0.11, 0};
   EXPECT_EQ(norm(ended(body, x, kSearchTree, {0, 0.3, 0}) - x), 0);
 }
 
-TEST(EndOutside, WhereTheBodyOverlapsItselfThereIsNoOutside) {
+TEST(EndOutside, OverlappingBody_HasNoOutside) {
   const StillBody body({-0.15, 0.15});
   const Vec3<double> x{0.0, 0.01, 0.0};
   ASSERT_EQ(times_inside(body.view(), x, 1.0, AloneInTree{}), 2);
@@ -91,13 +91,13 @@ TEST(EndOutside, WhereTheBodyOverlapsItselfThereIsNoOutside) {
 }
 
 // Deeper than contact looks: a garment that is put on a body in its middle.
-TEST(EndOutside, WhoBeganDeeperThanTheReachIsNotThrownOut) {
+TEST(EndOutside, StartDeeperThanTheReach_IsNotThrownOut) {
   const StillBody body({0});
   const Vec3<double> x{0, 0.15, 0};
   EXPECT_EQ(norm(ended(body, x, kSearchTree, {0, 0.14, 0}) - x), 0);
 }
 
-TEST(EndOutside, BetweenLimbsThatOverlapItIsNoDeeperThanTheyDo) {
+TEST(EndOutside, VertexBetweenOverlappingLimbs_IsNoDeeperThanTheOverlap) {
   for (const double overlap : {0.002, 0.01, 0.02}) {
     const StillBody body({overlap / 2 - 0.2, 0.2 - overlap / 2});
     const Vec3<double> x{overlap / 2 + 1e-3, 0.0021, 0.0013};
@@ -110,14 +110,14 @@ TEST(EndOutside, BetweenLimbsThatOverlapItIsNoDeeperThanTheyDo) {
 }
 
 // Between two limbs with less room than the cloth is thick it ends in the gap.
-TEST(EndOutside, BetweenTwoLimbsItEndsInTheGap) {
+TEST(EndOutside, VertexBetweenTwoLimbs_EndsInTheGap) {
   const StillBody body({-0.2005, 0.2005});
   const Vec3<double> end = ended(body, {0.01, 0.0, 0.0}, kSearchTree, {0, 0.3, 0});
   EXPECT_EQ(times_inside(body.view(), end, 1.0, AloneInTree{}), 0);
   EXPECT_LT(std::abs(end.x), 1e-3);
 }
 
-TEST(EndOutside, WhoKeptToItsFreeFlightIsNotAskedFor) {
+TEST(EndOutside, VertexWithinItsSweptBound_IsNotMoved) {
   const StillBody body({0});
   const Vec3<double> x{0, 0.1995, 0};
   EXPECT_EQ(norm(ended(body, x, 3, x) - x), 0) << "its candidates have seen to it";

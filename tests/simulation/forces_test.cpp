@@ -24,7 +24,7 @@ Garment square() {
 }
 
 // m g = 1/2 rho c A v^2, flat to the air.
-TEST_P(Air, AFallingSheetReachesItsTerminalSpeed) {
+TEST_P(Air, FallingSheet_ReachesItsTerminalSpeed) {
   for (const double drag : {1.0, 2.0}) {
     XpbdOptions options;
     options.time_step = 1.0 / 240;
@@ -42,7 +42,7 @@ TEST_P(Air, AFallingSheetReachesItsTerminalSpeed) {
 }
 
 // Drag and lift of a plate at rest in the wind, as they are defined.
-TEST_P(Air, WindPushesAlongTheNormalAndLiftsAcrossItself) {
+TEST_P(Air, Wind_PushesAlongTheNormalAndLiftsAcross) {
   Garment garment = square();
   const double slope = 0.5;
   for (Index v = 0; v < garment.mesh.vertices.rows(); ++v) {
@@ -81,7 +81,7 @@ TEST_P(Air, WindPushesAlongTheNormalAndLiftsAcrossItself) {
 }
 
 // Still air takes energy, and never gives any.
-TEST_P(Air, StillAirOnlySlows) {
+TEST_P(Air, StillAir_OnlySlowsDown) {
   XpbdOptions options;
   options.iterations = 30;
   options.precision = "double";
@@ -104,7 +104,7 @@ TEST_P(Air, StillAirOnlySlows) {
   }
 }
 
-TEST_P(Pins, AreWhereControlSaysAndAttachmentsRideOnTheTriangleExactly) {
+TEST_P(Pins, PinsAndAttachments_FollowControlAndBodyExactly) {
   Garment garment = square();
   Mesh body;
   body.vertices.resize(3, 3);
@@ -142,7 +142,7 @@ TEST_P(Pins, AreWhereControlSaysAndAttachmentsRideOnTheTriangleExactly) {
 }
 
 // The weight of what hangs on a seam, over the stiffness of its threads.
-TEST_P(Sewing, ThreadsHoldTheWeightOfWhatHangsOnThem) {
+TEST_P(Sewing, SewingThreads_HoldTheHangingWeight) {
   Garment garment = fixtures::garment_of(fixtures::sheet(4, 2, 0.05), kForcesDensity, 2000, 1e-5);
   const Index half = garment.mesh.vertices.rows();
   const Index faces = garment.mesh.faces.rows();
@@ -188,7 +188,7 @@ TEST_P(Sewing, ThreadsHoldTheWeightOfWhatHangsOnThem) {
   EXPECT_NEAR(tension / weight, 1, 0.02);
 }
 
-TEST_P(Tethers, NothingHangsFurtherFromItsPinThanTheTetherAllows) {
+TEST_P(Tethers, HangingCloth_StaysWithinItsTethers) {
   const Garment garment = fixtures::garment_of(fixtures::sheet(10, 20, 0.02), 2, 10, 1e-6);
   const std::vector<int> top = fixtures::vertices_where(
       garment.mesh.vertices, [](double, double, double z) { return z < 1e-9; });
@@ -218,7 +218,7 @@ TEST_P(Tethers, NothingHangsFurtherFromItsPinThanTheTetherAllows) {
   }
 }
 
-TEST_P(NotFinite, IsNamedByVertexAndFrameAndTheLastGoodStateStays) {
+TEST_P(NotFinite, NonFiniteState_IsNamedAndTheLastGoodStateKept) {
   const Cloth cloth = make_cloth(square(), {0});
   XpbdOptions options;
   options.drag = 1;
@@ -250,7 +250,7 @@ TEST_P(NotFinite, IsNamedByVertexAndFrameAndTheLastGoodStateStays) {
   }
 }
 
-TEST_P(NotFinite, TeleportingBodiesAndNoSuchWindAreRefused) {
+TEST_P(NotFinite, TeleportingBodyOrBadWind_IsRefused) {
   const Cloth cloth = make_cloth(square());
   Mesh body;
   body.vertices.resize(3, 3);
@@ -287,11 +287,11 @@ ATELIER_ON_EVERY_DEVICE(Tethers);
 ATELIER_ON_EVERY_DEVICE(NotFinite);
 
 #ifndef ATELIER_HAS_CUDA
-TEST(MissingDevice, IsSaid) {
+TEST(MissingDevice, CudaWithoutGpu_IsReported) {
   EXPECT_THROW(ClothSolver(make_cloth(square()), {}, {}, Device::Cuda), EnvironmentError);
 }
 #else
-TEST(MissingDevice, IsSaid) {
+TEST(MissingDevice, CudaWithoutGpu_IsReported) {
   if (cuda_available()) {
     GTEST_SKIP() << "there is one";
   }

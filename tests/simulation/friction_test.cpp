@@ -84,7 +84,7 @@ double coulomb_residual(const Cloth& cloth, const Points& forces, const Points& 
 // Coulomb's law from the first one on: what is left does not fall with iterations, but as the
 // square of the time step. It is no contact's: pulls of a substep's iterations are summed along the
 // directions that springs had in each.
-TEST(Friction, EveryContactObeysCoulombsLaw) {
+TEST(Friction, EveryContact_ObeysCoulombsLaw) {
   const int cells = 12;
   const double size = 0.3;
   const double friction = 0.5;
@@ -138,7 +138,7 @@ TEST(Friction, EveryContactObeysCoulombsLaw) {
 }
 
 // T12: a = g (sin - mu cos) down the slope while it slides.
-TEST(Incline, SlidesAsCoulombSays) {
+TEST(Incline, SlidingCloth_AcceleratesByCoulombsLaw) {
   const double angle = kPi / 4;
   for (Device device : fixtures::devices()) {
     for (const char* precision : {"double", "float"}) {
@@ -162,7 +162,7 @@ TEST(Incline, SlidesAsCoulombSays) {
   }
 }
 
-TEST(Incline, SticksWithoutCreepBeyondTheAngleOfFriction) {
+TEST(Incline, HighFriction_HoldsWithoutCreep) {
   const double angle = kPi / 4;
   for (Device device : fixtures::devices()) {
     for (const char* precision : {"double", "float"}) {
@@ -187,7 +187,7 @@ TEST(Incline, SticksWithoutCreepBeyondTheAngleOfFriction) {
   }
 }
 
-TEST(Incline, SticksAfterAnImpactWhereFrictionTakesAllOfItsSpeed) {
+TEST(Incline, HighFrictionAtAnImpact_StopsTheCloth) {
   // v_imp (cos - mu sin) is below 0 at 45 degrees: nothing of the speed is left.
   const double angle = kPi / 4;
   const Eigen::RowVector3d down(std::cos(angle), -std::sin(angle), 0);
@@ -220,7 +220,7 @@ TEST(Incline, SticksAfterAnImpactWhereFrictionTakesAllOfItsSpeed) {
 }
 
 // T12: v (cos - mu sin) of the speed v at which it meets the slope, and what it slides since.
-TEST(Incline, KeepsItsTangentialSpeedLessFrictionAfterImpact) {
+TEST(Incline, Impact_KeepsTangentialSpeedLessFriction) {
   const double angle = kPi / 4;
   const double height = 0.2;  // along the normal
   const Eigen::RowVector3d down(std::cos(angle), -std::sin(angle), 0);
@@ -257,7 +257,7 @@ TEST(Incline, KeepsItsTangentialSpeedLessFrictionAfterImpact) {
 }
 
 // T14: a belt brings cloth to its speed in t = v / (mu g).
-TEST(Belt, AcceleratesClothByFriction) {
+TEST(Belt, MovingBelt_AcceleratesClothByFriction) {
   const double mu = 0.4;
   const double belt = 1.0;
   const Slide s = slide(0, mu, 0);
@@ -288,7 +288,7 @@ struct Wrap {
 };
 class Capstan : public ::testing::TestWithParam<Wrap> {};
 
-TEST_P(Capstan, SlipsAtTheExponentialOfTheAngle) {
+TEST_P(Capstan, Line_SlipsAtTheExponentialOfTheAngle) {
   const double mu = GetParam().friction;
   const double wrap = GetParam().angle;
   const bool half_turn = wrap > 3;

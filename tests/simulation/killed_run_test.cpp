@@ -17,7 +17,7 @@ std::string falling_sheet_program() {
   return (std::filesystem::read_symlink("/proc/self/exe").parent_path() / "falling_sheet").string();
 }
 
-TEST(KilledRun, ContinuesWithTheSameBits) {
+TEST(KilledRun, KilledProcess_ResumesBitIdentical) {
   for (Device device : fixtures::devices()) {
     fixtures::FallingSheet whole(device);
     while (whole.state().frame < fixtures::FallingSheet::kFrames) {

@@ -27,7 +27,7 @@ Garment triangle(double base, double x, double y) {
   return garment;
 }
 
-TEST(MedianRest, IsTheShapeThatDoesNotChange) {
+TEST(MedianRest, UnchangingShape_IsTheRestShape) {
   const Mesh sheet = fixtures::sheet(5, 4, 0.02, 'a');
   Garment garment = fixtures::garment_of(sheet, 0.15, 300, 4e-6);
   rest_on_median_lengths(garment, {sheet.vertices, sheet.vertices, sheet.vertices});
@@ -43,7 +43,7 @@ TEST(MedianRest, IsTheShapeThatDoesNotChange) {
   }
 }
 
-TEST(MedianRest, AFrameInWhichAnEdgeIsFoldedDoesNotCount) {
+TEST(MedianRest, FrameWithAFoldedEdge_DoesNotCount) {
   Garment garment = triangle(0.02, 0.01, 0.02);
   const Points flat = garment.mesh.vertices;
   Points folded = flat;
@@ -54,7 +54,7 @@ TEST(MedianRest, AFrameInWhichAnEdgeIsFoldedDoesNotCount) {
   EXPECT_NEAR(rest_length(garment, 0, 0, 1), 0.004, 1e-12);
 }
 
-TEST(MedianRest, LengthsThatMakeNoTriangleLeaveItsShape) {
+TEST(MedianRest, ImpossibleEdgeLengths_KeepTheTriangleShape) {
   Garment garment = triangle(0.02, 0.01, 0.02);
   const Points shape = garment.mesh.vertices;
   Points long_base = shape;
@@ -69,7 +69,7 @@ TEST(MedianRest, LengthsThatMakeNoTriangleLeaveItsShape) {
   }
 }
 
-TEST(MedianRest, SliversAreGivenTheWidthThatASolverTakes) {
+TEST(MedianRest, Slivers_GetASolvableWidth) {
   for (const auto& [base, x, y] :
        {std::array<double, 3>{0.02, 0.01, 1e-9}, std::array<double, 3>{0, 0, 0.02},
         std::array<double, 3>{0.02, 0, 0}, std::array<double, 3>{0, 0, 0}}) {
@@ -86,7 +86,7 @@ TEST(MedianRest, SliversAreGivenTheWidthThatASolverTakes) {
   }
 }
 
-TEST(MedianRest, RefusesFramesOfAnotherMesh) {
+TEST(MedianRest, FramesOfAnotherMesh_AreRefused) {
   Garment garment = triangle(0.02, 0.01, 0.02);
   EXPECT_THROW(rest_on_median_lengths(garment, {}), LogicError);
   EXPECT_THROW(rest_on_median_lengths(garment, {Points::Zero(4, 3)}), LogicError);

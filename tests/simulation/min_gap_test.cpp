@@ -16,7 +16,7 @@ Points shifted(const Points& points, double x, double y, double z) {
   return points.rowwise() + Eigen::RowVector3d(x, y, z);
 }
 
-TEST(LeastGap, IsThatOfParallelSheetsAndNoMoreThanItsReach) {
+TEST(LeastGap, ParallelSheets_HaveTheirDistanceAsGap) {
   const Mesh sheet = fixtures::sheet(6, 6, 0.05);
   for (const double height : {1e-6, 0.001, 0.004, 0.02}) {
     const Points above = shifted(sheet.vertices, 0.013, height, 0.021);
@@ -27,7 +27,7 @@ TEST(LeastGap, IsThatOfParallelSheetsAndNoMoreThanItsReach) {
   EXPECT_EQ(min_gap(sheet.vertices, sheet.faces, sheet.vertices, Triangles(0, 3), 0.01), 1);
 }
 
-TEST(LeastGap, IsFoundBetweenEdgesThatPassEachOther) {
+TEST(LeastGap, PassingEdges_HaveTheirDistanceAsGap) {
   Points x(6, 3);
   x << -1, 0, 0, 1, 0, 0, 0, 5, 0, 0, 0.003, -1, 0, 0.003, 1, 0, 5, 5;
   Triangles one(1, 3);
@@ -37,7 +37,7 @@ TEST(LeastGap, IsFoundBetweenEdgesThatPassEachOther) {
   EXPECT_NEAR(min_gap(first, one, x.bottomRows(3), one, 0.1), 0.03, 1e-10);
 }
 
-TEST(LeastGap, OfACreaseIsThatOfItsFlaps) {
+TEST(LeastGap, Crease_HasTheGapOfItsFlaps) {
   // A strip of two quads' width, folded over a ridge of 2 mm.
   Points x(8, 3);
   x << 0, 0, 0, 0, 0, 1, 1, 0, 0, 1, 0, 1, 1, 0.002, 0, 1, 0.002, 1, 0.2, 0.002, 0, 0.2, 0.002, 1;
@@ -48,7 +48,7 @@ TEST(LeastGap, OfACreaseIsThatOfItsFlaps) {
 }
 
 // What lies near each other at rest may do so; another layer may not.
-TEST(LeastGap, IsHeldAgainstWhatThePairHadAtRest) {
+TEST(LeastGap, Gap_IsRelativeToTheRestDistance) {
   const Mesh sheet = fixtures::sheet(4, 4, 0.05);
   const Index n = sheet.vertices.rows();
   Points x(2 * n, 3);
@@ -68,7 +68,7 @@ TEST(LeastGap, IsHeldAgainstWhatThePairHadAtRest) {
 }
 
 // Every pair of triangles, sampled densely: never nearer than the gap, and it is come near to.
-TEST(LeastGap, AgreesWithDenseSamplesOfRandomTriangles) {
+TEST(LeastGap, RandomTriangles_AgreeWithDenseSamples) {
   Random random{11, 0, 0};
   const auto number = [&] { return uniform(random) - 0.5; };
   for (int trial = 0; trial < 40; ++trial) {

@@ -40,7 +40,7 @@ double spread(const std::vector<Centre>& centres, const std::vector<int>& order,
   return std::hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]);
 }
 
-TEST(NearGroups, HoldEveryThingOnce) {
+TEST(NearGroups, Groups_HoldEveryElementOnce) {
   for (int count : {0, 1, 31, 32, 33, 1024, 1025, 3333}) {
     std::vector<int> order = near_group_order(sheet(count, 1));
     std::sort(order.begin(), order.end());
@@ -50,7 +50,7 @@ TEST(NearGroups, HoldEveryThingOnce) {
   }
 }
 
-TEST(NearGroups, LieCloseTogether) {
+TEST(NearGroups, Groups_AreCompact) {
   const std::vector<Centre> centres = sheet(150, 130);
   const std::vector<int> order = near_group_order(centres);
   // A square of 8 has a diagonal of 4, one of 32 of 8, one of 1024 of 45; the splits make halves,
@@ -66,7 +66,7 @@ TEST(NearGroups, LieCloseTogether) {
   }
 }
 
-TEST(NearGroups, AreSplitWhereAllLieInOnePlaceToo) {
+TEST(NearGroups, CoincidentElements_AreStillSplit) {
   const std::vector<Centre> centres(2000, Centre{1, 2, 3});
   const std::vector<int> order = near_group_order(centres);
   EXPECT_EQ(order.size(), 2000u);
@@ -75,7 +75,7 @@ TEST(NearGroups, AreSplitWhereAllLieInOnePlaceToo) {
 
 // What may meet is found through groups as by comparing all boxes, also where some have moved
 // since.
-TEST(GroupedBoxes, FindWhatMeets) {
+TEST(GroupedBoxes, GroupedBoxes_FindAllOverlaps) {
   for (int count : {0, 1, 40, 1500}) {
     Random random{7};
     const auto point = [&] { return Centre{uniform(random), uniform(random), uniform(random)}; };

@@ -44,7 +44,7 @@ Points hang(const Garment& garment, const std::vector<int>& pins, const Points& 
   return solver->state().positions;
 }
 
-TEST(RelaxGravity, WhatHungHangsAsItDid) {
+TEST(RelaxGravity, HangingCapture_HangsTheSame) {
   std::vector<int> pins;
   Garment garment = hanging_cloth(pins);
   // What a capture sees: stretched by its own weight.
@@ -90,7 +90,7 @@ Garment draped_cloth(const Mesh& ball) {
   return garment;
 }
 
-TEST(RelaxGravity, WhatLayOnABodyLiesAsItDid) {
+TEST(RelaxGravity, DrapedCapture_LiesTheSame) {
   Mesh ball = fixtures::sphere(2);
   ball.vertices *= 0.25;
   const Garment captured = draped_cloth(ball);
@@ -112,7 +112,7 @@ TEST(RelaxGravity, WhatLayOnABodyLiesAsItDid) {
                 .mean_error);
 }
 
-TEST(RelaxGravity, TellsOfEveryRoundAndEndsWhereItIsTold) {
+TEST(RelaxGravity, Progress_IsReportedEveryRoundAndCanStop) {
   Garment garment;
   garment.mesh = fixtures::grid(4, 4);
   std::vector<int> told;
@@ -131,7 +131,7 @@ TEST(RelaxGravity, TellsOfEveryRoundAndEndsWhereItIsTold) {
   EXPECT_EQ(relaxed.mean_error, last);
 }
 
-TEST(RelaxGravity, RefusesOptionsOutOfRange) {
+TEST(RelaxGravity, OptionsOutOfRange_AreRefused) {
   std::vector<int> pins;
   const Garment garment = hanging_cloth(pins);
   RelaxGravityOptions none;

@@ -24,14 +24,14 @@ Worn worn(double gap) {
   return scene;
 }
 
-TEST(RestingGap, IsThatOfWhatLooksUp) {
+TEST(RestingGap, UpwardFacingCloth_GivesTheGap) {
   for (const double gap : {0.002, 0.006, 0.012}) {
     const Worn scene = worn(gap);
     EXPECT_NEAR(resting_gap(scene.cloth, scene.body.vertices, scene.body.faces, 0.004), gap, 2e-4);
   }
 }
 
-TEST(RestingGap, IsNotThatOfWhatSpansAShoulder) {
+TEST(RestingGap, ClothSpanningAHollow_DoesNotCount) {
   Worn scene = worn(0.006);
   for (Index v = 0; v < scene.cloth.rows(); v += 2) {  // every other place is off the body
     scene.cloth.row(v) += 0.005 * scene.cloth.row(v).normalized();
@@ -39,12 +39,12 @@ TEST(RestingGap, IsNotThatOfWhatSpansAShoulder) {
   EXPECT_NEAR(resting_gap(scene.cloth, scene.body.vertices, scene.body.faces, 0.004), 0.006, 2e-4);
 }
 
-TEST(RestingGap, IsNegativeWhereClothLiesInTheBody) {
+TEST(RestingGap, ClothInsideTheBody_HasANegativeGap) {
   const Worn scene = worn(-0.003);
   EXPECT_NEAR(resting_gap(scene.cloth, scene.body.vertices, scene.body.faces, 0.004), -0.003, 2e-4);
 }
 
-TEST(RestingGap, OfWhatRestsNowhereIsWhatItIsSaidToBe) {
+TEST(RestingGap, ClothRestingNowhere_GivesTheDefaultGap) {
   Worn scene = worn(0.006);
   scene.cloth.rowwise() += Eigen::RowVector3d(0, -0.1, 0);  // hangs below
   const Points below = scene.cloth.bottomRows(10);

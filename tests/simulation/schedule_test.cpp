@@ -68,7 +68,7 @@ std::vector<ConstraintParticles> constraints_of(const Cloth& cloth) {
   return out;
 }
 
-TEST(Schedule, EveryConstraintHasOnePlaceAndNoTwoMeet) {
+TEST(Schedule, EveryConstraint_HasOnePlaceWithoutConflicts) {
   for (int patches : {1, 3, 8, 40}) {
     for (char kind : {'d', 'a', 'e'}) {
       ClothOptions options;
@@ -80,7 +80,7 @@ TEST(Schedule, EveryConstraintHasOnePlaceAndNoTwoMeet) {
   }
 }
 
-TEST(Schedule, AGridOfTenThousandTakesFewPhasesAndColours) {
+TEST(Schedule, GridOfTenThousand_TakesFewPhasesAndColors) {
   const Cloth cloth =
       make_cloth(fixtures::garment_of(fixtures::sheet(99, 99, 0.01), 0.2, 100, 1e-4));
   expect_valid(cloth.schedule, constraints_of(cloth), 10000);
@@ -91,7 +91,7 @@ TEST(Schedule, AGridOfTenThousandTakesFewPhasesAndColours) {
   RecordProperty("colours", cloth.schedule.max_colours);
 }
 
-TEST(Schedule, IsTheSameEveryTime) {
+TEST(Schedule, RepeatedSchedule_IsTheSame) {
   const Garment garment = fixtures::garment_of(fixtures::sheet(50, 50, 0.01, 'a'), 0.2, 100, 1e-4);
   const Schedule a = make_cloth(garment).schedule;
   const Schedule b = make_cloth(garment).schedule;
@@ -99,14 +99,14 @@ TEST(Schedule, IsTheSameEveryTime) {
   EXPECT_EQ(a.vertices, b.vertices);
 }
 
-TEST(Schedule, ParticlesWithoutConstraintsAreListed) {
+TEST(Schedule, UnconstrainedParticles_AreListed) {
   const Points x = Points::Random(5, 3);
   const Schedule s = make_schedule(x, {{{0, 1, -1, -1}, 1}});
   EXPECT_EQ(s.vertices.size(), 5u);
   EXPECT_EQ(s.order.size(), 1u);
 }
 
-TEST(Schedule, RefusesParticlesThatAreNotThere) {
+TEST(Schedule, ParticleOutOfRange_IsRefused) {
   EXPECT_THROW(make_schedule(Points::Zero(2, 3), {{{0, 2, -1, -1}, 1}}), LogicError);
   EXPECT_THROW(make_schedule(Points::Zero(2, 3), {{{0, 1, -1, -1}, 3}}), LogicError);
 }

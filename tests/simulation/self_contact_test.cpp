@@ -31,7 +31,7 @@ Control floor_control(const Mesh& floor) {
   return control;
 }
 
-TEST(Crossings, CountsThePassesOfEdgesThroughTriangles) {
+TEST(Crossings, EdgesThroughTriangles_AreCounted) {
   Points x(6, 3);
   x << 0, 0, 0, 1, 0, 0, 0, 1, 0, 0.2, 0.2, -1, 0.2, 0.2, 1, 3, 3, 3;
   Triangles faces(2, 3);
@@ -45,7 +45,7 @@ TEST(Crossings, CountsThePassesOfEdgesThroughTriangles) {
 
 // Coordinates are dyadic and rows meet rows, so that edges pass through vertices and along edges
 // exactly. As many passes count as where one sheet is a micrometre further.
-TEST(Crossings, PassesThroughVerticesAndEdgesAreCounted) {
+TEST(Crossings, EdgesThroughVerticesAndEdges_AreCounted) {
   const Mesh lying = fixtures::sheet(8, 8, 1.0 / 16, 'a');
   Mesh standing = lying;
   for (Index v = 0; v < standing.vertices.rows(); ++v) {
@@ -76,7 +76,7 @@ TEST(Crossings, PassesThroughVerticesAndEdgesAreCounted) {
 
 // A pair that sticks where it was holds cloth that is pulled out sideways; one that slides lets it
 // go.
-TEST(SelfContact, APairThatWouldPassSlidesOnItself) {
+TEST(SelfContact, PassingPair_SlidesOnItself) {
   const int particle[4] = {0, 1, 2, 3};
   const Vec4<double> start[4] = {{0, 0, 0, 1}, {1, 0, 0, 1}, {0, 0, 1, 1}, {0.2, 0.01, 0.2, 1}};
   Vec4<double> x[4] = {{0, 0, 0, 1}, {1, 0, 0, 1}, {0, 0, 1, 1}, {0.5, -0.05, 0.2, 1}};
@@ -100,7 +100,7 @@ TEST(SelfContact, APairThatWouldPassSlidesOnItself) {
 }
 
 // Against many small steps, each of them as good as straight.
-TEST(SelfContact, NoPassWithinASubstepIsMissed) {
+TEST(SelfContact, PassWithinASubstep_IsNotMissed) {
   constexpr int kSteps = 400;
   Random random{11, 0, 0};
   int passed = 0;
@@ -142,7 +142,7 @@ TEST(SelfContact, NoPassWithinASubstepIsMissed) {
   EXPECT_GT(returned, 10);
 }
 
-TEST(SelfContact, ASheetFallingOnAnotherLandsOnIt) {
+TEST(SelfContact, SheetFallingOnAnother_LandsOnIt) {
   const Mesh floor = fixtures::incline(0, 2);
   const Cloth cloth = join_cloths({make_cloth(self_contact_square(10, 0.2, 0.004)),
                                    make_cloth(self_contact_square(13, 0.2, 0.03))});
@@ -164,7 +164,7 @@ TEST(SelfContact, ASheetFallingOnAnotherLandsOnIt) {
 }
 
 // T17: ten layers dropped together.
-TEST(SelfContact, TenLayersStayInOrder) {
+TEST(SelfContact, TenLayers_StayInOrder) {
   const Mesh floor = fixtures::incline(0, 2);
   std::vector<Cloth> layers;
   for (int k = 0; k < 10; ++k) {
@@ -214,7 +214,7 @@ Mesh folded_strip(int layers, double length, double apart) {
 }
 
 // T17: ten layers of one cloth, which folds join, settle under their weight.
-TEST(SelfContact, TenFoldedLayersDoNotCross) {
+TEST(SelfContact, TenFoldedLayers_DoNotCross) {
   constexpr int kLayers = 10;
   const Mesh floor = fixtures::incline(0, 2);
   Garment garment = fixtures::garment_of(folded_strip(kLayers, 0.12, 6e-3), 0.2, 400, 1e-6);
@@ -247,7 +247,7 @@ TEST(SelfContact, TenFoldedLayersDoNotCross) {
 }
 
 // T17: twisted by half a turn to two turns, and strained by a half at the end.
-TEST(SelfContact, ATwistedStripDoesNotCross) {
+TEST(SelfContact, TwistedStrip_DoesNotCross) {
   for (double turns : {0.5, 1.0, 2.0}) {
     constexpr int kCells = 8;
     Garment garment = fixtures::garment_of(fixtures::sheet(2 * kCells, kCells, 0.3 / kCells, 'a'),
@@ -288,7 +288,7 @@ TEST(SelfContact, ATwistedStripDoesNotCross) {
   }
 }
 
-TEST(SelfContact, AStripFoldedOverItselfDoesNotCross) {
+TEST(SelfContact, StripFoldedOverItself_DoesNotCross) {
   // One end of a strip is turned over and pressed through the other.
   Garment garment = fixtures::garment_of(fixtures::sheet(30, 5, 0.01, 'a'), 0.2, 400, 1e-6);
   garment.material.thickness = 2e-3;
@@ -318,7 +318,7 @@ TEST(SelfContact, AStripFoldedOverItselfDoesNotCross) {
   }
 }
 
-TEST(SelfContact, FrictionHoldsOneSheetOnAnother) {
+TEST(SelfContact, Friction_HoldsOneSheetOnAnother) {
   // The floor is a belt; the upper sheet is carried only through the lower one, which is so large
   // that the upper one, left behind by 13 cm, does not come off it onto the belt.
   const Mesh floor = fixtures::incline(0, 2);
@@ -347,7 +347,7 @@ TEST(SelfContact, FrictionHoldsOneSheetOnAnother) {
   }
 }
 
-TEST(SelfContact, LayersThatStartCrossedComeApart) {
+TEST(SelfContact, LayersCrossedAtTheStart_ComeApart) {
   // The outer layer begins 3 mm inside the inner one over a part.
   const Mesh floor = fixtures::incline(0, 2);
   Garment outer = self_contact_square(13, 0.15, 0.012);
@@ -372,7 +372,7 @@ TEST(SelfContact, LayersThatStartCrossedComeApart) {
 
 // The order of layers says where what is crossed belongs. What nothing crosses is no worse for
 // lying the other way round: an outer layer laid under an inner one, as where a pile topples.
-TEST(SelfContact, LayersThatNothingCrossesMayLieEitherWayRound) {
+TEST(SelfContact, UncrossedLayers_MayLieInEitherOrder) {
   const Mesh floor = fixtures::incline(0, 2);
   const Cloth cloth = join_cloths({make_cloth(self_contact_square(13, 0.2, 0.03)),
                                    make_cloth(self_contact_square(10, 0.2, 0.004))});
@@ -392,7 +392,7 @@ TEST(SelfContact, LayersThatNothingCrossesMayLieEitherWayRound) {
 
 // A hem that is turned up round the edge of another layer: with one leg of the fold it lies the
 // wrong way round, whichever is the outer one.
-TEST(SelfContact, AHemTurnedUpRoundAnotherLayerDoesNotCrossIt) {
+TEST(SelfContact, HemTurnedUpAroundAnotherLayer_DoesNotCrossIt) {
   const Mesh floor = fixtures::incline(0, 2);
   Garment hem = fixtures::garment_of(folded_strip(2, 0.12, 0.012), 0.2, 400, 1e-6);
   hem.mesh.vertices.col(1).array() += 3e-3;
@@ -421,7 +421,7 @@ TEST(SelfContact, AHemTurnedUpRoundAnotherLayerDoesNotCrossIt) {
 }
 
 // Small enough for every sanitizer: scripts/gpu runs it under all of them.
-TEST(SelfContact, ShortTwinsAgree) {
+TEST(SelfContact, ShortTwins_Agree) {
   const Mesh floor = fixtures::incline(0, 2);
   const Cloth cloth = join_cloths({make_cloth(self_contact_square(3, 0.06, 0.003)),
                                    make_cloth(self_contact_square(2, 0.05, 0.0045))});
@@ -460,7 +460,7 @@ struct KickedSheets {
 };
 
 // Pairs are found again for who leaves its swept motion, and nobody else: nothing is missed.
-TEST(SelfContact, DoesNotDependOnHowFarASearchLooksAhead) {
+TEST(SelfContact, SearchInterval_DoesNotChangeTheResult) {
   const KickedSheets sheets(16);
   const Mesh floor = fixtures::incline(0, 2);
   for (Device device : fixtures::devices()) {
@@ -492,7 +492,7 @@ TEST(SelfContact, DoesNotDependOnHowFarASearchLooksAhead) {
 }
 
 // More than 1,024 groups of edges, through which CUDA looks in one step more.
-TEST(SelfContact, ShortTwinsOfALargeClothAgree) {
+TEST(SelfContact, ShortTwinsOfALargeCloth_Agree) {
   const KickedSheets sheets(85);
   const Mesh floor = fixtures::incline(0, 2);
   std::vector<Points> ends;
@@ -512,7 +512,7 @@ TEST(SelfContact, ShortTwinsOfALargeClothAgree) {
   }
 }
 
-TEST(SelfContact, RepeatsBitForBit) {
+TEST(SelfContact, RepeatedRun_IsBitIdentical) {
   const Mesh floor = fixtures::incline(0, 2);
   const Cloth cloth = join_cloths({make_cloth(self_contact_square(10, 0.2, 0.004)),
                                    make_cloth(self_contact_square(13, 0.2, 0.02))});

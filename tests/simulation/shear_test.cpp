@@ -52,7 +52,7 @@ Points sheared_by(double angle, const Points& rest) {
 
 // T11: a square in a hinged frame, pulled at opposite corners. The frame says the border; inside,
 // yarns that do not stretch must shear as much as it.
-TEST_P(PictureFrame, ShearsByTheCrossheadsFormulaAndCostsTheShearModulus) {
+TEST_P(PictureFrame, HingedFrame_ShearsByTheCrossheadFormula) {
   const double side = 0.2;
   const int cells = 10;
   Garment garment = fixtures::garment_of(fixtures::sheet(cells, cells, side / cells), 0.2, 500, 0);
@@ -106,7 +106,7 @@ TEST_P(PictureFrame, ShearsByTheCrossheadsFormulaAndCostsTheShearModulus) {
 
 // T11: from the force F of the crosshead, which is what its way costs, an arm's shear force is
 // F / (2 cos(45 - angle/2)); of a membrane of shear modulus G that is G sin(angle) times the side.
-TEST_P(PictureFrame, ItsArmsFeelTheShearModulus) {
+TEST_P(PictureFrame, FrameArms_FeelTheShearModulus) {
   const double side = 0.2;
   Garment garment = fixtures::garment_of(fixtures::sheet(10, 10, side / 10), 0.2, 500, 0);
   garment.material.shear = 5;
@@ -248,7 +248,7 @@ std::vector<double> min_shear(const Garment& garment, int columns, int rows, dou
 // not stretch say for themselves is the angle along the middle line, which each free yarn crosses
 // once. Within a zone the formula is uniform, but the shear energy is not least where the angle is:
 // yarns that run through the half-sheared zone turn by more than those of the very middle.
-TEST_P(BiasExtension, ShearsInThreeZones) {
+TEST_P(BiasExtension, BiasStrip_ShearsInThreeZones) {
   const int columns = 12;
   const int rows = 36;
   const double p = 0.005;

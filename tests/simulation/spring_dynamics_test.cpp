@@ -21,7 +21,7 @@ XpbdOptions double_options(double time_step, int substeps, int iterations) {
 // T2: the compliance does not depend on iterations and time step. In float a place half a metre
 // away is rounded to 3e-8 m, which counts beside the fall of a substep, g h^2: 3e-7 m in 100 a
 // frame.
-TEST(Spring, HangsAtItsStaticExtensionForAnyIterationsAndSubsteps) {
+TEST(Spring, StaticExtension_IsIndependentOfIterationsAndSubsteps) {
   const double mass = 0.1;
   const double stiffness = 50;
   const double expected = mass * 9.81 / stiffness;
@@ -52,7 +52,7 @@ TEST(Spring, HangsAtItsStaticExtensionForAnyIterationsAndSubsteps) {
 }
 
 // T3: one XPBD spring along its axis is implicit Euler.
-TEST(Spring, OscillatesExactlyAsImplicitEuler) {
+TEST(Spring, Oscillation_IsExactlyImplicitEuler) {
   const double mass = 0.3;
   const double stiffness = 40;
   const double w0 = std::sqrt(stiffness / mass);
@@ -86,7 +86,7 @@ TEST(Spring, OscillatesExactlyAsImplicitEuler) {
 }
 
 // T3: the period tends to 2 pi sqrt(m / k), what a period loses to nothing in the first order.
-TEST(Spring, ItsPeriodTendsToThatOfTheOscillatorWithTheTimeStep) {
+TEST(Spring, Period_ConvergesToTheOscillator) {
   const double mass = 0.3;
   const double stiffness = 40;
   const double w0 = std::sqrt(stiffness / mass);
@@ -127,7 +127,7 @@ TEST(Spring, ItsPeriodTendsToThatOfTheOscillatorWithTheTimeStep) {
   }
 }
 
-TEST(Spring, DampingOfMacklinDecaysAsTheDampedOscillator) {
+TEST(Spring, MacklinDamping_DecaysAsTheDampedOscillator) {
   // C = x: m a = -k x - k t v; one implicit Euler step of that is what one projection solves.
   const double mass = 0.3;
   const double stiffness = 40;
@@ -154,7 +154,7 @@ TEST(Spring, DampingOfMacklinDecaysAsTheDampedOscillator) {
 }
 
 // T4: tip displacement (m g / k) n (n + 1) / 2, top force n m g.
-TEST(Chain, HangsAsTheSumOfItsLinks) {
+TEST(Chain, HangingChain_ExtendsBySumOfItsLinks) {
   const int n = 20;
   const double mass = 1;
   const double stiffness = 1e5;
@@ -186,7 +186,7 @@ TEST(Chain, HangsAsTheSumOfItsLinks) {
 // is the solver's error. 100 iterations leave 322 m, 100 substeps 3.2 m. The length of their frame
 // is not handed down; the error goes as its square, and at 1/24 s with 20 links both figures come
 // out.
-TEST(Chain, SubstepsBeatIterationsUnderAHeavyEnd) {
+TEST(Chain, Substeps_BeatIterationsUnderAHeavyEnd) {
   const int links = 20;
   const double frame = 1.0 / 24;
   const auto error = [&](int substeps, int iterations, Device device) {
@@ -246,7 +246,7 @@ Mesh equilateral_tube(int around, int rows, double size) {
 }
 
 // T5, on the lattice for which the spring weights are exact: rho g L^2 / (2 Y) for any mesh size.
-TEST(Membrane, HangingEquilateralTubeElongatesByItsModulus) {
+TEST(Membrane, HangingTube_ElongatesByItsModulus) {
   const double modulus = 400;
   const double density = 0.5;
   for (Device device : fixtures::devices()) {
@@ -316,7 +316,7 @@ Cloth lattice(char kind, int cells, double size, double k) {
 // T5: what lattices of equal springs are as a membrane. The border is moved as by a homogeneous
 // strain (e_x, e_z, shear angle); half of its square times the stiffness is the energy that the
 // solver comes to, over the area.
-TEST(Membrane, LatticesOfEqualSpringsHaveTheModuliOfTheirFormulas) {
+TEST(Membrane, Lattices_HaveTheModuliOfTheirFormulas) {
   struct Known {
     char kind;
     double y, nu, g, coupling;  // over k, but nu; Y along x
@@ -410,7 +410,7 @@ HangingLine hanging_line(int n, double stiffness, Device device) {
 }
 
 // T6
-TEST(Catenary, SagsAndPullsAsTheInextensibleLine) {
+TEST(Catenary, SagAndPull_MatchTheInextensibleLine) {
   for (Device device : fixtures::devices()) {
     const HangingLine line = hanging_line(64, 2e4, device);
     EXPECT_NEAR(line.sag, 1, 0.01);
@@ -420,7 +420,7 @@ TEST(Catenary, SagsAndPullsAsTheInextensibleLine) {
 }
 
 // T6: it tends to that line with the number of links and with their stiffness.
-TEST(Catenary, ConvergesInLinksAndInStiffness) {
+TEST(Catenary, Sag_ConvergesInLinksAndStiffness) {
   for (Device device : fixtures::devices()) {
     double last = 1;
     for (const int n : {8, 16, 32}) {
@@ -441,7 +441,7 @@ TEST(Catenary, ConvergesInLinksAndInStiffness) {
 }
 
 // T15 (without contact)
-TEST(Invariants, FreeFlightKeepsMomentumAndNeverGainsEnergy) {
+TEST(Invariants, FreeFlight_KeepsMomentumAndGainsNoEnergy) {
   Garment garment = fixtures::garment_of(fixtures::sheet(12, 12, 0.02, 'a'), 0.2, 200, 1e-5);
   const Cloth cloth = make_cloth(garment);
   ClothState state = rest_state(cloth);
@@ -482,7 +482,7 @@ TEST(Invariants, FreeFlightKeepsMomentumAndNeverGainsEnergy) {
   }
 }
 
-TEST(Invariants, FallIsTheParabolaOfItsTimeStep) {
+TEST(Invariants, Fall_IsTheParabolaOfItsTimeStep) {
   const Cloth cloth = make_cloth(fixtures::garment_of(fixtures::sheet(4, 4, 0.05), 0.2, 100, 1e-5));
   for (Device device : fixtures::devices()) {
     XpbdOptions options;

@@ -38,7 +38,7 @@ StiffnessObjective bowls(const std::vector<Stiffness>& truths) {
   };
 }
 
-TEST(StiffnessSearch, FindsTheBottomOfABowlForEachGarment) {
+TEST(StiffnessSearch, QuadraticBowl_IsMinimizedForEachGarment) {
   const std::vector<Stiffness> truths = {{700, 3e-5}, {2500, 4e-6}};
   const auto fits = search_stiffness(2, bowls(truths));
   ASSERT_EQ(fits.size(), 2u);
@@ -49,7 +49,7 @@ TEST(StiffnessSearch, FindsTheBottomOfABowlForEachGarment) {
   }
 }
 
-TEST(StiffnessSearch, RangesHoldWhatIsAsGoodAndSayWhereTheyAreOpen) {
+TEST(StiffnessSearch, Ranges_HoldEquallyGoodValuesAndOpenEnds) {
   // Stretching says nothing, bending has its least at the lower end.
   const auto flat = [](const std::vector<std::vector<Stiffness>>& scenes) {
     std::vector<std::vector<double>> distances;
@@ -70,7 +70,7 @@ TEST(StiffnessSearch, RangesHoldWhatIsAsGoodAndSayWhereTheyAreOpen) {
   EXPECT_DOUBLE_EQ(fit.best.bending, options.bending_low);
 }
 
-TEST(StiffnessSearch, ScenesThatBreakAreFarOff) {
+TEST(StiffnessSearch, FailingScenes_CountAsFarOff) {
   const auto breaks = [](const std::vector<std::vector<Stiffness>>& scenes) {
     std::vector<std::vector<double>> distances;
     for (const auto& scene : scenes) {
@@ -86,7 +86,7 @@ TEST(StiffnessSearch, ScenesThatBreakAreFarOff) {
   }
 }
 
-TEST(StiffnessSearch, FinerGridsGoByTheirNumbers) {
+TEST(StiffnessSearch, CoarseAndFineGrids_HaveTheirSizes) {
   StiffnessSearchOptions options;
   options.coarse = 2;
   options.fine = 1;
@@ -105,7 +105,7 @@ StiffnessObjective always(double distance) {
   };
 }
 
-TEST(StiffnessSearch, WhatIsUsualDecidesWhereDistancesDoNot) {
+TEST(StiffnessSearch, UninformativeDistances_LeaveThePrior) {
   StiffnessSearchOptions options;
   options.fine = 0;
   options.prior = {800, 0.6, 3e-5, 0.5};
@@ -120,7 +120,7 @@ TEST(StiffnessSearch, WhatIsUsualDecidesWhereDistancesDoNot) {
   EXPECT_NEAR(std::log(fit.credible_high.bending / 3e-5), 0.5 * kNineInTen, 0.09);
 }
 
-TEST(StiffnessSearch, WithoutAnythingUsualTheMiddleOfWhatIsOpenIsTaken) {
+TEST(StiffnessSearch, NoPrior_GivesTheMiddleOfTheOpenRange) {
   StiffnessSearchOptions options;
   options.fine = 0;
   const StiffnessFit fit = search_stiffness(1, always(0.01), options).front();
@@ -144,7 +144,7 @@ TEST(StiffnessSearch, WithoutAnythingUsualTheMiddleOfWhatIsOpenIsTaken) {
   EXPECT_TRUE(above.stretch.open_high);
 }
 
-TEST(StiffnessSearch, DistancesThatTellOutweighWhatIsUsual) {
+TEST(StiffnessSearch, InformativeDistances_OutweighThePrior) {
   StiffnessSearchOptions options;
   options.coarse = 9;
   options.prior = {5000, 1, 2e-6, 1};
@@ -159,7 +159,7 @@ TEST(StiffnessSearch, DistancesThatTellOutweighWhatIsUsual) {
   }
 }
 
-TEST(StiffnessSearch, WhatIsUsualIsTheFabricsOwn) {
+TEST(StiffnessSearch, Prior_IsTheMeanOfTheFabrics) {
   const StiffnessPrior usual = stiffness_prior();
   double stretch = 1;
   double bending = 1;
@@ -177,7 +177,7 @@ TEST(StiffnessSearch, WhatIsUsualIsTheFabricsOwn) {
   EXPECT_GE(within, 9) << "of ten";
 }
 
-TEST(StiffnessSearch, WhatCannotBeSearchedIsRefused) {
+TEST(StiffnessSearch, BadSearchInput_IsRefused) {
   const auto never = [](const std::vector<std::vector<Stiffness>>& scenes) {
     return std::vector<std::vector<double>>(scenes.size(), std::vector<double>(1, kInfinity));
   };
@@ -229,7 +229,7 @@ std::vector<Points> fallen(double stretch, double bending, int substeps) {
   return frames;
 }
 
-TEST(StiffnessSearch, RecoversTheStiffnessOfAFallingCloth) {
+TEST(StiffnessSearch, FallingCloth_GivesItsStiffnessBack) {
   constexpr Stiffness kTruth{40, 2.2e-4};
   const std::vector<Points> seen = fallen(kTruth.stretch, kTruth.bending, 40);
   const auto distances = [&](const std::vector<std::vector<Stiffness>>& scenes) {

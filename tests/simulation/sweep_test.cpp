@@ -40,7 +40,7 @@ XpbdOptions settling(int substeps) {
 }
 
 // T18: a curtain, gathered to three quarters of its width at the top.
-TEST_P(Sweep, StifferBendingMakesFewerWrinkles) {
+TEST_P(Sweep, StifferBending_MakesFewerWrinkles) {
   const Mesh flat = fixtures::sheet(24, 16, 0.0125, 'a');
   const Garment garment = fixtures::garment_of(flat, 0.15, 300, 4e-6);
   const std::vector<int> top =
@@ -72,7 +72,7 @@ TEST_P(Sweep, StifferBendingMakesFewerWrinkles) {
 }
 
 // T18: a sheet by two corners; the strain falls with stiffness, as 1 / k where cloth is soft.
-TEST_P(Sweep, StifferClothStretchesLess) {
+TEST_P(Sweep, StifferCloth_StretchesLess) {
   const Mesh flat = fixtures::sheet(12, 12, 0.02, 'e');
   const Garment garment = fixtures::garment_of(flat, 0.15, 8, 1e-6);
   const std::vector<int> top =
@@ -105,7 +105,7 @@ TEST_P(Sweep, StifferClothStretchesLess) {
 
 ATELIER_ON_EVERY_DEVICE(Sweep);
 
-TEST(SweepRefused, FactorsThatAreNotAboveZero) {
+TEST(SweepRefused, NonPositiveFactors_AreRefused) {
   const Cloth cloth = make_cloth(fixtures::garment_of(fixtures::sheet(2, 2, 0.1), 0.2, 100, 1e-5));
   EXPECT_THROW(ClothSweep(cloth, {}, {}, {}), LogicError);
   EXPECT_THROW(ClothSweep(cloth, {{0, 1}}, {}, {}), LogicError);

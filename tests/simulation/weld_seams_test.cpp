@@ -27,7 +27,7 @@ Garment two_squares() {
   return garment;
 }
 
-TEST(WeldSeams, JoinsPairsAtTheirMeanAndKeepsTheFlatPanels) {
+TEST(WeldSeams, SeamPairs_AreJoinedAtTheirMeanKeepingFlatPanels) {
   const Garment sewn = weld_seams(two_squares());
   EXPECT_EQ(sewn.mesh.vertices.rows(), 6);
   EXPECT_EQ(sewn.rest.rows(), 8);
@@ -40,7 +40,7 @@ TEST(WeldSeams, JoinsPairsAtTheirMeanAndKeepsTheFlatPanels) {
   EXPECT_EQ(connected_components(topology_of(sewn.mesh.faces, sewn.mesh.vertices.rows())).count, 1);
 }
 
-TEST(WeldSeams, HingesBendAcrossTheSeamAndRestLengthsAreFlat) {
+TEST(WeldSeams, SewnHinges_BendAcrossTheSeamWithFlatRestLengths) {
   const Cloth apart = make_cloth(two_squares());
   const Cloth sewn = make_cloth(weld_seams(two_squares()));
   EXPECT_EQ(apart.hinges.size(), 2U);
@@ -51,13 +51,13 @@ TEST(WeldSeams, HingesBendAcrossTheSeamAndRestLengthsAreFlat) {
   }
 }
 
-TEST(WeldSeams, AGarmentWithoutSeamsStaysAsItIs) {
+TEST(WeldSeams, GarmentWithoutSeams_StaysUnchanged) {
   Garment garment = two_squares();
   garment.seams.clear();
   EXPECT_EQ(weld_seams(garment).mesh.faces, garment.mesh.faces);
 }
 
-TEST(WeldSeamsRefused, SeamsThatCloseAFaceOrNameNoVertex) {
+TEST(WeldSeamsRefused, CollapsingOrDanglingSeams_AreRefused) {
   Garment garment = two_squares();
   garment.seams = {{"dart", {0}, {1}}};
   try {

@@ -67,7 +67,7 @@ Scene scene(const std::string& membrane, double damping) {
   return out;
 }
 
-TEST(Twins, AgreeWithTheCpuOverAFewFrames) {
+TEST(Twins, CpuAndCuda_AgreeOverAFewFrames) {
   SKIP_WITHOUT_CUDA();
   for (const char* precision : {"double", "float"}) {
     for (const char* membrane : {"springs", "strain"}) {
@@ -101,7 +101,7 @@ TEST(Twins, AgreeWithTheCpuOverAFewFrames) {
   }
 }
 
-TEST(Twins, VectorCodeAgreesWithScalarCode) {
+TEST(Twins, VectorAndScalarCode_Agree) {
   const Scene probe = scene("springs", 0);
   XpbdOptions wants;
   wants.vectors = "avx2";
@@ -131,7 +131,7 @@ TEST(Twins, VectorCodeAgreesWithScalarCode) {
   }
 }
 
-TEST(Twins, JacobiAgreesWithTheCpu) {
+TEST(Twins, CpuAndCudaJacobi_Agree) {
   SKIP_WITHOUT_CUDA();
   for (const char* membrane : {"springs", "strain"}) {
     const Scene s = scene(membrane, 0.001);
@@ -152,7 +152,7 @@ TEST(Twins, JacobiAgreesWithTheCpu) {
 
 /// Both sweeps solve the same equations: with enough iterations they meet, and acceleration gets
 /// there sooner.
-TEST(Jacobi, ConvergesToTheSolutionOfGaussSeidel) {
+TEST(Jacobi, ManyIterations_ConvergeToGaussSeidel) {
   for (const char* membrane : {"springs", "strain"}) {
     const Scene s = scene(membrane, 0.001);
     const auto after = [&](const std::string& sweep, int iterations, double radius) {
@@ -177,7 +177,7 @@ TEST(Jacobi, ConvergesToTheSolutionOfGaussSeidel) {
   }
 }
 
-TEST(Jacobi, GivesTheSameBitsOnAnyNumberOfThreads) {
+TEST(Jacobi, AnyThreadCount_GivesTheSameBits) {
   const Scene s = scene("strain", 0.001);
   XpbdOptions options;
   options.sweep = "jacobi";
@@ -200,7 +200,7 @@ TEST(Jacobi, GivesTheSameBitsOnAnyNumberOfThreads) {
 }
 
 /// Every kind of launch, for as long as a sanitizer has patience: a frame of a small sheet.
-TEST(Twins, ShortFramesOfEveryKindAgree) {
+TEST(Twins, ShortFramesOfEveryKind_Agree) {
   SKIP_WITHOUT_CUDA();
   Garment garment = fixtures::garment_of(fixtures::sheet(6, 6, 0.05, 'a'), 0.2, 300, 1e-5);
   fixtures::use_flat_rest(garment);
@@ -255,7 +255,7 @@ TEST(Twins, ShortFramesOfEveryKindAgree) {
 /// The same for what a sanitizer has no patience for in longer tests: the body's edges.
 class BodyEdgesTwins : public ::testing::TestWithParam<std::tuple<const char*, bool>> {};
 
-TEST_P(BodyEdgesTwins, ShortFramesAgree) {
+TEST_P(BodyEdgesTwins, ShortFrames_Agree) {
   SKIP_WITHOUT_CUDA();
   const std::string way = std::get<0>(GetParam());
   const std::vector<std::string> ways = barriers();
@@ -292,7 +292,7 @@ INSTANTIATE_TEST_SUITE_P(Barriers, BodyEdgesTwins,
 
 /// Limbs that close on a sheet push it out of the one and into the other, whence the frame's last
 /// word takes it: who it sets on the surface is a hundredth of a millimetre off.
-TEST(Twins, ShortFramesBetweenClosingLimbsAgree) {
+TEST(Twins, ShortFramesBetweenClosingLimbs_Agree) {
   const Garment garment = fixtures::garment_of(fixtures::sheet(12, 12, 0.012, 'a'), 0.2, 300, 1e-5);
   const Cloth cloth = make_cloth(garment, {});
   const Mesh limb = fixtures::sphere(0.1, 12, 24);
@@ -339,7 +339,7 @@ TEST(Twins, ShortFramesBetweenClosingLimbsAgree) {
   EXPECT_GT(set, 3) << "the scene does not show what it is for";
 }
 
-TEST(Twins, EveryBarrierGivesTheSameBits) {
+TEST(Twins, EveryBarrier_GivesTheSameBits) {
   SKIP_WITHOUT_CUDA();
   const Scene s = scene("springs", 0.001);
   for (int iterations : {1, 2}) {
@@ -361,7 +361,7 @@ TEST(Twins, EveryBarrierGivesTheSameBits) {
   }
 }
 
-TEST(Repeat, GivesTheSameBitsOnEveryDeviceAndThreadCount) {
+TEST(Repeat, AnyDeviceAndThreadCount_RepeatsBitIdentical) {
   const Scene s = scene("springs", 0);
   for (Device device : fixtures::devices()) {
     Points reference;
@@ -382,7 +382,7 @@ TEST(Repeat, GivesTheSameBitsOnEveryDeviceAndThreadCount) {
 
 /// Also where the body has turned meanwhile: the tree of the one who continues is built in another
 /// pose.
-TEST(Repeat, ACheckpointContinuesWithTheSameBits) {
+TEST(Repeat, Checkpoint_ContinuesBitIdentical) {
   const Scene s = scene("springs", 0.001);
   const auto turning = [&](int frame) {
     Control control = s.control(frame);
@@ -419,7 +419,7 @@ TEST(Repeat, ACheckpointContinuesWithTheSameBits) {
   }
 }
 
-TEST(Sweep, EveryScenesIsWhatItWouldBeAlone) {
+TEST(Sweep, EveryScene_MatchesItsSingleRun) {
   const Scene s = scene("springs", 0);
   const std::vector<ClothVariation> variations{{1, 1, -1}, {4, 0.1, 0.1}, {0.3, 10, 0.9}};
   for (Device device : fixtures::devices()) {
@@ -446,7 +446,7 @@ TEST(Sweep, EveryScenesIsWhatItWouldBeAlone) {
 }
 
 /// The same for as long as a sanitizer has patience.
-TEST(Sweep, ShortScenesAreWhatTheyWouldBeAlone) {
+TEST(Sweep, ShortScenes_MatchTheirSingleRuns) {
   const Cloth cloth =
       make_cloth(fixtures::garment_of(fixtures::sheet(6, 6, 0.05, 'a'), 0.2, 300, 1e-5), {0, 6});
   const Mesh ball = fixtures::sphere(0.15, 8, 12);
@@ -470,7 +470,7 @@ TEST(Sweep, ShortScenesAreWhatTheyWouldBeAlone) {
   }
 }
 
-TEST(Sweep, FactorsScaleTheStiffnessOfTheCloth) {
+TEST(Sweep, Factors_ScaleTheStiffness) {
   const Scene s = scene("springs", 0.001);
   Cloth stiffer = s.cloth;
   for (ClothSpring& spring : stiffer.springs) {
@@ -494,7 +494,7 @@ TEST(Sweep, FactorsScaleTheStiffnessOfTheCloth) {
   }
 }
 
-TEST(Sweep, RefusesNoScenesAndFactorsThatAreNotPositive) {
+TEST(Sweep, NoScenesOrNonPositiveFactors_AreRefused) {
   const Scene s = scene("springs", 0);
   EXPECT_THROW(ClothSweep(s.cloth, {}, s.ball.faces, {}), LogicError);
   EXPECT_THROW(ClothSweep(s.cloth, {{0, 1, -1}}, s.ball.faces, {}), LogicError);
@@ -505,7 +505,7 @@ TEST(Sweep, RefusesNoScenesAndFactorsThatAreNotPositive) {
   EXPECT_THROW(sweep.set_state(-1, rest_state(s.cloth)), LogicError);
 }
 
-TEST(Solver, RefusesOptionsOutOfRangeAndMissingCuda) {
+TEST(Solver, OptionsOutOfRangeOrMissingCuda_AreRefused) {
   const Scene s = scene("springs", 0);
   XpbdOptions options;
   options.substeps = 0;
@@ -540,7 +540,7 @@ TEST(Solver, RefusesOptionsOutOfRangeAndMissingCuda) {
 }
 
 /// A sweep that needs terabytes is refused in words, and what ran before still runs.
-TEST(Solver, RefusesMoreScenesThanTheDeviceHasMemoryForAndGoesOn) {
+TEST(Solver, TooManyScenesForDeviceMemory_AreRefusedHarmlessly) {
   SKIP_WITHOUT_CUDA();
   const Scene s = scene("springs", 0);
   ClothSolver before(s.cloth, s.ball.faces, {}, Device::Cuda);
@@ -561,7 +561,7 @@ TEST(Solver, RefusesMoreScenesThanTheDeviceHasMemoryForAndGoesOn) {
   EXPECT_EQ(before.state().frame, 2);
 }
 
-TEST(Solver, StopsWhereAPositionIsNoLongerFiniteAndKeepsTheLastFrame) {
+TEST(Solver, NonFinitePosition_StopsTheSolverAtTheLastFrame) {
   const Cloth cloth = make_cloth(fixtures::garment_of(fixtures::sheet(4, 4, 0.05), 0.2, 100, 1e-5));
   for (Device device : fixtures::devices()) {
     ClothSolver solver(cloth, {}, {}, device);

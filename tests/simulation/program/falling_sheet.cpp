@@ -1,6 +1,6 @@
-// falling_sheet STATE DIES DEVICE: what KilledRun.ContinuesWithTheSameBits starts. Goes on from the
-// state in the file STATE, if it is there, to the last frame, writes it after each, and is killed
-// within frame DIES; below 0: never.
+// falling_sheet STATE DIES DEVICE: what KilledRun.KilledProcess_ResumesBitIdentical starts. Goes on
+// from the state in the file STATE, if it is there, to the last frame, writes it after each, and is
+// killed within frame DIES; below 0: never.
 #include "tests/simulation/falling_sheet.h"
 
 #include <atomic>
