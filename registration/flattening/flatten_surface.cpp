@@ -167,13 +167,14 @@ TemplateNote template_note(const fs::path& file, const std::string& label) {
     if (const std::optional<JsonPlace> frame = one.find("frame")) {
       note.frame = static_cast<int>(frame->integer(0, std::numeric_limits<int>::max()));
     }
-    note.rest = one.boolean_or("rest", false);
+    note.rest = one.boolean_or(one.has("taut") ? "taut" : "rest", false);  // as it was once called
   }
   return note;
 }
 
 bool is_rest(const FlattenGarment& garment) {
   return garment.note.rest || garment.file.filename() == kRestFile ||
+         garment.file.filename() == kFormerRestFile ||
          template_note(template_file(garment.file), garment.file.stem().string()).rest;
 }
 

@@ -105,9 +105,11 @@ std::map<std::string, FoundMaterial> parse_materials(std::string_view text,
     }
     FoundMaterial& found = materials[name];
     found.material = material;
-    if (all.at(name).has("credible_low")) {  // it was not given
-      found.credible_low = stiffness_at(all.at(name).at("credible_low"));
-      found.credible_high = stiffness_at(all.at(name).at("credible_high"));
+    // Neither where the material was given; "likely" in files of the release before.
+    const std::string interval = all.at(name).has("likely_low") ? "likely" : "credible";
+    if (all.at(name).has(interval + "_low")) {
+      found.credible_low = stiffness_at(all.at(name).at(interval + "_low"));
+      found.credible_high = stiffness_at(all.at(name).at(interval + "_high"));
     }
     for (const JsonPlace& trial : all.at(name).items("trials")) {
       const double distance = trial.at("distance").value().is_null()

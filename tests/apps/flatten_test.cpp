@@ -617,7 +617,7 @@ TEST_F(FlattenOutfit, MalformedTemplateNote_IsRefused) {
   refused(R"("frame": 4294967303)", "frame");
   refused(R"("frame": -1)", "frame");
   refused(R"("frame": 1.5)", "frame");
-  refused(R"("taut": "yes")", "rest");
+  refused(R"("rest": "yes")", "rest");
 }
 
 TEST_F(Flatten, NonManifoldGarment_IsRefused) {

@@ -538,7 +538,7 @@ TEST_F(Run, RegisteredGarment_IsFlattenedFromItsRestSurface) {
   const auto note = nlohmann::json::parse(
       read_file_text(workspace_ / "surfaces" / "template.json", 1 << 16))["garments"][0];
   EXPECT_EQ(note["facing"], nlohmann::json({0.6, 0, 0.8}));
-  EXPECT_EQ(note["taut"], true);
+  EXPECT_EQ(note["rest"], true);
   EXPECT_FALSE(note.contains("frame"));
 
   const ChildResult relaxed =
