@@ -23,7 +23,7 @@ constexpr const char* kBad = "#c0392b";
 constexpr const char* kInkName = "#333";
 
 template <class... Values>
-std::string text(const char* format, Values... values) {
+std::string formatted(const char* format, Values... values) {
   char buffer[512];
   std::snprintf(buffer, sizeof buffer, format, values...);
   return buffer;
@@ -45,19 +45,20 @@ const char* colour_of(const std::string& camera, const std::vector<Finding>& fin
 
 std::string label(double x, double y, const std::string& words, const char* anchor = "start",
                   const char* colour = kInkName) {
-  return text("<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"%s\" fill=\"%s\">", x, y, anchor, colour) +
+  return formatted("<text x=\"%.1f\" y=\"%.1f\" text-anchor=\"%s\" fill=\"%s\">", x, y, anchor,
+                   colour) +
          html_text(words) + "</text>\n";
 }
 
 std::string line(double x1, double y1, double x2, double y2, const char* colour, double width) {
-  return text(
+  return formatted(
       "<line x1=\"%.1f\" y1=\"%.1f\" x2=\"%.1f\" y2=\"%.1f\" stroke=\"%s\" "
       "stroke-width=\"%.2f\"/>\n",
       x1, y1, x2, y2, colour, width);
 }
 
 std::string svg(double width, double height, const std::string& content) {
-  return text(
+  return formatted(
              "<svg viewBox=\"0 0 %.0f %.0f\" width=\"%.0f\" xmlns=\"http://www.w3.org/2000/svg\" "
              "font-size=\"11\" font-family=\"system-ui, sans-serif\">\n",
              width, height, width) +
@@ -138,7 +139,7 @@ std::string layout_view(const Dataset& dataset, const KeypointCheck& keypoints,
                            size / 2 - scale * (p.y() - centre.y()));
   };
   std::string content =
-      text("<rect width=\"%.0f\" height=\"%.0f\" fill=\"#fafafa\"/>\n", size, size);
+      formatted("<rect width=\"%.0f\" height=\"%.0f\" fill=\"#fafafa\"/>\n", size, size);
   // The grid: lines a metre, or ten, ... apart, so that there are some and not hundreds.
   double step = 1;
   while (extent / step > 24) {
@@ -174,7 +175,7 @@ std::string layout_view(const Dataset& dataset, const KeypointCheck& keypoints,
   for (const Camera& camera : dataset.cameras) {
     const char* colour = colour_of(camera.id, findings);
     const Eigen::Vector2d at = paper(flat(camera_center(camera)));
-    std::string points = text("%.1f,%.1f", at.x(), at.y());
+    std::string points = formatted("%.1f,%.1f", at.x(), at.y());
     const double w = camera.width;
     const double h = camera.height;
     const std::array<Eigen::Vector2d, 2> rim =
@@ -185,19 +186,19 @@ std::string layout_view(const Dataset& dataset, const KeypointCheck& keypoints,
                             Eigen::Vector3d((pixel.x() - camera.cx) / camera.fx,
                                             (pixel.y() - camera.cy) / camera.fy, 1);
       const Eigen::Vector2d end = paper(flat(camera_center(camera) + reach * ray));
-      points += text(" %.1f,%.1f", end.x(), end.y());
+      points += formatted(" %.1f,%.1f", end.x(), end.y());
     }
     content += "<polygon points=\"" + points + "\" fill=\"" + colour +
                "\" fill-opacity=\"0.15\" stroke=\"" + colour + "\" stroke-width=\"1.2\"/>\n";
-    content +=
-        text("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"3.5\" fill=\"%s\"/>\n", at.x(), at.y(), colour);
+    content += formatted("<circle cx=\"%.1f\" cy=\"%.1f\" r=\"3.5\" fill=\"%s\"/>\n", at.x(),
+                         at.y(), colour);
     const Eigen::Vector2d out = at - paper(flat(middle));
     const Eigen::Vector2d beside =
         at + (out.norm() > 1 ? Eigen::Vector2d(12 * out.normalized()) : Eigen::Vector2d(0, -10));
     content += label(beside.x(), beside.y() + 4, camera.id, "middle", colour);
   }
   content += label(8, 16, view.name);
-  content += label(8, size - 8, text("grid: %g m", step));
+  content += label(8, size - 8, formatted("grid: %g m", step));
   return svg(size, size, content);
 }
 
@@ -264,12 +265,12 @@ std::string bars(const std::string& title, const std::vector<Bar>& all) {
       continue;
     }
     const double length = kWidth * std::min(*bar.value, most) / most;
-    content +=
-        text("<rect x=\"%.0f\" y=\"%.1f\" width=\"%.1f\" height=\"12\" rx=\"2\" fill=\"%s\"/>\n",
-             kLeft, y + 1, std::max(length, 1.0), error_colour(*bar.value));
-    content +=
-        label(kLeft + length + 6, y + 11,
-              *bar.value > 999 ? std::string("beside the image") : text("%.1f px", *bar.value));
+    content += formatted(
+        "<rect x=\"%.0f\" y=\"%.1f\" width=\"%.1f\" height=\"12\" rx=\"2\" fill=\"%s\"/>\n", kLeft,
+        y + 1, std::max(length, 1.0), error_colour(*bar.value));
+    content += label(
+        kLeft + length + 6, y + 11,
+        *bar.value > 999 ? std::string("beside the image") : formatted("%.1f px", *bar.value));
     y += kRow;
   }
   return svg(kLeft + kWidth + 110, y + 8, content);
@@ -318,11 +319,11 @@ ByteImage thumbnail(const ByteImage& image, const std::optional<ByteImage>& mask
 std::string polyline(const std::vector<Eigen::Vector2d>& points, const char* colour, double width) {
   std::string list;
   for (const Eigen::Vector2d& point : points) {
-    list += text("%.1f,%.1f ", point.x(), point.y());
+    list += formatted("%.1f,%.1f ", point.x(), point.y());
   }
   return "<polyline points=\"" + list + "\" fill=\"none\" stroke=\"" + colour +
-         text("\" stroke-width=\"%.2f\" stroke-dasharray=\"%.1f %.1f\"/>\n", width, 4 * width,
-              3 * width);
+         formatted("\" stroke-width=\"%.2f\" stroke-dasharray=\"%.1f %.1f\"/>\n", width, 4 * width,
+                   3 * width);
 }
 
 /// The ray of a pixel of one camera, as another sees it.
@@ -409,12 +410,12 @@ std::string frame_error_svg(const Dataset& dataset, const KeypointCheck& keypoin
       const double error = median(values);
       const double share = std::clamp(error / 20, 0.0, 1.0);
       const std::string colour =
-          values.empty() ? "#ddd" : text("hsl(%.0f 60%% 45%%)", 140 * (1 - share));
-      content += text("<rect x=\"%.1f\" y=\"%.1f\" width=\"%.2f\" height=\"15\" fill=\"%s\">",
-                      kLeft + cell * static_cast<double>(i), y, cell, colour.c_str()) +
+          values.empty() ? "#ddd" : formatted("hsl(%.0f 60%% 45%%)", 140 * (1 - share));
+      content += formatted("<rect x=\"%.1f\" y=\"%.1f\" width=\"%.2f\" height=\"15\" fill=\"%s\">",
+                           kLeft + cell * static_cast<double>(i), y, cell, colour.c_str()) +
                  "<title>" + html_text(dataset.cameras[c].id) +
-                 text(" frame %d: %.1f px</title></rect>\n",
-                      keypoints.frame_ids[i * frames / columns], error);
+                 formatted(" frame %d: %.1f px</title></rect>\n",
+                           keypoints.frame_ids[i * frames / columns], error);
     }
   }
   const double bottom = 24 + kRow * static_cast<double>(dataset.cameras.size());
@@ -458,7 +459,7 @@ std::string contact_sheet_html(FrameReader& reader, const KeypointCheck& keypoin
       if (image) {
         const std::string bytes =
             image_bytes(thumbnail(*image, mask, 320), ImageFormat::Jpeg, {.quality = 75});
-        picture = text(
+        picture = formatted(
                       "<image width=\"%d\" height=\"%d\" preserveAspectRatio=\"none\" "
                       "href=\"data:image/jpeg;base64,",
                       camera.width, camera.height) +
@@ -495,7 +496,7 @@ std::string contact_sheet_html(FrameReader& reader, const KeypointCheck& keypoin
       const Keypoints2d& rows = keypoints.detections[f][c];
       for (Index k = 0; k < rows.rows(); ++k) {
         if (rows(k, 2) > 0.3) {
-          marks += text(
+          marks += formatted(
               "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"%.2f\" fill=\"none\" stroke=\"#3dff8b\" "
               "stroke-width=\"%.2f\"/>\n",
               rows(k, 0), rows(k, 1), 2.6 * unit, 1.1 * unit);
@@ -503,7 +504,7 @@ std::string contact_sheet_html(FrameReader& reader, const KeypointCheck& keypoin
       }
     }
     html += "<figure class=\"view\">";
-    html += text(
+    html += formatted(
         "<svg viewBox=\"0 0 %d %d\" xmlns=\"http://www.w3.org/2000/svg\">"
         "<rect width=\"100%%\" height=\"100%%\" fill=\"#444\"/>\n",
         std::max(camera.width, 1), std::max(camera.height, 1));
