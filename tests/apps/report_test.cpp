@@ -7,7 +7,6 @@
 #include "core/sequence_archive.h"
 #include "core/store/commit.h"
 #include "core/store/input_digest.h"
-#include "pipeline/pictures/report_page.h"
 #include "tests/apps/statistics_fixture.h"
 #include "tests/support/places.h"
 
