@@ -20,9 +20,9 @@
 # atelier_objects(name DIRECTORY dir ONLY ... PRIVATE ... [OPTIONAL ...])   files of a program's
 #   folder as objects, for the program and for whoever else links them; where a package is missing
 #   there are none, and the program says so
-# atelier_tests(name DIRECTORY dir PRIVATE ... [APART filter])   a GoogleTest program of one folder
-#   of tests; those that match the filter run as a second process, so that the longest program does
-#   not leave a core idle.
+# atelier_tests(name DIRECTORY dirs... PRIVATE ... [APART filter])   a GoogleTest program of a folder
+#   of tests, or of several; those that match the filter run as a second process, so that the longest
+#   program does not leave a core idle.
 
 set(ATELIER_WARNINGS -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wconversion
     -Wno-sign-conversion -Wno-float-conversion -Werror)
@@ -334,7 +334,7 @@ function(atelier_test_flags target)
 endfunction()
 
 function(atelier_tests name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "DIRECTORY;APART" "PRIVATE")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "APART" "DIRECTORY;PRIVATE")
   atelier_missing(missing ${arg_PRIVATE} GTest::gtest GTest::gmock)
   if(missing)
     message(STATUS "left out: ${name} (missing: ${missing})")

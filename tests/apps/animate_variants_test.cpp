@@ -11,7 +11,7 @@
 #include "core/io/image_file.h"
 #include "core/io/npz.h"
 #include "tests/apps/animate_fixture.h"
-#include "tests/apps/browser.h"
+#include "tests/support/browser.h"
 
 #ifdef ATELIER_HAS_APPEARANCE
 #include "appearance/appearance_model.h"

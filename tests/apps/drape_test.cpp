@@ -16,7 +16,8 @@ using fixtures::ChildResult;
 using fixtures::run_child;
 using ::testing::HasSubstr;
 
-// What it drapes is tested in tests/dressing; here is what it refuses, before any work is done.
+// What it drapes is tested in tests/pipeline/outfit; here is what it refuses, before any work is
+// done.
 class DrapeRefuses : public ::testing::Test {
  protected:
   void SetUp() override {

@@ -25,7 +25,7 @@
 #include "core/random.h"
 #include "core/store/result.h"
 #include "pipeline/pictures/run_account.h"
-#include "tests/apps/browser.h"
+#include "tests/support/browser.h"
 #include "tests/support/child_process.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"

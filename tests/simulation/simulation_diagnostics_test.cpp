@@ -1,5 +1,3 @@
-#if defined(ATELIER_HAS_SIMULATION)
-
 #include "simulation/simulation_diagnostics.h"
 
 #include <gmock/gmock.h>
@@ -73,5 +71,3 @@ TEST(SimulationDiagnostics, UncountedQuantities_AreNoWarning) {
 
 }  // namespace
 }  // namespace atelier
-
-#endif

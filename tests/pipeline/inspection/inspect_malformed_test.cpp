@@ -332,7 +332,6 @@ TEST(InspectConsent, ExpiredConsent_IsAWarningInEveryLayout) {
   }
   fs::remove(folder / "consent.toml");
   EXPECT_THAT(codes(folder.path()), ::testing::ElementsAre("consent-ended"));
-#ifdef ATELIER_HAS_CAPTURE_LAYOUTS
   // A layout that has no place for it: images alone.
   fs::remove(folder / "capture.toml");
   std::ofstream(folder / "consent.toml") << kEnded;
@@ -341,7 +340,6 @@ TEST(InspectConsent, ExpiredConsent_IsAWarningInEveryLayout) {
               bytes_in(source_directory() / "fuzz/corpus/png/grey1.png"));
   EXPECT_THAT(codes(folder.path()), ::testing::Contains("consent-ended"));
   EXPECT_THAT(text_of(inspect_path(folder.path())), HasSubstr("P. Doe, research"));
-#endif
   const TemporaryDirectory meshes;
   std::ofstream(meshes / "m_0.obj") << kTriangle;
   std::ofstream(meshes / "consent.toml") << kEnded;
@@ -398,7 +396,6 @@ TEST(InspectImage, ExtensionOfAnotherFormat_IsANote) {
   EXPECT_EQ(findings[0].what, "the name says JPEG, the content is PNG");
 }
 
-#ifdef ATELIER_HAS_CAPTURE_LAYOUTS
 TEST(InspectCapture, MeshInACaptureFolder_IsNotASequence) {
   const TemporaryDirectory folder;
   fs::create_directories(folder / "calibration");
@@ -445,7 +442,6 @@ TEST(InspectCapture, CaptureFiles_AreCheckedAgainstTheDescription) {
   std::ofstream(folder / "cameras.json") << "{\"cameras\":";
   EXPECT_THROW(inspect_path(folder.path()), DataError);
 }
-#endif
 
 TEST(InspectTexts, TooManyTableColumns_AreRefused) {
   EXPECT_EQ(parse_csv("a" + std::string(65'535, ',') + "\n").columns.size(), 65'536u);

@@ -1,5 +1,3 @@
-#if defined(ATELIER_HAS_SIMULATION)
-
 #include "simulation/material/membrane_in_use.h"
 
 #include <gmock/gmock.h>
@@ -63,5 +61,3 @@ TEST(MembraneInUse, SeparateShear_IsReported) {
 
 }  // namespace
 }  // namespace atelier
-
-#endif

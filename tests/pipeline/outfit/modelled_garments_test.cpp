@@ -8,7 +8,7 @@
 #include "core/topology.h"
 #include "simulation/contact/crossings.h"
 #include "simulation/material/fabric.h"
-#include "tests/dressing/human_fixture.h"
+#include "tests/pipeline/outfit/human_fixture.h"
 #include "tests/support/test_data.h"
 
 namespace atelier {

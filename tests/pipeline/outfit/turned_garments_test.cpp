@@ -9,7 +9,7 @@
 #include "pipeline/outfit/dressing.h"
 #include "registration/flattening/find_pattern.h"
 #include "registration/flattening/front_and_back.h"
-#include "tests/dressing/human_fixture.h"
+#include "tests/pipeline/outfit/human_fixture.h"
 #include "tests/support/turned.h"
 
 namespace atelier {

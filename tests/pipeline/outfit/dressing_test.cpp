@@ -9,7 +9,7 @@
 #include "pipeline/outfit/fitting.h"
 #include "pipeline/synthesis/synthetic_subject.h"
 #include "simulation/contact/crossings.h"
-#include "tests/dressing/human_fixture.h"
+#include "tests/pipeline/outfit/human_fixture.h"
 #include "tests/support/test_data.h"
 
 namespace atelier {

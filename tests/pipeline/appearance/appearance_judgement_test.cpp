@@ -1,10 +1,6 @@
 // Figures of networks with known answers: images, motion and what networks draw are made by hand.
 #include "pipeline/appearance/appearance_judgement.h"
 
-#if defined(ATELIER_HAS_CAPTURE) && defined(ATELIER_HAS_APPEARANCE) &&      \
-    defined(ATELIER_HAS_REGISTRATION) && defined(ATELIER_HAS_SIMULATION) && \
-    defined(ATELIER_HAS_BODYMODEL)
-
 #include <Eigen/Geometry>
 #include <cmath>
 #include <map>
@@ -15,7 +11,7 @@
 
 #include "core/io/srgb.h"
 #include "core/raster.h"
-#include "tests/apps/appearance_fixture.h"
+#include "tests/pipeline/appearance/waving_capture.h"
 
 namespace atelier::fixtures {
 namespace {
@@ -290,5 +286,3 @@ TEST(AppearanceJudgement, Gains_AreRelativeToTheMeanOfTrainingCameras) {
 
 }  // namespace
 }  // namespace atelier::fixtures
-
-#endif

@@ -1,7 +1,5 @@
 // How far the subject of a synthetic capture is from what stages assume: the figures that
 // docs name, measured on the body itself.
-#if defined(ATELIER_HAS_BODYMODEL) && defined(ATELIER_HAS_CAPTURE)
-
 #include "pipeline/synthesis/synthetic_subject.h"
 
 #include <Eigen/Geometry>
@@ -255,5 +253,3 @@ TEST(MotionsOfFiles, MotionEnteredAnywhere_BeginsFacingAsAtRest) {
 
 }  // namespace
 }  // namespace atelier
-
-#endif

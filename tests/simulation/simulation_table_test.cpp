@@ -1,5 +1,3 @@
-#if defined(ATELIER_HAS_SIMULATION)
-
 #include "simulation/simulation_table.h"
 
 #include <string>
@@ -38,5 +36,3 @@ TEST(SimulatedFrameFile, FrameOtherThanItsFileName_IsRefused) {
 
 }  // namespace
 }  // namespace atelier
-
-#endif

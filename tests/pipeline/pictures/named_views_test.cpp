@@ -1,6 +1,4 @@
 // What images call the sides of somebody, whichever way they face.
-#if defined(ATELIER_HAS_CORE_RENDER) && defined(ATELIER_HAS_REGISTRATION)
-
 #include "pipeline/pictures/named_views.h"
 
 #include <Eigen/Geometry>
@@ -96,5 +94,3 @@ TEST(NamedViews, GarmentImages_AreIndependentOfTheFacing) {
 
 }  // namespace
 }  // namespace atelier
-
-#endif

@@ -4,7 +4,7 @@
 
 #include "core/normals.h"
 #include "simulation/contact/crossings.h"
-#include "tests/dressing/human_fixture.h"
+#include "tests/pipeline/outfit/human_fixture.h"
 
 namespace atelier {
 namespace {

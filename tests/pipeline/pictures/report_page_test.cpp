@@ -1,0 +1,215 @@
+// The page of a report: what it shows of results, in which order, and that text of files is no
+// markup.
+
+#include "pipeline/pictures/report_page.h"
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/io/image_file.h"
+#include "core/store/commit.h"
+#include "pipeline/pictures/report_plots.h"
+#include "tests/support/browser.h"
+#include "tests/support/temporary_directory.h"
+
+namespace atelier::fixtures {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+namespace fs = std::filesystem;
+
+/// A workspace status whose one result holds the files of `folder`'s `statistics`.
+StageStatus result_of(std::vector<ManifestOutput> outputs) {
+  StageStatus status;
+  status.stage = "statistics";
+  status.state = StageStatus::State::Done;
+  status.manifest.emplace();
+  status.manifest->stage = "statistics";
+  status.manifest->outputs = std::move(outputs);
+  return status;
+}
+
+TEST(ReportPage, Images_AreEmbeddedAndLargeOnesNamed) {
+  const TemporaryDirectory root;
+  StageStatus status =
+      result_of({{"sheet.png", 0, {}}, {"film.mp4", 3, {}}, {"big.png", 5'000'000, {}}});
+  const fs::path folder = root.path() / "statistics" / folder_name(status.manifest->key);
+  fs::create_directories(folder);
+  Image image(2, 1, 3);
+  image.at(0, 0, 0) = 1;
+  write_image(folder / "sheet.png", image);
+  std::ofstream(folder / "film.mp4") << "abc";
+  const std::string page = report_page(std::span(&status, 1), root.path());
+  EXPECT_THAT(page, HasSubstr("<img alt=\"sheet.png\" src=\"data:image/png;base64,iVBORw0KGgo"));
+  EXPECT_THAT(page, HasSubstr("src=\"data:video/mp4;base64,YWJj\""));
+  EXPECT_THAT(page, AllOf(HasSubstr("big.png"), Not(HasSubstr("alt=\"big.png\""))));
+  EXPECT_THAT(page, Not(HasSubstr("<script")));
+}
+
+TEST(ReportPage, ContactSheets_ComeBeforeEvenlySampledFrames) {
+  const TemporaryDirectory root;
+  std::vector<ManifestOutput> outputs;
+  for (int i = 0; i < 9; ++i) {
+    outputs.push_back({"pictures/" + std::to_string(i) + ".png", 3, {}});
+  }
+  outputs.push_back({"strip.png", 3, {}});
+  StageStatus status = result_of(outputs);
+  const fs::path folder = root.path() / "statistics" / folder_name(status.manifest->key);
+  fs::create_directories(folder / "pictures");
+  for (const ManifestOutput& output : outputs) {
+    std::ofstream(folder / output.path) << "abc";
+  }
+  ReportOptions options;
+  const auto shown = [&](int most) {
+    options.pictures = most;
+    const std::string page = report_page(std::span(&status, 1), root.path(), options);
+    std::string names;
+    constexpr std::string_view kName = "<img alt=\"";
+    for (std::size_t at = page.find(kName); at != std::string::npos; at = page.find(kName, at)) {
+      at += kName.size();
+      names += page.substr(at, page.find('"', at) - at) + " ";
+    }
+    const std::size_t more = page.find(" more in statistics/current/pictures</p>");
+    return names + (more == std::string::npos ? "" : page.substr(more - 1, 1) + " more");
+  };
+  EXPECT_EQ(shown(4), "strip.png pictures/0.png pictures/4.png pictures/8.png 6 more");
+  EXPECT_EQ(shown(1), "strip.png 9 more");
+  EXPECT_EQ(shown(0), "9 more");
+  EXPECT_THAT(shown(10), AllOf(HasSubstr("pictures/7.png"), Not(HasSubstr("more"))));
+}
+
+TEST(ReportPage, Warnings_ComeFirstAndManyAreFolded) {
+  StageStatus status = result_of({{"a.txt", 1, {}}});
+  for (int i = 0; i < 7; ++i) {
+    status.manifest->warnings.push_back("doubt " + std::to_string(i));
+  }
+  const std::string page = report_page(std::span(&status, 1), "w");
+  const std::size_t section = page.find("<h2 id=\"statistics\">");
+  ASSERT_NE(section, std::string::npos);
+  const std::string head = page.substr(0, section);
+  EXPECT_THAT(head, AllOf(HasSubstr("doubt 0"), HasSubstr("doubt 4"), Not(HasSubstr("doubt 5")),
+                          HasSubstr("2 more warnings, below"), Not(HasSubstr("No warnings."))));
+  EXPECT_THAT(page.substr(section), AllOf(HasSubstr("<summary>7 warnings</summary>"),
+                                          HasSubstr("doubt 0"), HasSubstr("doubt 6")));
+}
+
+TEST(ReportPage, TextFromFiles_IsNotMarkup) {
+  EXPECT_EQ(html_text("<a href='x' title=\"y\">&\x1b[2J</a>"),
+            "&lt;a href=&#39;x&#39; title=&quot;y&quot;&gt;&amp;?[2J&lt;/a&gt;");
+  StageStatus status = result_of({{"a.txt", 1, {}}});
+  status.manifest->inputs.emplace_back().path = "<script>alert(1)</script>";
+  status.manifest->options.push_back({"x", "\"</table>\"", "<file>:1", true});
+  status.reasons = {"<img src=x onerror=alert(1)>"};
+  status.manifest->warnings = {"<script>alert(2)</script>"};
+  const std::string page = report_page(std::span(&status, 1), "w<i>");
+  EXPECT_THAT(page, AllOf(Not(HasSubstr("<script")), Not(HasSubstr("<img src=x")),
+                          Not(HasSubstr("\"</table>")), Not(HasSubstr("w<i>"))));
+}
+
+TEST(ReportPage, Page_LoadsInABrowserWithEveryImage) {
+  if (!has_browser()) {
+    GTEST_SKIP() << "no program chromium (scripts/setup)";
+  }
+  const TemporaryDirectory root;
+  StageStatus status = result_of({{"sheet.png", 0, {}}, {"torn.png", 9, {}}});
+  const fs::path folder = root.path() / "statistics" / folder_name(status.manifest->key);
+  fs::create_directories(folder);
+  write_image(folder / "sheet.png", Image(2, 1, 3, 0.5F));
+  std::ofstream(folder / "torn.png") << "no PNG";
+  const fs::path page = root.path() / "page.html";
+  const RunAccount account{"a capture", "2026-01-01T00:00:00Z", 3, {{"track", "done", "", 1, 2}}};
+  std::ofstream(page) << report_page(
+      std::span(&status, 1), root.path(), {},
+      {.run = account,
+       .drawn = {{"statistics", plots_svg({{"strain", {0, 1, 2}, {0.1, 0.3, 0.2}}})}}});
+  const BrowsedPage found = browse(page, root.path());
+  EXPECT_EQ(found.images, 2);
+  EXPECT_EQ(found.broken, 1) << "torn.png";
+  EXPECT_THAT(found.text, AllOf(HasSubstr("The run"), HasSubstr("strain")));
+  EXPECT_THAT(found.messages, Not(HasSubstr("CONSOLE")));  // what a page's errors are logged as
+}
+
+TEST(ReportPlots, FrameSeries_IsPlottedWithItsRange) {
+  const std::string svg = plots_svg({{"gap <mm>", {3, 4, 9}, {0.5, 2, 1}}, {"empty", {}, {}}});
+  EXPECT_THAT(svg, AllOf(HasSubstr("gap &lt;mm&gt;"), HasSubstr(">2</text>"),
+                         HasSubstr(">9</text>"), HasSubstr("frame 4: 2"), Not(HasSubstr("empty"))));
+  EXPECT_EQ(plots_svg({}), "");
+  EXPECT_EQ(plots_svg({{"uneven", {1, 2}, {1}}}), "");
+  EXPECT_EQ(plots_svg({{"not finite", {1}, {std::nan("")}}}), "");
+}
+
+TEST(ReportPage, FailedAndSkippedStages_ComeFirst) {
+  const RunAccount account{"<c>",
+                           "",
+                           1,
+                           {{"track", "failed", "a <b>reason</b>", 1, 2},
+                            {"body", "skipped", "it reads track", 0, 0},
+                            {"validate", "done", "", 0, 0}}};
+  const std::string page = report_page({}, "w", {}, {.run = account, .subject = "<i>somebody</i>"});
+  EXPECT_THAT(page, HasSubstr("<h1>Atelier: w, &lt;i&gt;somebody"));
+  EXPECT_LT(page.find("a &lt;b&gt;reason"), page.find("The run"));
+  EXPECT_THAT(page, AllOf(HasSubstr("<b>body</b> was skipped"), Not(HasSubstr("<b>validate</b>")),
+                          Not(HasSubstr("<c>"))));
+}
+
+TEST(ReportPage, Errors_ComeBeforeWarningsAndRepeatsAreMerged) {
+  StageStatus first = result_of({{"a.txt", 1, {}}});
+  first.manifest->warnings = {"warning consent-none [capture]: no consent is recorded",
+                              "a doubt of both", "error distortion-scaled [file]: a 64th"};
+  StageStatus second = first;
+  second.stage = second.manifest->stage = "reconstruct";
+  const std::vector<StageStatus> stages = {first, second};
+  const std::string reason = "no frame has images with masks";
+  const RunAccount account{"c",
+                           "",
+                           1,
+                           {{"body", "skipped", reason, 0, 0},
+                            {"template", "skipped", reason, 0, 0},
+                            {"animate", "failed", "no such motion", 0, 0}}};
+  const std::string page = report_page(stages, "w", {}, {.run = account});
+  const std::string head = page.substr(0, page.find("<h2"));
+  EXPECT_THAT(head,
+              AllOf(HasSubstr("<b>statistics, reconstruct</b>: no consent is recorded: state"),
+                    HasSubstr("<b>statistics, reconstruct</b>: a doubt of both"),
+                    HasSubstr("<li class=\"error\"><b>statistics, reconstruct</b>: error "
+                              "distortion-scaled"),
+                    HasSubstr("<b>body, template</b> were skipped: " + reason),
+                    Not(HasSubstr("consent-none"))));
+  EXPECT_LT(head.find("no such motion"), head.find("distortion-scaled"));
+  EXPECT_LT(head.find("distortion-scaled"), head.find("were skipped"));
+  const std::string run = page.substr(page.find("<h2 id=\"run\""));
+  EXPECT_EQ(run.find(reason), run.rfind(reason)) << "the second is said to be as the first";
+  EXPECT_THAT(run, HasSubstr("as body"));
+}
+
+TEST(ReportPage, TargetTable_ShowsMissesAndMissingMeasurements) {
+  ReportFigure missed{"track.mean_mm", "8 mm", "missed", false, "over 12 frames"};
+  missed.range = "at most 6";
+  missed.missed_by = "2 mm";
+  missed.accuracy = "at most 5, missed by 3 mm";
+  ReportFigure absent{"body.mean_mm", "-", "not measured", true, "there is no <result> of body"};
+  absent.range = "at most 5";
+  const ReportFigures figures{
+      "By some ranges.", {missed, absent}, {{"track.extra", "7", "", true, "beside it"}}};
+  const std::string page = report_page({}, "w", {}, {.figures = figures});
+  EXPECT_THAT(
+      page,
+      AllOf(HasSubstr("<b>track.mean_mm</b>: 8 mm, missed by 2 mm (at most 6)"),
+            HasSubstr("0 met, 1 missed, 0 not judged, 1 not measured. By some ranges."),
+            HasSubstr("<td class=\"state error\">missed</td>"),
+            HasSubstr("at most 5, missed by 3 mm"), HasSubstr("there is no &lt;result&gt; of body"),
+            HasSubstr("<summary>1 other figure</summary>"), HasSubstr("beside it")));
+}
+
+}  // namespace
+}  // namespace atelier::fixtures
