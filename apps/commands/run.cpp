@@ -10,7 +10,6 @@
 #include "apps/console/failure.h"
 #include "apps/console/interrupt.h"
 #include "apps/console/option_flags.h"
-#include "apps/console/option_rules.h"
 #include "apps/console/stage_command.h"
 #include "apps/console/standard_streams.h"
 #include "core/error.h"
@@ -24,6 +23,7 @@
 #include "pipeline/chain/run_options.h"
 #include "pipeline/pictures/report_folder.h"
 #include "pipeline/report/report_file.h"
+#include "pipeline/stages/option_rules.h"
 #include "pipeline/stages/stages.h"
 #include "simulation/material/fabric.h"
 
@@ -59,11 +59,9 @@ fs::path video_in(const fs::path& workspace, const std::vector<StageStatus>& sta
 /// A sentence on each outdated result that the chain leaves out and does not make anew (`refine`).
 std::vector<std::string> outdated_beside_chain(const fs::path& workspace) {
   std::vector<std::string_view> beside;
-  for (const Stage& stage : all_stages()) {
-    const std::span<const RunStep> steps = run_steps();
-    if (std::none_of(steps.begin(), steps.end(),
-                     [&](const RunStep& step) { return step.stage == stage.name; })) {
-      beside.push_back(stage.name);
+  for (const StageRow* row : all_rows()) {
+    if (!row->chain) {
+      beside.push_back(row->stage.name);
     }
   }
   return outdated_results(workspace, beside);
@@ -184,10 +182,10 @@ int run(RunArguments arguments, OptionSet options) {
   places.workspace = workspace_place(places.workspace);
   require_stage_places(places.capture, places.workspace);
   require_folder_or_nothing(places.workspace);
-  const std::span<const RunStep> steps = run_steps();
+  const std::span<const StageRow* const> steps = run_steps();
   const auto place = [&](const std::string& name) {
     return std::find_if(steps.begin(), steps.end(),
-                        [&](const RunStep& step) { return step.stage == name; });
+                        [&](const StageRow* step) { return step->stage.name == name; });
   };
   if (!arguments.from.empty() && !arguments.to.empty() &&
       place(arguments.to) < place(arguments.from)) {
@@ -211,8 +209,8 @@ int run(RunArguments arguments, OptionSet options) {
 
 std::string stage_problem(const std::string& text) {
   std::vector<std::string> names;
-  for (const RunStep& step : run_steps()) {
-    names.emplace_back(step.stage);
+  for (const StageRow* step : run_steps()) {
+    names.emplace_back(step->stage.name);
   }
   return one_of(names)(text);
 }
