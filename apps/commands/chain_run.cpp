@@ -73,21 +73,28 @@ ChainRun::ChainRun(const RunArguments& arguments, const OptionSet& options)
         {std::string(step->stage.name), "", "", expected_seconds(*step, facts_), 0});
   }
   pass_over();
-  if (!arguments.material.empty() && animate_goes_without_material()) {
-    suggest("animate.material.name", arguments.material, "--material");
+  for (const StageRow* step : run_steps()) {
+    const ChainPlace& place = *step->chain;
+    if (!arguments.material.empty() && !place.fabric_from.empty() &&
+        goes_without(place.fabric_from)) {
+      suggest(std::string(step->stage.name) + "." + std::string(place.fabric), arguments.material,
+              "--material");
+    }
   }
 }
 
-/// Whether no result of `material` in this run tells `animate` which fabric was asked for.
-bool ChainRun::animate_goes_without_material() const {
-  for (std::size_t i = 0; i < account_.stages.size(); ++i) {
+/// Whether no result of this run is of a kind: `fitted_material`, which tells which fabric was
+/// asked for.
+bool ChainRun::goes_without(std::string_view kind) const {
+  const Stage* maker = stage_that_makes(all_stages(), kind);
+  for (std::size_t i = 0; maker != nullptr && i < account_.stages.size(); ++i) {
     const RunStageAccount& one = account_.stages[i];
-    if (one.stage == "material") {
+    if (one.stage == maker->name) {
       return one.end == "skipped" ||
              (!one.end.empty() && (!has_result(one.stage) || !option_changes(i).empty()));
     }
   }
-  return false;
+  return maker == nullptr;
 }
 
 void ChainRun::announce() {

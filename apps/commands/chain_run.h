@@ -73,7 +73,7 @@ class ChainRun {
   Foreseen unplanned(std::string_view needed) const;
   Foreseen planned(std::size_t i, bool earlier) const;
   const RunStageAccount* account_of(std::string_view stage) const;
-  bool animate_goes_without_material() const;
+  bool goes_without(std::string_view kind) const;
   void foresee();
   void pass_over();
   double factor() const;

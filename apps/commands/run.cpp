@@ -36,7 +36,9 @@ namespace fs = std::filesystem;
 /// not bring to its end may show what it came to long ago.
 fs::path video_in(const fs::path& workspace, const std::vector<StageStatus>& stages,
                   const RunAccount& account) {
-  for (const char* stage : {"animate", "simulate"}) {
+  const std::span<const StageRow* const> steps = run_steps();
+  for (auto step = steps.rbegin(); step != steps.rend(); ++step) {
+    const std::string_view stage = (*step)->stage.name;
     if (std::none_of(account.stages.begin(), account.stages.end(), [&](const auto& one) {
           return one.stage == stage && one.end.starts_with("done");
         })) {
@@ -112,17 +114,19 @@ void show_end(const RunArguments& arguments, const ChainRun& chain, const fs::pa
   }
 }
 
-/// One fabric for every stage that takes one; `material` then has nothing to search.
+/// One fabric for every stage that takes one; none is then searched for.
 void set_material(OptionSet& options, const std::string& fabric) {
   if (const std::string problem = one_of(fabric_names())(fabric); !problem.empty()) {
-    throw UsageError("--material: " + problem);  // "fitted" is what `material` does without it
+    throw UsageError("--material: " + problem);  // "fitted" is what a search does without it
   }
-  for (const char* stage : {"material", "simulate"}) {
-    const std::string name = std::string(stage) + ".material.name";
-    const bool there = std::any_of(options.table.fields.begin(), options.table.fields.end(),
-                                   [&](const OptionField& field) { return field.name == name; });
+  for (const StageRow* step : run_steps()) {
+    const ChainPlace& place = *step->chain;
+    if (place.fabric.empty() || !place.fabric_from.empty()) {
+      continue;
+    }
     const std::string problem =
-        there ? set_option(options.table, name, fabric, "--material") : std::string();
+        set_option(options.table, std::string(step->stage.name) + "." + std::string(place.fabric),
+                   fabric, "--material");
     if (!problem.empty()) {
       throw UsageError("--material: " + problem);
     }

@@ -50,6 +50,8 @@ const StageRow& animate_row() {
       .chain = ChainPlace{.lacks = lacks_evidence,
                           .made_of = of_worn,
                           .cost = {.seconds = 20, .per_frame = 1},
+                          .fabric = "material.name",
+                          .fabric_from = "fitted_material",
                           .suggested = drafted_garments,
                           .exported = exported_avatar},
       .measure = measure_animate,

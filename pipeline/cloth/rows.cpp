@@ -22,6 +22,8 @@ constexpr std::array kMaterialTargets = {
     Target{"material.error", "", AtMost, 0.3, {}},
 };
 
+constexpr const char* kFabric = "material.name";
+
 std::string lacks_scene(const CaptureFacts& facts) {
   return facts.clothed_frames > 0 ? "" : "no garment was captured; animate puts a drafted one on";
 }
@@ -47,7 +49,7 @@ const StageRow& material_row() {
                 .options = option_set<MaterialStageOptions>,
                 .run = run_material,
                 .check_input = require_no_folder_above},
-      .chain = ChainPlace{.lacks = lacks_clothes, .cost = {.seconds = 30}},
+      .chain = ChainPlace{.lacks = lacks_clothes, .cost = {.seconds = 30}, .fabric = kFabric},
       .measure = measure_material,
       .measure_place = 4,
       .targets = kMaterialTargets,
@@ -74,7 +76,8 @@ const StageRow& simulate_row() {
       .chain = ChainPlace{.lacks = lacks_scene,
                           .made_of = of_clothes,
                           .input = simulated_scene,
-                          .cost = {.seconds = 30, .per_frame = 0.8}},
+                          .cost = {.seconds = 30, .per_frame = 0.8},
+                          .fabric = kFabric},
       .rules = &cloth_rules(),
       .pictures = simulate_pictures,
   };

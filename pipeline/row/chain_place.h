@@ -43,7 +43,12 @@ struct ChainPlace {
   /// Its INPUT, written into the workspace where it is made of results; null: the capture.
   std::filesystem::path (*input)(const RunPlaces& places) = nullptr;
   StageCost cost{};
-  /// Null: none.
+  /// The option that `run --material` sets: one fabric for all garments; "": it has none.
+  std::string_view fabric = "";
+  /// A kind that it reads, if there is a result of it, and that says the fabric: the option is set
+  /// only where a run makes none of it. "": the option is always set.
+  std::string_view fabric_from = "";
+  /// Options that a run sets where nobody did. Null: none.
   std::vector<SuggestedOption> (*suggested)(const CaptureFacts& facts) = nullptr;
   /// Writes what other programs read of its result into a folder of the workspace, at the end of a
   /// run; returns the folder. Null: nothing.
