@@ -39,10 +39,11 @@ fs::path flat_surfaces(const fs::path& workspace) {
   return derived_folder(workspace, "surfaces", results, [&](const fs::path& folder) {
     if (followed) {
       for (const fs::path& garment : registered_folders(results.back())) {
-        if (!fs::exists(garment / kRestFile)) {  // of an earlier version
-          throw DataError(garment.string(), kRestFile, "not there", "run 'atelier register' again");
+        const char* name = fs::exists(garment / kFormerRestFile) ? kFormerRestFile : kRestFile;
+        if (!fs::exists(garment / name)) {  // of an earlier version
+          throw DataError(garment.string(), name, "not there", "run 'atelier register' again");
         }
-        fs::copy_file(garment / kRestFile, folder / (garment.filename().string() + ".obj"));
+        fs::copy_file(garment / name, folder / (garment.filename().string() + ".obj"));
       }
     } else {
       for (const auto& entry : fs::directory_iterator(made / "garments")) {

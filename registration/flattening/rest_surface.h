@@ -8,6 +8,7 @@ namespace atelier {
 
 constexpr std::size_t kRestFrames = 5;         ///< of fewer nothing is known
 constexpr const char* kRestFile = "rest.obj";  ///< what such a surface is called on disk
+constexpr const char* kFormerRestFile = "taut.obj";  ///< in results of the release before
 
 struct RestSurfaceOptions {
   double quantile = 0.8;  ///< of an edge's lengths over the frames, in [0, 1]
