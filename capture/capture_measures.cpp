@@ -122,18 +122,6 @@ double seam_mismatch(const GroundTruth& truth) {
 
 }  // namespace
 
-bool is_met(const Measure& measure) {
-  switch (measure.side) {
-    case Measure::Side::AtMost:
-      return measure.value <= measure.target;
-    case Measure::Side::AtLeast:
-      return measure.value >= measure.target;
-    case Measure::Side::None:
-      break;
-  }
-  return true;
-}
-
 std::vector<Measure> measure_capture(const fs::path& capture) {
   const CaptureInfo info = read_capture_info(capture);
   if (!info.synthetic) {

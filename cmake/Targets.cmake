@@ -8,11 +8,12 @@
 #   loads, needed too.
 # atelier_late_library(name folder PRIVATE ...)   <folder>/<name>.cpp as the shared object
 #   lib/libatelier_<name>.so, which programs load when they first need it (core/late_library.h)
-# atelier_room(name [STAGES ...] [DIRECTORY dir] NEEDS ...)   the library pipeline_<name> of the folder
-#   pipeline/<name>; it is left out where one that it needs is missing. STAGES: those whose rows it has, each
-#   a function `const StageRow& <stage>_row()`
-# atelier_stage_table(name ROOMS ...)   the library that lists the stages of rooms (pipeline/row/stage_row.h), of
-#   those that are there, in this order
+# atelier_room(name [STAGES ... [BEFORE room]] [DIRECTORY dir] NEEDS ...)   the library pipeline_<name> of the
+#   folder pipeline/<name>; it is left out where one that it needs is missing. STAGES: those whose rows it
+#   has, each a function `const StageRow& <stage>_row()`; they are listed behind those of the rooms before,
+#   or before those of a room that it needs
+# atelier_stage_table(name [ROOMS ...])   the object that lists the stages of rooms (pipeline/row/stage_row.h), of
+#   those that are there, in this order; without ROOMS of every room so far
 # atelier_executable(name DIRECTORY dir [EXCEPT ...] PRIVATE ... [OPTIONAL ...])
 # atelier_program(name DIRECTORY dir [EXCEPT ...] PRIVATE ... COMMANDS "file: target ..." ...)   an executable
 #   whose files of commands, of these names, are left out where a target that they need is missing;
@@ -272,7 +273,7 @@ function(atelier_program name)
 endfunction()
 
 function(atelier_room name)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "DIRECTORY" "STAGES;NEEDS")
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "DIRECTORY;BEFORE" "STAGES;NEEDS")
   if(NOT arg_DIRECTORY)
     set(arg_DIRECTORY pipeline/${name})
   endif()
@@ -281,6 +282,16 @@ function(atelier_room name)
     return()
   endif()
   set_target_properties(pipeline_${name} PROPERTIES ATELIER_STAGES "${arg_STAGES}")
+  if(arg_STAGES)
+    get_property(rooms GLOBAL PROPERTY ATELIER_STAGE_ROOMS)
+    list(FIND rooms "${arg_BEFORE}" place)
+    if(place EQUAL -1)
+      list(APPEND rooms ${name})
+    else()
+      list(INSERT rooms ${place} ${name})
+    endif()
+    set_property(GLOBAL PROPERTY ATELIER_STAGE_ROOMS "${rooms}")
+  endif()
   if(TARGET pipeline_statistics AND NOT name STREQUAL "statistics")
     atelier_precompiled(pipeline_${name} pipeline_statistics)
   elseif(name STREQUAL "statistics")
@@ -290,6 +301,9 @@ endfunction()
 
 function(atelier_stage_table name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "ROOMS")
+  if(NOT arg_ROOMS)
+    get_property(arg_ROOMS GLOBAL PROPERTY ATELIER_STAGE_ROOMS)
+  endif()
   set(declarations "")
   set(rows "")
   set(rooms "")
@@ -304,7 +318,8 @@ function(atelier_stage_table name)
     endif()
   endforeach()
   configure_file("${CMAKE_SOURCE_DIR}/cmake/stage_table.cpp.in" "${CMAKE_BINARY_DIR}/generated/${name}.cpp" @ONLY)
-  add_library(${name} STATIC "${CMAKE_BINARY_DIR}/generated/${name}.cpp")
+  # An object: the archive whose function it defines may stand behind it when a program is linked.
+  add_library(${name} OBJECT "${CMAKE_BINARY_DIR}/generated/${name}.cpp")
   atelier_settings(${name})
   target_link_libraries(${name} PUBLIC core core_store ${rooms})
 endfunction()

@@ -23,7 +23,6 @@
 #include "core/store/utc_time.h"
 #include "pipeline/chain/outdated_results.h"
 #include "pipeline/chain/run_options.h"
-#include "pipeline/chain/run_scene.h"
 #include "pipeline/stages/stages.h"
 
 namespace atelier {
@@ -40,7 +39,7 @@ constexpr const char* kAppearanceProgram = "atelier-appearance";
 /// A stage's place in the chain. @param without  of no stage
 std::size_t place_of(const std::string& stage, std::size_t without) {
   for (std::size_t i = 0; i < run_steps().size(); ++i) {
-    if (run_steps()[i].stage == stage) {
+    if (run_steps()[i]->stage.name == stage) {
       return i;
     }
   }
@@ -58,31 +57,44 @@ ChainRun::ChainRun(const RunArguments& arguments, const OptionSet& options)
       options_(options),
       facts_(capture_facts(arguments.places.capture,
                            options_of<DatasetOptions>(options_of<RunOptions>(options).capture))) {
-  if (facts_.clothed_frames == 0) {
-    suggest("animate.garment", "tee+skirt", "no garment was captured");
+  for (const StageRow* step : run_steps()) {
+    const auto suggested = step->chain->suggested;
+    for (const SuggestedOption& one :
+         suggested == nullptr ? std::vector<SuggestedOption>() : suggested(facts_)) {
+      suggest(std::string(step->stage.name) + "." + std::string(one.name), std::string(one.value),
+              std::string(one.why));
+    }
   }
   report_seconds_ = expected_report_seconds(facts_);
   account_.capture = arguments.places.capture.string();
   account_.started = utc_text(static_cast<double>(std::time(nullptr)));
-  for (const RunStep& step : run_steps()) {
-    account_.stages.push_back({std::string(step.stage), "", "", expected_seconds(step, facts_), 0});
+  for (const StageRow* step : run_steps()) {
+    account_.stages.push_back(
+        {std::string(step->stage.name), "", "", expected_seconds(*step, facts_), 0});
   }
   pass_over();
-  if (!arguments.material.empty() && animate_goes_without_material()) {
-    suggest("animate.material.name", arguments.material, "--material");
+  for (const StageRow* step : run_steps()) {
+    const ChainPlace& place = *step->chain;
+    if (!arguments.material.empty() && !place.fabric_from.empty() &&
+        goes_without(place.fabric_from)) {
+      suggest(std::string(step->stage.name) + "." + std::string(place.fabric), arguments.material,
+              "--material");
+    }
   }
 }
 
-/// Whether no result of `material` in this run tells `animate` which fabric was asked for.
-bool ChainRun::animate_goes_without_material() const {
-  for (std::size_t i = 0; i < account_.stages.size(); ++i) {
+/// Whether no result of this run is of a kind: `fitted_material`, which tells which fabric was
+/// asked for.
+bool ChainRun::goes_without(std::string_view kind) const {
+  const Stage* maker = stage_that_makes(all_stages(), kind);
+  for (std::size_t i = 0; maker != nullptr && i < account_.stages.size(); ++i) {
     const RunStageAccount& one = account_.stages[i];
-    if (one.stage == "material") {
+    if (one.stage == maker->name) {
       return one.end == "skipped" ||
              (!one.end.empty() && (!has_result(one.stage) || !option_changes(i).empty()));
     }
   }
-  return false;
+  return maker == nullptr;
 }
 
 void ChainRun::announce() {
@@ -142,7 +154,7 @@ void ChainRun::work() {
   if (interrupted()) {  // in a stage that failed first
     end_by_signal();
   }
-  export_avatar();
+  export_results();
   account_.seconds = seconds();
   try {
     if (const auto before = read_run_account(arguments_.places.workspace)) {
@@ -178,30 +190,33 @@ void ChainRun::end_at(const std::string& stage) {
   }
 }
 
-void ChainRun::export_avatar() {
-  const RunStageAccount* animate = account_of("animate");
-  if (animate == nullptr || !animate->end.starts_with("done")) {
-    return;
-  }
-  RunStageAccount one;
-  one.stage = "export";
-  const Clock::time_point begin = Clock::now();
-  try {
-    const std::filesystem::path folder = exported_avatar(arguments_.places.workspace);
-    one.end = "done";
-    one.seconds = seconds_since(begin);
-    if (!arguments_.json) {
-      std::cout << "run: export is done: " << printable(folder.string())
-                << "; atelier export writes everything" << std::endl;
+/// What other programs read of the results of this run.
+void ChainRun::export_results() {
+  for (const StageRow* step : run_steps()) {
+    const RunStageAccount* made = account_of(step->stage.name);
+    if (step->chain->exported == nullptr || made == nullptr || !made->end.starts_with("done")) {
+      continue;
     }
-  } catch (const std::exception& error) {
-    const Failure failure = failure_of(error);
-    one.end = "failed";
-    one.why = failure.text;
-    exit_code_ = exit_code_ == kExitDone ? failure.exit_code : exit_code_;
-    standard_error() << "atelier: export: " << printable(failure.text) << std::endl;
+    RunStageAccount one;
+    one.stage = "export";
+    const Clock::time_point begin = Clock::now();
+    try {
+      const std::filesystem::path folder = step->chain->exported(arguments_.places.workspace);
+      one.end = "done";
+      one.seconds = seconds_since(begin);
+      if (!arguments_.json) {
+        std::cout << "run: export is done: " << printable(folder.string())
+                  << "; atelier export writes everything" << std::endl;
+      }
+    } catch (const std::exception& error) {
+      const Failure failure = failure_of(error);
+      one.end = "failed";
+      one.why = failure.text;
+      exit_code_ = exit_code_ == kExitDone ? failure.exit_code : exit_code_;
+      standard_error() << "atelier: export: " << printable(failure.text) << std::endl;
+    }
+    account_.stages.push_back(one);
   }
-  account_.stages.push_back(one);
 }
 
 /// What would be done.
@@ -282,7 +297,7 @@ void ChainRun::foresee() {
       if (anew) {
         request.workspace.clear();
       }
-      require_startable(*find_stage(all_stages(), account_.stages[i].stage), request);
+      require_startable(run_steps()[i]->stage, request);
       anew = true;
     }
     foreseen_.push_back(std::move(one));
@@ -302,7 +317,7 @@ void ChainRun::pass_over() {
   const auto end = place_of(arguments_.to, run_steps().size() - 1);
   for (std::size_t i = 0; i < account_.stages.size(); ++i) {
     RunStageAccount& one = account_.stages[i];
-    const RunStep& step = run_steps()[i];
+    const StageRow& step = *run_steps()[i];
     if (!one.end.empty()) {
       continue;
     }
@@ -310,10 +325,13 @@ void ChainRun::pass_over() {
       one.end = "not asked for";
       continue;
     }
-    one.why = find_stage(all_stages(), step.stage) == nullptr ? "this build does not have it"
-                                                              : step.lacks(facts_);
+    one.why = nothing_for(step, facts_);
     for (const std::string_view needed : needed_stages(step, facts_)) {
       const RunStageAccount* other = account_of(needed);
+      if (one.why.empty() && find_row(needed) == nullptr) {
+        one.why =
+            "it reads the result of " + std::string(needed) + ", which this build does not have";
+      }
       if (one.why.empty() && other != nullptr &&
           (other->end == "skipped" || other->end == "failed")) {
         one.why = "it reads the result of " + other->stage + ", which " +
@@ -354,13 +372,14 @@ double ChainRun::rest_after(std::size_t i) const {
 }
 
 StageRequest ChainRun::request_of(std::size_t i, bool make_input) const {
-  const RunStep& step = run_steps()[i];
-  const Stage& row = *find_stage(all_stages(), step.stage);
+  const StageRow& step = *run_steps()[i];
+  const Stage& row = step.stage;
   StageRequest request;
   request.workspace = arguments_.places.workspace;
-  request.input = step.input != nullptr && make_input ? step.input(arguments_.places, facts_)
-                                                      : arguments_.places.capture;
-  request.options = stage_options(options_, std::string(step.stage));
+  const auto input = step.chain->input;
+  request.input =
+      input != nullptr && make_input ? input(arguments_.places) : arguments_.places.capture;
+  request.options = stage_options(options_, std::string(row.name));
   request.jobs = arguments_.jobs;
   request.device = arguments_.device == "cuda" && row.has_cuda ? Device::Cuda : Device::Cpu;
   return request;
@@ -368,7 +387,7 @@ StageRequest ChainRun::request_of(std::size_t i, bool make_input) const {
 
 void ChainRun::stage(std::size_t i) {
   RunStageAccount& one = account_.stages[i];
-  const Stage& row = *find_stage(all_stages(), one.stage);
+  const Stage& row = run_steps()[i]->stage;
   StageConsole console(row, arguments_.json);
   console.set_rest(rest_after(i));
   StageEvents events;
@@ -439,7 +458,7 @@ void ChainRun::show_end(StageConsole& console, const StageReport& report,
 /// What differs in options and device from what a stage's current result was made with, or that it
 /// is damaged. For a stage whose INPUT is made of results, of which no plan can be made before.
 std::vector<std::string> ChainRun::option_changes(std::size_t i) const {
-  const Stage& row = *find_stage(all_stages(), run_steps()[i].stage);
+  const Stage& row = run_steps()[i]->stage;
   const StageRequest request = request_of(i, false);
   const std::filesystem::path folder = request.workspace / row.name;
   Manifest before;
@@ -488,7 +507,7 @@ ChainRun::Foreseen ChainRun::unplanned(std::string_view needed) const {
 
 /// Of a stage whose predecessors are foreseen.
 ChainRun::Foreseen ChainRun::foreseen(std::size_t i) const {
-  const RunStep& step = run_steps()[i];
+  const StageRow& step = *run_steps()[i];
   bool earlier = false;
   const std::vector<std::string_view> all_needed = needed_stages(step, facts_);
   for (const std::string_view needed : all_needed) {
@@ -504,9 +523,9 @@ ChainRun::Foreseen ChainRun::foreseen(std::size_t i) const {
     }
     earlier = earlier || works(read);
   }
-  if (step.input != nullptr) {
+  if (step.chain->input != nullptr) {
     const std::string made = "its input is made of earlier results";
-    if (!has_result(std::string(step.stage)) || earlier) {
+    if (!has_result(std::string(step.stage.name)) || earlier) {
       return {"would run", {made}, true};
     }
     const std::vector<std::string> changes = option_changes(i);
@@ -531,7 +550,7 @@ ChainRun::Foreseen ChainRun::foreseen(std::size_t i) const {
 
 /// Of a stage that finds its inputs.
 ChainRun::Foreseen ChainRun::planned(std::size_t i, bool earlier) const {
-  const Stage& row = *find_stage(all_stages(), run_steps()[i].stage);
+  const Stage& row = run_steps()[i]->stage;
   StageConsole console(row, false);
   StageEvents events;
   if (!arguments_.json) {  // whose first event is "run"

@@ -73,7 +73,7 @@ class ChainRun {
   Foreseen unplanned(std::string_view needed) const;
   Foreseen planned(std::size_t i, bool earlier) const;
   const RunStageAccount* account_of(std::string_view stage) const;
-  bool animate_goes_without_material() const;
+  bool goes_without(std::string_view kind) const;
   void foresee();
   void pass_over();
   double factor() const;
@@ -81,7 +81,7 @@ class ChainRun {
   StageRequest request_of(std::size_t i, bool make_input) const;
   void stage(std::size_t i);
   void end_at(const std::string& stage);
-  void export_avatar();
+  void export_results();
   void show_end(StageConsole& console, const StageReport& report, const RunStageAccount& one);
   std::vector<std::string> option_changes(std::size_t i) const;
   Foreseen foreseen(std::size_t i) const;

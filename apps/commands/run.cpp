@@ -10,7 +10,6 @@
 #include "apps/console/failure.h"
 #include "apps/console/interrupt.h"
 #include "apps/console/option_flags.h"
-#include "apps/console/option_rules.h"
 #include "apps/console/stage_command.h"
 #include "apps/console/standard_streams.h"
 #include "core/error.h"
@@ -24,6 +23,7 @@
 #include "pipeline/chain/run_options.h"
 #include "pipeline/pictures/report_folder.h"
 #include "pipeline/report/report_file.h"
+#include "pipeline/stages/option_rules.h"
 #include "pipeline/stages/stages.h"
 #include "simulation/material/fabric.h"
 
@@ -36,7 +36,9 @@ namespace fs = std::filesystem;
 /// not bring to its end may show what it came to long ago.
 fs::path video_in(const fs::path& workspace, const std::vector<StageStatus>& stages,
                   const RunAccount& account) {
-  for (const char* stage : {"animate", "simulate"}) {
+  const std::span<const StageRow* const> steps = run_steps();
+  for (auto step = steps.rbegin(); step != steps.rend(); ++step) {
+    const std::string_view stage = (*step)->stage.name;
     if (std::none_of(account.stages.begin(), account.stages.end(), [&](const auto& one) {
           return one.stage == stage && one.end.starts_with("done");
         })) {
@@ -59,11 +61,9 @@ fs::path video_in(const fs::path& workspace, const std::vector<StageStatus>& sta
 /// A sentence on each outdated result that the chain leaves out and does not make anew (`refine`).
 std::vector<std::string> outdated_beside_chain(const fs::path& workspace) {
   std::vector<std::string_view> beside;
-  for (const Stage& stage : all_stages()) {
-    const std::span<const RunStep> steps = run_steps();
-    if (std::none_of(steps.begin(), steps.end(),
-                     [&](const RunStep& step) { return step.stage == stage.name; })) {
-      beside.push_back(stage.name);
+  for (const StageRow* row : all_rows()) {
+    if (!row->chain) {
+      beside.push_back(row->stage.name);
     }
   }
   return outdated_results(workspace, beside);
@@ -114,17 +114,19 @@ void show_end(const RunArguments& arguments, const ChainRun& chain, const fs::pa
   }
 }
 
-/// One fabric for every stage that takes one; `material` then has nothing to search.
+/// One fabric for every stage that takes one; none is then searched for.
 void set_material(OptionSet& options, const std::string& fabric) {
   if (const std::string problem = one_of(fabric_names())(fabric); !problem.empty()) {
-    throw UsageError("--material: " + problem);  // "fitted" is what `material` does without it
+    throw UsageError("--material: " + problem);  // "fitted" is what a search does without it
   }
-  for (const char* stage : {"material", "simulate"}) {
-    const std::string name = std::string(stage) + ".material.name";
-    const bool there = std::any_of(options.table.fields.begin(), options.table.fields.end(),
-                                   [&](const OptionField& field) { return field.name == name; });
+  for (const StageRow* step : run_steps()) {
+    const ChainPlace& place = *step->chain;
+    if (place.fabric.empty() || !place.fabric_from.empty()) {
+      continue;
+    }
     const std::string problem =
-        there ? set_option(options.table, name, fabric, "--material") : std::string();
+        set_option(options.table, std::string(step->stage.name) + "." + std::string(place.fabric),
+                   fabric, "--material");
     if (!problem.empty()) {
       throw UsageError("--material: " + problem);
     }
@@ -184,10 +186,10 @@ int run(RunArguments arguments, OptionSet options) {
   places.workspace = workspace_place(places.workspace);
   require_stage_places(places.capture, places.workspace);
   require_folder_or_nothing(places.workspace);
-  const std::span<const RunStep> steps = run_steps();
+  const std::span<const StageRow* const> steps = run_steps();
   const auto place = [&](const std::string& name) {
     return std::find_if(steps.begin(), steps.end(),
-                        [&](const RunStep& step) { return step.stage == name; });
+                        [&](const StageRow* step) { return step->stage.name == name; });
   };
   if (!arguments.from.empty() && !arguments.to.empty() &&
       place(arguments.to) < place(arguments.from)) {
@@ -211,8 +213,8 @@ int run(RunArguments arguments, OptionSet options) {
 
 std::string stage_problem(const std::string& text) {
   std::vector<std::string> names;
-  for (const RunStep& step : run_steps()) {
-    names.emplace_back(step.stage);
+  for (const StageRow* step : run_steps()) {
+    names.emplace_back(step->stage.name);
   }
   return one_of(names)(text);
 }

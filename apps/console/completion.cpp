@@ -128,8 +128,8 @@ std::string stage_names([[maybe_unused]] std::string_view command) {
     names += (names.empty() ? "" : " ") + std::string(name);
   };
   if (command == "run") {
-    for (const RunStep& step : run_steps()) {
-      add(step.stage);
+    for (const StageRow* step : run_steps()) {
+      add(step->stage.name);
     }
     return names;
   }

@@ -6,7 +6,6 @@
 #include <optional>
 #include <set>
 
-#include "apps/console/option_rules.h"
 #include "apps/console/standard_streams.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
@@ -17,6 +16,7 @@
 #include "core/store/options_file.h"
 #include "core/usage_error.h"
 #include "core/utf8.h"
+#include "pipeline/stages/option_rules.h"
 
 namespace atelier {
 namespace {

@@ -1,8 +1,29 @@
+#include <vector>
+
+#include "capture/layouts/capture_lacks.h"
 #include "capture/layouts/open_dataset.h"
+#include "pipeline/animation/animate_measures.h"
+#include "pipeline/animation/animate_rules.h"
 #include "pipeline/animation/animate_stage.h"
+#include "pipeline/animation/exported_avatar.h"
 #include "pipeline/row/stage_row.h"
 
 namespace atelier {
+namespace {
+
+/// Where no garment was captured, drafted ones are worn.
+std::vector<std::string_view> of_worn(const CaptureFacts& facts) {
+  return facts.clothed_frames > 0 ? std::vector<std::string_view>{"body", "template", "register"}
+                                  : std::vector<std::string_view>{};
+}
+
+std::vector<SuggestedOption> drafted_garments(const CaptureFacts& facts) {
+  return facts.clothed_frames > 0
+             ? std::vector<SuggestedOption>{}
+             : std::vector<SuggestedOption>{{"garment", "tee+skirt", "no garment was captured"}};
+}
+
+}  // namespace
 
 const StageRow& animate_row() {
   static const StageRow row{
@@ -26,6 +47,16 @@ const StageRow& animate_row() {
           [](const StageRequest& request) {
             require_named(options_of<AnimateOptions>(request.options), request.input);
           },
+      .chain = ChainPlace{.lacks = lacks_evidence,
+                          .made_of = of_worn,
+                          .cost = {.seconds = 20, .per_frame = 1},
+                          .fabric = "material.name",
+                          .fabric_from = "fitted_material",
+                          .suggested = drafted_garments,
+                          .exported = exported_avatar},
+      .measure = measure_animate,
+      .measure_place = 4,
+      .rules = &animate_rules(),
   };
   return row;
 }

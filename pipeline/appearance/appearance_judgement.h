@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "appearance/appearance_colors.h"
-#include "capture/capture_measures.h"
+#include "core/measure.h"
 #include "pipeline/outfit/worn_subject.h"
 #include "pipeline/synthesis/simulated_motion.h"
 #include "registration/tracking/registration_error.h"

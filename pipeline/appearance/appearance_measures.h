@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "capture/capture_measures.h"
+#include "core/measure.h"
 
 namespace atelier {
 

@@ -1,8 +1,45 @@
+#include <array>
+#include <string>
+
+#include "capture/layouts/capture_lacks.h"
 #include "capture/layouts/open_dataset.h"
+#include "core/io/child_program.h"
+#include "pipeline/appearance/appearance_measures.h"
+#include "pipeline/appearance/appearance_pictures.h"
+#include "pipeline/appearance/appearance_rules.h"
 #include "pipeline/appearance/appearance_stage.h"
 #include "pipeline/row/stage_row.h"
 
 namespace atelier {
+namespace {
+
+using enum Measure::Side;
+
+constexpr const char* kHeldOut = "the capture holds out no cameras or no frames";
+
+constexpr std::array kAppearanceTargets = {
+    Target{"appearance.psnr_db", "dB", AtLeast, 34, 22, kHeldOut},
+    Target{"appearance.covered", "", AtLeast, 0.95, 0.9, kHeldOut},
+    Target{"appearance.below_oracle_db",
+           "dB",
+           AtMost,
+           2,
+           {},
+           "the same network was not trained on ground-truth geometry for comparison"},
+    Target{"appearance.gain_db", "dB", AtLeast, 4, 1, kHeldOut},
+    Target{"appearance.shadow_psnr_db", "dB", AtLeast, 33, 21, kHeldOut},
+    Target{
+        "appearance.simulated_psnr_db", "dB", AtLeast, 28, 21,
+        "the capture does not record how it was synthesized, so that it cannot be simulated again"},
+};
+
+std::string lacks_look(const CaptureFacts& facts) {
+  return !has_child_program("atelier-appearance")
+             ? "the program atelier-appearance is not there; it requires a build with libtorch"
+             : lacks_clothes(facts);
+}
+
+}  // namespace
 
 const StageRow& appearance_row() {
   static const StageRow row{
@@ -23,11 +60,18 @@ const StageRow& appearance_row() {
             require_trainable(options, request.device);
             require_cameras(options, request.input);
           },
+      .chain = ChainPlace{.lacks = lacks_look, .cost = {.seconds = 100, .per_clothed = 1}},
+      .measure = measure_appearance,
+      .comparison = below_oracle,
+      .measure_place = 3,
+      .targets = kAppearanceTargets,
+      .rules = &appearance_rules(),
+      .pictures = appearance_pictures,
   };
   return row;
 }
 
-const StageRow& ceiling_row() {
+const StageRow& oracle_row() {
   static const StageRow row{
       .stage =
           {.name = "oracle",
@@ -48,6 +92,10 @@ const StageRow& ceiling_row() {
             require_trainable(options, request.device);
             require_cameras(options, request.input);
           },
+      .measure = measure_oracle,
+      .measured_for = "appearance",
+      .measure_place = 2,
+      .rules = &appearance_rules(),
   };
   return row;
 }

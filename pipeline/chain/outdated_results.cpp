@@ -5,7 +5,6 @@
 
 #include "core/store/made_of.h"
 #include "core/store/result.h"
-#include "pipeline/chain/run_chain.h"
 #include "pipeline/stages/stages.h"
 
 namespace atelier {
@@ -16,13 +15,11 @@ namespace fs = std::filesystem;
 /// Whether `atelier run` can make it, and if so, whether out of other results.
 enum class InChain { No, OfCapture, OfResults };
 
-InChain in_chain([[maybe_unused]] const std::string& stage) {
-  for (const RunStep& step : run_steps()) {
-    if (step.stage == stage) {
-      return step.input == nullptr ? InChain::OfCapture : InChain::OfResults;
-    }
-  }
-  return InChain::No;
+InChain in_chain(const std::string& stage) {
+  const StageRow* row = find_row(stage);
+  return row == nullptr || !row->chain  ? InChain::No
+         : row->chain->input == nullptr ? InChain::OfCapture
+                                        : InChain::OfResults;
 }
 
 /// The capture that a workspace's results were made from; "CAPTURE" where none says it.

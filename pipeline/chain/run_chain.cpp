@@ -1,105 +1,15 @@
 #include "pipeline/chain/run_chain.h"
 
 #include <algorithm>
-#include <array>
 
-#include "core/io/child_program.h"
 #include "core/parallel.h"
 #include "core/store/stage.h"
-#include "pipeline/chain/run_scene.h"
 #include "pipeline/stages/stages.h"
 
 namespace atelier {
 namespace {
 
-namespace fs = std::filesystem;
 using Names = std::vector<std::string_view>;
-
-constexpr const char* kNoMasks =
-    "no frame has images with masks or labels of two cameras; atelier masks creates masks";
-
-std::string nothing(const CaptureFacts& /*facts*/) {
-  return "";
-}
-
-std::string no_cameras(const CaptureFacts& facts) {
-  return !facts.calibrated   ? "the cameras are not calibrated; atelier calibrate calibrates them"
-         : facts.cameras < 2 ? "there are fewer than two cameras that stages may open"
-                             : "";
-}
-
-std::string no_evidence(const CaptureFacts& facts) {
-  const std::string cameras = no_cameras(facts);
-  return !cameras.empty() ? cameras
-         : facts.masked_frames == 0 && !facts.detections
-             ? "neither masks of two cameras nor 2D keypoints; atelier masks and atelier detect "
-               "create them"
-             : "";
-}
-
-std::string no_keypoints(const CaptureFacts& facts) {
-  const std::string evidence = no_evidence(facts);
-  return !evidence.empty()   ? evidence
-         : !facts.detections ? "no 2D keypoints; atelier detect creates them"
-                             : "";
-}
-
-std::string no_masks(const CaptureFacts& facts) {
-  return facts.masked_frames == 0 ? kNoMasks : "";
-}
-
-std::string no_clothes(const CaptureFacts& facts) {
-  return facts.masked_frames == 0    ? kNoMasks
-         : facts.clothed_frames == 0 ? "no clothed sequence has masks"
-                                     : "";
-}
-
-std::string no_look(const CaptureFacts& facts) {
-  return !has_child_program("atelier-appearance")
-             ? "the program atelier-appearance is not there; it requires a build with libtorch"
-             : no_clothes(facts);
-}
-
-Names template_alone(const CaptureFacts& /*facts*/) {
-  return {"template"};
-}
-
-fs::path flat_meshes(const RunPlaces& places, const CaptureFacts& /*facts*/) {
-  return flat_surfaces(places.workspace);
-}
-
-Names of_clothes(const CaptureFacts& /*facts*/) {
-  return {"body", "register"};
-}
-
-fs::path scene_of(const RunPlaces& places, const CaptureFacts& /*facts*/) {
-  return captured_scene(places.workspace);
-}
-
-std::string no_scene(const CaptureFacts& facts) {
-  return facts.clothed_frames > 0 ? "" : "no garment was captured; animate puts a drafted one on";
-}
-
-/// Where no garment was captured, drafted ones are worn.
-Names of_worn(const CaptureFacts& facts) {
-  return facts.clothed_frames > 0 ? Names{"body", "template", "register"} : Names{};
-}
-
-// Seconds on two cores, from demo captures of seeds 5 and 11.
-constexpr std::array kSteps = {
-    RunStep{"validate", nothing, nullptr, nullptr, {.seconds = 2, .per_picture = 0.04}},
-    RunStep{"reconstruct", no_evidence, nullptr, nullptr, {.per_picture = 7, .parallel = true}},
-    RunStep{"personalize", no_keypoints, nullptr, nullptr, {.seconds = 8}},
-    RunStep{"track", no_keypoints, nullptr, nullptr, {.seconds = 1, .per_frame = 0.25}},
-    RunStep{"body", no_masks, nullptr, nullptr, {.per_frame = 2.6, .parallel = true}},
-    RunStep{"template", no_clothes, nullptr, nullptr, {.seconds = 60, .per_clothed = 2}},
-    RunStep{"register", no_clothes, nullptr, nullptr, {.seconds = 10, .per_clothed = 3}},
-    RunStep{"flatten", no_clothes, template_alone, flat_meshes, {.seconds = 30}},
-    RunStep{"material", no_clothes, nullptr, nullptr, {.seconds = 30}},
-    RunStep{"simulate", no_scene, of_clothes, scene_of, {.seconds = 30, .per_frame = 0.8}},
-    RunStep{"appearance", no_look, nullptr, nullptr, {.seconds = 100, .per_clothed = 1}},
-    RunStep{"animate", no_evidence, of_worn, nullptr, {.seconds = 20, .per_frame = 1}},
-};
 
 constexpr StageCost kReport{.seconds = 8, .per_picture = 0.1};
 /// Figures against the ground truth measure every surface once more.
@@ -127,28 +37,39 @@ Names makers_of(std::span<const std::string_view> kinds) {
 
 }  // namespace
 
-std::span<const RunStep> run_steps() {
-  return kSteps;
+std::span<const StageRow* const> run_steps() {
+  static const std::vector<const StageRow*> steps = [] {
+    std::vector<const StageRow*> some;
+    for (const StageRow* row : all_rows()) {
+      if (row->chain) {
+        some.push_back(row);
+      }
+    }
+    return some;
+  }();
+  return steps;
 }
 
-std::vector<std::string_view> needed_stages(const RunStep& step, const CaptureFacts& facts) {
-  const Stage* row = find_stage(all_stages(), step.stage);
-  std::vector<std::string_view> needed = row == nullptr ? Names{} : makers_of(row->inputs);
-  if (step.made_of != nullptr) {
-    const std::vector<std::string_view> more = step.made_of(facts);
+std::string nothing_for(const StageRow& step, const CaptureFacts& facts) {
+  return step.chain->lacks == nullptr ? "" : step.chain->lacks(facts);
+}
+
+std::vector<std::string_view> needed_stages(const StageRow& step, const CaptureFacts& facts) {
+  Names needed = makers_of(step.stage.inputs);
+  if (step.chain->made_of != nullptr) {
+    const Names more = step.chain->made_of(facts);
     needed.insert(needed.end(), more.begin(), more.end());
   }
   return needed;
 }
 
-std::vector<std::string_view> optional_stages(const RunStep& step) {
-  const Stage* row = find_stage(all_stages(), step.stage);
-  return row == nullptr ? Names{} : makers_of(row->optional_inputs);
+std::vector<std::string_view> optional_stages(const StageRow& step) {
+  return makers_of(step.stage.optional_inputs);
 }
 
-double expected_seconds(const RunStep& step, const CaptureFacts& facts) {
-  const int looked_at = step.stage == "validate" ? facts.pictured_frames : facts.masked_frames;
-  return expected_seconds(step.cost, looked_at, facts);
+double expected_seconds(const StageRow& step, const CaptureFacts& facts) {
+  const StageCost& cost = step.chain->cost;
+  return expected_seconds(cost, cost.unmasked ? facts.pictured_frames : facts.masked_frames, facts);
 }
 
 double expected_report_seconds(const CaptureFacts& facts) {

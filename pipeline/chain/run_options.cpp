@@ -1,22 +1,13 @@
 #include "pipeline/chain/run_options.h"
 
-#include <algorithm>
-
 #include "capture/layouts/open_dataset.h"
 #include "core/error.h"
 #include "pipeline/chain/run_chain.h"
 #include "pipeline/pictures/report_page.h"
-#include "pipeline/stages/stages.h"
+#include "pipeline/row/option_rules.h"
 
 namespace atelier {
 namespace {
-
-/// The field of that name in the run's table; null if there is none.
-const OptionField* field_named(const OptionTable& table, const std::string& name) {
-  const auto found = std::find_if(table.fields.begin(), table.fields.end(),
-                                  [&](const OptionField& field) { return field.name == name; });
-  return found == table.fields.end() ? nullptr : &*found;
-}
 
 /// "fps" of "capture.fps" and of "input.capture.fps"; "" of what is no option of the capture.
 std::string name_in_capture(const std::string& name) {
@@ -33,12 +24,10 @@ OptionSet run_options() {
   OptionTable table;
   values->capture = option_set<DatasetOptions>();
   table.add("capture", values->capture.table);
-  for (const RunStep& step : run_steps()) {
-    const Stage* stage = find_stage(all_stages(), step.stage);
-    if (stage != nullptr) {
-      OptionSet& options = values->stages[std::string(step.stage)] = stage->options();
-      table.add(std::string(step.stage), options.table);
-    }
+  for (const StageRow* step : run_steps()) {
+    const std::string name(step->stage.name);
+    OptionSet& options = values->stages[name] = step->stage.options();
+    table.add(name, options.table);
   }
   values->report = option_set<ReportOptions>();
   table.add("report", values->report.table);

@@ -1,9 +1,42 @@
+#include <array>
+#include <string>
+#include <vector>
+
+#include "capture/layouts/capture_lacks.h"
 #include "capture/layouts/open_dataset.h"
+#include "pipeline/cloth/captured_scene.h"
+#include "pipeline/cloth/cloth_rules.h"
+#include "pipeline/cloth/material_measures.h"
+#include "pipeline/cloth/material_pictures.h"
 #include "pipeline/cloth/material_stage.h"
+#include "pipeline/cloth/simulate_pictures.h"
 #include "pipeline/cloth/simulate_stage.h"
 #include "pipeline/row/stage_row.h"
 
 namespace atelier {
+namespace {
+
+using enum Measure::Side;
+
+constexpr std::array kMaterialTargets = {
+    Target{"material.error", "", AtMost, 0.3, {}},
+};
+
+constexpr const char* kFabric = "material.name";
+
+std::string lacks_scene(const CaptureFacts& facts) {
+  return facts.clothed_frames > 0 ? "" : "no garment was captured; animate puts a drafted one on";
+}
+
+std::vector<std::string_view> of_clothes(const CaptureFacts& /*facts*/) {
+  return {"body", "register"};
+}
+
+std::filesystem::path simulated_scene(const RunPlaces& places) {
+  return captured_scene(places.workspace);
+}
+
+}  // namespace
 
 const StageRow& material_row() {
   static const StageRow row{
@@ -16,6 +49,12 @@ const StageRow& material_row() {
                 .options = option_set<MaterialStageOptions>,
                 .run = run_material,
                 .check_input = require_no_folder_above},
+      .chain = ChainPlace{.lacks = lacks_clothes, .cost = {.seconds = 30}, .fabric = kFabric},
+      .measure = measure_material,
+      .measure_place = 4,
+      .targets = kMaterialTargets,
+      .rules = &material_rules(),
+      .pictures = material_pictures,
   };
   return row;
 }
@@ -34,6 +73,13 @@ const StageRow& simulate_row() {
                 .frame_wise = true,
                 .has_cuda = true,
                 .device_keyed = true},
+      .chain = ChainPlace{.lacks = lacks_scene,
+                          .made_of = of_clothes,
+                          .input = simulated_scene,
+                          .cost = {.seconds = 30, .per_frame = 0.8},
+                          .fabric = kFabric},
+      .rules = &cloth_rules(),
+      .pictures = simulate_pictures,
   };
   return row;
 }

@@ -25,7 +25,7 @@ std::vector<std::string> scene_diagnostics(const SimulationScene& scene, double 
 void require_solver(const SolverOptions& options, Device device);
 
 /// Refuses, before anything is read, what is said and would do nothing with these files on this
-/// device, or contradicts something else, by a table of rules (of options alone: option_rules.h):
+/// device, or contradicts something else, by a table of rules (of options alone: cloth_rules.h):
 /// frames a second of a body that is one mesh, a fall into no motion, a garment that is to hang as
 /// captured on nobody, ways of a GPU on the CPU. Throws UsageError.
 void require_scene_options(const ScenePaths& paths, const SimulateOptions& options, Device device);

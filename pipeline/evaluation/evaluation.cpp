@@ -5,6 +5,7 @@
 #include <set>
 #include <utility>
 
+#include "capture/capture_measures.h"
 #include "core/error.h"
 #include "core/nearest_name.h"
 #include "core/store/input_digest.h"
@@ -13,15 +14,7 @@
 #include "core/store/stage_plan.h"
 #include "core/store/workspace_status.h"
 #include "core/usage_error.h"
-#include "pipeline/animation/animate_measures.h"
-#include "pipeline/appearance/appearance_measures.h"
-#include "pipeline/capture/reconstruct_measures.h"
 #include "pipeline/chain/outdated_results.h"
-#include "pipeline/garment/register_measures.h"
-#include "pipeline/garment/template_measures.h"
-#include "pipeline/pattern/flatten_measures.h"
-#include "pipeline/person/body_measures.h"
-#include "pipeline/person/person_measures.h"
 #include "pipeline/stages/stages.h"
 
 namespace atelier {
@@ -29,34 +22,22 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What can be measured, one row for each stage as it comes. A row measures the results of its
-/// stage in the workspace against the ground truth; none where there are none.
-struct Evaluation {
-  const char* stage;
-  std::vector<Measure> (*measure)(const fs::path& workspace, const fs::path& truth);
-  /// Why its result cannot be measured, though it is not outdated; "" if it can. Null: it can.
-  std::string (*problem)(const fs::path& workspace, const fs::path& truth) = nullptr;
-};
+/// The capture itself, which is measured like a stage.
+constexpr const char* kCapture = "capture";
 
-std::vector<Measure> of_capture(const fs::path& /*workspace*/, const fs::path& truth) {
-  return measure_capture(truth);
+/// The rows of stages with figures, in the order of their figures.
+std::vector<const StageRow*> measured_rows() {
+  std::vector<const StageRow*> rows;
+  for (const StageRow* row : linked_stage_rows()) {
+    if (row->measure != nullptr) {
+      rows.push_back(row);
+    }
+  }
+  std::stable_sort(rows.begin(), rows.end(), [](const StageRow* a, const StageRow* b) {
+    return a->measure_place < b->measure_place;
+  });
+  return rows;
 }
-
-constexpr Evaluation kEvaluations[] = {
-    {"capture", of_capture},
-    {"reconstruct", measure_reconstruct},
-    {"personalize", measure_personalize, personalize_problem},
-    {"track", measure_track},
-    {"template", measure_template},
-    {"register", measure_register},
-    {"flatten", measure_flatten},
-    {"body", measure_body},
-    {"refine", measure_refine},
-    {"oracle", measure_oracle},
-    {"appearance", measure_appearance},
-    {"material", measure_material},
-    {"animate", measure_animate},
-};
 
 /// How the workspace stands; nothing of a folder that is none, as a capture is.
 std::vector<StageStatus> status_of(const fs::path& workspace) {
@@ -71,11 +52,10 @@ std::vector<StageStatus> status_of(const fs::path& workspace) {
 /// Why a stage's figures would say nothing of the workspace as it is: what its result was made of
 /// has changed since, or another version of the stage made it or anything that it rests on. With
 /// the first such reason and the command that mends it.
-std::string outdated_problem(const std::vector<StageStatus>& all, const Evaluation& evaluation,
+std::string outdated_problem(const std::vector<StageStatus>& all, const StageRow& row,
                              const fs::path& workspace, const fs::path& truth) {
-  const auto own = std::find_if(all.begin(), all.end(), [&](const StageStatus& one) {
-    return one.stage == evaluation.stage;
-  });
+  const auto own = std::find_if(
+      all.begin(), all.end(), [&](const StageStatus& one) { return one.stage == row.stage.name; });
   if (own == all.end() || own->state != StageStatus::State::Outdated) {
     return "";
   }
@@ -92,10 +72,8 @@ void require_own_truth(const std::vector<StageStatus>& all, const fs::path& trut
   const std::string place = fs::weakly_canonical(truth, ignored).string();
   std::vector<std::pair<const StageStatus*, const ManifestInput*>> unknown;
   for (const StageStatus& status : all) {
-    const bool has_figures =
-        std::any_of(std::begin(kEvaluations), std::end(kEvaluations),
-                    [&](const Evaluation& one) { return one.stage == status.stage; });
-    if (!has_figures || !status.manifest || status.inputs_changed) {
+    const StageRow* row = find_row(status.stage);
+    if (row == nullptr || row->measure == nullptr || !status.manifest || status.inputs_changed) {
       continue;  // what has changed may have been of another place
     }
     for (const ManifestInput& input : status.manifest->inputs) {
@@ -138,10 +116,10 @@ void require_own_truth(const std::vector<StageStatus>& all, const fs::path& trut
   }
 }
 
-std::string problem_of(const Evaluation& evaluation, const std::vector<StageStatus>& status,
+std::string problem_of(const StageRow& row, const std::vector<StageStatus>& status,
                        const fs::path& workspace, const fs::path& truth) {
-  std::string why = outdated_problem(status, evaluation, workspace, truth);
-  return !why.empty() || evaluation.problem == nullptr ? why : evaluation.problem(workspace, truth);
+  std::string why = outdated_problem(status, row, workspace, truth);
+  return !why.empty() || row.problem == nullptr ? why : row.problem(workspace, truth);
 }
 
 /// Why a stage cannot be measured that reads a file which cannot be read, and what mends it.
@@ -156,12 +134,38 @@ std::string damage_text(const DataError& error, const fs::path& workspace) {
   return text + "; run 'atelier " + inside.begin()->string() + "' again";
 }
 
+/// Adds what the result of a stage gives, or why it gives nothing.
+/// @param asked  for this stage alone: where it has no result, that is said
+void add_figures(WorkspaceFigures& all, const StageRow& row, bool asked,
+                 const std::vector<StageStatus>& status, const fs::path& workspace,
+                 const fs::path& truth) {
+  const std::string stage(row.stage.name);
+  try {
+    if (asked && !current_name(results_of_stage(workspace, stage))) {
+      all.unmeasured.push_back(
+          {stage, "there is no result of " + stage + "; run 'atelier " + stage + "' first", false});
+      return;
+    }
+    if (std::string why = problem_of(row, status, workspace, truth); !why.empty()) {
+      all.unmeasured.push_back({stage, std::move(why), false});
+      return;
+    }
+    const std::vector<Measure> some = row.measure(workspace, truth);
+    all.measures.insert(all.measures.end(), some.begin(), some.end());
+  } catch (const DataError& error) {
+    if (is_inside(error.file, truth)) {
+      throw;  // without the ground truth nothing can be measured
+    }
+    all.unmeasured.push_back({stage, damage_text(error, workspace), true});
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> evaluated_stages() {
-  std::vector<std::string> stages;
-  for (const Evaluation& evaluation : kEvaluations) {
-    stages.emplace_back(evaluation.stage);
+  std::vector<std::string> stages = {kCapture};
+  for (const StageRow* row : measured_rows()) {
+    stages.emplace_back(row->stage.name);
   }
   return stages;
 }
@@ -171,44 +175,31 @@ WorkspaceFigures workspace_figures(const fs::path& workspace, const fs::path& tr
   WorkspaceFigures all;
   const std::vector<StageStatus> status = status_of(workspace);
   require_own_truth(status, truth);
-  std::string stages;
-  std::vector<std::string> names;
-  bool known = stage.empty();
-  // What registration costs lies between the two.
-  const auto wanted = [&](const std::string& one) {
-    return stage.empty() || stage == one || (stage == "appearance" && one == "oracle");
-  };
-  for (const Evaluation& evaluation : kEvaluations) {
-    stages += std::string(stages.empty() ? "" : ", ") + evaluation.stage;
-    names.emplace_back(evaluation.stage);
-    if (wanted(evaluation.stage)) {
-      known = true;
-      try {
-        if (evaluation.stage == stage && evaluation.measure != of_capture &&
-            !current_name(results_of_stage(workspace, stage))) {
-          all.unmeasured.push_back(
-              {stage, "there is no result of " + stage + "; run 'atelier " + stage + "' first",
-               false});
-          continue;
-        }
-        if (std::string why = problem_of(evaluation, status, workspace, truth); !why.empty()) {
-          all.unmeasured.push_back({evaluation.stage, std::move(why), false});
-          continue;
-        }
-        const std::vector<Measure> some = evaluation.measure(workspace, truth);
-        all.measures.insert(all.measures.end(), some.begin(), some.end());
-      } catch (const DataError& error) {
-        if (evaluation.measure == of_capture || is_inside(error.file, truth)) {
-          throw;  // without the ground truth nothing can be measured
-        }
-        all.unmeasured.push_back({evaluation.stage, damage_text(error, workspace), true});
+  bool known = stage.empty() || stage == kCapture;
+  if (known) {
+    all.measures = measure_capture(truth);
+  }
+  const std::vector<const StageRow*> rows = measured_rows();
+  for (const StageRow* row : rows) {
+    const bool asked = stage == row->stage.name;
+    known = known || asked;
+    if (stage.empty() || asked || stage == row->measured_for) {
+      add_figures(all, *row, asked, status, workspace, truth);
+    }
+  }
+  for (const StageRow* row : rows) {
+    if (row->comparison != nullptr) {
+      if (const std::optional<Measure> one = row->comparison(workspace, all.measures)) {
+        all.measures.push_back(*one);
       }
     }
   }
-  if (const std::optional<Measure> cost = below_oracle(workspace, all.measures)) {
-    all.measures.push_back(*cost);
-  }
   if (!known) {
+    std::string stages;
+    const std::vector<std::string> names = evaluated_stages();
+    for (const std::string& one : names) {
+      stages += (stages.empty() ? "" : ", ") + one;
+    }
     const std::string name = stage.substr(0, 80);
     const std::string meant = did_you_mean(name, names);
     throw UsageError("'" + name + "' has no figures" +

@@ -4,12 +4,12 @@
 #include <string>
 #include <vector>
 
-#include "capture/capture_measures.h"
+#include "core/measure.h"
 #include "pipeline/evaluation/targets.h"
 
 namespace atelier {
 
-/// What has figures: "capture", then stages in the order of a run.
+/// What has figures: "capture", then stages in the order of their figures.
 std::vector<std::string> evaluated_stages();
 
 /// A stage whose result is there, but whose figures would say nothing or cannot be taken; or which

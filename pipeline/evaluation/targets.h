@@ -4,10 +4,10 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <string_view>
 #include <vector>
 
-#include "capture/capture_measures.h"
+#include "core/measure.h"
+#include "pipeline/row/target.h"
 
 namespace atelier {
 
@@ -17,19 +17,7 @@ enum class Targets {
   Demo,      ///< as the preset "demo": the ranges of docs/results/demo_ranges.md
 };
 
-/// One figure that results are judged by, a row of the table of targets.
-struct Target {
-  std::string_view key;   ///< as `atelier evaluate --json` has it
-  std::string_view unit;  ///< "mm", "" for a share
-  Measure::Side side = Measure::Side::AtMost;
-  double accuracy = 0;              ///< the target on `accuracy`
-  std::optional<double> demo = {};  ///< what the results on `demo` stay within; none: not judged
-  std::string_view stage = "";      ///< whose result is measured
-  /// Why there may be no figure although there is a result, one sentence.
-  std::string_view absent = "";
-};
-
-/// Every row, in the order of the stages.
+/// The table of targets: those of every stage (StageRow::targets), as the rooms are listed.
 std::span<const Target> all_targets();
 
 /// A row with what was measured.

@@ -3,7 +3,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "capture/capture_measures.h"
+#include "core/measure.h"
 
 namespace atelier {
 

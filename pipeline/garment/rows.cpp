@@ -1,9 +1,34 @@
+#include <array>
+
+#include "capture/layouts/capture_lacks.h"
 #include "capture/layouts/open_dataset.h"
+#include "pipeline/garment/register_measures.h"
+#include "pipeline/garment/register_pictures.h"
 #include "pipeline/garment/register_stage.h"
+#include "pipeline/garment/template_measures.h"
 #include "pipeline/garment/template_stage.h"
 #include "pipeline/row/stage_row.h"
 
 namespace atelier {
+namespace {
+
+using enum Measure::Side;
+
+constexpr std::array kTemplateTargets = {
+    Target{"template.boundaries_wrong", "", AtMost, 0, {}},
+    Target{"template.garments_missed", "", AtMost, 0, {}},
+    Target{"template.not_manifold", "", AtMost, 0, {}},
+};
+
+constexpr std::array kRegisterTargets = {
+    Target{"register.chamfer_mm", "mm", AtMost, 2, 5},
+    Target{"register.point_mean_mm", "mm", AtMost, 3, 20},
+    Target{"register.point_p95_mm", "mm", AtMost, 8, 90},
+    Target{"register.inverted", "", AtMost, 0, 5},
+    Target{"register.drift_mm", "mm", AtMost, 2, 3},
+};
+
+}  // namespace
 
 const StageRow& template_row() {
   static const StageRow row{
@@ -23,6 +48,9 @@ const StageRow& template_row() {
             require_named(options);
             require_template_frame(options, request.input);
           },
+      .chain = ChainPlace{.lacks = lacks_clothes, .cost = {.seconds = 60, .per_clothed = 2}},
+      .measure = measure_template,
+      .targets = kTemplateTargets,
   };
   return row;
 }
@@ -46,6 +74,10 @@ const StageRow& register_row() {
                                         request.selection, request.input, request.workspace);
             }
           },
+      .chain = ChainPlace{.lacks = lacks_clothes, .cost = {.seconds = 10, .per_clothed = 3}},
+      .measure = measure_register,
+      .targets = kRegisterTargets,
+      .pictures = register_pictures,
   };
   return row;
 }

@@ -1,7 +1,41 @@
+#include <array>
+#include <vector>
+
+#include "capture/layouts/capture_lacks.h"
+#include "pipeline/pattern/flat_surfaces.h"
+#include "pipeline/pattern/flatten_measures.h"
+#include "pipeline/pattern/flatten_rules.h"
 #include "pipeline/pattern/flatten_stage.h"
+#include "pipeline/pattern/pattern_pictures.h"
 #include "pipeline/row/stage_row.h"
 
 namespace atelier {
+namespace {
+
+using enum Measure::Side;
+
+constexpr const char* kNoSeams = "no ground-truth garment has seams";
+
+constexpr std::array kFlattenTargets = {
+    Target{"flatten.stretch_p99", "", AtMost, 0.03, 0.05},
+    Target{"flatten.seam_mismatch", "", AtMost, 0.003, 0.003},
+    Target{"flatten.inverted", "", AtMost, 0, 0},
+    // The ground truth's panels and two more a garment: of a dress. measure_flatten says each one's
+    // own.
+    Target{"flatten.panels", "", AtMost, 8, {}, kNoSeams},
+    Target{"flatten.seam_ratio", "", AtMost, 1.3, 4, kNoSeams},
+    Target{"flatten.area_error", "", AtMost, 0.03, {}, kNoSeams},
+};
+
+std::vector<std::string_view> of_template(const CaptureFacts& /*facts*/) {
+  return {"template"};
+}
+
+std::filesystem::path flattened(const RunPlaces& places) {
+  return flat_surfaces(places.workspace);
+}
+
+}  // namespace
 
 const StageRow& flatten_row() {
   static const StageRow row{
@@ -19,6 +53,14 @@ const StageRow& flatten_row() {
           [](const StageRequest& request) {
             require_named(options_of<FlattenStageOptions>(request.options), request.input);
           },
+      .chain = ChainPlace{.lacks = lacks_clothes,
+                          .made_of = of_template,
+                          .input = flattened,
+                          .cost = {.seconds = 30}},
+      .measure = measure_flatten,
+      .targets = kFlattenTargets,
+      .rules = &flatten_rules(),
+      .pictures = pattern_pictures,
   };
   return row;
 }

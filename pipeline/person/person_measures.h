@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "capture/capture_measures.h"
+#include "core/measure.h"
 
 namespace atelier {
 

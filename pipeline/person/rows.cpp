@@ -1,10 +1,57 @@
+#include <array>
+
+#include "capture/layouts/capture_lacks.h"
 #include "capture/layouts/open_dataset.h"
+#include "pipeline/person/body_measures.h"
+#include "pipeline/person/body_pictures.h"
 #include "pipeline/person/body_stage.h"
+#include "pipeline/person/person_measures.h"
+#include "pipeline/person/person_rules.h"
 #include "pipeline/person/personalize_stage.h"
+#include "pipeline/person/track_pictures.h"
 #include "pipeline/person/track_stage.h"
 #include "pipeline/row/stage_row.h"
 
 namespace atelier {
+namespace {
+
+using enum Measure::Side;
+
+constexpr const char* kNotDynamic =
+    "a tenth of the body's vertices or less lie under ground-truth clothing that swings "
+    "(track.dynamic_share), so that there is little to leave out";
+constexpr const char* kNoLabel =
+    "a tenth of the body's vertices or less lie under ground-truth clothing that swings "
+    "(track.dynamic_share), or no ground-truth garment has a label of --input.excluded";
+
+constexpr std::array kPersonalizeTargets = {
+    Target{"personal.mean_mm", "mm", AtMost, 3, 7},
+};
+
+constexpr std::array kTrackTargets = {
+    Target{"track.mean_mm", "mm", AtMost, 6, 10},
+    Target{"track.legs_mm", "mm", AtMost, 10, 12},
+    Target{"track.legs_ratio", "", AtMost, 0.5, 1.1, kNotDynamic},
+    Target{"track.auto_ratio", "", AtMost, 1.2, 1.3, kNoLabel},
+};
+
+constexpr std::array kBodyTargets = {
+    Target{"body.mean_mm", "mm", AtMost, 5, 8},
+    Target{"body.covered_mean_mm", "mm", AtMost, 8, 10},
+    Target{"body.outside_rate", "", AtMost, 0.03, 0.03},
+    Target{"body.outside_depth_mm", "mm", AtMost, 1, 8},
+    Target{"body.proximity_mm", "mm", AtMost, 1.5, 6},
+};
+
+constexpr std::array kRefineTargets = {
+    Target{"refine.mean_mm", "mm", AtMost, 5, 8},
+    Target{"refine.covered_mean_mm", "mm", AtMost, 8, 10},
+    Target{"refine.outside_rate", "", AtMost, 0.03, 0.03},
+    Target{"refine.outside_depth_mm", "mm", AtMost, 1, 8},
+    Target{"refine.proximity_mm", "mm", AtMost, 1.5, 6},
+};
+
+}  // namespace
 
 const StageRow& personalize_row() {
   static const StageRow row{
@@ -23,6 +70,11 @@ const StageRow& personalize_row() {
             require_measurable(options_of<PersonalizeStageOptions>(request.options), request.input,
                                request.workspace);
           },
+      .chain = ChainPlace{.lacks = lacks_keypoints, .cost = {.seconds = 8}},
+      .measure = measure_personalize,
+      .problem = personalize_problem,
+      .targets = kPersonalizeTargets,
+      .rules = &person_rules(),
   };
   return row;
 }
@@ -43,6 +95,11 @@ const StageRow& track_row() {
           [](const StageRequest& request) {
             require_trackable(options_of<TrackStageOptions>(request.options), request.workspace);
           },
+      .chain = ChainPlace{.lacks = lacks_keypoints, .cost = {.seconds = 1, .per_frame = 0.25}},
+      .measure = measure_track,
+      .targets = kTrackTargets,
+      .rules = &person_rules(),
+      .pictures = track_pictures,
   };
   return row;
 }
@@ -59,6 +116,12 @@ const StageRow& body_row() {
                 .run = run_body,
                 .check_input = require_no_folder_above,
                 .frame_wise = true},
+      .chain = ChainPlace{.lacks = lacks_masks, .cost = {.per_frame = 2.6, .parallel = true}},
+      .measure = measure_body,
+      .measure_place = 1,
+      .targets = kBodyTargets,
+      .rules = &body_rules(),
+      .pictures = body_pictures,
   };
   return row;
 }
@@ -82,6 +145,10 @@ const StageRow& refine_row() {
               require_garment(request.input, request.workspace);
             }
           },
+      .measure = measure_refine,
+      .measure_place = 1,
+      .targets = kRefineTargets,
+      .rules = &body_rules(),
   };
   return row;
 }

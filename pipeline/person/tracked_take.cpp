@@ -4,11 +4,8 @@
 #include "core/error.h"
 
 namespace atelier {
-namespace {
 
 namespace fs = std::filesystem;
-
-}  // namespace
 
 fs::path tracked_take(const fs::path& tracked, const fs::path& capture, const std::string& name) {
   const fs::path folder = tracked / "tracked";

@@ -85,4 +85,14 @@ std::string plots_svg(const std::vector<FramePlot>& plots) {
          content + "</svg>\n";
 }
 
+FramePlot thinned(const FramePlot& all, std::size_t about) {
+  FramePlot some{all.label, {}, {}};
+  const std::size_t stride = 1 + all.values.size() / about;
+  for (std::size_t i = 0; i < all.values.size(); i += stride) {
+    some.frame_ids.push_back(all.frame_ids[i]);
+    some.values.push_back(all.values[i]);
+  }
+  return some;
+}
+
 }  // namespace atelier

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -15,5 +16,8 @@ struct FramePlot {
 /// Small plots side by side, a line over frames each, from 0 or their least value to their largest,
 /// which are written beside it: one SVG, as HTML holds it. "" for no plots or none with a frame.
 std::string plots_svg(const std::vector<FramePlot>& plots);
+
+/// Some of many: every n-th of a plot's points, so that about so many are left.
+FramePlot thinned(const FramePlot& all, std::size_t about);
 
 }  // namespace atelier

@@ -1,4 +1,4 @@
-#include "apps/console/option_rules.h"
+#include "pipeline/stages/option_rules.h"
 
 #include <array>
 

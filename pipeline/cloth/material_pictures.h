@@ -1,0 +1,13 @@
+#pragma once
+
+#include <string>
+
+#include "pipeline/row/report_places.h"
+
+namespace atelier {
+
+/// Of each garment a table: the nearest trial, what is within a tenth of it and within the
+/// likelihood's width, and what is taken, with why that is not the nearest.
+std::string material_pictures(const StageStatus& own, const ReportPlaces& places);
+
+}  // namespace atelier

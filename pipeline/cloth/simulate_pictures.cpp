@@ -1,0 +1,146 @@
+#include "pipeline/cloth/simulate_pictures.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <functional>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <vector>
+
+#include "core/io/file_bytes.h"
+#include "core/io/json.h"
+#include "core/limits.h"
+#include "core/render/contact_sheet.h"
+#include "core/render/studio.h"
+#include "core/sequence_archive.h"
+#include "pipeline/cloth/simulation_scene.h"
+#include "pipeline/pictures/named_views.h"
+#include "pipeline/pictures/report_drawings.h"
+#include "pipeline/pictures/report_page.h"
+#include "pipeline/pictures/report_plots.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+const Eigen::Vector3f kSkin{0.62F, 0.45F, 0.36F};
+const Eigen::Vector3f kCloth{0.16F, 0.24F, 0.42F};
+
+/// Frames of the simulated garment, on the body where it can be read.
+std::string strip_pictures(const StageStatus& own, const ReportPlaces& places) {
+  const fs::path result = result_folder_of(own, places);
+  if (!fs::exists(result / "garment" / "sequence.h5")) {
+    return "";
+  }
+  const Sequence garment = open_sequence(result / "garment");
+  std::function<Points(Index)> body;
+  Triangles body_faces;
+  // Where the scene is gone, or was another, the garment is shown alone.
+  const fs::path folder = own.manifest->inputs.front().path;
+  if (own.state == StageStatus::State::Done && fs::is_directory(folder)) {
+    OptionSet set = option_set<SimulateOptions>();
+    for (const ManifestOption& option : own.manifest->options) {
+      const nlohmann::json value = parse_json(option.json, "manifest.json");
+      set_option(set.table, option.name,
+                 value.is_string() ? value.get<std::string>() : option.json);
+    }
+    const SimulationScene scene =
+        read_scene_body(scene_in(folder), options_of<SimulateOptions>(set));
+    body = scene.body;
+    body_faces = scene.body_faces;
+  }
+  std::vector<CaptionedImage> cells;
+  constexpr std::size_t kStrip = 6;
+  for (const int id : spread(garment.frame_ids, kStrip)) {
+    const auto at = std::find(garment.frame_ids.begin(), garment.frame_ids.end(), id);
+    RenderMesh cloth{frame(garment, at - garment.frame_ids.begin()), clay_look()};
+    cloth.look.color = kCloth;
+    std::vector<RenderMesh> scene = {cloth};
+    if (body) {
+      RenderMesh wearer;
+      wearer.mesh.vertices = body(id);
+      wearer.mesh.faces = body_faces;
+      wearer.look.color = kSkin;
+      scene.push_back(std::move(wearer));
+    }
+    cells.push_back(
+        {seen_in_report(scene, kThreeQuarter, kReportNarrow), "frame " + std::to_string(id)});
+  }
+  // `simulate` reads no result of `material`.
+  const StageStatus* material = sound_maker(places, "fitted_material");
+  const bool fitted = material != nullptr && material->manifest->metrics.contains("fitted") &&
+                      material->manifest->metrics.at("fitted") > 0;
+  return figure_html(
+      contact_sheet(cells, {.columns = static_cast<int>(kStrip)}),
+      std::string("The simulated garment") +
+          (fitted ? ", of the fabric that this stage's options say: animate takes the "
+                    "one that material fitted"
+                  : ""));
+}
+
+std::vector<std::string> cells_of(const std::string& line) {
+  std::vector<std::string> cells;
+  std::istringstream parts(line);
+  for (std::string cell; std::getline(parts, cell, ',');) {
+    cells.push_back(cell);
+  }
+  return cells;
+}
+
+/// What each simulated frame came to, from frames.csv.
+std::string simulation_plots(const fs::path& result) {
+  const fs::path file = result / "frames.csv";
+  if (!fs::exists(file)) {
+    return "";
+  }
+  struct Line {
+    const char* column;
+    const char* label;
+    double scale;
+  };
+  constexpr Line kLines[] = {{"strain_p95", "edge strain, p95, %", 100},
+                             {"strain_max", "edge strain, maximum, %", 100},
+                             {"kinetic_energy_j", "kinetic energy, J", 1},
+                             {"spring_residual_m", "residual of springs, mm rms", 1e3},
+                             {"strain_residual", "residual of strain, % rms", 100},
+                             {"inside", "vertices inside the body", 1},
+                             {"inside_depth_m", "the deepest of them, mm", 1e3},
+                             {"body_crossings", "edges crossed, cloth and body", 1},
+                             {"body_gap", "minimum gap to the body, of the thickness", 1},
+                             {"crossings", "edges crossed, cloth and cloth", 1},
+                             {"self_gap", "minimum gap between layers, of the thickness", 1}};
+  constexpr std::size_t kPoints = 240;
+  std::istringstream lines(read_file_text(file, Limits{}.text_file_bytes));
+  std::string line;
+  std::getline(lines, line);
+  const std::vector<std::string> names = cells_of(line);
+  std::vector<FramePlot> plots;
+  for (const Line& wanted : kLines) {
+    plots.push_back({wanted.label, {}, {}});
+  }
+  while (std::getline(lines, line)) {
+    const std::vector<std::string> cells = cells_of(line);
+    for (std::size_t k = 0; k < plots.size(); ++k) {
+      const auto column = static_cast<std::size_t>(
+          std::find(names.begin(), names.end(), kLines[k].column) - names.begin());
+      if (column < cells.size() && !cells[column].empty()) {
+        plots[k].frame_ids.push_back(std::atoi(cells[0].c_str()));
+        plots[k].values.push_back(kLines[k].scale * std::atof(cells[column].c_str()));
+      }
+    }
+  }
+  for (FramePlot& plot : plots) {
+    plot = thinned(plot, kPoints);
+  }
+  const std::string svg = plots_svg(plots);
+  return svg.empty() ? "" : "<figure>" + svg + "<figcaption>Over frames</figcaption></figure>\n";
+}
+
+}  // namespace
+
+std::string simulate_pictures(const StageStatus& own, const ReportPlaces& places) {
+  return strip_pictures(own, places) + simulation_plots(result_folder_of(own, places));
+}
+
+}  // namespace atelier

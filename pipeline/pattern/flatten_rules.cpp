@@ -1,0 +1,31 @@
+#include "pipeline/pattern/flatten_rules.h"
+
+namespace atelier {
+namespace {
+
+/// Of `flatten`.
+constexpr std::array<IdleRule::Value, 2> kSeamsGiven = {
+    {{"seams", "auto", true}, {"find.cuts", "", true}}};
+constexpr const char* kSeamsFound = "--seams auto";
+
+constexpr std::array<IdleRule::Value, 2> kNoBody = {{{"relax.body", ""}, {}}};
+constexpr const char* kHungOnBody = "--relax.body";
+
+constexpr std::array kFlattenIdle = {
+    IdleRule{"tolerance", kSeamsGiven, kSeamsFound},
+    IdleRule{"find.", kSeamsGiven, kSeamsFound},
+    IdleRule{"relax.fabric", kNoBody, kHungOnBody},
+    IdleRule{"relax.registered", kNoBody, kHungOnBody},
+    IdleRule{"relax.gap", kNoBody, kHungOnBody},
+    IdleRule{"relax.substeps", kNoBody, kHungOnBody},
+    IdleRule{"relax.relaxing.", kNoBody, kHungOnBody},
+};
+
+}  // namespace
+
+const OptionRules& flatten_rules() {
+  static constexpr OptionRules rules{.idle = kFlattenIdle};
+  return rules;
+}
+
+}  // namespace atelier

@@ -1,0 +1,11 @@
+#pragma once
+
+#include "pipeline/row/option_rules.h"
+
+namespace atelier {
+
+/// What options of `flatten` keep to: it seeks seams where none are given, and relaxes on a body to
+/// hang on.
+const OptionRules& flatten_rules();
+
+}  // namespace atelier
