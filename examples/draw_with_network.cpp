@@ -1,5 +1,6 @@
 // Learns from one image how a square of printed cloth looks and draws it from another camera.
 //   draw_with_network OUT.png [ITERATIONS]
+#include <Eigen/Geometry>
 #include <cstdlib>
 #include <exception>
 #include <iostream>

@@ -31,7 +31,7 @@ int main(int count, char** arguments) {
     const atelier::FlatPattern pattern = flatten_surface(mesh, seams.cut);
     const atelier::FlatMeasures measures = measure_flat(mesh, pattern);
     std::cout << pattern.panel_names.size() << " panels, " << pattern.seams.size()
-              << " seams, strain " << 100 * measures.strain_p99 << " % at most but for 1% of it, "
+              << " seams, strain of 99% of the area below " << 100 * measures.strain_p99 << " %, "
               << measures.overlaps << " overlaps\n";
     std::ofstream(arguments[2]) << pattern_svg(lay_out_pattern(pattern), "example");
   } catch (const std::exception& error) {

@@ -40,9 +40,11 @@ int main(int count, char** arguments) {
 
     atelier::SimulationModel model;  // what does not change; no body here
     model.cloth = make_cloth(garment, {0, kQuads});
+    atelier::SolverOptions options;
+    options.substeps = 40;  // the stiffer the cloth, the more
     const bool cuda = count > 1 && std::string(arguments[1]) == "cuda";
     const auto solver =
-        create_solver(model, {}, cuda ? atelier::Device::Cuda : atelier::Device::Cpu);
+        create_solver(model, options, cuda ? atelier::Device::Cuda : atelier::Device::Cpu);
     const atelier::Control control;  // gravity; wind, a moving body and pins are set here
     for (int frame = 1; frame <= 120; ++frame) {  // of 1/60 s
       const atelier::FrameReport report = solver->step(control);
