@@ -5,8 +5,8 @@ namespace atelier {
 /// A function with C linkage of a shared object that is loaded when it is first asked for, so that
 /// a program that does not need it starts without (docs/decisions/0009-heavy-libraries-late.md).
 ///
-/// @param library  file name; looked for in `../lib` beside the program's folder, then where the
-///                 system keeps its own
+/// @param library  file name; looked for in `../lib/atelier` and `../lib` beside the program's
+///                 folder, then in the program's run path and where the system keeps its own
 /// @throws EnvironmentError if there is no such library or it has no such function
 void* late_symbol(const char* library, const char* function);
 
