@@ -7,6 +7,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/file_kind.h"
+#include "core/plain_name.h"
 #include "core/sequence_archive.h"
 #include "core/store/file_lock.h"
 

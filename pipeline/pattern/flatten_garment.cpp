@@ -69,7 +69,7 @@ void lay_out_found(FlattenedGarment& flat, const FlattenStageOptions& options,
   how.find = options.find;
   how.find.facing = nearly_ahead(flat.facing);
   how.flatten = options.flatten;
-  how.give = options.give;
+  how.tolerance = options.tolerance;
   FoundPattern found = find_pattern(flat.mesh, how, watcher.say);
   char text[120];
   std::snprintf(text, sizeof text, "the surface deviates by %.2f mm in the mean, %.1f mm at most",
