@@ -292,10 +292,9 @@ bool may_know_stages_and_commands(const ReadSource& file) {
   return file.top == "pipeline" || file.top == "apps";
 }
 
-/// Where rules between options are: of the console, and in the rows of stages.
+/// Where rules between options are, which name them: cloth_rules.cpp of a room, option_rules.h.
 bool has_option_rules(const std::string& path) {
-  const std::string name = path.substr(path.rfind('/') + 1);
-  return name == "option_rules.h" || name == "option_rules.cpp" || name == "rows.cpp";
+  return path.ends_with("_rules.h") || path.ends_with("_rules.cpp");
 }
 
 void check_names_of_solvers(const Sources& sources, Lines& lines) {

@@ -23,15 +23,14 @@ struct LawSource {
 /// - core's own files use none of its rooms; core/render and core/store use core/io alone, core/io
 ///   and core/remesh neither of the others.
 /// - pipeline includes neither CLI11 nor <iostream>.
-/// - A heavy package is included in .cpp files alone, or in a header that says "Private to
-/// <folder>"
-///   and that no other folder includes. apps, which nobody includes, may do as it likes, and
-///   headers of pipeline may include what pipeline/precompiled.h has parsed for all its users.
+/// - A heavy package is included in .cpp files alone, or in a header that says
+///   "Private to <folder>" and that no other folder includes. apps, which nobody includes, may do
+///   as it likes, and headers of pipeline may include what pipeline/precompiled.h has parsed for
+///   all its users.
 /// - A header begins with #pragma once.
 /// - apps and pipeline do not know which solvers there are: the word XPBD stands there only in
-/// names
-///   of options ("xpbd.drag"), and these only where rules between options are, in option_rules.*
-///   and in the rows of stages.
+///   names of options ("xpbd.drag"), and these only where rules between options are, in files
+///   *_rules.
 /// - apps and pipeline have no branches for packages that are missing: a missing package leaves out
 ///   a room, or the file of a command, which apps/console/commands.cpp alone asks for.
 std::vector<std::string> law_violations(const std::vector<LawSource>& sources);

@@ -45,12 +45,11 @@ std::vector<LawSource> lawful_sources() {
       {"simulation/solver.cpp", quoted("simulation/xpbd/xpbd.h") + "#ifdef ATELIER_HAS_CUDA\n"},
       header("pipeline/precompiled.h", "#include <nlohmann/json.hpp>\n"),
       header("pipeline/row/row.h", "#include <nlohmann/json.hpp>\n"),
-      {"pipeline/cloth/rows.cpp",
-       quoted("pipeline/row/row.h") + quoted("capture/dataset.h") + "rule(\"xpbd.drag\");\n"},
+      {"pipeline/cloth/rows.cpp", quoted("pipeline/row/row.h") + quoted("capture/dataset.h")},
       header("apps/console/command.h", "#include <CLI/CLI.hpp>\n"),
       {"apps/console/commands.cpp",
        quoted("apps/console/command.h") + "#ifdef ATELIER_COMMAND_RUN\n#include <iostream>\n"},
-      {"apps/console/option_rules.cpp", "rule(\"xpbd.drag\", \"more --xpbd.air-density\");\n"},
+      {"pipeline/cloth/cloth_rules.cpp", "rule(\"xpbd.drag\", \"more --xpbd.air-density\");\n"},
       {"apps/commands/run.cpp", quoted("apps/console/command.h") + quoted("pipeline/row/row.h")},
       {"tests/core/a_test.cpp", quoted("apps/console/command.h") + quoted("bench/speed.h")},
   };
@@ -218,10 +217,10 @@ TEST(DependencyLaw, SolverNamedInAppsOrPipeline_IsFound) {
 TEST(DependencyLaw, OptionOfASolver_IsNamedOnlyWhereOptionRulesAre) {
   EXPECT_THAT(found_with({{"pipeline/cloth/a.cpp", "rule(\"xpbd.drag\");\n"}}),
               ElementsAre(StartsWith("pipeline/cloth/a.cpp names a solver: ")));
-  EXPECT_THAT(found_with({{"apps/console/option_rules.cpp", "options.xpbd.drag = 0;\n"}}),
-              ElementsAre(StartsWith("apps/console/option_rules.cpp names a solver: ")));
-  EXPECT_THAT(found_with({{"apps/console/option_rules.cpp", quoted("simulation/xpbd/xpbd.h")}}),
-              ElementsAre(StartsWith("apps/console/option_rules.cpp names a solver: ")));
+  EXPECT_THAT(found_with({{"pipeline/cloth/cloth_rules.cpp", "options.xpbd.drag = 0;\n"}}),
+              ElementsAre(StartsWith("pipeline/cloth/cloth_rules.cpp names a solver: ")));
+  EXPECT_THAT(found_with({{"pipeline/cloth/cloth_rules.cpp", quoted("simulation/xpbd/xpbd.h")}}),
+              ElementsAre(StartsWith("pipeline/cloth/cloth_rules.cpp names a solver: ")));
 }
 
 TEST(DependencyLaw, BranchForAMissingPackage_IsFound) {

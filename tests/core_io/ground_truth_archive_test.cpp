@@ -37,7 +37,7 @@ GroundTruth small_truth() {
   return truth;
 }
 
-TEST(GroundTruthArchive, ReadsBackWhatItWrote) {
+TEST(GroundTruthArchive, WrittenArchive_ReadsBackEqual) {
   const GroundTruth truth = small_truth();
   const GroundTruth back = truth_of(archive_of(truth));
   EXPECT_EQ(back.cameras.size(), 2U);
@@ -71,7 +71,7 @@ TEST(GroundTruthArchive, ReadsBackWhatItWrote) {
   EXPECT_EQ(again.body_seen.data, frame.body_seen.data);
 }
 
-TEST(GroundTruthArchive, RefusesWhatDoesNotFit) {
+TEST(GroundTruthArchive, MismatchedArchive_IsRefused) {
   const GroundTruth truth = small_truth();
   Archive broken = archive_of(truth);
   broken.texts.erase("cameras");
