@@ -31,6 +31,9 @@ install(FILES LICENSE CHANGELOG.md docs/reference/dependencies.md DESTINATION sh
 # The libraries of core and the domains; those of the pipeline are the program's own.
 get_property(libraries GLOBAL PROPERTY ATELIER_LIBRARIES)
 list(FILTER libraries EXCLUDE REGEX "^pipeline_")
+if(NOT libraries)
+  return()
+endif()
 install(TARGETS ${libraries} EXPORT AtelierTargets ARCHIVE DESTINATION lib/atelier COMPONENT development)
 install(EXPORT AtelierTargets NAMESPACE Atelier:: DESTINATION lib/cmake/Atelier COMPONENT development)
 install(DIRECTORY core capture bodymodel registration simulation appearance DESTINATION include/atelier

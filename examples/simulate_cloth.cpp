@@ -8,11 +8,11 @@
 #include "simulation/material/fabric.h"
 #include "simulation/solver.h"
 
-namespace {
+using namespace atelier;
 
 /// A square of `side` metres in the plane y = 1, of n x n quads.
-atelier::Mesh square(double side, int n) {
-  atelier::Mesh mesh;
+static Mesh square(double side, int n) {
+  Mesh mesh;
   mesh.vertices.resize((n + 1) * (n + 1), 3);
   mesh.faces.resize(2 * n * n, 3);
   for (int z = 0; z <= n; ++z) {
@@ -28,28 +28,25 @@ atelier::Mesh square(double side, int n) {
   return mesh;
 }
 
-}  // namespace
-
 int main(int count, char** arguments) {
   try {
     constexpr int kQuads = 30;
-    atelier::Garment garment;
+    Garment garment;
     garment.name = "towel";
     garment.mesh = square(0.6, kQuads);
-    garment.material = atelier::fabric_material("cotton");
+    garment.material = fabric_material("cotton");
 
-    atelier::SimulationModel model;  // what does not change; no body here
+    SimulationModel model;  // what does not change; no body here
     model.cloth = make_cloth(garment, {0, kQuads});
-    atelier::SolverOptions options;
+    SolverOptions options;
     options.substeps = 40;  // the stiffer the cloth, the more
     const bool cuda = count > 1 && std::string(arguments[1]) == "cuda";
-    const auto solver =
-        create_solver(model, options, cuda ? atelier::Device::Cuda : atelier::Device::Cpu);
-    const atelier::Control control;  // gravity; wind, a moving body and pins are set here
+    const auto solver = create_solver(model, options, cuda ? Device::Cuda : Device::Cpu);
+    const Control control;  // gravity; wind, a moving body and pins are set here
     for (int frame = 1; frame <= 120; ++frame) {  // of 1/60 s
-      const atelier::FrameReport report = solver->step(control);
+      const FrameReport report = solver->step(control);
       if (frame % 30 == 0) {
-        const atelier::ClothState state = solver->state();  // a checkpoint, too
+        const ClothState state = solver->state();  // a checkpoint, too
         std::cout << "frame " << frame << ": lowest point at " << state.positions.col(1).minCoeff()
                   << " m, strain " << 100 * report.strain_p95 << " %\n";
       }

@@ -160,7 +160,7 @@ TEST_F(Install, MovedProgram_FindsItsLateLibraries) {
     const fs::path image = folder() / (called.parent_path().filename().string() + ".webp");
     const ShellOutput drawn = shell(word(called) + " render " + word(mesh) +
                                     " --width 32 --height 32 --samples 1 --out " + word(image));
-    EXPECT_EQ(drawn.code, 0) << drawn.text;
+    ASSERT_EQ(drawn.code, 0) << drawn.text;
     EXPECT_GT(fs::file_size(image), 0U);
   }
   // Nothing else would have: the build's own are not looked for.
