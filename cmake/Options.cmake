@@ -16,11 +16,12 @@ option(ATELIER_TESTS "Build the tests" ON)
 option(ATELIER_BENCH "Build the benchmarks" ON)
 
 # Optimised but quick to link: line tables are enough for a stack trace.
+set(ATELIER_LINE_TABLES 1 CACHE STRING "Debug information of RelWithDebInfo: 1 line tables, 0 none")
 # What sanitizers watch is compiled in three quarters of the time at -O1, and slow either way.
 if(ATELIER_SANITIZE)
   set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O1 -g1")
 else()
-  set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O2 -g1")
+  set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O2 -g${ATELIER_LINE_TABLES}")
 endif()
 set(CMAKE_CXX_FLAGS_RELEASE "-O3 -DNDEBUG")
 
