@@ -470,7 +470,7 @@ void write_figures(StageRun& run, const RegisteredOutfit& outfit, const std::vec
   for (const Worn& worn : garments) {
     nlohmann::json& of = all[worn.name];
     of["template_frame"] = outfit.frame_ids()[static_cast<std::size_t>(worn.template_row)];
-    std::vector<FrameFigures> followed;
+    std::vector<TrackedFrameFigures> followed;
     for (const auto& [id, registered] : joined) {
       nlohmann::json& frame = of["frames"][frame_name(id)];
       for (const char* figure : kFigures) {

@@ -9,7 +9,7 @@ namespace {
 
 /// "1, 3 to 7", of places among the frames.
 std::string places_text(const std::vector<std::size_t>& places,
-                        std::span<const FrameFigures> frames) {
+                        std::span<const TrackedFrameFigures> frames) {
   std::string text;
   for (std::size_t i = 0; i < places.size();) {
     std::size_t last = i;
@@ -28,14 +28,14 @@ std::string places_text(const std::vector<std::size_t>& places,
 }  // namespace
 
 std::optional<Finding> tracking_failure(const std::string& garment,
-                                        std::span<const FrameFigures> frames) {
+                                        std::span<const TrackedFrameFigures> frames) {
   constexpr double kMinSupport = 0.75;
   constexpr double kMinCorrelation = 0.5;
   std::vector<std::size_t> lost;
   double support = 1;
   double correlation = 1;
   for (std::size_t i = 0; i < frames.size(); ++i) {
-    const FrameFigures& frame = frames[i];
+    const TrackedFrameFigures& frame = frames[i];
     const bool compared = frame.correlation != 0;
     if (frame.support < kMinSupport || (compared && frame.correlation < kMinCorrelation)) {
       lost.push_back(i);
@@ -58,7 +58,7 @@ std::optional<Finding> tracking_failure(const std::string& garment,
 }
 
 std::optional<Finding> inside_body(const std::string& garment,
-                                   std::span<const FrameFigures> frames) {
+                                   std::span<const TrackedFrameFigures> frames) {
   constexpr double kMaxInside = 0.01;
   std::vector<std::size_t> inside;
   double most = 0;

@@ -9,7 +9,7 @@
 namespace atelier {
 
 /// What a registered frame says of itself.
-struct FrameFigures {
+struct TrackedFrameFigures {
   int frame_id = 0;
   double support = 0;      ///< share of the garment's area that the scan speaks of
   double correlation = 0;  ///< of images with the template's texture; 0: nothing was compared
@@ -21,12 +21,12 @@ struct FrameFigures {
 /// texture by less than 0.5. Garments that were followed had 0.80 and 0.72 at least in all frames
 /// of captures, a dress that was lost 0.67 and 0.18 at most (docs/results/registration.md).
 std::optional<Finding> tracking_failure(const std::string& garment,
-                                        std::span<const FrameFigures> frames);
+                                        std::span<const TrackedFrameFigures> frames);
 
 /// The frames in which more than 1% of a garment is inside the body, as one warning `inside-body`;
 /// nothing where there is none. Our choice: a body that pokes through so much cloth is seen in a
 /// film.
 std::optional<Finding> inside_body(const std::string& garment,
-                                   std::span<const FrameFigures> frames);
+                                   std::span<const TrackedFrameFigures> frames);
 
 }  // namespace atelier

@@ -28,7 +28,7 @@ TEST(LateLibrary, SystemFunction_IsFoundAndWorks) {
 
 TEST(LateLibrary, MissingLibraryOrFunction_IsNamed) {
   EXPECT_THAT(late_refusal("libatelier_nothing.so", "f"),
-              AllOf(HasSubstr("libatelier_nothing.so"), HasSubstr("the folder lib beside")));
+              AllOf(HasSubstr("libatelier_nothing.so"), HasSubstr("lib/atelier beside")));
   EXPECT_THAT(late_refusal("libm.so.6", "no_such_cosine"), HasSubstr("no_such_cosine"));
 }
 

@@ -12,13 +12,13 @@ using ::testing::HasSubstr;
 
 TEST(TrackingFailure, TrackedGarment_HasNoFinding) {
   // A dress, and a tee in whose own frame nothing is compared.
-  const std::vector<FrameFigures> frames = {{0, 0.88, 0.83}, {1, 0.96, 0}, {2, 0.85, 0.72}};
+  const std::vector<TrackedFrameFigures> frames = {{0, 0.88, 0.83}, {1, 0.96, 0}, {2, 0.85, 0.72}};
   EXPECT_FALSE(tracking_failure("dress", frames));
   EXPECT_FALSE(tracking_failure("dress", {}));
 }
 
 TEST(TrackingFailure, FramesWithTrackingFailure_GiveOneFinding) {
-  std::vector<FrameFigures> frames;
+  std::vector<TrackedFrameFigures> frames;
   for (int i = 0; i < 12; ++i) {
     frames.push_back({10 + i, 0.5, 0.15});
   }
@@ -38,13 +38,13 @@ TEST(TrackingFailure, FramesWithTrackingFailure_GiveOneFinding) {
 }
 
 TEST(InsideBody, FewTrianglesInside_GiveNoFinding) {
-  const std::vector<FrameFigures> frames = {{0, 0.9, 0.8, 0}, {1, 0.9, 0.8, 0.01}};
+  const std::vector<TrackedFrameFigures> frames = {{0, 0.9, 0.8, 0}, {1, 0.9, 0.8, 0.01}};
   EXPECT_FALSE(inside_body("lower", frames));
   EXPECT_FALSE(inside_body("lower", {}));
 }
 
 TEST(InsideBody, FramesWithManyTrianglesInside_GiveOneFinding) {
-  const std::vector<FrameFigures> frames = {
+  const std::vector<TrackedFrameFigures> frames = {
       {4, 0.9, 0.8, 0.02}, {5, 0.9, 0.8, 0.034}, {6, 0.9, 0.8, 0.001}, {7, 0.9, 0.8, 0.011}};
   const auto finding = inside_body("lower", frames);
   ASSERT_TRUE(finding);
