@@ -15,20 +15,19 @@
 
 namespace atelier {
 
-/// What does not change while it is simulated.
+/// The part of a scene that does not change during a simulation.
 struct SimulationModel {
-  Cloth cloth;           ///< of several garments one, in layers: join_cloths
-  Triangles body_faces;  ///< [F,3] over the body's vertices in Control; none: no body
+  Cloth cloth;           ///< several garments are joined into one cloth, in layers: join_cloths
+  Triangles body_faces;  ///< [F,3] over the body's vertices in Control; empty: no body
 };
 
-/// A solver of cloth at work on one model: it keeps the state on its device, where `step` moves it
-/// on by a frame.
+/// A cloth solver for one model. It keeps the state on its device; `step` advances it by one frame.
 ///
-/// The state is all that one frame hands to the next. A solver that was given the `state()` of
-/// another one of the same model, options and device goes on with the same bits, so that writing it
-/// down (cloth_state_archive.h) is a checkpoint. What a solver keeps beside it (trees, candidate
-/// pairs, factorisations) may change its speed alone; one whose unknowns are velocities finds them
-/// there, and multipliers begin anew in every frame.
+/// The state is everything that one frame passes to the next: positions and velocities. Given the
+/// `state()` of another solver of the same model, options and device, a solver continues with
+/// bitwise equal results, so that a saved state (cloth_state_archive.h) is a checkpoint. Other data
+/// of a solver (trees, candidate pairs, factorisations) may affect its speed alone; multipliers are
+/// reset in every frame.
 class Solver {
  public:
   Solver(std::string name, Device device) : name_(std::move(name)), device_(device) {}
@@ -41,9 +40,9 @@ class Solver {
 
   virtual void set_state(const ClothState& state) = 0;
   virtual ClothState state() const = 0;
-  /// One frame. Throws DataError when a position is no longer finite (the vertex and frame are
-  /// named; `state()` still gives the last good frame) or the body moves too far in a frame;
-  /// EnvironmentError where a device's memory runs out; LogicError if sizes do not agree.
+  /// Advances by one frame. Throws DataError when a position is no longer finite (the message names
+  /// vertex and frame; `state()` still returns the last good frame) or the body moves too far in a
+  /// frame; EnvironmentError where a device's memory runs out; LogicError if sizes do not agree.
   virtual FrameReport step(const Control& control) = 0;
 
  private:
@@ -51,7 +50,8 @@ class Solver {
   Device device_;
 };
 
-/// Many scenes of one cloth at once, each with its factors on the material: a parameter sweep.
+/// A parameter sweep: many scenes of one cloth, solved at once, each with its own factors on the
+/// material's values.
 class SolverBatch {
  public:
   SolverBatch() = default;
@@ -62,36 +62,37 @@ class SolverBatch {
   virtual int scene_count() const = 0;
   virtual void set_state(int scene, const ClothState& state) = 0;
   virtual ClothState state(int scene) const = 0;
-  /// One frame of every scene; without `report` in the options only the first has numbers. Throws
-  /// as Solver::step.
+  /// Advances every scene by one frame. Without `report` in the options only the first scene has
+  /// its numbers filled in. Throws as Solver::step.
   virtual std::vector<FrameReport> step(const Control& control) = 0;
 };
 
-/// The solvers there are.
+/// Names of the available solvers.
 std::vector<std::string> solver_names();
 
-/// The solver that `options.name` says, in the model's rest state. It keeps what it needs of the
-/// model. Throws DataError, with the names there are, for an unknown one; LogicError for options
-/// out of range or in conflict (solver_conflict); EnvironmentError where CUDA was asked for and is
-/// missing or its memory runs out.
+/// Creates the solver named `options.name`, in the model's rest state. It copies what it needs of
+/// the model. Throws DataError for an unknown name (the message lists the available ones);
+/// LogicError for options out of range or in conflict (solver_conflict); EnvironmentError where
+/// CUDA was requested and is missing or its memory runs out.
 std::unique_ptr<Solver> create_solver(const SimulationModel& model, const SolverOptions& options,
                                       Device device = Device::Cpu);
 
-/// The same for many scenes; on CUDA they are solved in one launch. Throws LogicError, too, if
-/// there is no variation or a factor is not above 0.
+/// The same for many scenes; on CUDA they are solved in one launch. Also throws LogicError if there
+/// is no variation or a factor is not above 0.
 std::unique_ptr<SolverBatch> create_solver_batch(const SimulationModel& model,
                                                  const std::vector<ClothVariation>& variations,
                                                  const SolverOptions& options,
                                                  Device device = Device::Cpu);
 
-/// "", or why these options, each in its range, do not work together on that device.
+/// Why these options, each in its range, conflict on that device; "" if they do not.
 std::string solver_conflict(const SolverOptions& options, Device device);
 
-/// The first of the solver's own fields that was changed and does nothing on that device
+/// The first of the solver's own options that was changed and has no effect on that device
 /// ("cuda_barrier" on the CPU), or "".
 std::string idle_on_device(const SolverOptions& options, Device device);
 
-/// One frame, once: for more than a few frames create a Solver, which prepares the model once.
+/// The state after one frame. It prepares the model in every call: for more than a few frames
+/// create a Solver.
 ClothState step(const SimulationModel& model, const ClothState& state, const Control& control,
                 const SolverOptions& options = {}, Device device = Device::Cpu);
 
