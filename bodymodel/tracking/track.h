@@ -63,9 +63,8 @@ std::string listed_frames(const std::vector<int>& ids);
 
 /// Estimates a person's pose in every frame of a sequence (after Xiang et al. 2021 and the
 /// supplement of "Dressing Avatars"):
-///  - every frame is initialised from its keypoints alone, in any pose; left and right are
-///  exchanged
-///    where detectors confused them (start_pose.h);
+///  - every frame is initialised from its keypoints alone, in any pose; where detectors confused
+///    left and right, they are exchanged (start_pose.h);
 ///  - windows of frames are solved jointly (solve_window.h): keypoints, joint limits, rest-pose
 ///    prior and accelerations;
 ///  - then with scans: point-to-plane correspondences from scan to body and, for skin, from body to

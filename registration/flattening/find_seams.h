@@ -15,7 +15,7 @@ struct FindSeamsOptions {
   double stretch = 0.03;       ///< bound on the stretch of 99% of the area, 0.001 to 1
   int cuts = 400;              ///< maximum number of added seams and darts, 0 to 1000
   bool front_and_back = true;  ///< begin with a front and a back (front_and_back.h)
-  double front_back_cost = 1;  ///< extra cost of seams in front and at the back, not at the sides
+  double front_back_cost = 1;  ///< relative cost of seams in front and at the back
   /// Horizontal unit vector that the front faces; zero: inferred from the shape (facing_of).
   Eigen::Vector3d facing = Eigen::Vector3d::Zero();
   bool join = true;  ///< remove seams that turn out not to be needed
