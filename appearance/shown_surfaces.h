@@ -28,7 +28,7 @@ struct SurfaceArrays {
   Index coordinates = 0;            ///< T
 };
 
-/// What a surface looks like in a picture.
+/// Appearance of a surface in an image.
 struct SurfaceLook {
   const float* texture = nullptr;  ///< [3,R,R] linear RGB, in the device's memory; null: `color`
   int resolution = 0;              ///< R
@@ -61,7 +61,7 @@ class ShownSurfaces {
   virtual void wait() const = 0;
 };
 
-/// What options leave open of the light transfer is as it comes (drawn_occlusion). Throws
+/// Options of the light transfer that are not set have their defaults (drawn_occlusion). Throws
 /// LogicError unless faces name what is there and options are in range, EnvironmentError where the
 /// device is not there.
 std::unique_ptr<ShownSurfaces> make_shown_surfaces(std::vector<ShownSurface> surfaces,
