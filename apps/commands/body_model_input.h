@@ -13,7 +13,7 @@
 
 namespace atelier {
 
-/// What `atelier body-model` is told in words.
+/// Text arguments of `atelier body-model`.
 struct BodyArguments {
   std::string action;
   std::string body;  ///< of convert: a motion too
