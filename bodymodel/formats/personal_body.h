@@ -14,7 +14,7 @@ namespace atelier {
 
 /// One person's body: what the stage `personalize` makes and `track` and `body` read. The model's
 /// neutral shape is the person: bone lengths and the displaced surface are in it, and it has no
-/// shape parameters left. What follows the model says how it came about.
+/// shape parameters left. The members after the model describe how it was fitted.
 struct PersonalBody {
   BodyModel model;                       ///< the person, in rest pose
   std::vector<std::string> shape_names;  ///< [S] of the model it was made from

@@ -29,7 +29,7 @@ struct DefaultHumanOptions {
 };
 OptionTable describe(DefaultHumanOptions& options);
 
-/// What is wrong with the options, "" if nothing is: a value out of its range.
+/// The error in the options, "" if there is none: a value out of its range.
 std::string human_options_problem(const DefaultHumanOptions& options);
 
 /// An average woman and man (docs/methods/default_human.md says of whom).

@@ -9,7 +9,7 @@
 
 namespace atelier {
 
-/// What the subject does.
+/// The motion of the subject.
 struct MotionChoice {
   /// "auto" (spin in a skirt or dress, else stride), "stride", "squat", "raise", "twist", "spin",
   /// "range" (what the minimal sequence shows), or a file that read_motion_file knows.

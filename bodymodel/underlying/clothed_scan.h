@@ -9,7 +9,7 @@
 
 namespace atelier {
 
-/// What a part of a scan says of the body beneath.
+/// Role of a part of a scan for the body beneath.
 enum class ScanRole : std::uint8_t {
   Ignored,  ///< nothing of its own: background, unknown; inside and outside still count it
   Skin,     ///< the body itself
@@ -70,7 +70,7 @@ enum class CoverSign {
   Unsigned,  ///< not at all (for comparison: skin then stays outside where it once is)
 };
 
-/// What is over a point of skin.
+/// The cover of a point of skin.
 struct CoverGap {
   Eigen::Vector3d point;    ///< nearest, metres
   Eigen::Vector3d outward;  ///< along the way between skin and cloth, out of the body, unit length
