@@ -12,7 +12,7 @@
 
 namespace atelier {
 
-/// What a network's outputs are.
+/// Kind of a network's outputs.
 enum class NetworkKind {
   Simcc,     ///< RTMPose: rows for x and for y
   Heatmap,   ///< one map a point; OpenPose's too, of one person
@@ -20,7 +20,7 @@ enum class NetworkKind {
   Parsing,   ///< logits of classes
 };
 
-/// What of an image the network sees.
+/// The part of an image that the network is given.
 enum class DetectArea {
   Whole,  ///< all of it: networks that look at whole images
   Mask,   ///< a box round the mask, where there is one: networks that look at one person
@@ -56,7 +56,7 @@ struct DetectPicture {
   DetectBox box;
 };
 
-/// What a network found in one picture.
+/// A network's detections in one image.
 struct Detection {
   std::vector<DetectedPoints> people;  ///< px of the image; below the threshold: 0, 0, 0
   ByteImage classes;    ///< [H,W] of a parsing network, of the picture's size; 0 outside the box

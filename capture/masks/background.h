@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// What a camera sees without the person: mean and spread of each pixel.
+/// A camera's background without the person: mean and spread of each pixel.
 struct EmptyStage {
   Image mean;    ///< [H,W,3] linear RGB
   Image spread;  ///< [H,W,1] standard deviation of the difference in shade (see
