@@ -18,7 +18,7 @@ struct OptionEnum {
   std::function<void(std::size_t)> set;
 };
 
-/// What a field's value is and where.
+/// Type and address of a field's value.
 using OptionTarget = std::variant<bool*, int*, std::int64_t*, double*, std::string*,
                                   std::vector<double>*, OptionEnum>;
 
@@ -131,7 +131,8 @@ std::string option_text(const OptionField& field);
 /// The current value as JSON: true, 3, 0.5, [1,2], "cuda". Throws LogicError for NaN and infinity.
 std::string option_json(const OptionField& field);
 
-/// What a field takes: "true|false", "integer in [1, 100]", "cpu|cuda", "list of number > 0".
+/// Values that a field accepts: "true|false", "integer in [1, 100]", "cpu|cuda", "list of number >
+/// 0".
 std::string option_range(const OptionField& field);
 
 /// Every keyed field as JSON with sorted names and shortest round-trip numbers: the same options

@@ -6,7 +6,7 @@
 
 namespace atelier {
 
-/// What one triangle answers to points and rays: arithmetic for both devices, T float or double.
+/// Queries of points and rays on one triangle: arithmetic for both devices, T float or double.
 /// Vertices come with their numbers, because whatever concerns an edge is computed from its smaller
 /// vertex to its larger: both faces at the edge then get the same bits, so that ties are ties and
 /// no ray slips through between them.

@@ -29,7 +29,7 @@ class TextScanner {
   /// The comment that ended this line, with its '#'; "" if none did.
   std::string_view comment() const { return comment_; }
 
-  /// What remains of this line, without blanks at both ends.
+  /// The rest of this line, without blanks at both ends.
   std::string_view rest();
 
   /// The next word as a finite number; `what` names it in the error.

@@ -143,7 +143,7 @@ struct Stage {
   /// Throws DataError if an INPUT is of another kind; quick, since every plan calls it. Null: the
   /// INPUT is not checked before the run.
   void (*check_input)(const std::filesystem::path& input) = nullptr;
-  bool states_consent = false;  ///< its results contain the consent, which is part of the key
+  bool states_consent = false;  ///< its results contain the consent: a change of it recomputes them
   bool frame_wise = false;      ///< calls `each_frame`, so that it resumes and can be split
   bool has_cuda = false;        ///< has a CUDA twin: without one, --device cuda is refused
   bool device_keyed = false;    ///< its twins differ, so that --device is part of the key
