@@ -18,7 +18,7 @@
 
 namespace atelier {
 
-// What the rooms of stages draw their pictures of the report with.
+// Drawing functions for the report's images of stages.
 
 inline constexpr std::size_t kReportPictures = 4;  ///< frames that are shown
 inline constexpr int kReportWide = 290;            ///< pixels: four pictures beside each other

@@ -9,7 +9,7 @@
 
 namespace atelier {
 
-/// What the report shows of each stage and the stage does not draw itself (StageRow::pictures), as
+/// Images of each stage in the report that the stage does not draw itself (StageRow::pictures), as
 /// HTML with images inside. By stage; nothing for one without pictures or without a sound result.
 ///
 /// Images of the capture come from where the results say that it was. Where it or a result cannot

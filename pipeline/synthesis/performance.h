@@ -44,7 +44,7 @@ Performance cast_performance(const SynthesisOptions& options,
 /// The motion that the options name, "auto" by what is worn.
 std::string motion_of(const SynthesisOptions& options);
 
-/// What the capture's ground truth says of it, without cameras, lights and uvs of others.
+/// Its ground truth in the capture, without cameras, lights and uvs of others.
 GroundTruth truth_of(const Performance& performance, const SynthesisOptions& options);
 
 /// Plays the minimal sequence: `take(i, frame)` for each frame in order.
