@@ -6,8 +6,8 @@
 
 namespace atelier {
 
-constexpr std::size_t kRestFrames = 5;         ///< of fewer nothing is known
-constexpr const char* kRestFile = "rest.obj";  ///< what such a surface is called on disk
+constexpr std::size_t kRestFrames = 5;               ///< of fewer nothing is known
+constexpr const char* kRestFile = "rest.obj";        ///< what such a surface is called on disk
 constexpr const char* kFormerRestFile = "taut.obj";  ///< in results of the release before
 
 struct RestSurfaceOptions {
@@ -18,7 +18,7 @@ struct RestSurfaceOptions {
 /// The vertices of a garment's surface without what its folds take of it, nearly as it was cut.
 /// Scans round folds of a few centimetres, where edges come out too short, but folds wander: in
 /// some frames every place is taut. So each edge is as long as in the frames in which it is long (a
-/// quantile of its lengths, for noise and weight lengthen it in others). What edges lack is
+/// quantile of its lengths, for noise and weight lengthen it in others). The missing lengths are
 /// averaged over `reach`, since single edges are noisy and no panel lies flat with noise, as a
 /// tensor, since a fold takes of the length across it alone; and this for each frame. The frame
 /// that lacks least is where it begins, a pose in which little is folded, as knees and elbows are

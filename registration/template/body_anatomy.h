@@ -13,7 +13,7 @@ inline constexpr std::array kExtremities = {Extremity::Head, Extremity::LeftHand
                                             Extremity::RightHand, Extremity::LeftFoot,
                                             Extremity::RightFoot};
 
-/// What garments need to know of a body: which lump of flesh each vertex belongs to, and how lumps
+/// The anatomy of a body for garments: which lump of flesh each vertex belongs to, and how lumps
 /// follow one another from the pelvis to head, hands and feet. No skeleton, no skinning.
 struct BodyAnatomy {
   std::vector<int> lumps;                 ///< [V] of each vertex of the body
