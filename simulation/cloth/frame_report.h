@@ -4,7 +4,7 @@
 
 namespace atelier {
 
-/// What one frame of simulation came to.
+/// Diagnostics of one simulated frame.
 struct FrameReport {
   std::int64_t frame = 0;  ///< frames done, this one included
   double strain_p50 = 0;   ///< median of |length / rest - 1| over the mesh edges

@@ -57,7 +57,7 @@ ATELIER_HOST_DEVICE inline BodyTouch<T> touch_nearest(const BodyView<T>& body,
   return touch_at(body, best.face, b, normal, way);
 }
 
-/// What a contact with the body obeys.
+/// Parameters of contact with the body.
 template <class T>
 struct BodyContactRule {
   T thickness;    ///< m
@@ -92,7 +92,7 @@ ATELIER_HOST_DEVICE inline Passage<T> way_of(const BodyParticle<T>& p, const Bod
 }
 
 /// Moves a particle out of the body and lets friction hold it (Coulomb: exact stick inside the
-/// cone). What friction did in the substep's earlier iterations is projected onto the cone anew in
+/// cone). The friction of the substep's earlier iterations is projected onto the cone again in
 /// each, also where the particle lies at its distance already: else directions of slips on the way
 /// to the solution stayed in it.
 template <class T>
@@ -173,8 +173,8 @@ constexpr int kSearchDeep = -2;  ///< it starts inside: ask the tree as deep as 
 /// and looks at it from its front: ask for the way out.
 constexpr int kSearchBuried = -3;
 
-/// What is known in a frame about what a particle may meet. `gap` and `from` are renewed whenever
-/// the candidates are looked at: who was found to be far from them is left alone for as long as it
+/// Contact candidates of a particle in a frame. `gap` and `from` are renewed whenever the
+/// candidates are looked at: who was found to be far from them is left alone for as long as it
 /// cannot have come near.
 template <class T>
 struct BodyOutlook {

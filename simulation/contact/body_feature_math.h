@@ -43,7 +43,7 @@ struct BodyFeatures {
   const BoxNode<T>* nodes;  ///< tree over faces that have any
 };
 
-/// What the pairs of features obey.
+/// Parameters of contacts between features.
 template <class T>
 struct FeatureRule {
   SelfRule<T> push;
@@ -99,7 +99,7 @@ ATELIER_HOST_DEVICE inline T min_length_over(const BodyView<T>& body, const Clot
   return over_one <= apart ? over_one : std::sqrt(over_one * apart);
 }
 
-/// What a face stands for: see BodyFeatures::sharp and ::least.
+/// The features that a face represents: see BodyFeatures::sharp and ::least.
 template <class T>
 struct SharpOfFace {
   int bits;
@@ -155,8 +155,8 @@ ATELIER_HOST_DEVICE inline Vec3<T> edge_normal(const BodyView<T>& body, const Cl
 
 /// Whether a feature that looks along `outwards` pushes a point of the cloth at `x`: one outside of
 /// the whole body where `outside` of the feature, else one just inside, of which the nearest face
-/// looks that way too. What lies in another limb, or where the body overlaps itself, is left to the
-/// cloth's vertices.
+/// looks that way too. Features inside another limb, or where the body overlaps itself, are left to
+/// the cloth's vertices.
 template <class T>
 ATELIER_HOST_DEVICE inline bool feature_reaches(const BodyView<T>& body, Vec3<T> x,
                                                 Vec3<T> outwards, bool outside, T time, T within) {

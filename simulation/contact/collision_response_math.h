@@ -48,8 +48,8 @@ ATELIER_HOST_DEVICE inline Vec3<T> push_of(const ResponseExtent& extent) {
           unit * (static_cast<T>(extent.high[2]) + static_cast<T>(extent.low[2]))};
 }
 
-/// What pairs want of one particle; all zero: nothing. Extremes, so that their order does not
-/// matter.
+/// Responses that pairs request of one particle; all zero: none. Extremes, so that their order does
+/// not matter.
 struct alignas(16) ResponseSum {
   ResponseExtent fresh;  ///< undoes what the substep did: becomes speed; where it stays: its carry
   ResponseExtent calm;   ///< takes off what was there before: does not become speed

@@ -29,7 +29,7 @@ namespace atelier {
 /// nothing that was not crossed gets crossed, also where a body presses. What is crossed all the
 /// same (it began so, or came out of the body) is pulled apart along the gradient of the length of
 /// the intersection (Volino and Magnenat-Thalmann 2006), layers to the side on which they belong.
-/// What is crossed is looked for at the frame's first substep; at a later one, around what contacts
+/// Crossings are searched for at the frame's first substep; at a later one, around what contacts
 /// moved in the substep before, where that let something pass or kept something back, and around
 /// what was crossed.
 

@@ -168,7 +168,7 @@ ATELIER_HOST_DEVICE inline void slide_as_one(const int* particle, const Vec4<T>*
   }
 }
 
-/// What a pair does in a substep.
+/// Motion of a pair in a substep.
 enum class Passing {
   No,
   Free,  ///< passes: it is crossed, or has to come out of the body
@@ -192,7 +192,7 @@ ATELIER_HOST_DEVICE inline void go_on(const Vec4<T>* start, const Vec4<T>* x, T 
   }
 }
 
-/// What is done with a pair that is kept back: `carry(particle)` is how what stays is moved on,
+/// Response to a pair that is kept back: `carry(particle)` is how what stays is moved on,
 /// `slide(particle, push)` and `stay(particle, carry)` take what is wanted of a particle. Refers to
 /// all three.
 template <class Carry, class Slide, class Stay>
