@@ -29,7 +29,7 @@ struct SceneLayer {
 };
 
 /// A scene to render, for a program that has neither capture nor workspace: surfaces over time and
-/// who looks at them.
+/// cameras.
 struct PaintedScene {
   std::vector<SceneLayer> layers;
   std::vector<Camera> cameras;                ///< one for all frames, or one for each

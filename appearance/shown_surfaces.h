@@ -57,7 +57,7 @@ class ShownSurfaces {
   /// of the camera are one of the picture's. Colours are clamped to [0,1].
   virtual Image picture(const std::vector<SurfaceLook>& looks) = 0;
 
-  /// Returns when the device has done all that it was asked for: for who measures time.
+  /// Waits until the device has finished all its work, for measurements of time.
   virtual void wait() const = 0;
 };
 
