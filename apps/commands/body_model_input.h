@@ -46,7 +46,7 @@ struct ShapedInput {
   Eigen::VectorXd shape;
 };
 
-/// default, female or male, which --shape makes anew.
+/// default, female or male, which are generated with --shape.
 bool is_generated(const BodyArguments& arguments);
 
 /// A MakeHuman body: base.obj or its folder.
