@@ -24,8 +24,8 @@ struct PersonalBody {
                                          ///< its neighbours or the other side of the body
 };
 
-/// A body as it is, without displacements: what tracks a person of whom nothing else is known.
-/// Throws LogicError for a shape of another length; empty: neutral.
+/// A body as it is, without displacements: for tracking a person without a personal body. Throws
+/// LogicError for a shape of another length; empty: neutral.
 PersonalBody plain_person(const BodyModel& model, const Eigen::VectorXd& shape = {});
 
 /// Throws DataError unless the model is valid and without shape parameters, and arrays have the
