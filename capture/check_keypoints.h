@@ -24,7 +24,7 @@ struct KeypointCheck {
 /// the unit), left and right of it in each other's place ("keypoint-sides"), an order of points
 /// whose limbs are of no length ("keypoint-order"), half a pixel between calibration and detections
 /// ("half-pixel"), points that hardly two cameras see ("coverage-low"). Nothing is said of what
-/// there is too little of. Where several people are seen, the one who is found best.
+/// there is too little of. Where several people are seen, the one detected best is used.
 KeypointCheck check_keypoints(FrameReader& reader, const TriangulationOptions& options = {});
 
 }  // namespace atelier

@@ -11,7 +11,7 @@
 
 namespace atelier {
 
-/// One sequence of a data set, for who writes it in another layout.
+/// One sequence of a data set, for writing it in another layout.
 struct LayoutSource {
   FrameReader* reader = nullptr;
   CaptureSequence sequence;    ///< of the native layout: the frames of all sequences

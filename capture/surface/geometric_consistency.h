@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// The views of an instant, made ready for stereo and fusion.
+/// The views of an instant, prepared for stereo and fusion.
 struct StraightInstant {
   std::vector<Camera> cameras;    ///< without distortion
   std::vector<Image> images;      ///< [H,W,3] of each, less its gain
