@@ -5,9 +5,9 @@
 
 namespace atelier {
 
-/// What refused the look at `path` that ended with `error` (errno): where permission was denied
-/// (EACCES) the nearest folder above that can be looked at, which does not let through, or `path`
-/// itself where that can; else `path`.
+/// The path that caused `error` (errno) in an access to `path`: where permission was denied
+/// (EACCES), the nearest folder above that can be examined but not searched, or `path` itself if it
+/// can be examined; else `path`.
 std::filesystem::path denied_place(const std::filesystem::path& path, int error);
 
 /// The kind of file at a path, after following links: file_type::not_found only where there is

@@ -42,8 +42,8 @@ struct OptionField {
 /// missing help and for an empty range. A help is shown with a capital and without a full stop.
 struct OptionTable {
   std::vector<OptionField> fields;
-  /// One sentence for each former name or value that `set_option` understood: "min_views is now
-  /// min_views". Who sets options shows them.
+  /// One sentence for each former name or value that `set_option` understood: "least_views is now
+  /// min_views". The caller that sets options shows them.
   std::vector<std::string> notices;
 
   OptionTable& add(std::string name, bool& target, std::string help);
@@ -96,7 +96,7 @@ struct OptionTable {
   OptionTable& append(OptionField field);
 };
 
-/// An options struct behind its table: who holds it needs to know no struct's type.
+/// An options struct behind its table, so that its owner need not know the struct's type.
 struct OptionSet {
   std::shared_ptr<void> values;
   OptionTable table;  ///< points into `values`

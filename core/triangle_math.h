@@ -145,7 +145,7 @@ ATELIER_HOST_DEVICE inline TrianglePoint<T> nearest_on_triangle(Vec3<T> p, const
   return {point, {1 - v - w, v, w}, squared_norm(p - point)};
 }
 
-/// A ray made ready for many triangles: sheared so that it runs along +z.
+/// A ray prepared for many triangles: sheared so that it runs along +z.
 template <class T>
 struct PreparedRay {
   Vec3<T> origin;
