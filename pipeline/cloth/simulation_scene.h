@@ -79,8 +79,8 @@ struct SimulationScene {
   std::vector<std::string> notes;           ///< doubts begin with kWarning
 };
 
-/// Reads who wears it alone: the body, as it moves, and how many frames there are. Throws DataError
-/// for files that do not fit each other, UsageError where there is nothing to simulate.
+/// Reads only the wearer: the moving body, and how many frames there are. Throws DataError for
+/// files that do not fit each other, UsageError where there is nothing to simulate.
 SimulationScene read_scene_body(const ScenePaths& paths, const SimulateOptions& options);
 
 /// Reads a scene; a garment is a mesh or an archive (core/garment_archive.h). With

@@ -21,7 +21,7 @@ struct PerformedFrame {
   std::vector<Points> garment_velocities;  ///< as GroundTruthFrame::garments
 };
 
-/// Who, wearing what, does what.
+/// A subject, its clothes and its motions.
 struct Performance {
   SyntheticSubject subject;
   SubjectKeypoints keypoints;
@@ -30,8 +30,8 @@ struct Performance {
   ContinuousMotion clothed;  ///< feet on their soles
   ContinuousMotion minimal;
   double start = 0;  ///< s into the clothed motion of its first frame
-  /// m, added to everything that is photographed clothed, so that who walks through a recorded
-  /// motion passes the middle of the dome half way through the frames.
+  /// m, added to everything that is photographed clothed, so that a person who walks through a
+  /// recorded motion passes the middle of the dome half way through the frames.
   Eigen::Vector3d shift{0, 0, 0};
 };
 
