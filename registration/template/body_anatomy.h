@@ -24,8 +24,9 @@ struct BodyAnatomy {
 /// more, each with a vertex.
 void check_anatomy(const BodyAnatomy& anatomy, Index vertices);
 
-/// Where the body looks: horizontal, of length 1, across the way from right hip and shoulder to the
-/// left ones. Zero where that way has no direction along the ground, as of one who lies on a side.
+/// The direction that the body faces: a horizontal unit vector, perpendicular to that from right
+/// hip and shoulder to the left ones. Zero where the latter is vertical, such as of a person lying
+/// on the side.
 Eigen::Vector3d body_facing(const BodyAnatomy& anatomy, const Points& body);
 
 /// A line through the inside of the body, [N,3] m: from the pelvis through the middle of each lump,
