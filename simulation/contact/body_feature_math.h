@@ -22,9 +22,9 @@ namespace atelier {
 /// Pushes. Those of collision_response_math.h, the body's points with an inverse mass of 0: a pair
 /// keeps the side that it had at the substep's start, by half of the thickness, with friction;
 /// pushes are extremes of integers, whose order does not matter. A feature pushes only where it is
-/// what lies nearest of its body, or where the pair would pass in the substep. Who has come through
-/// a little all the same goes out along the feature's normal, if the face of the body that lies
-/// nearest looks that way too: not to the palm what lies on the back of a hand.
+/// what lies nearest of its body, or where the pair would pass in the substep. A particle that has
+/// come through a little all the same goes out along the feature's normal, if the face of the body
+/// that lies nearest looks that way too: not to the palm what lies on the back of a hand.
 ///
 /// A body that overlaps itself: a feature within another limb pushes nothing, nor is cloth pushed
 /// that lies in one; and the cloth's vertices meet the body's faces after its features, so that in

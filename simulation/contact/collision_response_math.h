@@ -96,9 +96,9 @@ struct PairDirection {
   Vec3<T> outwards;  ///< unit, in which the first must lie; 0: on whichever side it is
 };
 
-/// Keeps a pair apart by `gap` along the direction it had at the substep's start. Who
-/// rests on the body, on others too, hardly yields to who does not: else what lies on it would push
-/// it through (shock propagation, Guendelman et al. 2003).
+/// Keeps a pair apart by `gap` along the direction it had at the substep's start. A particle that
+/// rests on the body, or on others that do, hardly yields to one that does not, which would
+/// otherwise push it through (shock propagation, Guendelman et al. 2003).
 template <class T, class Support, class Add>
 ATELIER_HOST_DEVICE inline PairState push_apart(const PairPoints<T>& pair,
                                                 const PairDirection<T>& direction, T gap,
