@@ -54,7 +54,7 @@ class ShownSurfaces {
   virtual SurfaceArrays surface(std::size_t which) = 0;
 
   /// The image [H,W,4] in linear light, of one look for each surface; squares of `samples` pixels
-  /// of the camera are one of the picture's. Colours are clamped to [0,1].
+  /// of the camera are one of the image's. Colours are clamped to [0,1].
   virtual Image picture(const std::vector<SurfaceLook>& looks) = 0;
 
   /// Waits until the device has finished all its work, for measurements of time.

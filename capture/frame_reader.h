@@ -51,7 +51,7 @@ class FrameReader {
   /// Everybody in space, metres, Y up.
   std::vector<PersonPoints> keypoints3d(int frame_id);
 
-  /// The picture's own bytes, checked by its header; of a video, a PNG of the frame.
+  /// The image's own bytes, checked by its header; of a video, a PNG of the frame.
   std::optional<EncodedImage> encoded_image(Index camera_idx, int frame_id);
 
  private:

@@ -59,14 +59,14 @@ struct DetectPicture {
 /// A network's detections in one image.
 struct Detection {
   std::vector<DetectedPoints> people;  ///< px of the image; below the threshold: 0, 0, 0
-  ByteImage classes;    ///< [H,W] of a parsing network, of the picture's size; 0 outside the box
+  ByteImage classes;    ///< [H,W] of a parsing network, of the image's size; 0 outside the box
   int class_count = 0;  ///< of a parsing network
 };
 
 /// Cuts each box out, keeping its shape (what is beyond it in the network's rectangle is the
-/// picture's, and beyond that the mean), normalises it as the network was trained, runs it
-/// (run_network), reads its outputs and takes them back to the picture. Throws as run_network and
-/// the decoders do; LogicError for options out of range and boxes without area.
+/// image's, and beyond that the mean), normalises it as the network was trained, runs it
+/// (run_network), reads its outputs and takes them back to the image. Throws as run_network and the
+/// decoders do; LogicError for options out of range and boxes without area.
 std::vector<Detection> detect(std::span<const std::byte> model,
                               const std::vector<DetectPicture>& pictures,
                               const DetectOptions& options, const std::string& file,

@@ -15,8 +15,8 @@ struct EmptyStage {
                  ///< MaskOptions::threshold)
 };
 
-/// From clean plates: images of the empty stage, of one camera. One alone does; the spread is
-/// then that of the whole picture's noise. Throws DataError for none, or plates of two sizes.
+/// From clean plates: images of the empty stage, of one camera. One alone does; the spread is then
+/// that of the whole image's noise. Throws DataError for none, or plates of two sizes.
 EmptyStage background_of_plates(const std::vector<Image>& plates);
 
 /// From the frames themselves: the median of each pixel over time, its spread by the median

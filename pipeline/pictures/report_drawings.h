@@ -21,7 +21,7 @@ namespace atelier {
 // Drawing functions for the report's images of stages.
 
 inline constexpr std::size_t kReportPictures = 4;  ///< frames that are shown
-inline constexpr int kReportWide = 290;            ///< pixels: four pictures beside each other
+inline constexpr int kReportWide = 290;            ///< pixels: four images beside each other
 inline constexpr int kReportNarrow = 210;          ///< six
 inline constexpr int kReportHeight = 460;          ///< pixels
 

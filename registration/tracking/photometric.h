@@ -71,7 +71,7 @@ void add_texture(GarmentTexture& texture, const ClothSamples& samples, const Vie
 
 struct PhotometricOptions {
   double weight = 1e-4;  ///< m2 against the scan's 1: of residuals in standard deviations
-  double noise = 0.012;  ///< of a picture's square roots; contrast below it says nothing
+  double noise = 0.012;  ///< of an image's square roots; contrast below it says nothing
   double good = 0.6;     ///< correlation from which a view counts in full
   double bad = 0.2;      ///< correlation at which it does not count at all
 };
@@ -84,7 +84,7 @@ struct PhotometricTerm {
   Eigen::VectorXi views;                  ///< [V] that see the patch around each vertex
 };
 
-/// At one size of the pictures. O(samples x views that see them).
+/// At one size of the images. O(samples x views that see them).
 PhotometricTerm photometric_term(const ViewedCloth& cloth, const ClothSamples& samples,
                                  const GarmentTexture& texture, int level,
                                  const PhotometricOptions& options = {});
