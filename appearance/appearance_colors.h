@@ -8,8 +8,8 @@
 
 namespace atelier {
 
-/// What a network draws at the pixels of all views of an AppearanceData, one view behind the other:
-/// linear RGB without gain.
+/// Colours that a network renders at the pixels of all views of an AppearanceData, one view behind
+/// the other: linear RGB without gain.
 struct AppearanceColors {
   std::vector<float> drawn;  ///< [3P]
   std::vector<float> fixed;  ///< [3P] by the texture that does not change

@@ -13,7 +13,7 @@
 
 namespace atelier {
 
-/// What one camera sees of the surface in one frame.
+/// One camera's pixels of the surface in one frame.
 struct AppearanceView {
   int camera_idx = 0;
   int frame_idx = 0;

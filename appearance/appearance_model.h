@@ -34,7 +34,7 @@ inline constexpr const char* kModelSchema = "atelier.appearance";
 /// branches that give their parts in units of the mean texture (a print is shaded by one number
 /// where it would take another one for each of its colours), transfer as an input of the first
 /// branch (it tells inside from outside of folds), branches coarser than the texture (at the
-/// print's own scale they would learn each picture's misalignment by heart).
+/// print's own scale they would learn each image's misalignment by heart).
 struct NetworkOptions {
   int resolution = 256;          ///< texels a side, a power of 2 from 16 to 2048
   int channels = 8;              ///< width of the first level, 1..128

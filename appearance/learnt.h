@@ -4,7 +4,7 @@
 
 namespace atelier {
 
-/// What a training has come to.
+/// Result of a training.
 enum class Learnt {
   Enough,
   Doubtful,  ///< half a decibel and more below the texture that does not change
@@ -16,7 +16,7 @@ enum class Learnt {
 /// @param fixed  dB, of that texture (StaticFit::psnr)
 Learnt learnt(double psnr, double fixed);
 
-/// What to say of one that did not learn enough, and what to do.
+/// Message about a training that did not learn enough, with what to do.
 std::string little_learnt_text(double psnr, double fixed);
 
 }  // namespace atelier

@@ -9,9 +9,9 @@
 
 namespace atelier {
 
-/// A network draws what it learnt only from light transfer that is measured as it was then: with
-/// fewer rays it is another noise, with another reach other light. So data and networks hold how it
-/// was, and who draws leaves it to them.
+/// A network reproduces its training only from light transfer that is computed with the same
+/// options: fewer rays have other noise, another reach has other light. Data and networks therefore
+/// contain these options, and rendering uses them.
 
 /// As texts by the names of their options: "occlusion.strata" and so on. None of nothing.
 void put_occlusion(std::map<std::string, std::string>& texts,
@@ -36,8 +36,9 @@ struct LearntOcclusion {
 /// 4: dress learnt with 8".
 std::string occlusion_problem(const OcclusionOptions& asked, const LearntOcclusion& learnt);
 
-/// How light transfer of an image is measured: as its networks learnt, where they say it, else as
-/// asked, else as it comes. Throws DataError where networks contradict each other or what is asked.
+/// Options of the light transfer of an image: those of its networks, where they have them, else
+/// those asked for, else the defaults. Throws DataError where networks contradict each other or
+/// what is asked.
 OcclusionOptions drawn_occlusion(const OcclusionOptions& asked,
                                  const std::vector<LearntOcclusion>& learnt);
 

@@ -25,9 +25,9 @@ OptionTable describe(OcclusionOptions& options);
 /// The first number of each side is its ambient visibility, the cosine-weighted share of the
 /// hemisphere over the normal that is open, in [0,1]; under nothing degrees 1 and 2 are 2/3 and 1/4
 /// of Y_lm(normal) / Y_00 (Ramamoorthi and Hanrahan, "An Efficient Representation for Irradiance
-/// Environment Maps", SIGGRAPH 2001). What a distant light that stands still gives a point that is
-/// hidden from some of it is linear in these numbers, as far as it is smooth (Sloan, Kautz, Snyder,
-/// "Precomputed Radiance Transfer", SIGGRAPH 2002). Cloth is looked at from both sides, and the
+/// Environment Maps", SIGGRAPH 2001). The light that a point receives from a distant static light,
+/// part of which is occluded, is linear in these numbers if the light is smooth (Sloan, Kautz,
+/// Snyder, "Precomputed Radiance Transfer", SIGGRAPH 2002). Cloth is seen from both sides, and the
 /// inside of a skirt is darker than its outside.
 ///
 /// `strata`^2 rays a side, one in each cell of a grid over the square that is mapped to the

@@ -28,8 +28,8 @@ struct SceneLayer {
   Triangles faces;                             ///< of its vertices
 };
 
-/// What is to be drawn, for a program that has neither capture nor workspace: surfaces over time
-/// and who looks at them.
+/// A scene to render, for a program that has neither capture nor workspace: surfaces over time and
+/// cameras.
 struct PaintedScene {
   std::vector<SceneLayer> layers;
   std::vector<Camera> cameras;                ///< one for all frames, or one for each

@@ -104,7 +104,7 @@ ATELIER_HOST_DEVICE inline void add_layer_color(const PictureLayer& layer, int f
   add_texture_color(layer, clamped(u, 0.0f, 1.0f), clamped(v, 0.0f, 1.0f), sum);
 }
 
-/// What is in front in each pixel of a raster.
+/// The front-most surface in each pixel of a raster.
 struct RasterView {
   const int* face;           ///< of all surfaces; -1: none
   const float* barycentric;  ///< three a pixel

@@ -36,7 +36,7 @@ struct DrawnSurface {
   int fewest_pixels = 100;   ///< of all images, that have to show it
 };
 
-/// What a camera took in a frame.
+/// A camera's image of one frame.
 struct TakenPicture {
   ByteImage colors;  ///< sRGB bytes of 3 channels; empty: none was taken
   ByteImage labels;  ///< what each pixel shows, or empty: nobody says
@@ -50,7 +50,7 @@ struct TakenPictures {
   ReadPicture read = {};  ///< none: there are no colours, only what a network is asked for
 };
 
-/// What label images say of the pixels of one camera in which the geometry shows the surface.
+/// Agreement of label images with the pixels of one camera in which the geometry shows the surface.
 struct LabelAgreement {
   std::size_t judged = 0;  ///< pixels that have a label
   std::size_t agreed = 0;  ///< of them, those that it gives to the surface

@@ -28,7 +28,7 @@ struct SurfaceArrays {
   Index coordinates = 0;            ///< T
 };
 
-/// What a surface looks like in a picture.
+/// Appearance of a surface in an image.
 struct SurfaceLook {
   const float* texture = nullptr;  ///< [3,R,R] linear RGB, in the device's memory; null: `color`
   int resolution = 0;              ///< R
@@ -54,14 +54,14 @@ class ShownSurfaces {
   virtual SurfaceArrays surface(std::size_t which) = 0;
 
   /// The image [H,W,4] in linear light, of one look for each surface; squares of `samples` pixels
-  /// of the camera are one of the picture's. Colours are clamped to [0,1].
+  /// of the camera are one of the image's. Colours are clamped to [0,1].
   virtual Image picture(const std::vector<SurfaceLook>& looks) = 0;
 
-  /// Returns when the device has done all that it was asked for: for who measures time.
+  /// Waits until the device has finished all its work, for measurements of time.
   virtual void wait() const = 0;
 };
 
-/// What options leave open of the light transfer is as it comes (drawn_occlusion). Throws
+/// Options of the light transfer that are not set have their defaults (drawn_occlusion). Throws
 /// LogicError unless faces name what is there and options are in range, EnvironmentError where the
 /// device is not there.
 std::unique_ptr<ShownSurfaces> make_shown_surfaces(std::vector<ShownSurface> surfaces,

@@ -5,7 +5,7 @@
 
 namespace atelier {
 
-/// What both devices make of their surfaces (shown_surfaces.cpp).
+/// Operations on surfaces of both devices (shown_surfaces.cpp).
 
 /// Faces [F,3] of all, into the vertices of all.
 Triangles faces_of_all(const std::vector<ShownSurface>& surfaces);

@@ -18,8 +18,8 @@ struct StaticFit {
   std::vector<double> camera_explained;
 };
 
-/// Texels a side at which images are compared with a texture that does not change, at most:
-/// coarse, so that cloth which is registered a little off is not taken for other pictures.
+/// Texels a side at which images are compared with a texture that does not change, at most: coarse,
+/// so that cloth which is registered a little off is not taken for other images.
 inline constexpr int kJudgedTexels = 128;
 
 /// As many texels a side as leave each 32 pixels, from 16 to kJudgedTexels: a texel that one camera

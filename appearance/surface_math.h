@@ -6,8 +6,8 @@
 
 namespace atelier {
 
-/// What the corners of a face give to the normals and tangents of the points there: the arithmetic
-/// of surface_frame, for kernels too.
+/// Contributions of a face's corners to the normals and tangents of its points: the arithmetic of
+/// surface_frame, for kernels too.
 
 /// The unit normal of face abc times its angle at a, 0 where it has no area: what vertex normals
 /// are sums of (core/normals.h). The normal is the same bits from each corner if `a` is its first

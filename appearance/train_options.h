@@ -42,7 +42,7 @@ TrainOptions resolved(const TrainOptions& options, Device device = Device::Cpu);
 /// "", or what no network can have of resolved options, each in its range, on that device.
 std::string training_problem(const TrainOptions& options, Device device);
 
-/// What kind of network they ask for.
+/// The architecture that they describe.
 NetworkOptions network_options(const TrainOptions& options);
 
 /// The options as text that two runs of the same training have in common.

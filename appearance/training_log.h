@@ -20,8 +20,8 @@ std::string training_log_header();
 std::string training_log_row(const TrainingStep& step);
 
 /// The log with which a training goes on after `iteration` steps: the header and the rows up to
-/// there. What a kill or a full disk has left of a row, whatever follows a row that is none, and
-/// rows of steps that are done again are cut off.
+/// there. The rest of a row that a kill or a full disk has left, whatever follows a row that is
+/// none, and rows of steps that are done again are cut off.
 std::string resumed_training_log(std::string_view log, std::int64_t iteration);
 
 /// The step after which a training is judged: its last twentieth, and no fewer steps than see all

@@ -15,7 +15,7 @@ struct VisibleOptions {
 };
 OptionTable describe(VisibleOptions& options);
 
-/// What a camera sees of one surface among others.
+/// The visible pixels of one surface among others.
 struct VisiblePixels {
   std::vector<int> pixel;     ///< [P] y * width + x, increasing
   std::vector<float> u, v;    ///< [P] its place in the texture, v up

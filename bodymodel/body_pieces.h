@@ -4,7 +4,7 @@
 
 namespace atelier {
 
-/// What of a skin in several pieces is the body.
+/// The pieces of a skin that belong to the body.
 struct MainPiece {
   Triangles faces;  ///< of the pieces taken; vertices of one place are one
   int pieces = 1;   ///< taken: 1, or all where none holds most of the volume

@@ -11,7 +11,7 @@ namespace atelier {
 /// with some 3 litres of air in the chest of a body of 70 litres.
 constexpr double kBodyDensity = 1010;
 
-/// What a tailor or an anthropometrist takes from a body that stands in its rest pose (arms out,
+/// Measurements of tailors and anthropometrists on a body that stands in its rest pose (arms out,
 /// legs apart), metres and kilograms. Girths are convex, as a tape lies. Definitions follow ANSUR
 /// II (Gordon et al. 2014) where a skeleton with SMPL's joint names can find the landmark; left and
 /// right are averaged.

@@ -25,7 +25,7 @@ struct MotionClip {
   std::vector<Finding> findings;  ///< guesses and repairs of the reader
 };
 
-/// What motion files do not say. Every reader of one takes it; 0 means: guess, and say so.
+/// Information that motion files may lack. Every reader takes it; 0 means: guess, and say so.
 struct MotionOptions {
   double metres_per_unit = 0;  ///< 0: guess_metres_per_unit; set it for children and animals
   char up = 0;                 ///< 'y' or 'z'; 0: guess_up_axis

@@ -35,12 +35,12 @@ struct SkinPoints {
     int place = -1;
     double weight = 0;
   };
-  /// What a vertex is of one of its point's bones.
+  /// A vertex's share in one of its point's bones.
   struct Term {
     int bone = 0;  ///< of the point's
     double share = 0;
   };
-  /// What a corrective moves at a vertex, per unit of its feature.
+  /// Displacement of a vertex by a corrective, per unit of its feature.
   struct Corrective {
     int corrective = 0;
     int joint = 0;  ///< whose rotation it follows

@@ -49,7 +49,7 @@ Points pose_features_gradient(const BodyModel& model, const Pose& pose);
 /// Rest vertices of the shape plus the pose's correctives, [V,3].
 Points corrected_rest(const BodyModel& model, const ShapedBody& body, const Pose& pose);
 
-/// What each joint does to rest points at the frames of a pose, [J].
+/// The transform of rest points by each joint at the frames of a pose, [J].
 std::vector<SkinTransform> skin_transforms(const ShapedBody& body, const JointFrames& frames);
 
 /// The same as dual quaternions, [J].

@@ -5,7 +5,7 @@
 
 namespace atelier {
 
-/// What a joint does to rest points: x = rotation * rest + translation, row-major 3x4.
+/// The transform of rest points by a joint: x = rotation * rest + translation, row-major 3x4.
 struct SkinTransform {
   double m[12];
 };

@@ -18,7 +18,7 @@ struct CaptureSequence {
   std::vector<int> frame_ids;  ///< increasing, >= 0; no id is in two sequences
 };
 
-/// What a native capture says of itself: capture.toml (docs/reference/formats.md).
+/// Metadata of a native capture: capture.toml (docs/reference/formats.md).
 struct CaptureInfo {
   std::string subject;  ///< name or pseudonym
   std::vector<CaptureSequence> sequences;

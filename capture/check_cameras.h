@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// What a set of cameras gives away about itself, without an image: focal lengths that no lens has,
+/// Defects of a set of cameras that can be found without an image: focal lengths that no lens has,
 /// principal points far off, distortion that folds within the image ("camera-distortion"), two
 /// cameras in one place ("camera-twins"), cameras that look away from where the others look
 /// ("camera-looks-away": an inverted or transposed extrinsic, a position in place of a

@@ -24,11 +24,11 @@ Dataset without_held_out_pictures(Dataset dataset);
 
 /// Images, masks and labels, one frame of one camera at a time: what does not decode
 /// ("image-damaged"), has another size ("image-size"), is missing ("frame-missing",
-/// "camera-without-pictures"), is the image before once more ("frame-duplicate"), black,
-/// saturated, blurred, or exposed otherwise than before; masks that are empty, full or inverted
-/// ("mask-inverted"), labels that no taxonomy has. What is said of many frames of a camera is said
-/// once, with the first and the number. A held-out camera may have no
-/// picture. `told(done, total)` is called after each picture.
+/// "camera-without-pictures"), is the image before once more ("frame-duplicate"), black, saturated,
+/// blurred, or exposed otherwise than before; masks that are empty, full or inverted
+/// ("mask-inverted"), labels that no taxonomy has. A finding about many frames of a camera is
+/// reported once, with the first and the number. A held-out camera may have no image. `told(done,
+/// total)` is called after each image.
 std::vector<Finding> check_frames(FrameReader& reader, const FrameCheckOptions& options = {},
                                   const std::function<void(int done, int total)>& told = {});
 

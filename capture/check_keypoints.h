@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// What detections say of a capture, for the page of `validate` and for other checks.
+/// Statistics of detections in a capture, for the page of `validate` and for other checks.
 struct KeypointCheck {
   std::vector<Finding> findings;
   std::vector<int> frame_ids;                        ///< [F] of what follows
@@ -17,14 +17,14 @@ struct KeypointCheck {
   bool calibration_fits = false;  ///< the points meet in space: `found` can be built on
 };
 
-/// What detections say of themselves and of the calibration: files that are damaged, points outside
-/// their image, confidences outside [0,1], cameras that see nobody ("keypoints-none"); then,
-/// triangulated, how all cameras or one of them were misread and the setting that mends it
-/// (explain_cameras.h), a person of a size that nobody has ("person-size": the unit), left and
-/// right of it in each other's place ("keypoint-sides"), an order of points whose limbs are of no
-/// length ("keypoint-order"), half a pixel between calibration and detections ("half-pixel"),
-/// points that hardly two cameras see ("coverage-low"). Nothing is said of what there is too little
-/// of. Where several people are seen, the one who is found best.
+/// Defects of detections and of the calibration that detections reveal: files that are damaged,
+/// points outside their image, confidences outside [0,1], cameras that see nobody
+/// ("keypoints-none"); then, triangulated, how all cameras or one of them were misread and the
+/// setting that mends it (explain_cameras.h), a person of a size that nobody has ("person-size":
+/// the unit), left and right of it in each other's place ("keypoint-sides"), an order of points
+/// whose limbs are of no length ("keypoint-order"), half a pixel between calibration and detections
+/// ("half-pixel"), points that hardly two cameras see ("coverage-low"). Nothing is said of what
+/// there is too little of. Where several people are seen, the one detected best is used.
 KeypointCheck check_keypoints(FrameReader& reader, const TriangulationOptions& options = {});
 
 }  // namespace atelier

@@ -22,7 +22,7 @@ Detections read_detections(FrameReader& reader, const std::vector<int>& frames);
 /// where nobody was found.
 std::vector<std::vector<Keypoints2d>> main_person(const Detections& detections);
 
-/// Most people in one picture.
+/// Most people in one image.
 int max_people(const Detections& detections);
 
 }  // namespace atelier

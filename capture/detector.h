@@ -25,7 +25,7 @@ struct DetectorOptions {
 };
 OptionTable describe(DetectorOptions& options);
 
-/// What the detector can know of one point.
+/// Observations of one point by the detector.
 struct KeypointSight {
   bool seen = true;        ///< the body part is not hidden by another
   double under_cloth = 0;  ///< 0: bare; 1: under cloth that hangs 10 cm off or more

@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// px: of a point that has no place in the picture.
+/// px: of a point that has no place in the image.
 inline constexpr double kNowhere = 1000;
 
 /// The reading (camera_readings.h) under which all cameras fit together, where they do not as they

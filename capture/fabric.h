@@ -7,7 +7,7 @@
 
 namespace atelier {
 
-/// What a cloth looks like up close.
+/// Appearance of a cloth at close range.
 enum class FabricKind {
   Plain,     ///< one colour with the faintest mottle: the hard case for stereo and registration
   Woven,     ///< slubby yarns both ways, a few per cent lighter and darker, as of linen or chambray

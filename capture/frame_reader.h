@@ -35,7 +35,7 @@ class FrameReader {
 
   const Dataset& dataset() const;
 
-  /// What the picture's file says of itself; of a video, width, height and 3 channels.
+  /// Header of the image's file; of a video, width, height and 3 channels.
   std::optional<ImageHeader> image_header(Index camera_idx, int frame_id);
   /// The image as sRGB bytes, 1 or 3 channels, distorted as taken, gain not removed.
   std::optional<ByteImage> byte_image(Index camera_idx, int frame_id);
@@ -51,7 +51,7 @@ class FrameReader {
   /// Everybody in space, metres, Y up.
   std::vector<PersonPoints> keypoints3d(int frame_id);
 
-  /// The picture's own bytes, checked by its header; of a video, a PNG of the frame.
+  /// The image's own bytes, checked by its header; of a video, a PNG of the frame.
   std::optional<EncodedImage> encoded_image(Index camera_idx, int frame_id);
 
  private:

@@ -15,7 +15,7 @@ using Keypoints2d = Eigen::Matrix<double, Eigen::Dynamic, 3, Eigen::RowMajor>;
 /// One person's keypoints in space: metres and confidence; what was not found is 0, 0, 0, 0.
 using Keypoints3d = Eigen::Matrix<double, Eigen::Dynamic, 4, Eigen::RowMajor>;
 
-/// What a detector found of one person in one image.
+/// Detections of one person in one image.
 struct PersonKeypoints {
   int id = -1;         ///< the file's number of the person; -1: none, the order means nothing
   Keypoints2d points;  ///< [K,3] px (the first pixel's centre at (0.5, 0.5)) and confidence

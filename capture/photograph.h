@@ -31,8 +31,8 @@ Scene scene_of(const StageInstant& instant);
 /// where the layer has labels per vertex; the surroundings are Background.
 ByteImage label_image(const StageInstant& instant, const SurfaceMaps& maps);
 
-/// What a camera sees of an instant, without noise: linear light (before exposure and gain), the
-/// true labels and the surface maps.
+/// A camera's image of an instant, without noise: linear light (before exposure and gain), the true
+/// labels and the surface maps.
 struct Photograph {
   Image light;       ///< [H,W,3] linear RGB
   ByteImage labels;  ///< [H,W] Label

@@ -12,7 +12,7 @@
 
 namespace atelier {
 
-/// What is held against each other: calibrations and one person's detections.
+/// Data that are compared: calibrations and one person's detections.
 struct SeenPerson {
   std::vector<Camera> cameras;
   FileWorld file_world;  ///< in which the calibrations were written
@@ -41,7 +41,7 @@ std::string setting_of(std::string_view option, const std::string& camera, std::
 
 /// Whether errors are less by more than chance makes them: the sum of the differences is beyond
 /// four of its standard deviations, of twenty and more. Under no difference each is as often for as
-/// against, so that the sum deviates by the root of the squares. What is negative is not known.
+/// against, so that the sum deviates by the root of the squares. Negative values are unknown.
 bool surely_less(const std::vector<double>& then, const std::vector<double>& now);
 
 }  // namespace atelier

@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// What a camera's sensor adds to the light.
+/// Noise of a camera's sensor.
 struct SensorOptions {
   double exposure = 1;  ///< factor on the light before the camera's own gain, above 0 to 100
   double shot_noise =

@@ -5,7 +5,7 @@
 
 namespace atelier {
 
-/// What a finding says, with its numbers put in as printf does; at most 255 bytes.
+/// Text of a finding, formatted as by printf; at most 255 bytes.
 template <class... Values>
 std::string sentence(const char* format, Values... values) {
   char text[256];

@@ -19,7 +19,7 @@ struct ValidateOptions {
 };
 OptionTable describe(ValidateOptions& options);
 
-/// What was found, and what it was found by.
+/// Findings, and the data that they are based on.
 struct Validation {
   std::vector<Finding> findings;  ///< errors first
   KeypointCheck keypoints;        ///< the person in space and what each camera saw of it

@@ -7,7 +7,7 @@
 
 namespace atelier {
 
-/// What is wrong with a comma-separated list of labels of what is worn; "" if nothing.
+/// The error in a comma-separated list of labels of worn things; "" if there is none.
 std::string excluded_problem(const std::string& list);
 
 /// The labels of such a list, spaces aside. Throws DataError for one with a problem.

@@ -12,7 +12,7 @@
 
 namespace atelier {
 
-/// What an HDF5 archive of Atelier holds: a schema with its version, the unit and up axis of
+/// Content of an HDF5 archive of Atelier: a schema with its version, the unit and up axis of
 /// everything in it, numbers and texts, and named arrays.
 struct Archive {
   std::string schema;                        ///< what it is, e.g. "atelier.mesh"
@@ -52,8 +52,8 @@ Archive read_archive(const std::filesystem::path& path, const std::string& schem
 Archive parse_archive(std::span<const std::byte> bytes, const std::string& schema,
                       int newest_version, const std::string& file = "", const Limits& limits = {});
 
-/// What an archive holds, whatever its schema: datasets have types and shapes, but no data. Only
-/// the index is read and the digest is not compared; for showing to people.
+/// Content of an archive of any schema: datasets have types and shapes, but no data. Only the index
+/// is read and the digest is not compared; for showing to people.
 Archive archive_contents(const std::filesystem::path& path, const Limits& limits = {});
 
 }  // namespace atelier

@@ -11,7 +11,7 @@
 
 namespace atelier {
 
-/// What the schemas of archives are made of. Reading throws DataError with `file` in it where an
+/// Building blocks of the schemas of archives. Reading throws DataError with `file` in it where an
 /// array has another type or shape than asked for, or names what is not there.
 
 /// A list of texts.

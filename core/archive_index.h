@@ -61,7 +61,7 @@ std::string archive_index_text(const ArchiveIndex& index);
 std::uint64_t archive_block_bytes(std::string_view prefix, const std::string& file);
 
 /// Reads the user block of a file of `file_bytes` and judges everything in it: names, types, shapes
-/// and ceilings, chunks inside the file and apart from each other.
+/// and limits, chunks inside the file and apart from each other.
 ArchiveIndex parse_archive_index(std::string_view block, std::uint64_t file_bytes,
                                  const std::string& file, const Limits& limits);
 

@@ -2,7 +2,7 @@
 
 namespace atelier {
 
-// What the program's exit code says; scripts may rely on it.
+// Meaning of the program's exit codes; scripts may rely on it.
 inline constexpr int kExitDone = 0;
 inline constexpr int kExitCheckFailed = 1;   ///< a check that was asked for is not met
 inline constexpr int kExitUsage = 2;         ///< the command line or an options file is wrong

@@ -5,14 +5,15 @@
 
 namespace atelier {
 
-/// What refused the look at `path` that ended with `error` (errno): where permission was denied
-/// (EACCES) the nearest folder above that can be looked at, which does not let through, or `path`
-/// itself where that can; else `path`.
+/// The path that caused `error` (errno) in an access to `path`: where permission was denied
+/// (EACCES), the nearest folder above that can be examined but not searched, or `path` itself if it
+/// can be examined; else `path`.
 std::filesystem::path denied_place(const std::filesystem::path& path, int error);
 
-/// What is at the path, after following links: file_type::not_found only where there is nothing
-/// (ENOENT). What cannot be looked at (no permission, a name too long, a loop of links, a failing
-/// disk) is not absent: it throws EnvironmentError with denied_place and the reason.
+/// The kind of file at a path, after following links: file_type::not_found only where there is
+/// nothing (ENOENT). A path that cannot be examined (no permission, a name too long, a loop of
+/// links, a failing disk) is not absent: it throws EnvironmentError with denied_place and the
+/// reason.
 std::filesystem::file_type file_kind(const std::filesystem::path& path);
 
 /// The same of the path itself: a link is file_type::symlink.

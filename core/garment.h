@@ -8,8 +8,8 @@
 
 namespace atelier {
 
-/// Physical properties of a fabric. Stiffnesses are of the membrane, so that a finer mesh drapes
-/// alike.
+/// Physical properties of a fabric. Stiffnesses are moduli of the membrane, independent of the
+/// mesh.
 struct Material {
   std::string name;
   double density = 0.15;       ///< kg/m2
@@ -24,14 +24,14 @@ struct Material {
 
 OptionTable describe(Material& material);
 
-/// Two runs of panel boundary that are sewn together, vertex by vertex.
+/// Two sections of panel boundary that are sewn together, vertex by vertex.
 struct Seam {
   std::string name;
   std::vector<int> a;  ///< vertices of one side, in order along it
   std::vector<int> b;  ///< vertices of the other side, same count, `b[i]` is sewn to `a[i]`
 };
 
-/// A point that rides on a triangle of another mesh (the body).
+/// Attachment of a garment's vertex to a triangle of another mesh (the body), with which it moves.
 struct Attachment {
   int vertex = 0;                                         ///< of the garment
   int triangle = 0;                                       ///< of the body

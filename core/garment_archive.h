@@ -9,8 +9,8 @@
 namespace atelier {
 
 /// A garment as an archive of schema "atelier.garment", version 1 (docs/reference/formats.md), and
-/// back. What is empty in the garment is not in the archive. Throws DataError unless the garment is
-/// valid (check_garment).
+/// back. Empty arrays of the garment are not written. Throws DataError unless the garment is valid
+/// (check_garment).
 Archive archive_of(const Garment& garment);
 Garment garment_of(const Archive& archive, const std::string& file = "");
 

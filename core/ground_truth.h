@@ -22,7 +22,7 @@ struct GroundTruthGarment {
   Label label = Label::Unknown;
 };
 
-/// What of a synthetic capture does not change from frame to frame.
+/// The part of a synthetic capture's ground truth that is the same in all frames.
 struct GroundTruth {
   std::vector<Camera> cameras;  ///< the true ones, with gain
   Skeleton skeleton;            ///< at the subject's shape
@@ -41,7 +41,7 @@ struct GroundTruth {
   std::map<std::string, std::string> texts;  ///< motion, garment, subject, preset, ...
 };
 
-/// One frame of it. What was not there (cloth in a minimal sequence) is empty.
+/// One frame of it. Missing things (cloth in a minimal sequence) are empty.
 struct GroundTruthFrame {
   int frame_id = 0;
   Points joints;                 ///< [J,3] metres

@@ -4,8 +4,8 @@
 
 namespace atelier {
 
-/// HDF5 as distributed is not safe for several threads: who calls it, or forks a process that will,
-/// holds this.
+/// HDF5 as distributed is not thread-safe: every caller, and everything that forks a process that
+/// will call it, locks this mutex.
 std::mutex& hdf5_mutex();
 
 }  // namespace atelier

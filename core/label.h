@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// What a surface or a pixel is: the taxonomy "atelier" that every other one is mapped to. Numbers
+/// Class of a surface or a pixel: the taxonomy "atelier" that every other one is mapped to. Numbers
 /// are those of label images and of Mesh::labels. Tight minimal clothing counts as skin.
 enum class Label : std::uint8_t {
   Background = 0,

@@ -10,7 +10,7 @@ namespace atelier {
 /// All throw LogicError unless faces name existing vertices and coordinates are finite. O(F log F).
 
 struct LaplacianOptions {
-  /// What to do with faces whose height is below 1e-10 of their longest edge, whose cotangents say
+  /// Treatment of faces whose height is below 1e-10 of their longest edge, whose cotangents say
   /// nothing: refuse them with a DataError that names the first, or leave them out, as if there
   /// were a slit. Set it for scans.
   bool skip_degenerate = false;

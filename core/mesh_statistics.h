@@ -13,7 +13,7 @@ struct MeshStatisticsOptions {
   std::vector<double> edge_quantiles = {0, 0.05, 0.5, 0.95, 1};
 };
 
-/// What a mesh is like, in numbers: for a first look at data, and to notice when they change.
+/// Statistics of a mesh: for a first look at data, and to notice when they change.
 struct MeshStatistics {
   Index vertices = 0;
   Index faces = 0;

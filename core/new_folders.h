@@ -12,8 +12,8 @@ class NewFolders {
   /// Notes which of the path and the folders above it are missing.
   explicit NewFolders(const std::filesystem::path& path);
 
-  /// Removes those of them that are there now and empty, the deepest first. What cannot be removed
-  /// stays.
+  /// Removes those of them that are there now and empty, the deepest first. Folders that cannot be
+  /// removed stay.
   void remove_empty() const noexcept;
 
  private:

@@ -18,7 +18,7 @@ struct OptionEnum {
   std::function<void(std::size_t)> set;
 };
 
-/// What a field's value is and where.
+/// Type and address of a field's value.
 using OptionTarget = std::variant<bool*, int*, std::int64_t*, double*, std::string*,
                                   std::vector<double>*, OptionEnum>;
 
@@ -42,8 +42,8 @@ struct OptionField {
 /// missing help and for an empty range. A help is shown with a capital and without a full stop.
 struct OptionTable {
   std::vector<OptionField> fields;
-  /// One sentence for each former name or value that `set_option` understood: "min_views is now
-  /// min_views". Who sets options shows them.
+  /// One sentence for each former name or value that `set_option` understood: "least_views is now
+  /// min_views". The caller that sets options shows them.
   std::vector<std::string> notices;
 
   OptionTable& add(std::string name, bool& target, std::string help);
@@ -96,7 +96,7 @@ struct OptionTable {
   OptionTable& append(OptionField field);
 };
 
-/// An options struct behind its table: who holds it needs to know no struct's type.
+/// An options struct behind its table, so that its owner need not know the struct's type.
 struct OptionSet {
   std::shared_ptr<void> values;
   OptionTable table;  ///< points into `values`
@@ -131,7 +131,8 @@ std::string option_text(const OptionField& field);
 /// The current value as JSON: true, 3, 0.5, [1,2], "cuda". Throws LogicError for NaN and infinity.
 std::string option_json(const OptionField& field);
 
-/// What a field takes: "true|false", "integer in [1, 100]", "cpu|cuda", "list of number > 0".
+/// Values that a field accepts: "true|false", "integer in [1, 100]", "cpu|cuda", "list of number >
+/// 0".
 std::string option_range(const OptionField& field);
 
 /// Every keyed field as JSON with sorted names and shortest round-trip numbers: the same options

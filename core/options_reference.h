@@ -10,7 +10,7 @@ namespace atelier {
 /// A stage or command that takes options.
 struct OptionOwner {
   std::string name;   ///< "reconstruct"
-  OptionTable table;  ///< who calls keeps alive what it points into
+  OptionTable table;  ///< the caller keeps alive what it points into
 };
 
 /// The Markdown sections of the reference of options. Options that several owners take under one

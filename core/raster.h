@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// What a camera sees of a mesh, per pixel centre.
+/// A camera's view of a mesh, per pixel centre.
 struct Raster {
   ImageOf<int> face;           ///< [H,W] the nearest face, -1: none
   ImageOf<float> barycentric;  ///< [H,W,3] perspective-correct, of the face's corners; 0 where none

@@ -6,7 +6,7 @@
 
 namespace atelier {
 
-/// What rasterize asks of everything but its faces. Throws as it does.
+/// Checks of rasterize on all arguments but the faces. Throws as it does.
 void check_raster(const Points& vertices, const Camera& camera, const RasterOptions& options);
 
 /// The face stage of rasterize on the GPU: screen vertices and faces go there, the raster comes

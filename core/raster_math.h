@@ -212,7 +212,7 @@ ATELIER_HOST_DEVICE inline EdgeFunctions edge_functions_at(const ScreenTriangle&
   return edges;
 }
 
-/// What a pixel sees of a face.
+/// A pixel's sample of a face.
 struct PixelSample {
   double barycentric[3];  ///< perspective-correct, of the face's corners; sums to 1
   double depth;           ///< metres along the camera's axis

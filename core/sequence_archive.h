@@ -10,7 +10,7 @@
 namespace atelier {
 
 /// A mesh as an archive of schema "atelier.mesh", version 1 (docs/reference/formats.md), and back.
-/// What is empty in the mesh is not in the archive. Throws DataError unless the mesh is valid
+/// Empty arrays of the mesh are not written. Throws DataError unless the mesh is valid
 /// (check_mesh).
 Archive archive_of(const Mesh& mesh);
 Mesh mesh_of(const Archive& archive, const std::string& file = "");
@@ -18,7 +18,7 @@ Mesh mesh_of(const Archive& archive, const std::string& file = "");
 void write_mesh_archive(const std::filesystem::path& path, const Mesh& mesh);
 Mesh read_mesh_archive(const std::filesystem::path& path, const Limits& limits = {});
 
-/// What all frames of a sequence on disk share.
+/// The part that all frames of a sequence on disk share.
 struct SequenceHeader {
   double fps = 0;              ///< frames per second, > 0
   std::vector<int> frame_ids;  ///< [N], the capture's own numbers, increasing, >= 0

@@ -4,7 +4,7 @@
 
 namespace atelier {
 
-/// What the system says of an errno and, where the user can do something about it, what to do: "No
+/// The system's message for an errno and, where the user can do something about it, advice: "No
 /// space left on device; free space and run again".
 std::string system_reason(int error);
 

@@ -14,7 +14,7 @@
 
 namespace atelier {
 
-/// What the elements of a Tensor are.
+/// Type of the elements of a Tensor.
 enum class ElementType {
   Bool,
   Int8,

@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// How the triangles of a mesh hang together: its edges and who shares them. Combinatorial only:
+/// Connectivity of a mesh: its edges and the triangles that share them. Combinatorial only:
 /// positions play no part.
 ///
 /// Corner k of a face is column k of `faces`; its edge k runs from corner k to corner (k + 1) % 3.

@@ -6,7 +6,7 @@
 
 namespace atelier {
 
-/// What one triangle answers to points and rays: arithmetic for both devices, T float or double.
+/// Queries of points and rays on one triangle: arithmetic for both devices, T float or double.
 /// Vertices come with their numbers, because whatever concerns an edge is computed from its smaller
 /// vertex to its larger: both faces at the edge then get the same bits, so that ties are ties and
 /// no ray slips through between them.
@@ -145,7 +145,7 @@ ATELIER_HOST_DEVICE inline TrianglePoint<T> nearest_on_triangle(Vec3<T> p, const
   return {point, {1 - v - w, v, w}, squared_norm(p - point)};
 }
 
-/// A ray made ready for many triangles: sheared so that it runs along +z.
+/// A ray prepared for many triangles: sheared so that it runs along +z.
 template <class T>
 struct PreparedRay {
   Vec3<T> origin;

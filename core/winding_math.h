@@ -4,7 +4,7 @@
 
 namespace atelier {
 
-/// What a cluster of oriented surface looks like from afar: the moments of its area-weighted
+/// Far-field approximation of a cluster of oriented surface: the moments of its area-weighted
 /// normals about its centre, symmetric parts only, because the kernel's derivatives are symmetric.
 /// Order 2 of Barill et al., "Fast winding numbers for soups and clouds", SIGGRAPH 2018.
 template <class T>

@@ -14,7 +14,7 @@ struct CutLink {
 /// Nodes in two sides so that the sum is least of `cost_first[i]` for each node of the first side,
 /// `cost_second[i]` for each of the second and of what parted links cost (Boykov and Kolmogorov,
 /// "An experimental comparison of min-cut/max-flow algorithms", 2004; Boost's). 1: the first side.
-/// What costs the same on both is on the second.
+/// Nodes that cost the same on both sides are on the second.
 ///
 /// Throws LogicError unless there are as many costs of both sides, links are between different
 /// nodes and no cost is below 0.

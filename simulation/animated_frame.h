@@ -10,7 +10,7 @@
 
 namespace atelier {
 
-/// What one frame of an animation says of itself.
+/// Diagnostics of one frame of an animation.
 struct FrameFigures {
   double strain_p99 = 0;  ///< of the edges, share of their rest length
   double inside = 0;      ///< vertices inside the body

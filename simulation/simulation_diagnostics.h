@@ -8,17 +8,17 @@
 
 namespace atelier {
 
-/// What the options are called that help.
+/// Names of the options that help.
 struct HelpfulOptions {
   std::string solver = solver_flag("");  ///< what those of the solver begin with
   std::string thickness = solver_flag("thickness");
 };
 
-/// What of a simulation has run and is hardly to be trusted, a sentence each with the worst frame
-/// and what helps: cloth stretched beyond any fabric (its steps have not converged), edges of cloth
-/// and body that pierce one another, vertices inside the body, cloth through itself.
-/// `self_contact`: whether cloth knew of itself. The thresholds are our choice: strain p95 of 15%
-/// or of one edge 100%, 1 mm inside.
+/// Aspects of a finished simulation that are doubtful, a sentence each with the worst frame and
+/// what helps: cloth stretched beyond any fabric (its steps have not converged), edges of cloth and
+/// body that pierce one another, vertices inside the body, cloth through itself. `self_contact`:
+/// whether cloth knew of itself. The thresholds are our choice: strain p95 of 15% or of one edge
+/// 100%, 1 mm inside.
 std::vector<std::string> simulation_diagnostics(const std::vector<FrameReport>& reports,
                                                 bool self_contact,
                                                 const HelpfulOptions& named = {});

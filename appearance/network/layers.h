@@ -13,23 +13,22 @@ namespace atelier {
 /// Parameters by their names.
 using Parts = std::map<std::string, torch::Tensor>;
 
-/// What the branches and the shadow take of a surface seen from a point: [1,3+K,r,r] normal and
-/// light transfer, of K terms, of the side that is seen, [1,3,r,r] direction to the point in that
-/// side's tangent frame, at the branches' resolution, and [1,K,l,l] the transfer minus its mean at
-/// the shadow's.
+/// Inputs of the branches and of the shadow network for a surface seen from a viewpoint.
 struct ViewInputs {
-  torch::Tensor geometry, direction, openness;
+  torch::Tensor geometry;   ///< [1,3+K,r,r] normal and K terms of light transfer, visible side
+  torch::Tensor direction;  ///< [1,3,r,r] to the viewpoint, in that side's tangent frame
+  torch::Tensor openness;   ///< [1,K,l,l] light transfer minus its mean, shadow's resolution
 };
 
-/// The network without what it has learnt. Private to appearance/network.
+/// The architecture of a network, without its parameters. Private to appearance/network.
 struct Layers {
   NetworkOptions options;
   bool half = false;           ///< convolutions in bfloat16
-  torch::Tensor texel_source;  ///< [R*R] what each texel of the finished texture shows
+  torch::Tensor texel_source;  ///< [R*R] texel from which each texel of the result is copied
 };
 
-/// Parameters of a flat list [N], with directions and lengths brought together as weights, ".w"
-/// (weight normalisation), and what differentiates through them.
+/// Splits a flat vector [N] into parameters, and combines the directions and lengths of weight
+/// normalisation into weights, ".w", differentiably.
 Parts parts_of(const torch::Tensor& values, const std::vector<ParameterShape>& shapes);
 
 /// [B,3,R,R] textures of a batch of views in linear light, without gain.

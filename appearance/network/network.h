@@ -12,10 +12,10 @@
 
 namespace atelier {
 
-/// The squared differences of a batch, in sRGB as images hold it.
+/// The loss of a batch: the mean squared difference in sRGB.
 struct NetworkLoss {
-  double value = 0;  ///< mean over pixels and channels; not finite: the network broke
-  double psnr = 0;   ///< dB, of the same
+  double value = 0;  ///< mean over pixels and channels; not finite: the training diverged
+  double psnr = 0;   ///< dB, of the same differences
 };
 
 /// AdamW (Loshchilov and Hutter, "Decoupled weight decay regularization", 2019).
@@ -27,11 +27,11 @@ struct AdamStep {
   double epsilon = 1e-8;
 };
 
-/// An appearance model on a device, ready to draw and to learn (libtorch behind it).
+/// An appearance model on a device, for rendering and training (implemented with libtorch).
 class AppearanceNetwork {
  public:
   /// @param half  convolutions in bfloat16: half the memory, not faster where it was measured
-  /// Throws EnvironmentError where the device is not there.
+  /// Throws EnvironmentError if the device is not available.
   AppearanceNetwork(const AppearanceModel& model, Device device, bool half = false);
   ~AppearanceNetwork();
   AppearanceNetwork(AppearanceNetwork&&) noexcept;
@@ -40,35 +40,35 @@ class AppearanceNetwork {
   /// The texture [R,R,3] of a surface seen from a point (metres), in linear light, before the
   /// camera's gain.
   Image texture(const SurfaceFrame& frame, const Eigen::Vector3d& center) const;
-  /// Colours [3P] of its places in linear light, without gain, not clamped.
+  /// Colours [3P] at points of that texture in linear light, without gain, not clamped.
   std::vector<float> colors(const SurfaceFrame& frame, const Eigen::Vector3d& center,
                             const TexturePixels& places) const;
 
-  /// The same texture [3,R,R] in the device's memory, until it is asked for again, of a surface
-  /// that lies there. Waits for nothing.
+  /// The same texture [3,R,R] for a surface in the device's memory, itself in device memory and
+  /// valid until the next call. Does not synchronise.
   const float* texture_on_device(const SurfaceArrays& surface, const Eigen::Vector3d& center);
 
-  /// Takes views with colours and what the network's branches are given of each to the device,
-  /// once (60 bytes a texel of the branches and 15 a place, a view); what follows names views of
-  /// it.
+  /// Copies training data to the device, once: the colours of all views and the inputs of the
+  /// branches (per view, 60 bytes a texel of the branches and 15 a pixel). The functions below
+  /// refer to views by their index in it.
   void learn_from(const AppearanceData& data);
   /// Loss of views, and its derivatives by each parameter.
   NetworkLoss loss(const std::vector<int>& views) const;
   std::map<std::string, Tensor> loss_gradient(const std::vector<int>& views) const;
 
-  /// One step of AdamW. The device may still be at work when it returns. A GPU records the first
-  /// step (recording.h) and repeats it while batches have the same length.
+  /// One step of AdamW, asynchronous on a GPU, which records the first step (recording.h) and
+  /// repeats it while batches have the same length.
   void step(const std::vector<int>& views, const AdamStep& options);
-  /// Losses of the steps since the last call, before each; waits for the device. After one that is
-  /// not finite parameters may be no numbers.
+  /// Losses of the steps since the last call, each evaluated before its step; waits for the device.
+  /// After a loss that is not finite, parameters may not be finite either.
   std::vector<NetworkLoss> losses();
 
-  /// Parameters as they are now; the optimiser's moments ("m.<name>", "v.<name>") and how many
-  /// steps were taken.
+  /// Current parameters, the optimiser's moments ("m.<name>", "v.<name>") and the number of steps
+  /// taken.
   std::map<std::string, Tensor> parameters() const;
   std::map<std::string, Tensor> moments() const;
   std::int64_t steps() const;
-  /// Goes on where another left off. Throws LogicError for moments of other parameters.
+  /// Restores the optimiser's state. Throws LogicError for moments of other parameters.
   void resume(const std::map<std::string, Tensor>& moments, std::int64_t steps);
 
  private:

@@ -8,40 +8,41 @@
 
 namespace atelier {
 
-/// A surface of an image: a garment, the body, hair.
+/// One surface of a scene: a garment, the body, hair.
 struct PaintedLayer {
   Triangles faces;                               ///< of its vertices
-  std::shared_ptr<const AppearanceModel> model;  ///< that draws it, of these faces; null: `color`
+  std::shared_ptr<const AppearanceModel> model;  ///< its appearance, same faces; null: `color`
   Eigen::Vector3f color{0.45F, 0.45F, 0.45F};    ///< linear RGB, times its ambient visibility
 };
 
-/// Milliseconds of what an image is made of.
+/// Rendering times of one image, in milliseconds.
 struct PaintTimes {
-  double look = 0;      ///< vertices to the device, tree, raster
+  double look = 0;      ///< vertices to the device, tree, rasterisation
   double surfaces = 0;  ///< normals, tangents, light transfer
   double networks = 0;
-  double picture = 0;  ///< pixels, and back
+  double picture = 0;  ///< colours of pixels, and their copy to the host
 };
 
-/// Draws dressed people: whatever is nearest to the camera shows, garments and body by their
-/// networks. Made once for many images: networks and what does not move stay on their device, and
-/// the tree for occlusion follows the vertices from frame to frame.
+/// Renders clothed people: garments and body by their networks, composed by depth. Created once for
+/// many images: networks and static data stay on their device, and the tree for occlusion is refit
+/// to the vertices of each frame.
 class Painter {
  public:
-  /// Light transfer is measured as the models learnt. Throws DataError for a model of other faces
-  /// than its layer's and where models or options contradict each other in that (drawn_occlusion),
-  /// EnvironmentError where the device is not there, LogicError for options out of range.
+  /// Light transfer is computed with the options that the models were trained with. Throws
+  /// DataError for a model with other faces than its layer and where models or options contradict
+  /// each other in these options (drawn_occlusion), EnvironmentError if the device is not
+  /// available, LogicError for options out of range.
   Painter(std::vector<PaintedLayer> layers, const PaintOptions& options, Device device);
   ~Painter();
   Painter(Painter&&) noexcept;
   Painter& operator=(Painter&&) noexcept;
 
-  /// The image [H,W,4] in linear light that a camera takes, through its lens, its gain not
-  /// applied. Without `alpha` the fourth channel is 1; with it the colour is premultiplied and the
-  /// background left out.
+  /// The image [H,W,4] of a camera in linear light, with its lens distortion and without its gain.
+  /// Without `alpha` the fourth channel is 1; with it the colour is premultiplied and the
+  /// background left out. Throws LogicError unless `vertices` has an entry for each layer, of the
+  /// size that its faces need.
   /// @param vertices  of each layer, metres; no rows: it is not worn
-  /// @param times     takes the time of each part, for which the device is waited for between them
-  /// Throws LogicError unless there are as many as layers, each of the size that its faces need.
+  /// @param times     if given, receives the time of each part, with the device synchronised
   Image paint(const std::vector<Points>& vertices, const Camera& camera,
               PaintTimes* times = nullptr);
 

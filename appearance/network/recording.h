@@ -5,9 +5,9 @@
 
 namespace atelier {
 
-/// Work on a GPU that is recorded once and repeated by one launch (a CUDA graph), where asking
-/// for its thousand small kernels one by one takes the processor longer than the GPU needs for
-/// them. Repeated work reads and writes the memory that it was recorded on, and asks for none.
+/// A CUDA graph: work on a GPU that is recorded once and repeated by one launch, where launching
+/// its thousand small kernels one by one takes longer than running them. Repeated work reads and
+/// writes the memory that it was recorded on, and allocates none.
 class Recording {
  public:
   Recording();
@@ -15,14 +15,14 @@ class Recording {
   Recording(Recording&&) noexcept;
   Recording& operator=(Recording&&) noexcept;
 
-  /// Whether libtorch has a GPU here that records.
+  /// Whether libtorch has a GPU that supports recording.
   static bool possible();
 
   bool empty() const;
-  /// Records `work`, which runs `warm_up` before: libtorch and cuDNN choose their ways, and
-  /// take memory, at the first calls. Nothing of `work` itself is done.
+  /// Runs `warm_up`, since libtorch and cuDNN choose algorithms and allocate memory at their first
+  /// calls, and then records `work` without running it.
   void record(const std::function<void()>& warm_up, const std::function<void()>& work);
-  /// Does it, in the order of what else the device was asked for. Does not wait.
+  /// Launches the recorded work, in order with other work of the device. Does not wait.
   void repeat();
 
  private:

@@ -13,7 +13,7 @@
 
 namespace atelier {
 
-/// What `atelier body-model` is told in words.
+/// Text arguments of `atelier body-model`.
 struct BodyArguments {
   std::string action;
   std::string body;  ///< of convert: a motion too
@@ -46,7 +46,7 @@ struct ShapedInput {
   Eigen::VectorXd shape;
 };
 
-/// default, female or male, which --shape makes anew.
+/// default, female or male, which are generated with --shape.
 bool is_generated(const BodyArguments& arguments);
 
 /// A MakeHuman body: base.obj or its folder.

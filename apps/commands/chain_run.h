@@ -17,7 +17,7 @@
 
 namespace atelier {
 
-/// What `atelier run` is told beside the options of the stages.
+/// Arguments of `atelier run` beside the options of the stages.
 struct RunArguments {
   RunPlaces places;
   std::string from;
@@ -29,15 +29,16 @@ struct RunArguments {
   bool json = false;
 };
 
-/// One run of the chain, and its account. What a stage throws is told and kept in the account: the
-/// stages that do not read its result go on, unless it was the surroundings that failed.
+/// One run of the chain, and its account. Exceptions of a stage are printed and kept in the
+/// account: the stages that do not read its result go on, unless it was the surroundings that
+/// failed.
 class ChainRun {
  public:
   /// @param options  as `run_options` makes them; what this capture asks for is set where nobody
   ///                 set anything else. Throws as `capture_facts`.
   ChainRun(const RunArguments& arguments, const OptionSet& options);
 
-  /// What there is, what will be done, and how long it takes.
+  /// Prints what exists, what will be done, and the expected time.
   void announce();
   /// Every stage in its order.
   void work();
@@ -58,8 +59,8 @@ class ChainRun {
  private:
   using Clock = std::chrono::steady_clock;
 
-  /// What there is to do for one stage, as far as that can be told before the stages in front of it
-  /// have run.
+  /// The work that remains for one stage, as far as that can be told before the stages in front of
+  /// it have run.
   struct Foreseen {
     std::string words;  ///< "would run"
     std::vector<std::string> why;

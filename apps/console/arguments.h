@@ -29,8 +29,8 @@ class Argument {
   CLI::Option* option_;
 };
 
-/// Declares an argument of a command: positional ("IN") or a flag with a value ("--out"). What is
-/// given goes to `value`, which outlives the parsing.
+/// Declares an argument of a command: positional ("IN") or a flag with a value ("--out"). The
+/// argument is stored in `value`, which has to outlive the parsing.
 Argument add_option(CLI::App& parser, const std::string& name, std::string& value,
                     const std::string& help);
 Argument add_option(CLI::App& parser, const std::string& name, int& value, const std::string& help);

@@ -12,7 +12,7 @@ class App;
 
 namespace atelier {
 
-/// What a command does once its arguments are parsed; returns the exit code.
+/// The function of a command, called once its arguments are parsed; returns the exit code.
 using Action = std::function<int()>;
 
 /// One row of the table of commands. `add` declares arguments on the parser and gives back the

@@ -15,7 +15,7 @@ struct Failure {
   std::string expected;
 };
 
-/// What an exception means for whoever started the program.
+/// Meaning of an exception for the user of the program.
 Failure failure_of(const std::exception& error);
 
 }  // namespace atelier

@@ -23,7 +23,7 @@ class StageConsole {
   /// Seconds that stages after this one are expected to take: progress then also says how long all
   /// is going to take.
   void set_rest(double seconds) { rest_ = seconds; }
-  /// The run is one with --force, which begins anew each time: what goes on after a stop is another
+  /// The run is one with --force, which starts over each time: what goes on after a stop is another
   /// command.
   void set_forced(bool forced) { forced_ = forced; }
   void say(const std::string& line);

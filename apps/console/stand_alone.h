@@ -14,7 +14,7 @@ class App;
 
 namespace atelier {
 
-/// What the command of a stage was given besides the flags of its work without a workspace.
+/// Arguments of a stage's command besides the flags of its work without a workspace.
 struct StandAloneRequest {
   std::string input;         ///< INPUT; empty: not given
   const OptionSet& options;  ///< of the stage
@@ -28,7 +28,7 @@ struct StandAloneWork {
   std::function<int(const StandAloneRequest& request)> run;  ///< returns the exit code
 };
 
-/// What the command of a stage also does without a workspace, on files that flags name.
+/// The work of a stage's command without a workspace, on files that flags name.
 struct StandAlone {
   std::string_view stage;
   std::string_view first_flag;                        ///< "--garment": names this use in errors
@@ -39,7 +39,7 @@ struct StandAlone {
 /// Every stage's, beside all_commands.
 std::span<const StandAlone> all_stand_alone();
 
-/// What the stage of that name also does without a workspace, or null.
+/// The entry of the stage of that name, or null.
 const StandAlone* stand_alone(std::string_view stage);
 
 StandAloneWork add_validate_alone(CLI::App& parser);

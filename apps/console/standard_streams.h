@@ -19,8 +19,8 @@ void fill_closed_streams();
 /// so that it never stands between lines of --json, nor beside the one line of an error. One at a
 /// time.
 ///
-/// What ends the program by std::terminate is still said. Under sanitizers standard error stays as
-/// it is, since their reports go there.
+/// Messages of std::terminate are still printed. Under sanitizers standard error stays as it is,
+/// since their reports go there.
 class StandardStreams {
  public:
   /// Where descriptors have run out, everything stays as it is.

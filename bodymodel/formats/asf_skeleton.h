@@ -21,7 +21,7 @@ struct AsfBone {
                            ///< also 'x' 'y' 'z' translations
 };
 
-/// What an ASF file says: the root is bone 0; parents come before children.
+/// Content of an ASF file: the root is bone 0; parents come before children.
 struct AsfSkeleton {
   std::vector<AsfBone> bones;
   double radians_per_unit = 0;  ///< of angles in the ASF

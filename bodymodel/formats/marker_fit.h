@@ -35,7 +35,7 @@ struct MarkerFit {
 ///  - on some frames bone lengths (equal left and right) and the places of skin markers are
 ///    solved by linear least squares, in turn with the poses;
 ///  - then every frame is posed by Levenberg-Marquardt within joint limits, starting from the frame
-///    before, and anew from a few plain poses where that fits badly (marker_pose.h).
+///    before, and again from a few plain poses where that fits badly (marker_pose.h).
 /// Frames in which fewer than six markers are seen keep to the frame before. Hands and feet without
 /// markers stay at rest. Throws DataError, with the names, unless there are markers on the pelvis
 /// or hips and on the knee, ankle or foot of both legs. About 2 ms a frame with 40 markers.

@@ -14,7 +14,7 @@ namespace atelier {
 
 /// One person's body: what the stage `personalize` makes and `track` and `body` read. The model's
 /// neutral shape is the person: bone lengths and the displaced surface are in it, and it has no
-/// shape parameters left. What follows the model says how it came about.
+/// shape parameters left. The members after the model describe how it was fitted.
 struct PersonalBody {
   BodyModel model;                       ///< the person, in rest pose
   std::vector<std::string> shape_names;  ///< [S] of the model it was made from
@@ -24,8 +24,8 @@ struct PersonalBody {
                                          ///< its neighbours or the other side of the body
 };
 
-/// A body as it is, without displacements: what tracks a person of whom nothing else is known.
-/// Throws LogicError for a shape of another length; empty: neutral.
+/// A body as it is, without displacements: for tracking a person without a personal body. Throws
+/// LogicError for a shape of another length; empty: neutral.
 PersonalBody plain_person(const BodyModel& model, const Eigen::VectorXd& shape = {});
 
 /// Throws DataError unless the model is valid and without shape parameters, and arrays have the

@@ -29,7 +29,7 @@ struct DefaultHumanOptions {
 };
 OptionTable describe(DefaultHumanOptions& options);
 
-/// What is wrong with the options, "" if nothing is: a value out of its range.
+/// The error in the options, "" if there is none: a value out of its range.
 std::string human_options_problem(const DefaultHumanOptions& options);
 
 /// An average woman and man (docs/methods/default_human.md says of whom).
@@ -47,7 +47,7 @@ double likely_mass(const DefaultHumanOptions& options);
 
 /// A body whose measures lie at percentiles (0.05 is the 5th) of their spreads at the measures that
 /// they depend on: one for each of the twelve, stature and mass first, in the order of
-/// DefaultHumanOptions. Whose girths are above the average of its mass weighs more.
+/// DefaultHumanOptions. A body with girths above the average of its mass weighs more.
 DefaultHumanOptions percentile_human(double male, const std::vector<double>& percentiles);
 
 /// A body of the shape space: every measure uniform between two percentiles (5 and 95) of its

@@ -25,8 +25,8 @@ HumanTemplate human_template();
 /// not enough.
 HumanTemplate without_crossings(HumanTemplate body);
 
-/// Makes the template anew from the field (about a minute). What is committed is its output,
-/// written by `human_template_source`; scripts/human-template does both.
+/// Computes the template from the field (about a minute). The committed file is its output, written
+/// by `human_template_source`; scripts/human-template does both.
 HumanTemplate make_human_template();
 
 /// SHA-256, in hexadecimal digits, of the template that the same code makes of the same field with

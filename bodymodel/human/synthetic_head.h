@@ -4,7 +4,7 @@
 
 namespace atelier {
 
-/// Places on a head in the rest pose, for who paints or dresses it.
+/// Places on a head in the rest pose, for painting and dressing it.
 struct HeadPlaces {
   Eigen::Vector3d eyes{0, 0, 0};   ///< middle between the eyes, on the surface
   double eye_distance = 0;         ///< m, between the eyes' centres

@@ -9,7 +9,7 @@
 
 namespace atelier {
 
-/// What the subject does.
+/// The motion of the subject.
 struct MotionChoice {
   /// "auto" (spin in a skirt or dress, else stride), "stride", "squat", "raise", "twist", "spin",
   /// "range" (what the minimal sequence shows), or a file that read_motion_file knows.
@@ -38,8 +38,8 @@ const std::vector<std::string>& procedural_motions();
 bool is_procedural(const std::string& motion);
 
 /// The motion turned about the vertical and shifted so that at `entry` seconds its body faces as in
-/// the rest pose and stands where it does: who enters a recorded motion midway need not cross the
-/// room. Heights stay.
+/// the rest pose and stands where it does: a person who enters a recorded motion midway need not
+/// cross the room. Heights stay.
 ContinuousMotion facing_as_at_rest(const BodyModel& model, const ContinuousMotion& motion,
                                    double entry);
 

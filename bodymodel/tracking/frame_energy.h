@@ -66,7 +66,7 @@ struct SurfaceMatch {
   bool cloth = false;  ///< clothing: the body may lie inside, not outside
 };
 
-/// What one frame shows.
+/// Observations of one frame.
 struct FrameTargets {
   Points keypoints;            ///< [K,3] metres
   Eigen::VectorXd deviations;  ///< [K] metres; 0: not seen. Added to FrameWeights::keypoint
@@ -92,7 +92,8 @@ FrameEnergy frame_energy(const FittedPerson& person, const FrameTargets& targets
                          const Eigen::VectorXd& x, const FrameWeights& weights,
                          bool derivatives = true);
 
-/// What of a frame's matches stays the same at every pose: made once for many evaluations.
+/// The part of a frame's matches that does not depend on the pose, computed once for many
+/// evaluations.
 SkinPoints matched_points(const FittedPerson& person, const FrameTargets& targets);
 /// The same with `matched` = matched_points(person, targets).
 FrameEnergy frame_energy(const FittedPerson& person, const FrameTargets& targets,

@@ -35,7 +35,7 @@ struct Personalization {
 ///  - poses from keypoints at the neutral shape (start_pose.h);
 ///  - shape values and bone lengths (bone_lengths.h), shared by all frames, and poses together:
 ///    least squares by Ceres over keypoints and points of the scans (frame_energy.h) with a pull to
-///    the middle of the shape space, matched anew in every round;
+///    the middle of the shape space, matched again in every round;
 ///  - one field of displacements along the normals of the rest surface, on the union of all unposed
 ///    scans: what vertices miss, averaged over the frames that see them, smoothed by a Laplacian,
 ///    and towards the other side of the body where only that was seen; in turn with the poses.

@@ -10,7 +10,7 @@
 
 namespace atelier {
 
-/// What a point of a scan tells of the body under it.
+/// Role of a scan point for the body under it.
 enum class ScanPart : std::uint8_t {
   Skin,     ///< the body itself, also under tight minimal clothing
   Cloth,    ///< clothing: the body is inside
@@ -30,8 +30,8 @@ struct ScanPoints {
 /// nothing is known, none: then all is clothing. Throws LogicError on another length.
 ScanPoints scan_points(const Mesh& scan, const std::vector<ScanPart>& parts = {});
 
-/// What is wrong with the size of a scan of a person whose rest pose has these vertices, one
-/// sentence; "" if nothing: it is less than 3 times as large, or 6 times as small.
+/// A finding about the size of a scan of a person whose rest pose has these vertices, one sentence;
+/// "" if nothing: it is less than 3 times as large, or 6 times as small.
 std::string scan_size_problem(const ScanPoints& scan, const Points& person);
 
 /// About `count` of the points, evenly over the area (systematic sampling along the scan's own

@@ -13,9 +13,9 @@ namespace atelier {
 
 /// Which clothing the surface term leaves out.
 enum class Exclude {
-  Auto,    ///< what swings, found from how its gap to the body varies over time
+  Auto,    ///< dynamic clothing, detected by the variation of its distance to the body over time
   Labels,  ///< garments by label: the caller marks their points ScanPart::LeftOut
-  Region,  ///< clothing over TrackOptions::region
+  Region,  ///< clothing over TrackInput::region
   None,    ///< none
 };
 
@@ -25,18 +25,18 @@ struct TrackOptions {
   MotionWeights motion;
   DynamicOptions dynamic;
   int samples = 2000;          ///< points of each scan in an iteration, [0, 1e7]; 0: all
-  double model_to_scan = 0.5;  ///< share of what skin says that is asked from the body's side: the
-                               ///< nearest point of the scan for its vertices, [0, 1]; 0: only the
-                               ///< nearest point of the body for those of the scan
-  int rounds = 5;              ///< of matching with scans, [0, 100]
+  double model_to_scan = 0.5;  ///< share of skin's correspondences that go from body vertices to
+                               ///< the nearest points of the scan, [0, 1]; the others go from scan
+                               ///< points to the nearest points of the body
+  int rounds = 5;              ///< of ICP correspondences with scans, [0, 100]
   int window = 12;             ///< frames solved jointly, [3, 1000]
   int overlap = 4;             ///< frames that neighbouring windows share, [0, window / 2]
   int iterations = 1;          ///< of the solver in a round, [1, 1000]
-  bool fingers = false;        ///< seek them too; only with keypoints of the hands or close-ups
+  bool fingers = false;        ///< estimate them too; needs keypoints of the hands or close-ups
 };
 OptionTable describe(TrackOptions& options);
 
-/// One frame of a sequence: keypoints in space, a scan, or both. What is missing is empty.
+/// One frame of a sequence: 3D keypoints, a scan, or both. Missing data are empty.
 struct TrackFrame {
   Points keypoints;            ///< [K,3] metres, in order of TrackInput::keypoint_names
   Eigen::VectorXd deviations;  ///< [K] metres, standard deviation; 0: not seen
@@ -58,30 +58,33 @@ struct Tracking {
                                   ///< "labels-absent"
 };
 
-/// "3, 5, 8": the numbers of frames that a finding is about, the ninth and later counted alone.
+/// The frame numbers of a finding, such as "3, 5, 8"; beyond eight, only their number.
 std::string listed_frames(const std::vector<int>& ids);
 
-/// Follows a person through a sequence (methods: seed, "Base Body Avatars"; Xiang et al. 2021):
-///  - every frame starts from its keypoints alone, in any pose, with left and right put right where
-///    detectors mixed them up (start_pose.h);
-///  - windows of frames are solved jointly (solve_window.h) to keypoints, joint limits, the pull to
-///    rest and accelerations;
-///  - then scans: points of the scan to planes of the body, and of skin also vertices of the body
-///  to
-///    planes of the scan, matched anew in every round; clothing so that the body lies inside;
-///  - with Exclude::Auto, after the skin has been fitted, clothing whose gap to the body swings is
-///    found (dynamic_region.h) and left out of the rounds that follow; it is found again once.
-/// Stated behaviour for bad input, each with a finding: a frame without (or with contradictory)
-/// keypoints starts between its neighbours, is fitted to its scan if it has one, and is trusted
-/// only if that bears out every limb (scan_agreement.h), else its deviations are at least as far as
-/// limbs and scan are apart; so does one whose keypoints are no person's in metres
-/// (keypoint_unit.h); without a scan deviations hold what keypoints may be off by in all frames
-/// alike (detector_bias.h); a frame whose pose ends 6 cm (rms) or more from the keypoints that
-/// its start met is not trusted, and its deviations are at least that; scans more than 3 times as
-/// large or small as the person (millimetres) are left out; points further than 8 cm from the body
-/// (a second person) are not of it. Results do not depend on the number of threads. Throws
-/// LogicError on sizes that do not agree, DataError for a body that is no person. O(frames x rounds
-/// x samples).
+/// Estimates a person's pose in every frame of a sequence (after Xiang et al. 2021 and the
+/// supplement of "Dressing Avatars"):
+///  - every frame is initialised from its keypoints alone, in any pose; where detectors confused
+///    left and right, they are exchanged (start_pose.h);
+///  - windows of frames are solved jointly (solve_window.h): keypoints, joint limits, rest-pose
+///    prior and accelerations;
+///  - then with scans: point-to-plane correspondences from scan to body and, for skin, from body to
+///    scan, found again in every round; clothing only keeps the body inside;
+///  - with Exclude::Auto, after the skin has been fitted, dynamic clothing is detected
+///    (dynamic_region.h) and left out of the following rounds; it is detected again once.
+///
+/// Behaviour on bad input, each with a finding:
+///  - a frame with missing or contradictory keypoints, or keypoints that are not a person's in
+///    metres (keypoint_unit.h), starts between its neighbours and is fitted to its scan if it has
+///    one. It is trusted only if the scan confirms every limb (scan_agreement.h); otherwise its
+///    standard deviations are at least the distance between limbs and scan;
+///  - without scans, standard deviations include systematic detector bias (detector_bias.h);
+///  - a frame with a pose that ends 6 cm (rms) or more from keypoints that its initial pose fits is
+///    not trusted, and its standard deviations are at least that distance;
+///  - scans more than 3 times as large or small as the person (millimetres) are left out;
+///  - scan points farther than 8 cm from the body (a second person) are ignored.
+///
+/// Results do not depend on the number of threads. Throws LogicError on sizes that do not agree,
+/// DataError for a body that is not a person. O(frames x rounds x samples).
 /// @param model  the person, without shape parameters or at its neutral shape
 Tracking track(const BodyModel& model, const TrackInput& input, const TrackOptions& options = {});
 

@@ -22,7 +22,7 @@ inline constexpr int kGapCells = 100;
 inline constexpr double kGapCell = 0.0005;
 inline constexpr double kFirstGap = -0.02;
 
-/// What frames say of every vertex; votes of several frames are added.
+/// Observations of every vertex; votes of several frames are added.
 struct CoverVotes {
   Eigen::VectorXd bare;       ///< [V] for skin that is seen
   Eigen::VectorXd covered;    ///< [V] for being under something

@@ -6,10 +6,10 @@
 
 namespace atelier {
 
-/// How far an underlying body is from the true one, and from truly lying under the true clothes.
+/// Errors of an underlying body: distance to the ground truth, and from lying under its clothes.
 struct BodyError {
   double mean = 0;          ///< m, mean distance of its vertices from the true surface, by area
-  double covered_mean = 0;  ///< m, of vertices that are truly under clothes
+  double covered_mean = 0;  ///< m, of vertices under clothes in the ground truth
   double vertex_mean = -1;  ///< m, of each vertex from itself; -1 where topologies differ
   double vertex_covered_mean = -1;  ///< m, of those under clothes
   Index covered = 0;                ///< vertices under clothes

@@ -9,7 +9,7 @@
 
 namespace atelier {
 
-/// What a part of a scan says of the body beneath.
+/// Role of a part of a scan for the body beneath.
 enum class ScanRole : std::uint8_t {
   Ignored,  ///< nothing of its own: background, unknown; inside and outside still count it
   Skin,     ///< the body itself
@@ -18,7 +18,7 @@ enum class ScanRole : std::uint8_t {
 };
 
 /// A scan of a clothed person, as fits of the body see it: an open surface with a role for every
-/// vertex. Who reads labels (capture/label_taxonomy.h) says which label has which role.
+/// vertex. The reader of labels (capture/label_taxonomy.h) assigns roles to labels.
 struct ClothedScan {
   Mesh mesh;                    ///< vertices, faces; metres
   std::vector<ScanRole> roles;  ///< [V]; empty: nothing is known, all of it counts as Cloth
@@ -32,7 +32,7 @@ struct ScanRegion {
   std::vector<std::uint8_t> border;  ///< [F] bit k: edge k, bit 3 + k: corner k is on the border
 };
 
-/// A scan made ready: normals, areas, trees, winding numbers.
+/// A scan prepared for queries: normals, areas, trees, winding numbers.
 struct ScanSurface {
   Points vertices;
   Points normals;               ///< [V,3]
@@ -70,7 +70,7 @@ enum class CoverSign {
   Unsigned,  ///< not at all (for comparison: skin then stays outside where it once is)
 };
 
-/// What is over a point of skin.
+/// The cover of a point of skin.
 struct CoverGap {
   Eigen::Vector3d point;    ///< nearest, metres
   Eigen::Vector3d outward;  ///< along the way between skin and cloth, out of the body, unit length

@@ -55,7 +55,8 @@ class UnderlyingSequence {
   std::vector<std::shared_ptr<Alone>> alone_;
 };
 
-/// What all frames tell of what is covered, and how near cloth lies: see UnderlyingSequenceOptions.
+/// The cover that follows from all frames, and the distance of cloth: see
+/// UnderlyingSequenceOptions.
 BodyCover sequence_cover(const Triangles& faces, Index count,
                          const std::function<PosedScan(Index frame)>& load,
                          const UnderlyingSequenceOptions& options = {});

@@ -22,7 +22,7 @@ struct AdjustmentRound {
   bool converged = false;
 };
 
-/// What bundle adjustment improves beside the cameras themselves.
+/// Unknowns of bundle adjustment beside the cameras.
 struct RigAdjustment {
   std::vector<LensModel> models;  ///< of each camera
   PoseChain chain;

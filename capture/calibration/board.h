@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// What is carried about before the cameras.
+/// The calibration target.
 enum class BoardKind {
   Chessboard,
   Charuco,  ///< a chessboard with ArUco markers in its white squares (Garrido-Jurado 2014)
@@ -33,7 +33,7 @@ const std::vector<std::string>& marker_dictionaries();
 /// Corners in the plane of a board, m, [N,2].
 using BoardPoints = Eigen::Matrix<double, Eigen::Dynamic, 2, Eigen::RowMajor>;
 
-/// What is found of a board: metres in its own plane, x across, y down as printed, z = 0; [N,2].
+/// Detected points of a board: metres in its own plane, x across, y down as printed, z = 0; [N,2].
 /// Inner corners of a chessboard row by row; the four corners of a marker, clockwise, from its
 /// middle. Throws LogicError for options out of range.
 BoardPoints board_points(const BoardOptions& board);

@@ -15,7 +15,7 @@
 namespace atelier {
 
 /// How much a lens may bend. `Auto` takes, for each camera, the model of least Bayesian information
-/// criterion (Schwarz 1978) whose distortion can be inverted over the whole picture.
+/// criterion (Schwarz 1978) whose distortion can be inverted over the whole image.
 enum class LensChoice { Auto, None, Radial1, Radial2, Brown4, Brown5, Rational, Fisheye };
 
 struct CalibrateOptions {

@@ -6,8 +6,8 @@
 
 namespace atelier {
 
-/// What a calibration found and how sure it is, as lines for people: each camera with its lens,
-/// reprojection, coverage and standard deviations, then views left out, by reason, then findings.
+/// A calibration and its standard deviations as text: each camera with its lens, reprojection,
+/// coverage and standard deviations, then views left out, by reason, then findings.
 std::string calibration_text(const Calibration& calibration);
 
 /// The same for machines, with every rejected view: schema "atelier-calibration" 1

@@ -9,7 +9,7 @@
 
 namespace atelier {
 
-/// What one camera saw of the board at one instant.
+/// One camera's detection of the board at one instant.
 struct BoardView {
   int camera_idx = 0;
   int frame_id = 0;

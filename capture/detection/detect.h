@@ -12,7 +12,7 @@
 
 namespace atelier {
 
-/// What a network's outputs are.
+/// Kind of a network's outputs.
 enum class NetworkKind {
   Simcc,     ///< RTMPose: rows for x and for y
   Heatmap,   ///< one map a point; OpenPose's too, of one person
@@ -20,7 +20,7 @@ enum class NetworkKind {
   Parsing,   ///< logits of classes
 };
 
-/// What of an image the network sees.
+/// The part of an image that the network is given.
 enum class DetectArea {
   Whole,  ///< all of it: networks that look at whole images
   Mask,   ///< a box round the mask, where there is one: networks that look at one person
@@ -56,17 +56,17 @@ struct DetectPicture {
   DetectBox box;
 };
 
-/// What a network found in one picture.
+/// A network's detections in one image.
 struct Detection {
   std::vector<DetectedPoints> people;  ///< px of the image; below the threshold: 0, 0, 0
-  ByteImage classes;    ///< [H,W] of a parsing network, of the picture's size; 0 outside the box
+  ByteImage classes;    ///< [H,W] of a parsing network, of the image's size; 0 outside the box
   int class_count = 0;  ///< of a parsing network
 };
 
 /// Cuts each box out, keeping its shape (what is beyond it in the network's rectangle is the
-/// picture's, and beyond that the mean), normalises it as the network was trained, runs it
-/// (run_network), reads its outputs and takes them back to the picture. Throws as run_network and
-/// the decoders do; LogicError for options out of range and boxes without area.
+/// image's, and beyond that the mean), normalises it as the network was trained, runs it
+/// (run_network), reads its outputs and takes them back to the image. Throws as run_network and the
+/// decoders do; LogicError for options out of range and boxes without area.
 std::vector<Detection> detect(std::span<const std::byte> model,
                               const std::vector<DetectPicture>& pictures,
                               const DetectOptions& options, const std::string& file,

@@ -17,7 +17,7 @@ struct NetworkOutput {
   std::vector<float> values;  ///< row-major
 };
 
-/// What a network takes.
+/// Inputs of a network.
 struct NetworkInput {
   Image pixels;  ///< [H,W,3], as the network wants them: normalised, in its order of channels
 };

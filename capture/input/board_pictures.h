@@ -13,7 +13,7 @@ namespace atelier {
 /// with the same number are of one instant. Throws DataError where there are none.
 Dataset open_board_pictures(const std::filesystem::path& path);
 
-/// What detection gives.
+/// Result of the detection.
 struct BoardPictures {
   std::vector<RigCamera> rig;  ///< ids and sizes
   std::vector<BoardView> views;

@@ -14,7 +14,7 @@ inline bool is_camera_side(double pixels) {
          pixels == std::floor(pixels);
 }
 
-/// Those numbers in words, for who is refused.
+/// Those numbers in words, for error messages.
 inline std::string camera_side_range() {
   return "a whole number from 1 to " + std::to_string(Limits{}.camera_side);
 }

@@ -6,8 +6,8 @@
 
 namespace atelier {
 
-/// What a capture has, as far as it decides which stages can do something with it and how long they
-/// take. Of the cameras that stages may open: held-out ones are not counted.
+/// Facts of a capture that decide which stages can run on it and how long they take. Of the cameras
+/// that stages may open: held-out ones are not counted.
 struct CaptureFacts {
   bool calibrated = false;
   bool synthetic = false;  ///< there is a ground truth to compare with

@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// What a user knows better than the files of a capture, camera by camera: "cam3=-4,cam5=2", or
+/// Corrections of a capture's files by the user, camera by camera: "cam3=-4,cam5=2", or
 /// "all=inverse" of every camera. Findings of `validate` say which of them would put a capture
 /// right. "": as the files say.
 struct CorrectionOptions {
@@ -25,9 +25,8 @@ struct CorrectionOptions {
 };
 OptionTable describe(CorrectionOptions& options);
 
-/// What is wrong with a value of one of these, "sync" say, whatever cameras a capture has: "cannot
-/// be 'cam3=soon': it takes a number of frames"; "" where nothing is. Of other names nothing is
-/// said.
+/// The error in a value of one of these, "sync" say, whatever cameras a capture has: "cannot be
+/// 'cam3=soon': it takes a number of frames"; "" where nothing is. Of other names nothing is said.
 std::string correction_problem(std::string_view option, const std::string& text);
 
 /// Calibrations as they are meant, in the layout's own world; cameras that are left out are gone.

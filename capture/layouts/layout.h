@@ -11,7 +11,7 @@
 
 namespace atelier {
 
-/// One sequence of a data set, for who writes it in another layout.
+/// One sequence of a data set, for writing it in another layout.
 struct LayoutSource {
   FrameReader* reader = nullptr;
   CaptureSequence sequence;    ///< of the native layout: the frames of all sequences
@@ -30,7 +30,7 @@ struct LayoutSource {
 struct Layout {
   const char* name;
   const char* summary;
-  /// What of the layout is at `path`, one sentence; "" if nothing is.
+  /// The evidence for the layout at `path`, one sentence; "" if there is none.
   std::string (*recognize)(const std::filesystem::path& path);
   /// Cameras in the layout's own world (Dataset::file_world), with width 0 where the layout does
   /// not say, and what there is of each; open_dataset does the rest, which is the same for all.

@@ -10,7 +10,7 @@
 
 namespace atelier {
 
-/// What the files do not say, or say wrongly.
+/// Information that the files lack or state wrongly.
 struct DatasetOptions {
   std::string layout = "auto";  ///< "auto": told by the files; else one of layout_names()
   double metres_per_unit = 0;   ///< length of the calibration's unit, (0, 1e6]; 0: as the layout

@@ -10,9 +10,8 @@
 
 namespace atelier {
 
-/// What OpenCV's FileStorage writes as YAML, as far as calibrations use it: numbers and texts,
-/// lists of texts, and matrices of dt d, f, i or u at the outermost level; other values are passed
-/// over.
+/// The part of the YAML of OpenCV's FileStorage that calibrations use: numbers and texts, lists of
+/// texts, and matrices of dt d, f, i or u at the outermost level; other values are passed over.
 struct OpencvYaml {
   std::map<std::string, std::string> scalars;             ///< numbers too, as they stand there
   std::map<std::string, std::vector<std::string>> lists;  ///< of texts or numbers

@@ -9,7 +9,7 @@
 
 namespace atelier {
 
-/// What a capture looks like in another layout: where it went, and what that layout cannot hold.
+/// A capture written in another layout: its folder, and what that layout cannot represent.
 struct LayoutReport {
   std::vector<std::filesystem::path> folders;  ///< one for each sequence
   std::vector<std::string> lost;               ///< one sentence each

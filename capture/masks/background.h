@@ -8,15 +8,15 @@
 
 namespace atelier {
 
-/// What a camera sees without the person: mean and spread of each pixel.
+/// A camera's background without the person: mean and spread of each pixel.
 struct EmptyStage {
   Image mean;    ///< [H,W,3] linear RGB
   Image spread;  ///< [H,W,1] standard deviation of the difference in shade (see
                  ///< MaskOptions::threshold)
 };
 
-/// From clean plates: images of the empty stage, of one camera. One alone does; the spread is
-/// then that of the whole picture's noise. Throws DataError for none, or plates of two sizes.
+/// From clean plates: images of the empty stage, of one camera. One alone does; the spread is then
+/// that of the whole image's noise. Throws DataError for none, or plates of two sizes.
 EmptyStage background_of_plates(const std::vector<Image>& plates);
 
 /// From the frames themselves: the median of each pixel over time, its spread by the median

@@ -11,7 +11,7 @@
 
 namespace atelier {
 
-/// What one camera saw, ready for stereo.
+/// One camera's image, prepared for stereo.
 struct StereoView {
   Camera camera;     ///< without distortion (see undistorted_view)
   Image image;       ///< [H,W,1] in [0,1], gamma-coded
@@ -37,7 +37,7 @@ struct StereoOptions {
 };
 OptionTable describe(StereoOptions& options);
 
-/// What a view knows of the surface after stereo.
+/// A view's estimate of the surface after stereo.
 struct DepthMap {
   Camera camera;     ///< of the view
   Image depth;       ///< [H,W,1] metres along the optical axis, 0: none

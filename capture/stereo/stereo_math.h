@@ -9,7 +9,7 @@
 
 namespace atelier {
 
-/// What a plane costs a pixel in PatchMatch stereo, shared by the CPU and CUDA twins
+/// Cost of a plane at a pixel in PatchMatch stereo, shared by the CPU and CUDA twins
 /// (stereo_propagation_math.h says how planes are found).
 ///
 /// A pixel's hypothesis is a plane in its camera's frame (Bleyer 2011). It is judged by how well a
@@ -35,7 +35,7 @@ ATELIER_HOST_DEVICE constexpr int window_y(int sample) {
   return i / 6 - 2;
 }
 
-/// What a pixel believes: it lies on this plane.
+/// The plane hypothesis of a pixel.
 struct StereoPlane {
   float depth;   ///< metres along the optical axis; 0: none
   Vec3f normal;  ///< unit, in the camera's frame, towards the camera
@@ -224,8 +224,8 @@ ATELIER_HOST_DEVICE inline float window_cost(const StereoProblem& problem,
                                              const StereoSource& source, int x, int y,
                                              const StereoPlane& plane) {
   constexpr float kMinVariance = 1e-6f;  // of values in [0,1]: below it there is only noise
-  // What exposures and gloss may be off. Gloss adds as much light to dark surfaces as to bright
-  // ones, which is more of a gamma-coded value v: in proportion to v^-1.2, near enough to 1 / v.
+  // Tolerance for exposure and gloss. Gloss adds as much light to dark surfaces as to bright ones,
+  // which is more of a gamma-coded value v: in proportion to v^-1.2, near enough to 1 / v.
   constexpr float kLevelFloor = 0.02f;
   constexpr float kDark = 0.4f;  // black cloth and hair are below it, skin and most cloth are not
   const Vec3f ray = pixel_ray(problem, x, y);

@@ -104,7 +104,7 @@ ATELIER_HOST_DEVICE inline Vec3f predicted_plane(const StereoProblem& problem,
   return {0, 0, 0};
 }
 
-/// What the prior predicts for a pixel; depth 0: nothing.
+/// The prior's prediction for a pixel; depth 0: none.
 ATELIER_HOST_DEVICE inline StereoPlane predicted_at(const StereoProblem& problem, Vec3f ray, int x,
                                                     int y) {
   StereoPlane plane = {0, {0, 0, -1}};

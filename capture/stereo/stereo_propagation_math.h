@@ -162,7 +162,7 @@ ATELIER_HOST_DEVICE inline void find_hypotheses(const StereoProblem& problem,
   }
 }
 
-/// What each source counts for a pixel.
+/// Weight of each source view at a pixel.
 struct SourceWeights {
   float of[kLargestSources];
   float total;  ///< 0: no source sees it

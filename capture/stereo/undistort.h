@@ -8,9 +8,9 @@ namespace atelier {
 /// The camera without its distortion: the same place, size and focal lengths.
 Camera without_distortion(const Camera& camera);
 
-/// What that camera would have seen: each pixel is read where the distorted camera has it,
-/// between four pixels; 0 outside. Any number of channels. Throws LogicError if the image is not of
-/// the camera's size.
+/// The image of that camera: each pixel is read where the distorted camera has it, between four
+/// pixels; 0 outside. Any number of channels. Throws LogicError if the image is not of the camera's
+/// size.
 Image undistorted(const Camera& camera, const Image& image);
 
 /// The same of a mask or labels: the nearest pixel; 0 outside.

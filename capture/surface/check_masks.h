@@ -9,12 +9,12 @@ namespace atelier {
 
 enum class MaskFit {
   Good,      ///< or too little is seen by others to tell
-  Inverted,  ///< says subject round most of the picture's border
+  Inverted,  ///< says subject round most of the image's border
   Off,       ///< of another instant or person, or shifted
 };
 
 /// Whether each mask can be of the subject. First by itself: one that is set along 60% of the
-/// picture's border, and not nearly everywhere, is inverted, be it all of them. Then whether it can
+/// image's border, and not nearly everywhere, is inverted, be it all of them. Then whether it can
 /// be of the subject that the other masks show: of the cells of space that three quarters of at
 /// least three other views take for subject, a mask must show half. The one that contradicts most
 /// is told first and asked no more. One mask in four may be wrong. Our choice.

@@ -24,7 +24,7 @@ struct ColorGainOptions {
 };
 OptionTable describe(ColorGainOptions& options);
 
-/// What makes the cameras of a rig agree.
+/// Gains that make the cameras of a rig agree.
 struct ColorGains {
   std::vector<Eigen::Vector3d> gain;       ///< of each camera; geometric mean 1 in each channel
   std::vector<Eigen::Vector3d> deviation;  ///< standard deviation of each, relative

@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// The views of an instant, made ready for stereo and fusion.
+/// The views of an instant, prepared for stereo and fusion.
 struct StraightInstant {
   std::vector<Camera> cameras;    ///< without distortion
   std::vector<Image> images;      ///< [H,W,3] of each, less its gain
@@ -18,10 +18,10 @@ struct StraightInstant {
   std::vector<Finding> findings;  ///< what was wrong with views, by their cameras' names
 };
 
-/// Distortion and gain taken out, hull from the masks. What is wrong with a view is said and does
-/// no harm: it is left out if it is black ("view-black") or its mask is empty ("view-mask-empty");
-/// a mask that is inverted is turned round ("view-mask-inverted"), one that contradicts the others
-/// is not used ("view-mask-off"). Throws DataError if fewer than two views are left; LogicError for
+/// Distortion and gain taken out, hull from the masks. Defects of a view are reported and do no
+/// harm: it is left out if it is black ("view-black") or its mask is empty ("view-mask-empty"); a
+/// mask that is inverted is turned round ("view-mask-inverted"), one that contradicts the others is
+/// not used ("view-mask-off"). Throws DataError if fewer than two views are left; LogicError for
 /// sizes that differ.
 StraightInstant straight_instant(std::vector<InstantView> views,
                                  const ReconstructOptions& options = {});
@@ -40,7 +40,7 @@ std::vector<DepthMap> instant_depths(const StraightInstant& instant,
                                      Device device = Device::Cpu,
                                      const std::vector<std::size_t>& wanted = {});
 
-/// What the views of an instant agree on.
+/// Points on which the views of an instant agree.
 struct ConsistentPoints {
   Mesh points;                    ///< oriented and coloured, without outliers
   std::vector<DepthMap> maps;     ///< those of views that others contradict are emptied

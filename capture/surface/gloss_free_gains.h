@@ -15,7 +15,7 @@ struct MeasuredGains {
 
 /// Gains again, from what gloss cannot change. White gloss adds the same to all channels of a
 /// sample, more for some cameras than for others wherever they stand to the lights, and on skin and
-/// smooth cloth passes for up to 5% of gain. What the channels differ by is free of it (after
+/// smooth cloth passes for up to 5% of gain. Differences between channels are free of it (after
 /// Mallick 2005): per place the part of sample / gain that is orthogonal to white must agree
 /// between cameras. Gauss-Newton, iterated reweighting (Cauchy), places eliminated. The gains found
 /// so far hold, to 2%, what colours alone do not tell: a scene of one colour leaves a direction

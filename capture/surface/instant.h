@@ -12,7 +12,7 @@
 
 namespace atelier {
 
-/// What one camera saw at one instant, as taken: with distortion.
+/// One camera's image of one instant, with distortion.
 struct InstantView {
   Camera camera;     ///< gain included: images are divided by it
   Image image;       ///< [H,W,3] linear RGB

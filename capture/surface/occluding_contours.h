@@ -12,7 +12,7 @@ namespace atelier {
 
 struct ContourOptions {
   bool fit = true;        ///< off: skin stays where stereo has it
-  double reach = 6;       ///< px, farthest that a picture's edge is looked for, [3, 50]
+  double reach = 6;       ///< px, farthest that an image's edge is looked for, [3, 50]
   double noise = 1;       ///< px, of an edge, one in three pixels on its own, [0.05, 50]
   double spread = 0.006;  ///< m, by which stereo is off, [1e-4, 0.1]
   double length = 0.05;   ///< m, over which it is off alike, [0.01, 10]

@@ -8,28 +8,28 @@
 
 namespace atelier {
 
-/// A scan and how it came about.
+/// A scan with its intermediate results.
 struct ReconstructedScan {
-  Mesh scan;    ///< coloured, labelled (255 where no view says); confidence 0: nobody saw it
-  Mesh points;  ///< what the views agree on
-  std::vector<DepthMap> maps;     ///< of each view that took part, undistorted
-  std::vector<Finding> findings;  ///< what was wrong with views, by their cameras' names
+  Mesh scan;                   ///< coloured, labelled (255: unknown); confidence 0: seen by no view
+  Mesh points;                 ///< oriented points on which the views agree
+  std::vector<DepthMap> maps;  ///< of each view used, undistorted
+  std::vector<Finding> findings;  ///< defects of views, by the names of their cameras
 };
 
-/// Gives the cameras what their images show. If `options.exposure_compensation`, gains
-/// (capture/surface/color_gains.h), as bright together as before; where too few places are shared
-/// to measure them, the options are changed so that stereo does without brightness (`level_weight`
-/// 0). If `options.align`, poses (capture/surface/refine_cameras.h).
+/// Refines the cameras from their images. If `options.exposure_compensation`, it estimates gains
+/// (capture/surface/color_gains.h) with the mean brightness unchanged; where the views share too
+/// few points for that, the options are changed so that stereo ignores brightness (`level_weight`
+/// 0). If `options.align`, it refines poses (capture/surface/refine_cameras.h).
 void settle_cameras(std::vector<InstantView>& views, ReconstructOptions& options,
                     Device device = Device::Cpu);
 
-/// The surface of one instant from its views' depth: fusion, Poisson, labels. Throws as
-/// consistent_points and surface_from_points.
+/// The surface of one instant from its depth maps: fusion, Poisson reconstruction, labels. Throws
+/// as consistent_points and surface_from_points.
 ReconstructedScan surface_of(const StraightInstant& instant, std::vector<DepthMap> maps,
                              const ReconstructOptions& options = {});
 
-/// All of it: gains, poses, hull, stereo, surface. What becomes of bad views, and what is thrown,
-/// is said in capture/surface/geometric_consistency.h.
+/// The whole reconstruction: gains, poses, visual hull, stereo, surface. Treatment of bad views and
+/// exceptions: see capture/surface/geometric_consistency.h.
 ReconstructedScan reconstruct_scan(std::vector<InstantView> views,
                                    const ReconstructOptions& options = {},
                                    Device device = Device::Cpu);

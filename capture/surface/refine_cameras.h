@@ -33,10 +33,10 @@ struct RefinedCameras {
 /// Poses again, from the images of the surface itself (after Furukawa and Ponce 2009): the patch
 /// round each place, as the view that faces it most has it, is looked for in the other views to a
 /// fraction of a pixel, and poses and places are adjusted to what was found (bundle adjustment,
-/// Gauss-Newton with the places eliminated, Cauchy's loss). What calibration says is a prior, as
-/// wide as calibrations are off by what was found: cameras stay together where they were, and one
-/// that shares too little stays. Patches without texture and such as fit at two places are not
-/// used. Our choice of patch and weights.
+/// Gauss-Newton with the places eliminated, Cauchy's loss). The calibration is a prior, as wide as
+/// calibrations are off by what was found: cameras stay together where they were, and one that
+/// shares too little stays. Patches without texture and such as fit at two places are not used. Our
+/// choice of patch and weights.
 ///
 /// @param images  [H,W,1] of each camera, as taken, brightness about evenly noisy
 /// @return the cameras as they were where fewer than 100 places were found in two views

@@ -28,10 +28,9 @@ struct ColorSplit {
 /// weighted), the head's most skin-like cluster is skin, and every cluster of nearly its
 /// chromaticity. Other clusters are hair on the head, shoes on the lowest 6%, and clothing between:
 /// one garment (Dress) if one cluster is most of it above and below the waist, else Upper and
-/// Lower, each cluster by its height. Neighbours are smoothed (smooth_labels). A guess for those
-/// who have no labels: skin-coloured cloth is taken for skin, dark hair on dark skin too, and a
-/// print's colours for garments'.
-/// Our choice throughout.
+/// Lower, each cluster by its height. Neighbours are smoothed (smooth_labels). A guess for captures
+/// without labels: skin-coloured cloth is taken for skin, dark hair on dark skin too, and a print's
+/// colours for garments'. Our choice throughout.
 ///
 /// @param scan  with a colour for each vertex, Y up, standing. Throws LogicError without colours or
 /// faces; DataError if it has fewer than 100 vertices.

@@ -25,7 +25,7 @@ Mesh without_outliers(const Mesh& points, const SurfaceOptions& options = {});
 /// A surface through oriented points: screened Poisson (Kazhdan and Hoppe 2013, PCL's), cut away
 /// where no point supports it and where pieces are small, remeshed to isotropic triangles (CGAL),
 /// with colours, labels and confidence of the nearest points. Where the surface goes on beyond the
-/// last of them, farther than points lie apart, confidence is 0. What is cut away stays open: holes
+/// last of them, farther than points lie apart, confidence is 0. Trimmed regions stay open: holes
 /// are boundary loops.
 ///
 /// Throws DataError for fewer than 100 points, or points without normals. Cost: dominated by the

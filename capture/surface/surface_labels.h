@@ -11,7 +11,7 @@
 
 namespace atelier {
 
-/// What one camera says about labels.
+/// One camera's labels.
 struct LabelView {
   Camera camera;                    ///< as its images are, distortion included
   ByteImage labels;                 ///< [H,W] numbers of the taxonomy; 255: says nothing

@@ -13,9 +13,8 @@ bool has_child_program(const std::string& name);
 /// go to `on_line` as they come; when `stop` says so it gets SIGTERM, once, and may still end its
 /// work. True if it did what it was asked; false if it was stopped.
 ///
-/// What it says of an error is thrown on, by its exit code: DataError (3), EnvironmentError (4, 5,
-/// one that was killed, and a program that is not there, with `missing` as what to do), LogicError
-/// (else).
+/// Its error message is thrown, by its exit code: DataError (3), EnvironmentError (4, 5, one that
+/// was killed, and a program that is not there, with `missing` as what to do), LogicError (else).
 bool run_child_program(const std::string& name, const std::vector<std::string>& arguments,
                        const std::string& missing,
                        const std::function<void(const std::string& line)>& on_line,

@@ -11,7 +11,7 @@
 
 namespace atelier {
 
-/// What a drawing in SVG says of itself; what it draws is not looked at but for its numbers.
+/// Metadata of an SVG drawing; of its content only the numbers are checked.
 struct SvgDrawing {
   std::string width;             ///< as it stands there, "210mm"; "" where it is not said
   std::string height;            ///< the same
@@ -28,7 +28,7 @@ struct SvgDrawing {
 SvgDrawing parse_svg(std::string_view text, const std::string& file = "",
                      const Limits& limits = {});
 
-/// What a drawing in DXF says of itself.
+/// Metadata of a DXF drawing.
 struct DxfDrawing {
   std::string version;  ///< "AC1009"; "" where it is not said
   std::string unit;     ///< "mm"; "" where it is not said

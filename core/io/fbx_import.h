@@ -1,6 +1,6 @@
 #pragma once
 
-// What runs behind mesh_fbx.h in a process of its own. Only core/io includes this.
+// The part of mesh_fbx.h that runs in a process of its own. Only core/io includes this.
 
 #include <cstddef>
 #include <span>

@@ -12,13 +12,13 @@
 
 namespace atelier {
 
-/// What a foreign HDF5 file holds.
+/// Content of a foreign HDF5 file.
 struct ForeignHdf5Contents {
   /// Datasets that can be read, "group/name", with types and shapes but no data.
   std::map<std::string, Tensor> datasets;
   /// Attributes of root, groups and datasets: "group/name@attribute", "@attribute" for the root's.
   std::vector<std::string> attributes;
-  /// What cannot be read, and why: links out of the file, types that are no numbers, ...
+  /// Content that cannot be read, and why: links out of the file, types that are no numbers, ...
   std::map<std::string, std::string> left_out;
 };
 

@@ -21,7 +21,7 @@ enum class ImageFormat { Png, Jpeg, Tiff, WebP, Bmp, Avif };
 /// "PNG" and so on.
 const char* format_name(ImageFormat format);
 
-/// What an image file says of itself before anything is decoded.
+/// Header of an image file, read without decoding.
 struct ImageHeader {
   ImageFormat format = ImageFormat::Png;
   int width = 0;      ///< pixels

@@ -117,7 +117,7 @@ Eigen::Matrix4d parent_from_node(const GltfNode& node);
 /// World from node, for all nodes. Throws as `check_gltf`.
 std::vector<Eigen::Matrix4d> world_from_nodes(const GltfScene& scene);
 
-/// What a viewer shows of the scene at rest: every mesh below the roots with its morph weights, its
+/// The scene at rest, as a viewer shows it: every mesh below the roots with its morph weights, its
 /// skin (linear blend, weights normalised) or its node's transform applied, as one mesh. An
 /// attribute that only some primitives have is dropped. Throws DataError (with `file`) if there is
 /// no triangle, or if the mesh would exceed the limits (vertices, faces, coordinates) or is not

@@ -5,7 +5,7 @@
 
 namespace atelier {
 
-/// What a page in HTML says of itself.
+/// Metadata of an HTML page.
 struct HtmlPage {
   std::string title;  ///< "" where there is none
 };

@@ -14,7 +14,7 @@ std::string line_at(std::string_view text, std::size_t at);
 /// text has: a file of another kind under this name, or a damaged one.
 void check_plain_text(std::string_view text, const std::string& file);
 
-/// What a text begins with, for errors: in quotes, or "an empty file".
+/// The beginning of a text, for errors: in quotes, or "an empty file".
 std::string beginning_of(std::string_view text);
 
 /// Without blanks and line ends at both ends.

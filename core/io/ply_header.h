@@ -28,7 +28,7 @@ struct PlyElement {
   std::vector<PlyProperty> properties;
 };
 
-/// What stands before the data of a PLY file.
+/// The header of a PLY file.
 struct PlyHeader {
   PlyFormat format = PlyFormat::Ascii;
   std::vector<PlyElement> elements;

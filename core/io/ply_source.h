@@ -14,8 +14,8 @@
 #include "core/io/text_writer.h"
 #include "core/limits.h"
 
-// What stands behind a PLY header, as numbers in a row: the reader of meshes (mesh_ply_read.cpp) is
-// the same for both kinds of file. All in the header, so that the reader's loops have it inline.
+// The data after a PLY header, as a sequence of numbers: the reader of meshes (mesh_ply_read.cpp)
+// is the same for both kinds of file. All in the header, so that the reader's loops have it inline.
 
 namespace atelier {
 

@@ -9,8 +9,8 @@
 
 namespace atelier {
 
-/// What a mesh file says of its unit and axes. OBJ and PLY have no field for it; Atelier writes the
-/// comments "units: m" and "up: y", and reads them back.
+/// Unit and axes of a mesh file. OBJ and PLY have no field for it; Atelier writes the comments
+/// "units: m" and "up: y", and reads them back.
 struct MeshConvention {
   double metres_per_unit = 0;  ///< 0: the file does not say
   char up = '\0';              ///< 'x', 'y' or 'z'; '\0': the file does not say

@@ -10,12 +10,12 @@ namespace atelier {
 
 /// Reads a text in memory line by line and word by word, and knows where it is, so that every error
 /// names the line. Numbers do not depend on the locale. CRLF, a UTF-8 byte order mark and a missing
-/// last newline are fine; a NUL byte or a line longer than the ceiling is refused with DataError.
-/// The text must outlive the scanner.
+/// last newline are fine; a NUL byte or a line longer than the limit is refused with DataError. The
+/// text must outlive the scanner.
 class TextScanner {
  public:
   /// @param file            name for errors
-  /// @param max_line_bytes  ceiling of one line (Limits::line_bytes)
+  /// @param max_line_bytes  limit of one line (Limits::line_bytes)
   /// @param continuation    a backslash at the end of a line joins it with the next (OBJ)
   TextScanner(std::string_view text, std::string file, std::int64_t max_line_bytes,
               bool continuation = false);
@@ -29,7 +29,7 @@ class TextScanner {
   /// The comment that ended this line, with its '#'; "" if none did.
   std::string_view comment() const { return comment_; }
 
-  /// What remains of this line, without blanks at both ends.
+  /// The rest of this line, without blanks at both ends.
   std::string_view rest();
 
   /// The next word as a finite number; `what` names it in the error.

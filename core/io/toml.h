@@ -22,7 +22,7 @@ nlohmann::json parse_toml(std::string_view text, const std::string& file = "",
 
 /// Refuses what parse_toml refuses for its nesting, number of values and size, before any parser
 /// runs: dotted keys nest without brackets, and a parser that follows 100,000 of them ends in a
-/// stack overflow. For who uses another TOML parser. Linear in the text.
+/// stack overflow. For callers of another TOML parser. Linear in the text.
 void check_toml_nesting(std::string_view text, const std::string& file = "",
                         const Limits& limits = {});
 

@@ -10,7 +10,7 @@
 
 namespace atelier {
 
-/// What a layer of USD as text says of itself. Absent: USD's own default.
+/// Metadata of a text USD layer. Absent: USD's own default.
 struct UsdLayer {
   std::optional<double> metres_per_unit;  ///< > 0
   std::string up_axis;                    ///< "Y", "Z" or "" where it is not said
@@ -24,9 +24,9 @@ struct UsdLayer {
 /// Reads the frame of a .usda: "#usda 1.x", what is said of the layer in parentheses, then prims
 /// (def, over, class; a type; a name in quotes; parentheses; braces). Throws DataError, with the
 /// line, for another beginning, brackets, strings, paths or asset names that do not close or match,
-/// anything else between prims, and what is said of the layer if it is no such number or axis.
-/// What stands inside of prims is not looked at but for its brackets, strings and numbers: a
-/// finding names the first that is not finite.
+/// anything else between prims, and what is said of the layer if it is no such number or axis. Of
+/// the content of prims only brackets, strings and numbers are checked: a finding names the first
+/// that is not finite.
 UsdLayer parse_usda(std::string_view text, const std::string& file = "");
 
 }  // namespace atelier

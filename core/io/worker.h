@@ -15,9 +15,9 @@ namespace atelier {
 /// or written, no network, no program started (rlimits, no-new-privileges and, on x86-64, a seccomp
 /// list of allowed calls). For libraries that are not safe on hostile files.
 ///
-/// What `work` returns comes back through a pipe. Its DataError is thrown here too. If the process
-/// dies or is stopped, that is a DataError with the signal: the data are at fault, not the program.
-/// It can be no EnvironmentError but for a machine that cannot start processes.
+/// The result of `work` is returned through a pipe. Its DataError is thrown here too. If the
+/// process dies or is stopped, that is a DataError with the signal: the data are at fault, not the
+/// program. It can be no EnvironmentError but for a machine that cannot start processes.
 ///
 /// @param work  runs in the child: may read all memory of the caller, changes none of it
 /// @param file  name for errors

@@ -9,7 +9,7 @@
 
 namespace atelier {
 
-/// Marks drawn over a picture. Pixels, the first pixel's centre at (0.5, 0.5), parts outside the
+/// Marks drawn over an image. Pixels, the first pixel's centre at (0.5, 0.5), parts outside the
 /// image are cut off; colours linear RGB.
 
 struct Polyline {

@@ -8,11 +8,11 @@
 
 namespace atelier {
 
-/// An Environment made ready for shading: what falls in from a direction, glossy reflections of it
+/// An Environment prepared for shading: what falls in from a direction, glossy reflections of it
 /// and, for images, directions in proportion to their brightness.
 struct EnvironmentLight {
   Environment source;
-  /// What takes the lower half's place where there is a ground.
+  /// Replacement of the lower half where there is a ground.
   std::optional<Vec3f> ground_radiance;
   /// Radiance blurred by the gloss's lobe: `glossy[level]` for roughness level / (levels - 1);
   /// one column where the light does not depend on the azimuth.

@@ -26,14 +26,14 @@ View turned(const View& view, const Eigen::Vector3d& facing);
 
 struct FramingOptions {
   double field_of_view =
-      0.49;  ///< of the picture's longer side, radians, in (0, 3); 0.49: a portrait lens
+      0.49;              ///< of the image's longer side, radians, in (0, 3); 0.49: a portrait lens
   double margin = 0.06;  ///< left free on each side, share of the image, in [0, 0.45]
 };
 
 OptionTable describe(FramingOptions& options);
 
-/// A camera from which all points lie just inside the picture. Throws LogicError if there is no
-/// point or options or sizes are out of range. One pass over the points.
+/// A camera from which all points lie just inside the image. Throws LogicError if there is no point
+/// or options or sizes are out of range. One pass over the points.
 Camera camera_around(const Points& points, const View& view, int width, int height,
                      const FramingOptions& options = {});
 

@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// What the area lights throw on a point of the ground, and what of it meshes keep off.
+/// Light of the area lights at a point of the ground, and the part that meshes occlude.
 struct GroundShadow {
   Vec3f open;     ///< irradiance with nothing in the way, linear RGB
   Vec3f missing;  ///< of that, what is blocked

@@ -12,10 +12,11 @@ struct BounceOptions {
 
 /// As `prepare`, and one bounce of light between the meshes is added to the environment's light at
 /// every vertex: folds, armpits and the inside of a skirt are lit by the cloth and skin around
-/// them, in their colours. What a surface throws on is its mean colour times what falls on it from
-/// the lights (with shadows) and the environment, both per vertex; what arrives is gathered by
-/// cosine-distributed rays (final gathering, Ward 1988, with radiosity per vertex; our choice of
-/// one bounce). The ground's own light is that of `prepare`; meshes throw none onto it.
+/// them, in their colours. The light that a surface reflects is its mean colour times the light
+/// that falls on it from the lights (with shadows) and the environment, both per vertex; what
+/// arrives is gathered by cosine-distributed rays (final gathering, Ward 1988, with radiosity per
+/// vertex; our choice of one bounce). The ground's own light is that of `prepare`; meshes throw
+/// none onto it.
 ///
 /// `options.ambient` must be Ambient::PerVertex. Throws as prepare does, LogicError for options out
 /// of range. O(vertices x (rays + lights x light_rays)) rays; the same bytes on any number of

@@ -6,7 +6,7 @@
 
 namespace atelier {
 
-/// What `prepare` makes, while it may still be changed. Private to core/render.
+/// The result of `prepare`, while it is being built. Private to core/render.
 std::shared_ptr<PreparedScene::Data> prepared_data(const Scene& scene,
                                                    const PrepareOptions& options,
                                                    const PreparedTextures& textures);

@@ -46,7 +46,7 @@ struct PrepareOptions {
 
 OptionTable describe(PrepareOptions& options);
 
-/// A scene made ready for rays: checked, its tree built, its textures filtered and, with
+/// A scene prepared for rays: checked, its tree built, its textures filtered and, with
 /// Ambient::PerVertex, its environment light gathered. Cheap to copy; safe to render from many
 /// threads at once. The scene may be changed or dropped afterwards.
 class PreparedScene {

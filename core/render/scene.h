@@ -36,7 +36,7 @@ struct RenderMesh {
   Look look;
 };
 
-/// What the camera sees where nothing is hit.
+/// The background, where nothing is hit.
 struct Background {
   enum class Kind {
     Gradient,     ///< `top` to `bottom` of the image

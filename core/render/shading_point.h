@@ -4,7 +4,7 @@
 
 namespace atelier {
 
-/// What shading needs of one hit: where, which way, and what the surface is made of there.
+/// Data for the shading of one hit: position, directions and material.
 struct ShadingPoint {
   Vec3f position;  ///< where light is received from; on the smooth surface, off the facet
   Vec3f facet;     ///< unit normal of the triangle, to the viewer's side

@@ -9,8 +9,8 @@
 
 namespace atelier {
 
-/// What each pixel's centre sees of the meshes (not of the ground). All maps have the camera's
-/// size; where nothing is seen, ids are -1 and numbers 0.
+/// The surface point that each pixel's centre sees, of the meshes (not of the ground). All maps
+/// have the camera's size; where nothing is seen, ids are -1 and numbers 0.
 struct SurfaceMaps {
   ImageOf<int> mesh;  ///< place in Scene::meshes
   ImageOf<int> face;  ///< of that mesh

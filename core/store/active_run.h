@@ -66,7 +66,7 @@ class ActiveRun : public StageRun {
   /// staging folder is gone, since another run has committed it.
   bool open_frames(const std::vector<FrameFiles>& files, const std::vector<int>& frame_ids,
                    const std::vector<int>& mine);
-  /// What the logs say of these frames, of those alone that have all these files.
+  /// The logs' entries of those of these frames that have all these files.
   std::map<int, FrameRecord> logged_frames(const std::vector<FrameFiles>& files,
                                            const std::vector<int>& frame_ids) const;
   void drop_damaged_frames();
@@ -81,7 +81,7 @@ class ActiveRun : public StageRun {
   void require_named(std::size_t files) const;
   void report_progress(const StageProgress& progress);
 
-  /// What `progress` counts, and when and where it began to.
+  /// The unit of `progress`, and when and at what count it began.
   struct Count {
     std::string unit;
     std::int64_t first = 0;

@@ -5,7 +5,7 @@
 
 namespace atelier {
 
-/// What a recorded person agreed to. Travels from the capture into the manifest of everything made
+/// Consent of a recorded person. It is copied from the capture into the manifest of everything made
 /// from it, so that limited access can be kept.
 struct Consent {
   std::string who;    ///< the person, by name or pseudonym

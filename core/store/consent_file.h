@@ -9,7 +9,7 @@
 
 namespace atelier {
 
-/// What a capture whose layout has no place for consent keeps beside it.
+/// Consent file beside a capture whose layout has no place for it.
 inline constexpr const char* kConsentFile = "consent.toml";
 
 /// The consent that a capture's `capture.toml` states, or else its `consent.toml`: a table

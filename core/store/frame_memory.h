@@ -6,8 +6,8 @@
 
 namespace atelier {
 
-/// What a stage needs of its frames in the end. It is kept as they are made, so that nothing is
-/// read back but frames of an earlier run or another shard.
+/// Data of frames that a stage needs at its end. They are kept as the frames are made, so that
+/// nothing is read back but frames of an earlier run or another shard.
 template <class Value>
 class FrameMemory {
  public:
@@ -16,7 +16,7 @@ class FrameMemory {
     const std::lock_guard lock(mutex_);
     values_[frame_id] = std::move(value);
   }
-  /// What was kept of a frame, which is then forgotten; or what `read` makes of its file.
+  /// The data kept of a frame, which are then released; or the result of `read` on its file.
   template <class Read>
   Value take(int frame_id, const Read& read) {
     const std::lock_guard lock(mutex_);

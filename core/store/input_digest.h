@@ -21,7 +21,7 @@ struct FileDigest {
 FileDigest digest_of_file(const std::filesystem::path& path, DigestMeter& meter);
 FileDigest digest_of_file(const std::filesystem::path& path);
 
-/// What a file or a folder holds, so that a change of any name or byte is noticed.
+/// Digest of a file or a folder, which changes with any name or byte.
 struct InputDigest {
   Digest digest{};
   std::int64_t files = 0;

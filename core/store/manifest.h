@@ -42,8 +42,8 @@ struct ManifestOutput {
 /// Warnings that a manifest holds; the last one then says how many more there were.
 inline constexpr std::size_t kMaxWarnings = 1000;
 
-/// What a finished stage says about itself: the file manifest.json. A result counts only if its
-/// manifest parses, its key is the hash of what it says, and every output agrees with it.
+/// Record of a finished stage: the file manifest.json. A result counts only if its manifest parses,
+/// its key is the hash of what it says, and every output agrees with it.
 struct Manifest {
   std::string stage;
   int stage_version = 0;

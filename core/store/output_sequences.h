@@ -14,8 +14,8 @@ namespace atelier {
 /// One archive of every frame in a stage's result.
 struct OutputSequence {
   std::string frames;  ///< folder of the frames' files inside the result: "garment/frames"
-  /// What its meshes share: sequence.h5 beside `frames`. None: there is none, as of scans, or the
-  /// frames are no meshes (states that a simulation goes on from).
+  /// Shared data of its meshes: sequence.h5 beside `frames`. None: there is none, as of scans, or
+  /// the frames are no meshes (states that a simulation goes on from).
   std::optional<SequenceHeader> header;
 };
 

@@ -15,7 +15,7 @@
 
 namespace atelier {
 
-// What a workspace holds, for each stage that ran:
+// Content of a workspace, for each stage that ran:
 //
 //   <stage>/.lock                  flock(2): one run of the stage, or several of disjoint frames
 //   <stage>/.commit-lock           held for the moment in which a result is made current

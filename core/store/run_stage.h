@@ -10,7 +10,7 @@
 
 namespace atelier {
 
-/// What a run came to.
+/// Outcome of a run.
 struct StageReport {
   enum class End {
     AlreadyDone,  ///< a sound result was there

@@ -14,7 +14,7 @@
 
 namespace atelier {
 
-/// What a user asks of a stage.
+/// A user's request for a stage.
 struct StageRequest {
   std::filesystem::path input;      ///< file or folder that the first stages read
   std::filesystem::path workspace;  ///< folder of results; made if it is missing
@@ -25,7 +25,7 @@ struct StageRequest {
   bool force = false;  ///< does the work again although the result is there
 };
 
-/// What there is to do, and why.
+/// The work to do, and why.
 struct StagePlan {
   enum class State {
     Done,    ///< a sound result is there

@@ -10,7 +10,7 @@ namespace atelier {
 
 /// Where a new folder is written until it is whole: ".NAME.unfinished/NAME" beside its place, this
 /// run's alone. In the end what is not finished is gone, with the folders above it that were made
-/// for it and are empty; what a kill left is written anew by the next run.
+/// for it and are empty; the remains of a killed run are overwritten by the next run.
 class UnfinishedFolder {
  public:
   /// @param out  the folder to be, which is not there; symbolic links above it are followed

@@ -4,7 +4,7 @@
 
 namespace atelier {
 
-/// What options of `animate` keep to.
+/// Constraints between options of `animate`.
 const OptionRules& animate_rules();
 
 }  // namespace atelier

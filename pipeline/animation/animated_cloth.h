@@ -13,7 +13,8 @@
 
 namespace atelier {
 
-/// What one frame says of the cloth on the body's surface; a body's own overlaps do not count.
+/// Diagnostics of cloth against the body's surface in one frame; a body's own overlaps do not
+/// count.
 FrameFigures frame_figures(const Animation& animation, const Points& cloth, const Points& body);
 
 /// A frame of the result as `simulation_diagnostics` judges it. Edges of cloth and body that pierce

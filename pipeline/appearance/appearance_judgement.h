@@ -36,7 +36,7 @@ struct ComparedPictures {
 
 ComparedPictures& operator+=(ComparedPictures& sum, const ComparedPictures& more);
 
-/// What a camera sees in a frame, [H,W,3] as 8-bit sRGB holds it, in [0,1].
+/// A camera's image of a frame, [H,W,3] as 8-bit sRGB holds it, in [0,1].
 using TruePicture = std::function<Image(std::size_t camera_idx, int frame_id)>;
 
 /// Frames that are judged: of a capture, or simulated.
@@ -47,15 +47,15 @@ struct JudgedScenes {
   TruePicture picture;
 };
 
-/// What is drawn of one garment, and where the ground truth has it.
+/// The rendering of one garment, and its mask in the ground truth.
 struct DrawnSurfaces {
   AppearanceData truth;     ///< pixels to be judged: eroded, of the true garment
   AppearanceData own;       ///< pixels that the model's geometry covers
   AppearanceColors colors;  ///< of those
 };
 
-/// What is to be judged and what a network is to be asked for, of one surface: `colors` are still
-/// to come, one for each pixel of `own`.
+/// Data to be judged and queries to a network, of one surface: `colors` are still to come, one for
+/// each pixel of `own`.
 /// @param own, in_truth  the surface, of the scenes' `own` and `truth`
 /// @param atlas          of the network
 /// @param occlusion      as it learnt
@@ -98,7 +98,7 @@ struct JudgedGarment {
   ComparedPictures compared;
 };
 
-/// One result of `appearance` or `ceiling`.
+/// One result of `appearance` or `oracle`.
 struct JudgedNetworks {
   std::vector<JudgedGarment> garments;
   ComparedPictures body;       ///< where it is in front, if it has a network

@@ -4,7 +4,7 @@
 
 namespace atelier {
 
-/// What options of a network keep to.
+/// Constraints between options of a network.
 const OptionRules& appearance_rules();
 
 }  // namespace atelier

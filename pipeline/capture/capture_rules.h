@@ -4,7 +4,7 @@
 
 namespace atelier {
 
-/// What options of a capture, its corrections among them, and of its surfaces keep to.
+/// Constraints between options of a capture, its corrections and its surfaces.
 const OptionRules& capture_rules();
 
 }  // namespace atelier

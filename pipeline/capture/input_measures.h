@@ -7,10 +7,10 @@
 
 namespace atelier {
 
-/// "masks.iou" and "masks.iou_min": the masks FOLDER/labels/<camera>/<frame>.png, as `atelier
-/// masks --out FOLDER` writes them, against who the ground truth of a synthetic capture shows.
-/// Images that have no mask are left out and counted in the note. Throws DataError where there is
-/// none at all, or one of another size.
+/// "masks.iou" and "masks.iou_min": the masks FOLDER/labels/<camera>/<frame>.png, as `atelier masks
+/// --out FOLDER` writes them, against the person in the ground truth of a synthetic capture. Images
+/// that have no mask are left out and counted in the note. Throws DataError where there is none at
+/// all, or one of another size.
 std::vector<Measure> measure_masks(const std::filesystem::path& folder,
                                    const std::filesystem::path& capture);
 

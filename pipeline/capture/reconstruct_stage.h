@@ -31,7 +31,7 @@ Dataset stage_dataset(const std::filesystem::path& path, const DatasetOptions& o
 int halvings_for(const Dataset& dataset, double gibibytes);
 std::string halvings_text(int halvings, double gibibytes);
 
-/// What every camera of a capture saw at one frame, of those that have an image and a mask.
+/// The views of one frame of a capture, of the cameras that have an image and a mask.
 /// @param halvings  times that images and cameras are halved
 std::vector<InstantView> instant_of(const Dataset& dataset, int frame, int halvings = 0);
 

@@ -17,7 +17,7 @@ struct ValidateStageOptions {
 };
 OptionTable describe(ValidateStageOptions& options);
 
-/// What was found, for machines: capture, layout, cameras, frames, consent, findings, settings.
+/// The findings as JSON: capture, layout, cameras, frames, consent, findings, settings.
 std::string validation_json(const std::string& name, const Dataset& dataset,
                             const Validation& validation);
 

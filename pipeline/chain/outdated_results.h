@@ -10,7 +10,7 @@
 
 namespace atelier {
 
-/// The command that makes a stage's result anew, from the first stage behind it that is outdated.
+/// The command that recomputes a stage's result, from the first stage behind it that is outdated.
 /// @param own      one of `all`, outdated
 /// @param capture  that the workspace is of
 std::string mending_command(const std::vector<StageStatus>& all, const StageStatus& own,
@@ -18,7 +18,7 @@ std::string mending_command(const std::vector<StageStatus>& all, const StageStat
                             const std::filesystem::path& capture);
 
 /// A sentence on each of some stages whose current result is outdated, as `workspace_status` judges
-/// it: why, and the command that makes it anew. None of stages without a result.
+/// it: why, and the command that recomputes it. None of stages without a result.
 /// @param names  of stages
 std::vector<std::string> outdated_results(const std::filesystem::path& workspace,
                                           const std::vector<std::string_view>& names);

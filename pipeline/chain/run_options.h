@@ -19,7 +19,7 @@ struct RunOptions {
 /// The defaults, as one set: TOML has `[capture]`, `[track]`, `[reconstruct.stereo]`.
 OptionSet run_options();
 
-/// What one stage takes of a set that `run_options` made: its own options, with who set them; and
+/// The part of a set of `run_options` that one stage takes: its own options, with their origin; and
 /// where it has an option of the capture that nobody set, the one of the whole run.
 OptionSet stage_options(const OptionSet& run, const std::string& stage);
 

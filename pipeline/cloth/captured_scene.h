@@ -5,9 +5,9 @@
 
 namespace atelier {
 
-/// What a run simulates (scene_in, simulation_scene.h), in the folder `scene` of the workspace: the
-/// registered garments in the pose of their first frame, all in one mesh, and the body under them
-/// in every registered frame. Recomputed when these results have changed
+/// The scene that a run simulates (scene_in, simulation_scene.h), in the folder `scene` of the
+/// workspace: the registered garments in the pose of their first frame, all in one mesh, and the
+/// body under them in every registered frame. Recomputed when these results have changed
 /// (core/store/derived_folder.h). Throws DataError where a result is missing or damaged,
 /// EnvironmentError.
 std::filesystem::path captured_scene(const std::filesystem::path& workspace);

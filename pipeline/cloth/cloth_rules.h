@@ -4,10 +4,10 @@
 
 namespace atelier {
 
-/// What options of `material` keep to.
+/// Constraints between options of `material`.
 const OptionRules& material_rules();
 
-/// What options of cloth, its solvers and `simulate` keep to.
+/// Constraints between options of cloth, its solvers and `simulate`.
 const OptionRules& cloth_rules();
 
 }  // namespace atelier

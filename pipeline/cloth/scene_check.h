@@ -12,13 +12,14 @@ namespace atelier {
 /// faces or without area.
 void require_surface(const Points& body, const Triangles& faces, const std::filesystem::path& file);
 
-/// What of a scene will run and hardly be meant, a sentence each, in the order of their likely
-/// causes: a body of no person's size (below 0.05 m across, or above 5 m high: another unit), a
-/// garment of another size than its body (another unit; without a body: below 2 cm or above 20 m
-/// across), one that lies beside it, below it or higher above than it is high (1 m at least), a
-/// closed body whose faces look inwards, vertices that the body pulls far from where they begin, as
-/// they are attached to another one, and vertices that begin so deep inside the body, deeper than
-/// `contact_reach` [m], that contact may not bring them out. The thresholds are our choice.
+/// Properties of a scene that are probably unintended, a sentence each, in the order of their
+/// likely causes: a body of no person's size (below 0.05 m across, or above 5 m high: another
+/// unit), a garment of another size than its body (another unit; without a body: below 2 cm or
+/// above 20 m across), one that lies beside it, below it or higher above than it is high (1 m at
+/// least), a closed body whose faces look inwards, vertices that the body pulls far from where they
+/// begin, as they are attached to another one, and vertices that begin so deep inside the body,
+/// deeper than `contact_reach` [m], that contact may not bring them out. The thresholds are our
+/// choice.
 std::vector<std::string> scene_diagnostics(const SimulationScene& scene, double contact_reach);
 
 /// Throws UsageError where options of a solver do not work together on that device.

@@ -9,7 +9,7 @@
 
 namespace atelier {
 
-/// Who wears a scene's garments, as they move: the vertices at whole frames of their own.
+/// The moving body that wears a scene's garments: the vertices at whole frames of their own.
 struct BodyTrack {
   Triangles faces;
   double fps = 0;

@@ -26,7 +26,7 @@ inline SolverOptions scene_solver_options() {
   return solver;
 }
 
-/// What `simulate` needs beside the files; the same for the stage and for the command alone.
+/// Options of `simulate` beside the files; the same for the stage and for the command alone.
 struct SimulateOptions {
   double fps = 60;         ///< simulated frames a second, 1 to 10000
   int settle = 60;         ///< frames on the first body before it moves
@@ -50,7 +50,7 @@ struct SimulateOptions {
 };
 OptionTable describe(SimulateOptions& options);
 
-/// What notes of a scene begin with that are doubts about it.
+/// Prefix of the notes of a scene that are doubts about it.
 inline const std::string kWarning = "warning: ";
 
 /// How near a relaxed garment hangs to the captured one, as a sentence.
@@ -79,8 +79,8 @@ struct SimulationScene {
   std::vector<std::string> notes;           ///< doubts begin with kWarning
 };
 
-/// Reads who wears it alone: the body, as it moves, and how many frames there are. Throws DataError
-/// for files that do not fit each other, UsageError where there is nothing to simulate.
+/// Reads only the wearer: the moving body, and how many frames there are. Throws DataError for
+/// files that do not fit each other, UsageError where there is nothing to simulate.
 SimulationScene read_scene_body(const ScenePaths& paths, const SimulateOptions& options);
 
 /// Reads a scene; a garment is a mesh or an archive (core/garment_archive.h). With
@@ -100,11 +100,11 @@ SimulationModel scene_model(const SimulationScene& scene, const SimulateOptions&
 ClothState scene_start(const SimulationScene& scene, const Cloth& cloth);
 SolverOptions scene_solver(const SimulationScene& scene, const SimulateOptions& options);
 
-/// What happens in simulated frame `frame`, counted from 1.
+/// The phase of simulated frame `frame`, counted from 1.
 Control scene_control(const SimulationScene& scene, const SimulateOptions& options, Index frame);
 
-/// Simulates that frame. What ends it (a body that teleports, a state that is no number, a device
-/// without memory) is thrown with the frame and the file it is about.
+/// Simulates that frame. Errors that end it (a body that teleports, a state that is no number, a
+/// device without memory) are thrown with the frame and the file it is about.
 FrameReport advance_scene(Solver& solver, const SimulationScene& scene,
                           const SimulateOptions& options, Index frame, const ScenePaths& paths);
 

@@ -9,7 +9,7 @@
 
 namespace atelier {
 
-/// What has figures: "capture", then stages in the order of their figures.
+/// Everything that has measures: "capture", then stages in the order of their measures.
 std::vector<std::string> evaluated_stages();
 
 /// A stage whose result is there, but whose figures would say nothing or cannot be taken; or which
@@ -20,7 +20,7 @@ struct Unmeasured {
   bool damaged = false;  ///< something that it reads
 };
 
-/// What a workspace gives against a truth.
+/// Measures of a workspace against the ground truth.
 struct WorkspaceFigures {
   std::vector<Measure> measures;
   std::vector<Unmeasured> unmeasured;

@@ -15,8 +15,8 @@
 
 namespace atelier {
 
-/// What a file is, in order: numbers stay numbers, so that machines get them as such. Findings are
-/// what is wrong with it.
+/// Properties of a file, in order: numbers stay numbers, so that machines get them as such.
+/// Findings are what is wrong with it.
 struct Inspection {
   struct Fact {
     std::string name;  ///< lower_case words
@@ -38,7 +38,7 @@ struct Inspection {
   }
 };
 
-/// What a file or a folder is. Throws DataError for what its reader refuses, what no reader takes,
+/// Inspects a file or a folder. Throws DataError for what its reader refuses, what no reader takes,
 /// and kinds that are known and not opened; EnvironmentError for what cannot be read.
 Inspection inspect_path(const std::filesystem::path& path, std::span<const Stage> stages = {});
 
@@ -89,7 +89,7 @@ void inspect_video(const std::filesystem::path& path, Inspection& inspection);
 void inspect_yaml(const std::filesystem::path& path, Inspection& inspection);  // OpenCV's
 void inspect_colmap_text(const std::filesystem::path& path, Inspection& inspection);
 void inspect_colmap_binary(const std::filesystem::path& path, Inspection& inspection);
-/// What tells a capture: images alone may be the textures of meshes.
+/// Whether a folder is a capture: images alone may be the textures of meshes.
 enum class Evidence { Any, MoreThanPictures };
 /// A capture in the layout of another program; false, and nothing added, where it is none.
 bool inspect_capture_folder(const std::filesystem::path& path, Inspection& inspection,
@@ -98,7 +98,8 @@ void inspect_target(const std::filesystem::path& path, Inspection& inspection); 
 void inspect_mhclo(const std::filesystem::path& path, Inspection& inspection);    // with bodymodel
 void inspect_motion(const std::filesystem::path& path, Inspection& inspection);   // with bodymodel
 void inspect_markers(const std::filesystem::path& path, Inspection& inspection);  // with bodymodel
-/// What a body or motion of ours or of the SMPL family adds to its arrays; nothing for another npz.
+/// Properties of a body or motion of ours or of the SMPL family beside its arrays; nothing for
+/// another npz.
 void inspect_person(const std::filesystem::path& path, Inspection& inspection);  // with bodymodel
 
 }  // namespace atelier

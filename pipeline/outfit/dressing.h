@@ -40,7 +40,7 @@ struct Outfit {
 };
 
 /// Substeps that a search for pairs of cloth that may touch looks ahead (SolverOptions): a third of
-/// a simulated frame. Cloth that leaves its flight sooner is searched for anew, so that this is a
+/// a simulated frame. Cloth that leaves its flight sooner is searched for again, so that this is a
 /// matter of speed alone.
 int search_interval(int substeps);
 

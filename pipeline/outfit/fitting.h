@@ -37,7 +37,8 @@ std::vector<GirthFit> girth_fits(const Garment& panels, const BodyModel& body);
 /// Cloth gives this much more than its girth: a girth that is tighter is refused (our choice).
 constexpr double kGirthGive = 1.04;
 
-/// What is too tight, as "chest_girth of 0.86 m on a body of 0.91 m"; "" if all fits.
+/// The measures that are too tight, such as "chest_girth of 0.86 m on a body of 0.91 m"; "" if all
+/// fits.
 std::string what_is_tight(const std::vector<GirthFit>& fits);
 
 /// The default human that the panels fit: of the same sex and stature with less mass, a kilogram at

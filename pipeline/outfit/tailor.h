@@ -5,8 +5,7 @@
 
 namespace atelier {
 
-/// What a pattern maker needs to know of a body: its measures and where its landmarks stand. Throws
-/// as measure_body does.
+/// The data of a body for a pattern maker: its measures and landmarks. Throws as measure_body does.
 TailorMeasures tailor_measures(const BodyModel& body);
 
 }  // namespace atelier

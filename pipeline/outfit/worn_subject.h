@@ -8,8 +8,8 @@
 
 namespace atelier {
 
-/// What stands before the cameras: the body, other layers (hair, shoes) where they are known, then
-/// the garments.
+/// The recorded subject: the body, other layers (hair, shoes) where they are known, then the
+/// garments.
 struct WornSubject {
   DressedSubject subject;
   std::vector<Mesh> templates;    ///< of each surface, with texture coordinates where it has some

@@ -4,8 +4,8 @@
 
 namespace atelier {
 
-/// What options of `flatten` keep to: it seeks seams where none are given, and relaxes on a body to
-/// hang on.
+/// Constraints between options of `flatten`: it seeks seams where none are given, and relaxes on a
+/// body to hang on.
 const OptionRules& flatten_rules();
 
 }  // namespace atelier

@@ -33,7 +33,7 @@ inline constexpr std::array kBodyMetrics = {
 /// Scans, person and tracked poses -> a sequence of the body under the clothes: sequence.h5 and
 /// frames/<frame>.h5 (core/sequence_archive.h), and certificates.json: for every frame how much of
 /// what is covered lies outside, how deep, how near cloth is, and whether it is to be trusted; the
-/// same as certificates.png, for who has the files alone.
+/// same as certificates.png, for users who have the files alone.
 void run_body(StageRun& run);
 
 /// The same once more, with the registered garment in place of the scans' clothing: a sequence of

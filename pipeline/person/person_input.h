@@ -37,13 +37,13 @@ struct PersonFiles {
 };
 PersonFiles person_files(const StageRun& run);
 
-/// What the capture says of its sequences and keypoints. Throws DataError where keypoints show
-/// people, but never the one of that number.
+/// Sequences and keypoints of the capture. Throws DataError where keypoints show people, but never
+/// the one of that number.
 CaptureInfo person_capture(const PersonFiles& files, const PersonInputOptions& options);
 /// The same refusal of a workspace's keypoints, before a stage runs; "": of none.
 void require_person(const std::filesystem::path& workspace, const PersonInputOptions& options);
 
-/// What a label tells of the body under it. Hair, what is carried and background tell nothing.
+/// Role of a label for the body under it. Hair, carried objects and background have none.
 ScanPart part_of(Label label, const std::vector<Label>& excluded = {});
 
 /// A person's evidence, and what is doubtful about it.

@@ -4,10 +4,10 @@
 
 namespace atelier {
 
-/// What options of `personalize` and `track` keep to.
+/// Constraints between options of `personalize` and `track`.
 const OptionRules& person_rules();
 
-/// What options of `body` and `refine` keep to.
+/// Constraints between options of `body` and `refine`.
 const OptionRules& body_rules();
 
 }  // namespace atelier

@@ -7,7 +7,7 @@
 
 namespace atelier {
 
-/// A view, and what it is called under its picture.
+/// A view, and what it is called under its image.
 struct NamedView {
   View view;
   std::string name;

@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// Who gets the images of a scene, in the order of its frames. All may be empty.
+/// Callbacks for the images of a scene, in the order of its frames. All may be empty.
 struct PaintHooks {
   /// [H,W,4] linear light; the fourth channel is 1, or with `alpha` the coverage, the colour then
   /// premultiplied.

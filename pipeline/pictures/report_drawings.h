@@ -18,10 +18,10 @@
 
 namespace atelier {
 
-// What the rooms of stages draw their pictures of the report with.
+// Drawing functions for the report's images of stages.
 
 inline constexpr std::size_t kReportPictures = 4;  ///< frames that are shown
-inline constexpr int kReportWide = 290;            ///< pixels: four pictures beside each other
+inline constexpr int kReportWide = 290;            ///< pixels: four images beside each other
 inline constexpr int kReportNarrow = 210;          ///< six
 inline constexpr int kReportHeight = 460;          ///< pixels
 
@@ -49,8 +49,8 @@ Dataset dataset_of(const StageStatus& status);
 /// Of the result that holds the scans. Throws DataError.
 std::optional<Dataset> scanned_dataset(const ReportPlaces& places);
 
-/// The tracked sequence that is clothed, else the first; and the cameras that stages may open, who
-/// sees the person's front best first.
+/// The tracked sequence that is clothed, else the first; and the cameras that stages may open, the
+/// one that sees the person's front best first.
 struct ReportedTrack {
   TrackedMotion motion;
   std::vector<Index> cameras;
@@ -59,8 +59,8 @@ struct ReportedTrack {
 /// None where nobody was tracked. Throws DataError.
 std::optional<ReportedTrack> reported_track(const ReportPlaces& places, const Dataset& dataset);
 
-/// Where the person looks in a frame: across the hips as they were tracked; zero where nobody
-/// knows, and of somebody who lies, as body_facing has it.
+/// The direction that the person faces in a frame, across the tracked hips; zero where that is
+/// unknown, and for a person lying down (body_facing).
 Eigen::Vector3d tracked_facing(const std::optional<ReportedTrack>& tracked, int frame_id);
 
 /// Draws over the image of a camera in a frame; nothing where there is nothing to draw.

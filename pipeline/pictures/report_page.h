@@ -35,14 +35,14 @@ struct ReportFigure {
   std::string accuracy = {};   ///< "at most 5, missed by 1.7 mm"; "" where that is the range
 };
 
-/// What results come to against the truth.
+/// Errors of results against the ground truth.
 struct ReportFigures {
   std::string judged_by;              ///< which ranges those of the table are, a sentence
   std::vector<ReportFigure> targets;  ///< the table of targets, measured or not
   std::vector<ReportFigure> others;   ///< all other figures
 };
 
-/// What the page shows beside the stages; all of it may be left out.
+/// Content of the page beside the stages; all of it optional.
 struct ReportContent {
   ReportFigures figures = {};
   std::optional<RunAccount> run = std::nullopt;   ///< what the last `run` of the chain came to

@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// What became of one stage in a run of the chain.
+/// Outcome of one stage in a run of the chain.
 struct RunStageAccount {
   std::string stage;
   std::string end;      ///< "done", "done already", "skipped", "failed" or "not asked for"

@@ -7,7 +7,7 @@
 
 namespace atelier {
 
-/// What validate found, as one HTML page that needs no other file, runs no script and loads
+/// The findings of validate as one HTML page that needs no other file, runs no script and loads
 /// nothing: the verdict and the settings that would put the capture right, findings, where cameras
 /// stand, errors of cameras, joints and frames, and contact sheets of up to three frames with what
 /// was detected and what was made of it. Every text that came from a file is escaped.

@@ -11,10 +11,9 @@
 
 namespace atelier {
 
-// What options of one table have to keep to together. Rules name options by the ends of their
-// names: in the table of a run, "track.rounds" is the "rounds" of a rule, beside the other options
-// of "track.". A table that lacks one of a rule's options need not keep it. Every value is in its
-// own range.
+// Constraints between options of one table. Rules name options by the ends of their names: in the
+// table of a run, "track.rounds" is the "rounds" of a rule, beside the other options of "track.". A
+// table that lacks one of a rule's options need not keep it. Every value is in its own range.
 
 /// Of two numbers.
 struct OrderRule {
@@ -28,7 +27,7 @@ struct OrderRule {
 bool is_less(double first, double second);
 inline constexpr std::string_view kTakesLess = "it takes less than that";
 
-/// What is said, by flag or file, and does nothing while others have these values.
+/// Options that have no effect while others have these values.
 struct IdleRule {
   struct Value {
     std::string_view option;
@@ -54,11 +53,11 @@ struct OptionRules {
   std::span<const OrderRule> order = {};
   std::span<const IdleRule> idle = {};
   std::span<const NeededRule> needed = {};
-  /// What no row of these says: a sentence for each thing that is wrong. Null: nothing.
+  /// Further constraints: a sentence for each violation. Null: none.
   std::vector<std::string> (*others)(const OptionTable& table) = nullptr;
 };
 
-/// What a table breaks of these rules, a sentence for each, with the options' names.
+/// The rules that a table violates, a sentence for each, with the options' names.
 std::vector<std::string> broken_rules(const OptionTable& table, const OptionRules& rules);
 
 // For `others`.
@@ -66,7 +65,7 @@ std::vector<std::string> broken_rules(const OptionTable& table, const OptionRule
 /// Whether a flag or a file set it.
 bool is_said(const OptionField& field);
 
-/// What stands before the end of a name: "material." of "material.search.stretch_low" and
+/// The prefix of a name before its end: "material." of "material.search.stretch_low" and
 /// "search.stretch_low"; nothing where it ends otherwise. An `end` with a "." at its own end is any
 /// option of that section.
 std::optional<std::string> start_of(const std::string& name, std::string_view end);

@@ -17,47 +17,47 @@
 
 namespace atelier {
 
-/// Everything that the program knows of a stage: what the runner needs, and what the loops over all
-/// stages (the chain of `run`, evaluation, targets, option rules, the report) ask of each. A room
-/// of pipeline/ has a function `const StageRow& <stage>_row()` for each of its stages, and names
-/// them in its line of CMakeLists.txt; nothing else lists stages.
+/// The description of a stage: the part that the runner needs, and hooks for the loops over all
+/// stages (the chain of `run`, evaluation, targets, option rules, the report). A room (a folder of
+/// pipeline/) has a function `const StageRow& <stage>_row()` for each of its stages, and names the
+/// stages in its line of CMakeLists.txt; nothing else lists stages.
 struct StageRow {
   Stage stage;
 
-  /// The stage that it is listed behind, if not the one before it in its room: one whose results
-  /// are handed over as its INPUT.
+  /// The stage that it is listed after, if not the previous one of its room: the one that makes its
+  /// INPUT.
   std::string_view after = "";
 
-  /// Refuses at once, in the stage's own words, what it would refuse once it has its inputs: files,
-  /// cameras and frames that options name and that are not there. Quick, and not all that it may
-  /// find wrong. Null: nothing. Throws DataError, EnvironmentError.
+  /// Checks before a run, with the stage's own error messages, that files, cameras and frames named
+  /// by options exist. Quick; the stage may find other errors later. Null: no check. Throws
+  /// DataError, EnvironmentError.
   void (*require_startable)(const StageRequest& request) = nullptr;
 
-  /// How `run` comes by it; none: `run` leaves it out.
+  /// Its place in the chain of `run`; none: `run` leaves it out.
   std::optional<ChainPlace> chain = {};
 
-  /// Figures of its result in a workspace against a synthetic capture's ground truth; none where
-  /// there is no result. Throws DataError. Null: it has no figures.
+  /// Measures of its result in a workspace against a synthetic capture's ground truth; empty where
+  /// there is no result. Throws DataError. Null: it has no measures.
   std::vector<Measure> (*measure)(const std::filesystem::path& workspace,
                                   const std::filesystem::path& truth) = nullptr;
   /// Why its result cannot be measured, though it is not outdated; "" if it can. Null: it can.
   std::string (*problem)(const std::filesystem::path& workspace,
                          const std::filesystem::path& truth) = nullptr;
-  /// A stage whose figures are compared with this one's: who asks for those gets these as well.
+  /// A stage to compare with: evaluating that stage alone also evaluates this one.
   std::string_view measured_for = "";
-  /// A figure that follows from those of several stages, given all of them. Null: none.
+  /// A measure derived from those of several stages, given all measures. Null: none.
   std::optional<Measure> (*comparison)(const std::filesystem::path& workspace,
                                        std::span<const Measure> measures) = nullptr;
-  /// Place of its figures among those of other stages; of equal ones, as the rooms are listed.
+  /// Order of its measures among those of other stages; equal ones follow the order of rooms.
   int measure_place = 0;
 
   std::span<const Target> targets = {};
 
-  /// What its options have to keep to together. Several rows may share one set. Null: nothing.
+  /// Constraints between its options. Several rows may share one set. Null: none.
   const OptionRules* rules = nullptr;
 
-  /// What the report shows of its sound result beside its files, as HTML with images inside; "" for
-  /// nothing. Throws DataError where a result or the capture cannot be read. Null: nothing.
+  /// HTML with embedded images that the report shows for an undamaged result, beside its files; ""
+  /// for nothing. Throws DataError where a result or the capture cannot be read. Null: nothing.
   std::string (*pictures)(const StageStatus& own, const ReportPlaces& places) = nullptr;
 };
 

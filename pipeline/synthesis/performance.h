@@ -21,7 +21,7 @@ struct PerformedFrame {
   std::vector<Points> garment_velocities;  ///< as GroundTruthFrame::garments
 };
 
-/// Who, wearing what, does what.
+/// A subject, its clothes and its motions.
 struct Performance {
   SyntheticSubject subject;
   SubjectKeypoints keypoints;
@@ -30,8 +30,8 @@ struct Performance {
   ContinuousMotion clothed;  ///< feet on their soles
   ContinuousMotion minimal;
   double start = 0;  ///< s into the clothed motion of its first frame
-  /// m, added to everything that is photographed clothed, so that who walks through a recorded
-  /// motion passes the middle of the dome half way through the frames.
+  /// m, added to everything that is photographed clothed, so that a person who walks through a
+  /// recorded motion passes the middle of the dome half way through the frames.
   Eigen::Vector3d shift{0, 0, 0};
 };
 
@@ -44,7 +44,7 @@ Performance cast_performance(const SynthesisOptions& options,
 /// The motion that the options name, "auto" by what is worn.
 std::string motion_of(const SynthesisOptions& options);
 
-/// What the capture's ground truth says of it, without cameras, lights and uvs of others.
+/// Its ground truth in the capture, without cameras, lights and uvs of others.
 GroundTruth truth_of(const Performance& performance, const SynthesisOptions& options);
 
 /// Plays the minimal sequence: `take(i, frame)` for each frame in order.

@@ -9,7 +9,7 @@
 
 namespace atelier {
 
-/// What the simulation of a synthetic capture needs to go on after a frame.
+/// The state from which the simulation of a synthetic capture continues after a frame.
 struct PerformanceState {
   int next_frame = 0;  ///< of the sequence
   std::int64_t step = 0;

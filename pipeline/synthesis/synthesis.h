@@ -9,7 +9,7 @@
 
 namespace atelier {
 
-/// What a long synthesis tells and asks.
+/// Callbacks of a long synthesis.
 struct SynthesisEvents {
   std::function<void(const std::string& line)> say;
   std::function<bool()> stop;  ///< true: end at the next image

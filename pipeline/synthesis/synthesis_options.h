@@ -56,7 +56,7 @@ const std::vector<std::string>& synthesis_presets();
 /// The options of a preset. Throws LogicError for another name.
 SynthesisOptions preset_options(const std::string& preset);
 
-/// What cannot be made, one sentence each: values out of range, nothing to take, an odd number of
+/// Errors in the options, one sentence each: values out of range, nothing to take, an odd number of
 /// cameras in pairs, a held-out camera too many, sequences that need each other.
 std::vector<std::string> impossible_options(const SynthesisOptions& options);
 

@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// What all instants of a synthetic capture share: looks, surroundings, cameras.
+/// The part that all instants of a synthetic capture share: appearance, surroundings, cameras.
 struct SynthesisStage {
   GroundTruth truth;            ///< with cameras and lights
   std::vector<Camera> cameras;  ///< the true ones
@@ -30,8 +30,8 @@ SynthesisStage set_stage(GroundTruth truth, const std::vector<WornLayer>& layers
 /// One instant before the cameras, `shift` seconds after the frame (for blur).
 StageInstant instant_of(const SynthesisStage& stage, const PerformedFrame& frame, double shift = 0);
 
-/// What cameras see of a frame without noise or blur: linear light with exposure and gain, one
-/// image for each camera.
+/// Images of a frame without noise or blur: linear light with exposure and gain, one image for each
+/// camera.
 std::vector<Image> clean_pictures(const SynthesisStage& stage, const PerformedFrame& frame,
                                   const std::vector<Camera>& cameras,
                                   const SynthesisOptions& options);

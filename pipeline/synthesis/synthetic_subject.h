@@ -10,7 +10,7 @@
 
 namespace atelier {
 
-/// Who stands before the cameras of a synthetic capture, and how far from what stages assume.
+/// The subject of a synthetic capture, and how far it is from the assumptions of stages.
 struct SubjectOptions {
   /// "random": the default human at random measures; "female", "male"; or a file that
   /// read_body_file knows.

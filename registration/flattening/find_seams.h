@@ -10,50 +10,50 @@
 
 namespace atelier {
 
-/// When a surface is cut enough.
+/// Options of the seam search, with the bound that ends it.
 struct FindSeamsOptions {
-  double stretch = 0.03;  ///< stretch that 99 hundredths of the area shall keep below, 0.001 to 1
-  int cuts = 400;         ///< seams and darts added at most, 0 to 1000
+  double stretch = 0.03;       ///< bound on the stretch of 99% of the area, 0.001 to 1
+  int cuts = 400;              ///< maximum number of added seams and darts, 0 to 1000
   bool front_and_back = true;  ///< begin with a front and a back (front_and_back.h)
-  double front_back_cost =
-      1;  ///< how much dearer seams are in front and at the back than at the sides
-  /// Where the front looks, horizontal, of length 1; zero: as far as the shape says (facing_of).
+  double front_back_cost = 1;  ///< relative cost of seams in front and at the back
+  /// Horizontal unit vector that the front faces; zero: inferred from the shape (facing_of).
   Eigen::Vector3d facing = Eigen::Vector3d::Zero();
-  bool join = true;  ///< seams that turn out not to be needed are sewn again
+  bool join = true;  ///< remove seams that turn out not to be needed
 };
 OptionTable describe(FindSeamsOptions& options);
 
-/// Where to cut.
+/// Result of the seam search.
 struct FoundSeams {
-  std::vector<char> cut;    ///< [E] edges of the mesh's topology
-  std::vector<char> sides;  ///< [E] those between front and back that it began with
-  bool reached = false;     ///< the stretch is within bounds and no panel lies over itself
-  int added = 0;            ///< seams and darts beyond those that make disks
-  int joined = 0;           ///< seams sewn again
+  std::vector<char> cut;    ///< [E] 1 for edges of the mesh's topology to cut
+  std::vector<char> sides;  ///< [E] of these, the initial ones between front and back
+  bool reached = false;     ///< the stretch is within the bound and no panel overlaps itself
+  int added = 0;            ///< seams and darts beyond those needed for disk topology
+  int joined = 0;           ///< seams removed again
 };
 
-/// Says that a cut was added: what, and the share of the area that is stretched too far.
+/// Called after each cut with one line: the cut, and the share of the area above the bound.
 using SeamWatch = std::function<void(const std::string&)>;
 
-/// Seams and darts for a surface, beginning with those in `given` (one flag for each edge).
+/// Finds seams and darts for a surface, in addition to those in `given` (one flag for each edge).
 ///
-/// Begins with a front and a back, if asked to. Panels that are no disks are opened along the
-/// shortest ways (cut_to_disks.h), dearer in front and at the back than at the sides, under the
-/// arms and over the shoulders. Then, while more than a hundredth of the area is stretched too far
-/// or a panel lies over itself, the panel that has most of it is cut: of ways from its most
-/// stretched places to its boundary (darts) and right through it (seams), along what is stretched
-/// and curved, each is tried and the one taken that lowers the stretched area most for its length.
-/// At last found seams are sewn again while the bounds hold, the one first that adds least stretch
-/// for its length; those between front and back only where less than a quarter of the area comes
-/// together, as in a sleeve. Our choice, after Sheffer and Hart, "Seamster", 2002 (cuts through
-/// distorted places) and Li et al., "OptCuts", 2018 (cut and merge against a bound).
+/// Begins with a front and a back, if `front_and_back`. Panels that are not disks are cut open
+/// along shortest paths (cut_to_disks.h); paths in front and at the back cost more than those at
+/// the sides, under the arms and over the shoulders. Then, while more than 1% of the area is
+/// stretched beyond the bound or a panel overlaps itself, the panel with the largest such area is
+/// cut. Candidates are paths from its most stretched vertices to its boundary (darts) and across it
+/// (seams), which prefer stretched and curved regions; each is tried, and the one that lowers the
+/// stretched area most for its length is taken. At last, seams that the search added are removed
+/// while the bound holds, the one that adds least stretch for its length first; seams between front
+/// and back only where less than a quarter of the area is joined, such as in a sleeve. Our choice,
+/// after Sheffer and Hart, "Seamster", 2002 (cuts through distorted regions) and Li et al.,
+/// "OptCuts", 2018 (cut and merge against a bound).
 ///
-/// With `from`, seams found before on the same triangles (of vertices that have moved since), it
-/// goes on from those instead of beginning anew.
+/// With `from`, seams found earlier on the same triangles (vertices may have moved since), the
+/// search continues from those.
 ///
-/// Throws DataError as check_flattenable; LogicError for another number of flags. Panels
-/// stiffen at stiffening_of(stretch): laid flat with another one, the same seams may miss the
-/// bound. Some ten panels are laid flat for each cut.
+/// Throws DataError as check_flattenable; LogicError for another number of flags. Panels are
+/// flattened with stiffening_of(stretch); with another stiffening the same seams may miss the
+/// bound. About ten panels are flattened for each cut.
 FoundSeams find_seams(const Mesh& mesh, const std::vector<char>& given,
                       const FindSeamsOptions& options = {}, const SeamWatch& watch = {},
                       const FoundSeams& from = {});

@@ -28,11 +28,11 @@ FlattenSurface read_flatten_surface(const std::filesystem::path& file, const std
                                     const MeshConvention& convention,
                                     const FlattenWatcher& watcher);
 
-/// What `template` leaves: meshes in a folder, and beside that folder a file on all of them.
+/// A result of `template`: meshes in a folder, and beside that folder a file that describes them.
 inline constexpr const char* kTemplateFile = "template.json";
 inline constexpr const char* kTemplateGarments = "garments";
 
-/// What `template` says of the mesh that it made.
+/// The description of a mesh by `template`.
 struct TemplateNote {
   Eigen::Vector3d facing = Eigen::Vector3d::Zero();  ///< where its wearer looks; zero: not known
   std::optional<int> frame;                          ///< in whose pose it is
@@ -50,9 +50,9 @@ struct FlattenGarment {
 /// of the name, beside that folder, as in a result of `template`.
 std::filesystem::path template_file(const std::filesystem::path& mesh);
 
-/// What a template.json says of a label; an empty note where it is not there, says nothing of it,
-/// or is another file of that name. Throws DataError where it cannot be read, or says of the label
-/// what is no frame or no direction.
+/// The entry of a label in a template.json; an empty note where it is not there, says nothing of
+/// it, or is another file of that name. Throws DataError where it cannot be read, or says of the
+/// label what is no frame or no direction.
 TemplateNote template_note(const std::filesystem::path& file, const std::string& label);
 
 /// Whether a garment is such a surface: by its note, by one that its INPUT leaves unread, or by its

@@ -7,7 +7,7 @@
 
 namespace atelier {
 
-/// Who watches how one garment is flattened.
+/// Callbacks of the flattening of one garment.
 struct FlattenWatcher {
   std::function<void(const std::string&)> say;
   std::function<void(const Finding&)> warn;

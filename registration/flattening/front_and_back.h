@@ -17,8 +17,8 @@ namespace atelier {
 /// differ by less than 0.15, of 2. Our choice. Throws LogicError unless reach is positive.
 Eigen::Vector3d facing_of(const Mesh& mesh, double reach = 0.06);
 
-/// +Z for a direction within 10 degrees of it, so that patterns of who about faces it stay as they
-/// are. Any other stays.
+/// +Z for a direction within 10 degrees of it, so that patterns of a person who faces it
+/// approximately do not change. Any other direction is returned as it is.
 Eigen::Vector3d nearly_ahead(const Eigen::Vector3d& facing);
 
 /// A front and a back: the shortest cut along where the surface turns from facing one way to facing

@@ -20,9 +20,9 @@ std::vector<char> cut_where_overlapping(const Mesh& mesh, const std::vector<char
                                         const FlatPattern& pattern);
 
 /// flatten_surface, and panels that lie over themselves parted (cut_where_overlapping) and laid
-/// flat anew until none does: in what is returned `overlapping` is empty whatever the surface.
-/// It ends, since every time some panel becomes two with fewer triangles, and one triangle alone
-/// lies flat. `parted` hears how many panels are about to be.
+/// flat again until none does: in what is returned `overlapping` is empty whatever the surface. It
+/// ends, since every time some panel becomes two with fewer triangles, and one triangle alone lies
+/// flat. `parted` hears how many panels are about to be.
 FlatPattern flatten_apart(const Mesh& mesh, std::vector<char> cut,
                           const FlattenOptions& options = {},
                           const std::function<void(std::size_t panels)>& parted = {});

@@ -21,7 +21,8 @@ struct SeamPiece {
   double excess = 0;  ///< what of it is stretched too far; 0 is perfect
 };
 
-/// Lays it flat from where it is (or anew) and measures. `iterations` of Newton's method at most.
+/// Flattens it from its current state (or from scratch) and measures. `iterations` of Newton's
+/// method at most.
 void lay_flat(SeamPiece& piece, double bound, int iterations, double tolerance);
 
 /// The disks that a cut along some of its edges leaves of a piece, with its flat shape to go on

@@ -5,9 +5,9 @@
 
 namespace atelier {
 
-/// What a pattern maker measures on a body, and where the body stands so that panels can be placed
-/// round it. Metres. The wearer looks to +Z, so that the left side is +X. Defaults: a woman of 1.68
-/// m in an A-pose.
+/// Measures of a body for pattern making, and its position, so that panels can be placed round it.
+/// Metres. The wearer looks to +Z, so that the left side is +X. Defaults: a woman of 1.68 m in an
+/// A-pose.
 struct TailorMeasures {
   double neck_girth = 0.36;
   double neckline = 0;  ///< half of its width, clear of the neck; 0: a sixth of the girth and 15 mm

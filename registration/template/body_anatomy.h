@@ -13,7 +13,7 @@ inline constexpr std::array kExtremities = {Extremity::Head, Extremity::LeftHand
                                             Extremity::RightHand, Extremity::LeftFoot,
                                             Extremity::RightFoot};
 
-/// What garments need to know of a body: which lump of flesh each vertex belongs to, and how lumps
+/// The anatomy of a body for garments: which lump of flesh each vertex belongs to, and how lumps
 /// follow one another from the pelvis to head, hands and feet. No skeleton, no skinning.
 struct BodyAnatomy {
   std::vector<int> lumps;                 ///< [V] of each vertex of the body
@@ -24,8 +24,9 @@ struct BodyAnatomy {
 /// more, each with a vertex.
 void check_anatomy(const BodyAnatomy& anatomy, Index vertices);
 
-/// Where the body looks: horizontal, of length 1, across the way from right hip and shoulder to the
-/// left ones. Zero where that way has no direction along the ground, as of one who lies on a side.
+/// The direction that the body faces: a horizontal unit vector, perpendicular to that from right
+/// hip and shoulder to the left ones. Zero where the latter is vertical, such as of a person lying
+/// on the side.
 Eigen::Vector3d body_facing(const BodyAnatomy& anatomy, const Points& body);
 
 /// A line through the inside of the body, [N,3] m: from the pelvis through the middle of each lump,

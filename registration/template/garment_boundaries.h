@@ -16,7 +16,8 @@ struct GarmentBoundaries {
 };
 
 /// Tells openings from holes and names them: an opening is a loop that a limb's axis (limb_axis)
-/// passes through, from the pelvis to head, hands and feet. What lies beyond the opening names it:
+/// passes through, from the pelvis to head, hands and feet. The body part beyond the opening names
+/// it:
 ///
 ///   a hand             "cuff left" ("armhole left" where the loop is not on the arm itself)
 ///   a foot             "ankle left"

@@ -14,15 +14,15 @@ struct GarmentCover {
   Eigen::VectorXd gap;    ///< [V] m from the body to the cloth along the normal
 };
 
-/// What scans say of each vertex of the body.
+/// Observed cover of each vertex of the body.
 struct GarmentVotes {
   Eigen::VectorXd covered;  ///< [V] frames in which the garment lies over the vertex
   Eigen::VectorXd bare;     ///< [V] frames in which it is seen to be bare or under something else
   Eigen::VectorXd gap;      ///< [V] sum of the gaps, m
 };
 
-/// What a scan says of each vertex of a body: a ray from a little under the skin outwards (at most
-/// 0.4 m, up to where it meets the body again) finds what lies over it.
+/// The cover of each vertex of a body in one scan: a ray from a little under the skin outwards (at
+/// most 0.4 m, up to where it meets the body again) finds what lies over it.
 GarmentVotes garment_votes(const Mesh& scan, std::uint8_t label, const Points& body,
                            const Triangles& body_faces);
 

@@ -6,7 +6,7 @@
 
 namespace atelier {
 
-/// What was kept of a surface, and what of it no point supports.
+/// The part of a surface that was kept, and which of it no point supports.
 struct TrimmedSurface {
   Mesh mesh;
   int holes_closed = 0;     ///< patches without points that were kept, those under 1 cm2 aside

@@ -37,7 +37,7 @@ struct PredictOptions {
 /// How close each vertex is to the body: 1 on it, falling with exp(-(distance / near)^2). [V]
 Eigen::VectorXd closeness(const BodyDrivenCloth& ridden, double near);
 
-/// What is known of cloth before a frame. Refers to what others own.
+/// State of cloth before a frame. Holds references only.
 struct ClothBefore {
   const Points& vertices;         ///< [V,3] m, in the frame before
   const BodyDrivenCloth& ridden;  ///< where the body takes it from there

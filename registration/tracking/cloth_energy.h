@@ -23,7 +23,7 @@ namespace atelier {
 /// model for inextensible surfaces", SGP 2006), about bend times the integral of the squared
 /// curvature.
 
-/// What does not change from frame to frame.
+/// The part that is the same in all frames.
 struct ClothModel {
   Topology topology;
   Eigen::VectorXd lengths;     ///< [E] m, at rest

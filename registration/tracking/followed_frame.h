@@ -11,7 +11,7 @@
 
 namespace atelier {
 
-/// What one frame was the first to show of a garment's texture.
+/// The part of a garment's texture that one frame was the first to show.
 struct TextureGain {
   int levels = 0;             ///< sizes of the texture
   int channels = 3;           ///< 1 or 3
@@ -19,7 +19,7 @@ struct TextureGain {
   std::vector<float> values;  ///< [N, levels, channels]
 };
 
-/// What is known in `after` and not in `before`, of which add_texture made it.
+/// The part that is known in `after` and not in `before`, from which add_texture made it.
 TextureGain texture_gain(const GarmentTexture& before, const GarmentTexture& after);
 
 /// The same texture again. Throws DataError for a gain of other sizes or channels than what is
@@ -49,7 +49,7 @@ struct FrameKeeping {
   /// Nothing where it is not there, or no good.
   std::function<std::optional<FollowedFrame>(Index row, const RegistrationModel& model)> read;
   std::function<void(Index row, const FollowedFrame& frame)> write;
-  /// What is held while a frame is followed; null: another one holds it.
+  /// The lock of a frame while it is registered; null: another process has it.
   std::function<std::shared_ptr<void>(Index row)> reserve;
 };
 

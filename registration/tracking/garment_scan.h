@@ -56,7 +56,7 @@ struct ScanRowOptions {
   double border_reach = 0.03;  ///< m
 };
 
-/// What a scan says of cloth at x.
+/// Correspondences of cloth at x with a scan.
 struct ScanRows {
   std::vector<SurfaceRow> rows;
   Eigen::VectorXd support;  ///< [V] in [0,1]: how much of each vertex's area the scan speaks of

@@ -9,12 +9,12 @@
 
 namespace atelier {
 
-/// What images say of where cloth is: the texture that it had where it was known is compared with
-/// what cameras see of it now, patch by patch, each patch's brightness and contrast taken out, so
-/// that shade, exposure and noise do not matter (the zero-mean normalised correlation of Lucas and
+/// The photometric term: the texture that cloth had where it was known is compared with what
+/// cameras see of it now, patch by patch, each patch's brightness and contrast taken out, so that
+/// shade, exposure and noise do not matter (the zero-mean normalised correlation of Lucas and
 /// Kanade's image alignment, 1981, on a surface and over all cameras at once).
 
-/// What one camera saw.
+/// One camera's image.
 struct PhotoView {
   Camera camera;
   Image image;     ///< linear RGB or one channel, of the camera's size
@@ -71,12 +71,12 @@ void add_texture(GarmentTexture& texture, const ClothSamples& samples, const Vie
 
 struct PhotometricOptions {
   double weight = 1e-4;  ///< m2 against the scan's 1: of residuals in standard deviations
-  double noise = 0.012;  ///< of a picture's square roots; contrast below it says nothing
+  double noise = 0.012;  ///< of an image's square roots; contrast below it says nothing
   double good = 0.6;     ///< correlation from which a view counts in full
   double bad = 0.2;      ///< correlation at which it does not count at all
 };
 
-/// What images say of cloth at its x.
+/// The photometric term of cloth at x.
 struct PhotometricTerm {
   std::vector<FaceQuadratic> quadratics;  ///< of the energy's second order, at origin x
   double energy = 0;                      ///< m4, at x, views and patches weighted as they are
@@ -84,7 +84,7 @@ struct PhotometricTerm {
   Eigen::VectorXi views;                  ///< [V] that see the patch around each vertex
 };
 
-/// At one size of the pictures. O(samples x views that see them).
+/// At one size of the images. O(samples x views that see them).
 PhotometricTerm photometric_term(const ViewedCloth& cloth, const ClothSamples& samples,
                                  const GarmentTexture& texture, int level,
                                  const PhotometricOptions& options = {});

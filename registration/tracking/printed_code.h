@@ -25,7 +25,7 @@ struct CodeOptions {
   double margin = 0.15;     ///< by which the next best place correlates less
 };
 
-/// What every place of a garment shows in the frame that it is known in.
+/// The descriptors of all places of a garment, from the template's frame.
 struct PrintedCodebook {
   CodeOptions options;
   ClothSamples samples;
@@ -55,10 +55,9 @@ struct CodeMatches {
   int contradicted = 0;  ///< matches whose neighbours read otherwise; they are not kept
 };
 
-/// What is read where the garment is thought to be: its x is where cameras' colours are taken, and
-/// may be off along the surface by the code's reach. A match counts if its descriptor agrees, no
-/// other place within reach agrees nearly as well, and most matches around it have gone the same
-/// way.
+/// Matches the code at the estimated garment: its x is where cameras' colours are taken, and may be
+/// off along the surface by the code's reach. A match counts if its descriptor agrees, no other
+/// place within reach agrees nearly as well, and most matches around it have gone the same way.
 CodeMatches match_code(const PrintedCodebook& code, const ViewedCloth& cloth);
 
 /// Rows that pull points that were read to where they were seen, along the surface.

@@ -33,10 +33,10 @@ struct RegistrationSource {
 /// the frame nearest to the template's (its anchor) starts from the template as it rides on the
 /// body, and every other from its neighbour, outwards, in two chains. So a window needs no other,
 /// and any machine finds the same frames. Each is kept as soon as it is followed, so that a stop
-/// costs one frame a thread. What cloth looks like is taken from the template's frame; what that
-/// does not show, from the first frames of the chain that do. Safe on several threads, and beside
-/// other processes with the same keeping: whoever waits for a frame that another one is at follows
-/// one of another chain meanwhile.
+/// costs one frame a thread. The texture is taken from the template's frame; what that does not
+/// show, from the first frames of the chain that do. Safe on several threads, and beside other
+/// processes with the same keeping: whoever waits for a frame that another one is at follows one of
+/// another chain meanwhile.
 class RegisteredSequence {
  public:
   /// Throws DataError as registration_model does, LogicError where the source contradicts itself.

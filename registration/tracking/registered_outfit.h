@@ -30,7 +30,7 @@ Mesh registered_mesh(const RegisteredGarmentSequence& garment, int frame_id);
 /// Frames that every garment is registered in, increasing.
 std::vector<int> common_frames(const std::vector<RegisteredGarmentSequence>& outfit);
 
-/// What of a garment is held by the body: the waist of what is worn on the hips (its highest
+/// The part of a garment that the body holds: the waist of what is worn on the hips (its highest
 /// opening), which rides where it is; nothing of what hangs from the shoulders.
 /// @param openings  its loops of boundary vertices
 std::vector<Attachment> held_by_body(Label label, const std::vector<std::vector<int>>& openings,

@@ -16,7 +16,7 @@ struct TrackedFrameFigures {
   double inside = 0;       ///< share of vertices and triangles' centres inside the body
 };
 
-/// The frames in which a garment was lost, as one warning `not-followed`; nothing where it was
+/// The frames in which a garment was lost, as one warning `tracking-failure`; nothing where it was
 /// followed in all. The scan then speaks of less than 0.75 of its area, or images agree with its
 /// texture by less than 0.5. Garments that were followed had 0.80 and 0.72 at least in all frames
 /// of captures, a dress that was lost 0.67 and 0.18 at most (docs/results/registration.md).

@@ -7,8 +7,9 @@
 
 namespace atelier {
 
-/// What changes from frame to frame. Rows are the cloth's vertices. Numbers of a float solver are
-/// exactly representable here, so a state written and read back continues with the same bits.
+/// The part of a simulation that changes from frame to frame. Rows are the cloth's vertices.
+/// Numbers of a float solver are exactly representable here, so a state written and read back
+/// continues with the same bits.
 struct ClothState {
   Points positions;        ///< [V,3] m
   Points velocities;       ///< [V,3] m/s
@@ -18,7 +19,7 @@ struct ClothState {
 /// The cloth at rest in its template shape.
 ClothState rest_state(const Cloth& cloth);
 
-/// What the world does during one frame.
+/// The boundary conditions of one frame.
 struct Control {
   Eigen::Vector3d gravity{0, -9.81, 0};  ///< m/s2
   Eigen::Vector3d wind{0, 0, 0};         ///< m/s

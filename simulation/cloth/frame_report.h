@@ -4,7 +4,7 @@
 
 namespace atelier {
 
-/// What one frame of simulation came to.
+/// Diagnostics of one simulated frame.
 struct FrameReport {
   std::int64_t frame = 0;  ///< frames done, this one included
   double strain_p50 = 0;   ///< median of |length / rest - 1| over the mesh edges
@@ -20,7 +20,7 @@ struct FrameReport {
   double elastic_energy = 0;  ///< J
   int body_contacts = 0;      ///< vertices that touched the body in the last substep
   /// Free vertices inside the body after the frame, by the nearest surface within the contact
-  /// reach: in every frame; who is deeper is not among them (`inside` counts all).
+  /// reach: in every frame; deeper vertices are not among them (`inside` counts all).
   int penetrating = 0;
   double penetration_depth = 0;  ///< m, the deepest of them
   int self_contacts = 0;  ///< pairs of cloth primitives that pushed each other in the last substep

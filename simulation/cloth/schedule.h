@@ -43,8 +43,8 @@ struct Schedule {
   int max_colours = 0;  ///< of any patch
 };
 
-/// What the schedule needs to know of a constraint: its particles (-1 for unused places at the end)
-/// and its kind (0, 1 or 2), which only groups constraints of one kind together.
+/// A constraint as the schedule sees it: its particles (-1 for unused places at the end) and its
+/// kind (0, 1 or 2), which only groups constraints of one kind together.
 struct ConstraintParticles {
   std::array<int, 4> particle;
   int kind;

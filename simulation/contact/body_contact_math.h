@@ -57,7 +57,7 @@ ATELIER_HOST_DEVICE inline BodyTouch<T> touch_nearest(const BodyView<T>& body,
   return touch_at(body, best.face, b, normal, way);
 }
 
-/// What a contact with the body obeys.
+/// Parameters of contact with the body.
 template <class T>
 struct BodyContactRule {
   T thickness;    ///< m
@@ -92,7 +92,7 @@ ATELIER_HOST_DEVICE inline Passage<T> way_of(const BodyParticle<T>& p, const Bod
 }
 
 /// Moves a particle out of the body and lets friction hold it (Coulomb: exact stick inside the
-/// cone). What friction did in the substep's earlier iterations is projected onto the cone anew in
+/// cone). The friction of the substep's earlier iterations is projected onto the cone again in
 /// each, also where the particle lies at its distance already: else directions of slips on the way
 /// to the solution stayed in it.
 template <class T>
@@ -173,9 +173,9 @@ constexpr int kSearchDeep = -2;  ///< it starts inside: ask the tree as deep as 
 /// and looks at it from its front: ask for the way out.
 constexpr int kSearchBuried = -3;
 
-/// What is known in a frame about what a particle may meet. `gap` and `from` are renewed whenever
-/// the candidates are looked at: who was found to be far from them is left alone for as long as it
-/// cannot have come near.
+/// Contact candidates of a particle in a frame. `gap` and `from` are renewed whenever the
+/// candidates are tested: a particle far from them is not tested again for as long as it cannot
+/// have come near.
 template <class T>
 struct BodyOutlook {
   T slack;  ///< all this holds while the particle is no further than this from its free flight [m]
@@ -333,7 +333,7 @@ template <class T>
 ATELIER_HOST_DEVICE inline void look_out_again(BodyOutlook<T>& outlook, const FaceOffer<T>& nearest,
                                                Vec3<T> x, const FreeFlight<T>& free, T t1,
                                                const BodyContactRule<T>& rule) {
-  // A little less than it is: who is as near as the nearest may be nearer by rounding.
+  // Slightly less than the distance: a face as near as the nearest may be nearer by rounding.
   const T distance = T(0.9999) * std::sqrt(nearest.squared_distance);
   outlook.gap = t1 * outlook.speed + distance - rule.thickness;
   outlook.from = x - free.start - t1 * free.flight;
@@ -372,7 +372,7 @@ ATELIER_HOST_DEVICE inline bool contact_by_tree(BodyParticle<T>& p, const BodySu
   const bool deep = search == BodySearch::DeepTree;
   Box<T> box{xyz(p.x), xyz(p.x)};
   grow(box, xyz(p.start));
-  // Who is outside needs to look no deeper than what it touches or passes through.
+  // A particle outside needs to look no deeper than what it touches or passes through.
   const Box<T> query = inflated(box, deep ? rule.reach : rule.thickness + T(1e-3));
   for (int pass = 0; pass < 2; ++pass) {
     FaceChoice<T> choice =
@@ -427,7 +427,7 @@ ATELIER_HOST_DEVICE inline bool stay_with_body(BodyParticle<T>& p, const Vec4<T>
   step.rule.thickness *= meeting == Meeting::Rides   ? T(1)
                          : meeting == Meeting::Stays ? T(0.5)
                                                      : T(0.05);
-  // As deep as `reach`: who is carried may be deeper than who moves by itself.
+  // As deep as `reach`: a carried particle may be deeper than one that moves by itself.
   const BodySearch search =
       outlook.count == kSearchBuried ? BodySearch::WayOut : BodySearch::DeepTree;
   bool touches = contact_by_tree(p, step, outlook, search, AloneInTree{});
@@ -457,14 +457,14 @@ ATELIER_HOST_DEVICE inline T depth_inside(const BodyView<T>& body, Vec3<T> x, T 
   return way_out.face >= 0 ? std::sqrt(way_out.squared_distance) : T(0);
 }
 
-/// Who began a frame outside ends it outside: between limbs that close, a substep may push a
-/// particle out of the one and deep into the other, which lets it go slowly, as it does what was in
-/// it before. It is set on the surface, up to four times the reach away, and keeps its velocity; so
-/// is who began inside and is no deeper than it may come out by in a quarter of the frame's
-/// `substeps` (in all of them it would strain its neighbours). Where the body overlaps itself there
-/// is no outside: the way out of one limb may end in the other, no deeper than they overlap. Who
-/// stayed near its free flight, among its candidates, passed none of them. For closed bodies. Our
-/// choice.
+/// A particle that began a frame outside ends it outside: between limbs that close, a substep may
+/// push a particle out of the one and deep into the other, which lets it go slowly, as it does what
+/// was in it before. It is set on the surface, up to four times the reach away, and keeps its
+/// velocity; so is one that began inside and is no deeper than it may come out by in a quarter of
+/// the frame's `substeps` (in all of them it would strain its neighbours). Where the body overlaps
+/// itself there is no outside: the way out of one limb may end in the other, no deeper than they
+/// overlap. A particle that stayed near its free flight, among its candidates, passed none of them.
+/// For closed bodies. Our choice.
 template <class T>
 ATELIER_HOST_DEVICE inline void end_outside(const BodyView<T>& body, const BodyContactRule<T>& rule,
                                             const BodyOutlook<T>& outlook,
@@ -476,7 +476,7 @@ ATELIER_HOST_DEVICE inline void end_outside(const BodyView<T>& body, const BodyC
       times_inside(body, at, T(1), alone) != 1) {
     return;
   }
-  // Of who began deeper than the reach the outlook does not know that it began inside.
+  // The outlook does not know of a particle that began deeper than the reach that it began inside.
   const bool old = began_inside(outlook) || times_inside(body, free.start, T(0), alone) > 0;
   const T soon = min_of(rule.reach, T(0.25) * static_cast<T>(substeps) * rule.old_overlap);
   FaceOffer<T> way_out = nearest_way_out(body, at, T(1), old ? soon : rule.reach, alone);

@@ -22,9 +22,9 @@ namespace atelier {
 /// Pushes. Those of collision_response_math.h, the body's points with an inverse mass of 0: a pair
 /// keeps the side that it had at the substep's start, by half of the thickness, with friction;
 /// pushes are extremes of integers, whose order does not matter. A feature pushes only where it is
-/// what lies nearest of its body, or where the pair would pass in the substep. Who has come through
-/// a little all the same goes out along the feature's normal, if the face of the body that lies
-/// nearest looks that way too: not to the palm what lies on the back of a hand.
+/// what lies nearest of its body, or where the pair would pass in the substep. A particle that has
+/// come through a little all the same goes out along the feature's normal, if the face of the body
+/// that lies nearest looks that way too: not to the palm what lies on the back of a hand.
 ///
 /// A body that overlaps itself: a feature within another limb pushes nothing, nor is cloth pushed
 /// that lies in one; and the cloth's vertices meet the body's faces after its features, so that in
@@ -43,7 +43,7 @@ struct BodyFeatures {
   const BoxNode<T>* nodes;  ///< tree over faces that have any
 };
 
-/// What the pairs of features obey.
+/// Parameters of contacts between features.
 template <class T>
 struct FeatureRule {
   SelfRule<T> push;
@@ -99,7 +99,7 @@ ATELIER_HOST_DEVICE inline T min_length_over(const BodyView<T>& body, const Clot
   return over_one <= apart ? over_one : std::sqrt(over_one * apart);
 }
 
-/// What a face stands for: see BodyFeatures::sharp and ::least.
+/// The features that a face represents: see BodyFeatures::sharp and ::least.
 template <class T>
 struct SharpOfFace {
   int bits;
@@ -155,8 +155,8 @@ ATELIER_HOST_DEVICE inline Vec3<T> edge_normal(const BodyView<T>& body, const Cl
 
 /// Whether a feature that looks along `outwards` pushes a point of the cloth at `x`: one outside of
 /// the whole body where `outside` of the feature, else one just inside, of which the nearest face
-/// looks that way too. What lies in another limb, or where the body overlaps itself, is left to the
-/// cloth's vertices.
+/// looks that way too. Features inside another limb, or where the body overlaps itself, are left to
+/// the cloth's vertices.
 template <class T>
 ATELIER_HOST_DEVICE inline bool feature_reaches(const BodyView<T>& body, Vec3<T> x,
                                                 Vec3<T> outwards, bool outside, T time, T within) {

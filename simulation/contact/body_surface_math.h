@@ -70,7 +70,7 @@ ATELIER_HOST_DEVICE inline Vec3<T> nearest_on_triangle(Vec3<T> p, const FaceCorn
 }
 
 /// Boxes over faces that lie together: over each, over each 32 that follow one another and over
-/// each 32 of these. What lacks at the end has empty boxes.
+/// each 32 of these. Missing ones at the end have empty boxes.
 template <class T>
 struct FaceBoxes {
   const int* face = nullptr;
@@ -163,7 +163,7 @@ ATELIER_HOST_DEVICE inline T crossing_time(Vec3<T> p0, Vec3<T> p1, const FaceCor
   return time;
 }
 
-/// What one face is to a particle: how near, on which side, and when it was passed in the substep.
+/// Relation of a face to a particle: distance, side, and when it was passed in the substep.
 template <class T>
 struct FaceOffer {
   int face;  ///< -1: none

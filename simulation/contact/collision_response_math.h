@@ -48,8 +48,8 @@ ATELIER_HOST_DEVICE inline Vec3<T> push_of(const ResponseExtent& extent) {
           unit * (static_cast<T>(extent.high[2]) + static_cast<T>(extent.low[2]))};
 }
 
-/// What pairs want of one particle; all zero: nothing. Extremes, so that their order does not
-/// matter.
+/// Responses that pairs request of one particle; all zero: none. Extremes, so that their order does
+/// not matter.
 struct alignas(16) ResponseSum {
   ResponseExtent fresh;  ///< undoes what the substep did: becomes speed; where it stays: its carry
   ResponseExtent calm;   ///< takes off what was there before: does not become speed
@@ -96,9 +96,9 @@ struct PairDirection {
   Vec3<T> outwards;  ///< unit, in which the first must lie; 0: on whichever side it is
 };
 
-/// Keeps a pair apart by `gap` along the direction it had at the substep's start. Who
-/// rests on the body, on others too, hardly yields to who does not: else what lies on it would push
-/// it through (shock propagation, Guendelman et al. 2003).
+/// Keeps a pair apart by `gap` along the direction it had at the substep's start. A particle that
+/// rests on the body, or on others that do, hardly yields to one that does not, which would
+/// otherwise push it through (shock propagation, Guendelman et al. 2003).
 template <class T, class Support, class Add>
 ATELIER_HOST_DEVICE inline PairState push_apart(const PairPoints<T>& pair,
                                                 const PairDirection<T>& direction, T gap,

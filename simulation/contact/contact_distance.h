@@ -19,7 +19,7 @@ inline double contact_distance(double edge_length) {
   return std::clamp(kAtThreeCentimetres * share * share, kLeast, kMost);
 }
 
-/// What a garment keeps from a body [m] where nobody says it: what its edges need, up to 2 cm,
+/// Default distance of a garment from a body [m]: the distance that its edges need, up to 2 cm,
 /// since coarser cloth is no cloth; never less than its material is thick.
 inline double contact_distance(const Garment& garment) {
   constexpr double kMost = 0.02;

@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// What exact counts of a frame need of the model, whichever solver moves it.
+/// The part of the model that exact counts of a frame need, for any solver.
 struct CountedCloth {
   Triangles faces;            ///< of the cloth
   Triangles body_faces;       ///< no rows: no body

@@ -11,7 +11,7 @@ namespace atelier {
 /// Pairs (self_search_math.h). A search lists every pair that may come nearer than its gap while
 /// each particle stays within `slack` of a straight swept motion (the displacement bound of Chen et
 /// al. 2025, "Offset geometric contact", measured from the swept motion and not from a point, so
-/// that cloth that is carried along keeps its pairs). Who leaves it gets a new swept motion and
+/// that cloth that is carried along keeps its pairs). A particle that leaves it gets a new one and
 /// more slack until the frame ends, and the pairs of those particles alone are looked for again;
 /// all are where the list has grown too old and where many left. So nothing is missed, and how
 /// often is searched changes no bit of what comes out.
@@ -26,12 +26,12 @@ namespace atelier {
 /// Passes (self_crossing_math.h). After pushes and the body, a pair that would pass goes back to
 /// where the substep began, carried along by the body or the pin that holds one of its particles
 /// (rigid impact zones, Provot 1997), and the body asks for less and less of its distance there: so
-/// nothing that was not crossed gets crossed, also where a body presses. What is crossed all the
-/// same (it began so, or came out of the body) is pulled apart along the gradient of the length of
-/// the intersection (Volino and Magnenat-Thalmann 2006), layers to the side on which they belong.
-/// What is crossed is looked for at the frame's first substep; at a later one, around what contacts
-/// moved in the substep before, where that let something pass or kept something back, and around
-/// what was crossed.
+/// nothing that was not crossed gets crossed, also where a body presses. Pairs that are crossed all
+/// the same (initially, or on leaving the body) are pulled apart along the gradient of the length
+/// of the intersection (Volino and Magnenat-Thalmann 2006), layers to the side on which they
+/// belong. Crossings are searched for at the frame's first substep; at a later one, around what
+/// contacts moved in the substep before, where that let something pass or kept something back, and
+/// around what was crossed.
 
 /// An edge with its faces.
 struct ClothEdge {
@@ -70,18 +70,19 @@ struct SelfRule {
 constexpr int kSelfResponses = 10;  ///< passes of pushes in a substep, at most
 constexpr int kSelfKeeps = 30;      ///< and of keeping back what would pass
 constexpr int kSelfSlides = 6;      ///< of these the first, in which a pair may slide on itself
-constexpr int kSelfRides = 8;  ///< and the next, in which who is kept moves with the body near it
+constexpr int kSelfRides =
+    8;  ///< and the next, in which a kept particle moves with the body near it
 constexpr int kSelfStays = 8;  ///< and the next, in which the body leaves it half of its distance
-/// Share of its way that a pair may not pass beyond it either: who ended in contact, to the last
-/// digit, would have no side in the next substep.
+/// Share of its way that a pair may not pass beyond it either: a pair that ended exactly in contact
+/// would have no side in the next substep.
 constexpr double kSelfMargin = 0.25;
 constexpr double kSelfRest = 0.02;  ///< of the gap: a push below it needs no further pass
 /// Where more than one in so many left their swept motions, all pairs are looked for again.
 constexpr int kSelfFew = 8;
 constexpr double kSelfNearly =
-    0.75;  ///< of its slack: who is as far from its swept motion may leave it
+    0.75;  ///< of its slack: a particle that far from its swept motion may leave it
 
-/// How who was kept back in pass `keep` meets the body.
+/// How a particle that was kept back in pass `keep` meets the body.
 ATELIER_HOST_DEVICE inline Meeting meeting_in_pass(int keep) {
   return keep < kSelfSlides                             ? Meeting::Touches
          : keep < kSelfSlides + kSelfRides              ? Meeting::Rides

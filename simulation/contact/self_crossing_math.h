@@ -122,9 +122,9 @@ ATELIER_HOST_DEVICE inline bool meet_in_plane(const Vec3<T>* at, bool edges) {
   return s > -room && s < T(1) + room && t > -room && t < T(1) + room;
 }
 
-/// True if a pair meets between `start` and `x`. It may come into one plane up to three times: who
-/// passes a face and leaves its plane beside it again ends on the side on which it began, and is
-/// crossed.
+/// True if a pair meets between `start` and `x`. It may become coplanar up to three times: a
+/// particle that passes a face and leaves its plane beside it again ends on the side on which it
+/// began, and is crossed.
 template <class T>
 ATELIER_HOST_DEVICE inline bool passes(const Vec4<T>* start, const Vec4<T>* x, bool edges) {
   const VolumeCuts<T> cuts = volume_cuts(start, x);
@@ -139,8 +139,8 @@ ATELIER_HOST_DEVICE inline bool passes(const Vec4<T>* start, const Vec4<T>* x, b
 
 /// Lets a pair move as one along the direction `before` that it had at the substep's start, and
 /// freely across it: `slide(particle, push)` for each of the free ones; where some are not, these
-/// lead. What stayed where it was would stick there, whatever pulled at it, for as long as it would
-/// pass.
+/// lead. A particle that stayed where it was would stick there, whatever pulled at it, for as long
+/// as it would pass.
 template <class T, class Slide>
 ATELIER_HOST_DEVICE inline void slide_as_one(const int* particle, const Vec4<T>* start,
                                              const Vec4<T>* x, Vec3<T> before, const Slide& slide) {
@@ -168,7 +168,7 @@ ATELIER_HOST_DEVICE inline void slide_as_one(const int* particle, const Vec4<T>*
   }
 }
 
-/// What a pair does in a substep.
+/// Motion of a pair in a substep.
 enum class Passing {
   No,
   Free,  ///< passes: it is crossed, or has to come out of the body
@@ -192,7 +192,7 @@ ATELIER_HOST_DEVICE inline void go_on(const Vec4<T>* start, const Vec4<T>* x, T 
   }
 }
 
-/// What is done with a pair that is kept back: `carry(particle)` is how what stays is moved on,
+/// Response to a pair that is kept back: `carry(particle)` is how what stays is moved on,
 /// `slide(particle, push)` and `stay(particle, carry)` take what is wanted of a particle. Refers to
 /// all three.
 template <class Carry, class Slide, class Stay>
@@ -243,7 +243,7 @@ ATELIER_HOST_DEVICE inline Passing keep_back(const SelfView<T>& cloth, const Sel
       in_wrong_order(cloth, pair, edges, before, motion.before)) {
     return Passing::Free;
   }
-  // Who has to come out of the body is not kept in it; it takes along what it would pass.
+  // A particle that has to leave the body is not kept in it; it takes along what it would pass.
   Vec3<T> held[4];
   bool comes_out = false;
   bool follows = false;

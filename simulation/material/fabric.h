@@ -51,7 +51,7 @@ std::vector<std::string> fabric_names();
 /// The material of that name. Throws LogicError for another one.
 Material fabric_material(std::string_view name);
 
-/// What is usual: the logarithms of the fabrics' stiffnesses are about a mean, as if normal. One
+/// The prior: the logarithms of the fabrics' stiffnesses are about a mean, as if normal. One
 /// stretching stiffness of a fabric is the geometric mean of warp and weft.
 struct StiffnessPrior {
   double stretch = 0;         ///< N/m, median

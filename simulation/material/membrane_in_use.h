@@ -7,7 +7,7 @@
 
 namespace atelier {
 
-/// What of a material the cloth is solved with, which the membrane decides (ClothOptions).
+/// The values of a material that the solver uses, which depend on the membrane (ClothOptions).
 struct MembraneInUse {
   double warp = 0;        ///< Young's modulus along the grain [N/m]
   double weft = 0;        ///< across it [N/m]

@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// What stands for the fabric's own value where nothing is said of one.
+/// Placeholder for the fabric's own value.
 constexpr double kFabricsOwn = -1;
 
 /// A material of which nothing is said but its name: every number kFabricsOwn.

@@ -48,8 +48,8 @@ using StiffnessObjective = std::function<std::vector<std::vector<double>>(
 /// for at once, so that they can run side by side. The ranges are those of trials within `band` of
 /// the best: what the data cannot tell apart.
 ///
-/// What is expected weighs every stiffness in the range (Bayes): by exp(-((d / least - 1) / band)^2
-/// / 2) of its distance d, straight between trials, and by how usual it is. So what the data leave
+/// The expectation weighs every stiffness in the range (Bayes) by exp(-((d / least - 1) / band)^2 /
+/// 2) of its distance d, straight between trials, and by how usual it is. So what the data leave
 /// open is taken as fabrics are, and never the edge of what was tried. `band` stands for all that
 /// the distances are off by, of which scatter tells little: judge it by whether known stiffnesses
 /// lie in the likely range as often as it says (docs/results/material.md).

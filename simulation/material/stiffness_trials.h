@@ -4,7 +4,7 @@
 
 namespace atelier {
 
-/// What a material fit looks for; the rest of a material is given.
+/// Unknowns of a material fit; the rest of a material is given.
 struct Stiffness {
   double stretch = 0;  ///< N/m
   double bending = 0;  ///< N m

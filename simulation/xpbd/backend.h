@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// What ClothSolver and ClothSweep ask of a device: one scene on the CPU, many on CUDA.
+/// The interface of ClothSolver and ClothSweep to a device: one scene on the CPU, many on CUDA.
 struct ClothSolver::Backend {
   virtual ~Backend() = default;
   virtual int scene_count() const = 0;

@@ -20,7 +20,7 @@ class FeatureContactCpu {
                    const BodyContactRule<T>& rule, const std::vector<Vec4<T>>& x,
                    const std::vector<Vec3<T>>& flight, const std::vector<BodyOutlook<T>>& outlook);
   /// Pushes the cloth off in the substep [t0, t1] of the frame: `x`, and `start`, from which the
-  /// speed follows; sets `touched` of whom it pushed.
+  /// speed follows; sets `touched` of the particles that it pushed.
   void push(std::vector<Vec4<T>>& x, std::vector<Vec4<T>>& start, T t0, T t1,
             std::vector<char>& touched);
 

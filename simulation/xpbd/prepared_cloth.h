@@ -16,7 +16,7 @@ struct alignas(8) Places {
 };
 constexpr std::uint16_t kNoPlace = 0xFFFF;
 
-/// What acts along an edge: a hinge, then a spring; or only one of them. Compliances are 1 /
+/// The constraints along an edge: a hinge, then a spring; or only one of them. Compliances are 1 /
 /// stiffness, before the division by h^2, below 0 where there is none.
 template <class T>
 struct alignas(4 * sizeof(T)) EdgeRule {

@@ -52,7 +52,7 @@ class SelfContactCpu {
     int edge, face;
   };
 
-  /// Where a particle left its swept motion: new swept motions for those and who may soon. How
+  /// Makes new swept motions for particles that have left theirs or may do so soon. Returns how
   /// many.
   int renew_swept_bounds(const SelfMotion<T>& motion);
   /// Where an edge, a face or a particle flies, with its search margin.
@@ -74,7 +74,7 @@ class SelfContactCpu {
   /// At a substep's start: what is crossed, where something may have passed.
   void look_for_crossings(const std::vector<Vec4<T>>& origin);
   void set_crossings(std::vector<Crossing> crossings);
-  /// Looks for the pairs of who has a new swept motion, in place of those that they had.
+  /// Searches the pairs of particles with a new swept motion, in place of their earlier ones.
   void search_fresh();
   /// One pass of pushes over the pairs; `every`: also over those of which nothing moved since the
   /// last one. True if another is needed.

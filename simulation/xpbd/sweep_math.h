@@ -4,7 +4,7 @@
 
 namespace atelier {
 
-/// What moves a particle where no constraint does.
+/// External forces on a particle.
 template <class T>
 struct ParticleDrive {
   Vec3<T> acceleration;  ///< of a free one

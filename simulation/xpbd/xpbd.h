@@ -19,7 +19,7 @@ namespace atelier {
 struct XpbdOptions : CommonSolverOptions, XpbdMethodOptions {};
 OptionTable describe(XpbdOptions& options);
 
-/// What `options` say to XPBD.
+/// Parameters of XPBD from `options`.
 XpbdOptions xpbd_options(const SolverOptions& options);
 
 /// "", or why these options, each in its range, do not work together on that device.
