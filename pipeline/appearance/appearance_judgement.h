@@ -98,7 +98,7 @@ struct JudgedGarment {
   ComparedPictures compared;
 };
 
-/// One result of `appearance` or `ceiling`.
+/// One result of `appearance` or `oracle`.
 struct JudgedNetworks {
   std::vector<JudgedGarment> garments;
   ComparedPictures body;       ///< where it is in front, if it has a network

@@ -19,7 +19,7 @@ namespace atelier {
 std::vector<Measure> measure_appearance(const std::filesystem::path& workspace,
                                         const std::filesystem::path& capture);
 
-/// ceiling.*, the same of the result of `ceiling`.
+/// oracle.*, the same of the result of `oracle`.
 std::vector<Measure> measure_oracle(const std::filesystem::path& workspace,
                                     const std::filesystem::path& capture);
 
