@@ -52,7 +52,7 @@ struct DrawArguments {
 };
 
 struct DrawOptions {
-  std::string networks = "appearance";  ///< whose: "appearance", "ceiling"
+  std::string networks = "appearance";  ///< whose: "appearance", "oracle"
   double azimuth = 34;                  ///< degrees; as kThreeQuarter
   double elevation = 9;                 ///< degrees
   bool turn = false;                    ///< once round the subject over all frames

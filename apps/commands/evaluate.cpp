@@ -193,7 +193,7 @@ int run(EvaluateArguments arguments) {
     return measure.side != Measure::Side::None &&
            (of_capture || arguments.stage == "capture" || !measure.key.starts_with("capture."));
   });
-  // A stage without targets (`ceiling`) has no row that would be missing.
+  // A stage without targets (`oracle`) has no row that would be missing.
   const bool nothing = std::any_of(
       figures.unmeasured.begin(), figures.unmeasured.end(),
       [&](const Unmeasured& one) { return one.stage == arguments.stage && rows.empty(); });

@@ -26,6 +26,7 @@
 #include "core/regular_file.h"
 #include "core/sequence_archive.h"
 #include "core/store/output_place.h"
+#include "core/store/result.h"
 #include "core/store/workspace_folder.h"
 #include "core/store/workspace_status.h"
 #include "core/system_reason.h"
@@ -273,7 +274,7 @@ void export_cameras(const fs::path& capture, const fs::path& place, const std::s
 void export_result(const StageStatus& status, const fs::path& workspace, const fs::path& out,
                    ExportFormat format, ExportGuard& guard) {
   const Manifest& manifest = *status.manifest;
-  const fs::path result = workspace / status.stage / folder_name(manifest.key);
+  const fs::path result = results_of_stage(workspace, status.stage) / folder_name(manifest.key);
   const fs::path place = out / status.stage;
   const std::string consent = to_string(manifest.consent);
   const std::string warnings = consent_warnings(status);

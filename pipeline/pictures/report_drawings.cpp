@@ -11,6 +11,7 @@
 #include "core/io/image_file.h"
 #include "core/io/json.h"
 #include "core/render/contact_sheet.h"
+#include "core/store/result.h"
 #include "pipeline/pictures/report_page.h"
 
 namespace atelier {
@@ -56,7 +57,7 @@ Image coloured(Image image) {
 }
 
 fs::path result_folder_of(const StageStatus& status, const ReportPlaces& places) {
-  return places.workspace / status.stage / folder_name(status.manifest->key);
+  return results_of_stage(places.workspace, status.stage) / folder_name(status.manifest->key);
 }
 
 const StageStatus* sound_maker(const ReportPlaces& places, std::string_view kind) {

@@ -14,6 +14,7 @@
 #include "core/printable.h"
 #include "core/quantity_text.h"
 #include "core/store/build_info.h"
+#include "core/store/result.h"
 #include "core/store/workspace_status.h"
 
 namespace atelier {
@@ -259,7 +260,8 @@ std::string section_of(const StageStatus& status, const std::filesystem::path& w
   }
   html += "<div class=\"beside\">" + in_table(figures) + in_table(facts) + "</div>\n" + drawn;
   if (status.state != StageStatus::State::Damaged) {
-    html += pictures_of(status, workspace / status.stage / folder_name(manifest.key), options);
+    html += pictures_of(
+        status, results_of_stage(workspace, status.stage) / folder_name(manifest.key), options);
   }
   std::string warned;
   for (const std::string& line : manifest.warnings) {

@@ -50,7 +50,7 @@ inline constexpr std::array kWavingStages = {
               }},
 };
 
-/// `ceiling`, which is `appearance` on ground-truth garments, and `appearance` and `draw` on what
+/// `oracle`, which is `appearance` on ground-truth garments, and `appearance` and `draw` on what
 /// could be its registered garment and body.
 class Appearance : public ::testing::Test, protected WavingCapture {
  protected:
@@ -66,7 +66,7 @@ class Appearance : public ::testing::Test, protected WavingCapture {
     }
     make_capture(capture_);
   }
-  /// The call of `appearance` or `ceiling`.
+  /// The call of `appearance` or `oracle`.
   static std::vector<std::string> learning(const std::string& stage,
                                            const std::filesystem::path& capture,
                                            const std::filesystem::path& workspace,

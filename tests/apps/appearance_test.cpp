@@ -1,4 +1,4 @@
-// The stages `appearance` and `ceiling`, from images to networks and figures.
+// The stages `appearance` and `oracle`, from images to networks and figures.
 #if defined(ATELIER_HAS_CAPTURE)
 
 #include <filesystem>
@@ -35,7 +35,7 @@ TEST_F(Appearance, HeldOutCamera_IsExcludedFromTrainingAndMeasured) {
                                          "--ground-truth", capture_.string(), "--stage", "oracle"});
   ASSERT_THAT(figures.exit_code, ::testing::AnyOf(0, 1)) << figures.err;
   for (const char* key : {"oracle.psnr_db", "oracle.gain_db", "oracle.shadow_psnr_db",
-                          "oracle.shadow_ssim", "ceiling.ssim", "ceiling.covered"}) {
+                          "oracle.shadow_ssim", "oracle.ssim", "oracle.covered"}) {
     EXPECT_THAT(figures.out, HasSubstr(key));
   }
   EXPECT_THAT(figures.out, HasSubstr("; small: 32 texels, 24 steps"));

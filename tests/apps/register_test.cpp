@@ -331,7 +331,7 @@ TEST_F(Register, FrameWithoutScan_IsPredictedAndReportedAsFailure) {
   const ChildResult done = registered();
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.out + done.err, HasSubstr("frame 1: no scan: body and images alone"));
-  EXPECT_THAT(done.out + done.err, HasSubstr("warning not-followed [lower]: lost in"));
+  EXPECT_THAT(done.out + done.err, HasSubstr("warning tracking-failure [lower]: lost in"));
   EXPECT_EQ(manifest()["metrics"]["frames"], 3);
 }
 

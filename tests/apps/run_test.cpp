@@ -602,7 +602,7 @@ TEST_F(Run, RefusalOfTheLastStage_IsRefusedBeforeTheFirst) {
     }
   }
   expect_refusal(run({"--animate.garment", (root_ / "none.json").string()}), 3, "none.json");
-  expect_refusal(run({"--animate.camera", "oracle"}), 3, "'ceiling'");
+  expect_refusal(run({"--animate.camera", "oracle"}), 3, "'oracle'");
   if (!cuda_available()) {
     expect_refusal(run({"--device", "cuda"}), 5, "; use --device cpu");
     expect_refusal(run({"--device", "cuda", "--dry-run"}), 5, "; use --device cpu");

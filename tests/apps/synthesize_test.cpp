@@ -374,7 +374,7 @@ TEST_F(Synthesize, ResimulatedSubject_JudgesTheNetworks) {
   EXPECT_THAT(first, HasSubstr("a simulated motion that the capture does not show: stride"));
   // What does not say how it was made cannot be played again; the rest is measured as before.
   fs::remove(held / "synthesis.json");
-  EXPECT_THAT(figures(), HasSubstr("ceiling: not measured: outdated: input capture changed"));
+  EXPECT_THAT(figures(), HasSubstr("oracle: not measured: outdated: input capture changed"));
   train("false");
   const std::string without = figures();
   EXPECT_THAT(without, HasSubstr("oracle.psnr_db"));

@@ -97,7 +97,7 @@ TEST_F(TableScripts, RegistrationAndAppearanceTables_HaveARowPerVariant) {
   const ChildResult look =
       run("appearance-table", {"capture", (folder_ / "work").string(), "oracle", "--body", "true"},
           R"({"oracle.psnr_db": 26.5, "oracle.gain_db": 3, "oracle.shadow_psnr_db": 25,
-          "ceiling.ssim": 0.9})");
+          "oracle.ssim": 0.9})");
   ASSERT_EQ(look.exit_code, 0) << look.err;
   EXPECT_EQ(rows_with(look.out, "| 26.50 |"), 6);
   EXPECT_THAT(commands(), HasSubstr("--shadow false --body true\n"));

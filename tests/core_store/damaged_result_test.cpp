@@ -189,8 +189,8 @@ TEST(ResultsOfStage, FormerName_FoundWhereOnlyItIsThere) {
   const TemporaryDirectory root;
   const std::filesystem::path workspace = root.path();
   EXPECT_EQ(results_of_stage(workspace, "oracle"), workspace / "oracle");
-  std::filesystem::create_directory(workspace / "oracle");
-  EXPECT_EQ(results_of_stage(workspace, "oracle"), workspace / "oracle");
+  std::filesystem::create_directory(workspace / "ceiling");
+  EXPECT_EQ(results_of_stage(workspace, "oracle"), workspace / "ceiling");
   std::filesystem::create_directory(workspace / "oracle");
   EXPECT_EQ(results_of_stage(workspace, "oracle"), workspace / "oracle");
   EXPECT_EQ(results_of_stage(workspace, "register"), workspace / "register");

@@ -1,4 +1,4 @@
-// Shows what networks draw: appearance_pictures CAPTURE WORKSPACE appearance|ceiling PICTURE.png.
+// Shows what networks draw: appearance_pictures CAPTURE WORKSPACE appearance|oracle PICTURE.png.
 // One row for each of the first and the last held-out frame, seen by the first held-out camera: the
 // image without noise, the same with every surface that has a network drawn by it, with the
 // texture that does not change, and four times the difference of the first two.
@@ -118,7 +118,7 @@ void make(const fs::path& capture, const fs::path& workspace, const std::string&
 
 int main(int argc, char** argv) {
   if (argc != 5) {
-    std::fprintf(stderr, "appearance_pictures CAPTURE WORKSPACE appearance|ceiling PICTURE.png\n");
+    std::fprintf(stderr, "appearance_pictures CAPTURE WORKSPACE appearance|oracle PICTURE.png\n");
     return 2;
   }
   atelier::make(argv[1], argv[2], argv[3], argv[4]);
