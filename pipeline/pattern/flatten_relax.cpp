@@ -144,7 +144,8 @@ void require_relaxable(const FlattenStageOptions& options,
     if (bodies && !frame && relax.registered.empty()) {
       throw DataError(
           relax.body, "",
-          "bodies in motion, without the frame of " + garment.file.filename().string() + " is",
+          "bodies in motion, but the frame of " + garment.file.filename().string() +
+              " is not known",
           "WORKSPACE/template/current, which states the frame, --relax.registered, or a mesh of "
           "the body in that frame");
     }

@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// What a registered frame says of itself.
+/// Diagnostics of a registered frame.
 struct TrackedFrameFigures {
   int frame_id = 0;
   double support = 0;      ///< share of the garment's area that the scan speaks of

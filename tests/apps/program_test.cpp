@@ -270,7 +270,7 @@ TEST_F(Program, EveryCommandWithoutArguments_SaysWhatItTakes) {
   for (const std::string& name : names) {
     if (name != "options") {  // which takes nothing
       SCOPED_TRACE(name);
-      expect_refusal(run({name}), kExitUsage, name);
+      expect_refusal(run({name}), kExitUsage, name == "render-neural" ? "render --neural" : name);
     }
   }
 }

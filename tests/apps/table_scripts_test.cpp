@@ -84,7 +84,7 @@ TEST_F(TableScripts, BodyTable_HasARowPerVariant) {
   EXPECT_EQ(rows_with(done.out, "| 2.50 |"), 4) << "persons measured on two sequences";
   EXPECT_EQ(rows_with(done.out, "| 4.00 |"), 4 + 10);
   EXPECT_EQ(rows_with(done.out, "| 3.00 |"), 12);
-  EXPECT_EQ(rows_with(done.out, "| as it is | 3.00 | - |"), 2) << "what is not there is no figure";
+  EXPECT_EQ(rows_with(done.out, "| default | 3.00 | - |"), 2) << "what is not there is no figure";
 }
 
 TEST_F(TableScripts, RegistrationAndAppearanceTables_HaveARowPerVariant) {
