@@ -39,7 +39,8 @@ endif()
 # changed source still in seconds. Two file-local things of one name may meet in a batch: the compiler
 # says so. -DCMAKE_UNITY_BUILD=OFF compiles each source alone.
 set(CMAKE_UNITY_BUILD ON CACHE BOOL "Compile sources in batches")
-set(CMAKE_UNITY_BUILD_BATCH_SIZE 12)
+set(ATELIER_BATCH 12 CACHE STRING "Sources of one translation unit; more are built faster from nothing, with more memory")
+set(CMAKE_UNITY_BUILD_BATCH_SIZE ${ATELIER_BATCH})
 
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM)

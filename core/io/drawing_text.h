@@ -21,7 +21,7 @@ struct SvgDrawing {
 };
 
 /// Reads an SVG whole, as XML (core/io/xml_elements.h). Throws DataError, with the line, for what
-/// is no well-formed XML with the root <svg>, for sizes that are no finite lengths of 0 or more,
+/// is no well-formed XML with the root `<svg>`, for sizes that are no finite lengths of 0 or more,
 /// and for a viewBox of other than four finite numbers, width and height 0 or more
 /// (SVG 1.1, 7.2, 7.7). Findings: a root that is not in SVG's name space, which browsers do not
 /// draw, and numbers of shapes that are not finite, behind which programs draw no further.

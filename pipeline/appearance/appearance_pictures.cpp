@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <cstdio>
 #include <map>
-#include <sstream>
 #include <vector>
 
 #include "capture/frame_reader.h"
 #include "core/io/child_program.h"
 #include "core/io/file_bytes.h"
 #include "core/limits.h"
+#include "core/split_text.h"
 #include "pipeline/outfit/worn_subject.h"
 #include "pipeline/pictures/report_drawings.h"
 #include "pipeline/pictures/report_page.h"
@@ -75,10 +75,10 @@ std::string training_plots(const StageStatus& own, const fs::path& result) {
       continue;
     }
     FramePlot all{"PSNR of the training's pixels, dB", {}, {}};
-    std::istringstream lines(read_file_text(result / output.path, Limits{}.text_file_bytes));
-    std::string line;
-    std::getline(lines, line);  // names of the columns
-    while (std::getline(lines, line)) {
+    const std::vector<std::string> lines =
+        split_text(read_file_text(result / output.path, Limits{}.text_file_bytes), '\n');
+    for (std::size_t i = 1; i < lines.size(); ++i) {  // behind the names of the columns
+      const std::string& line = lines[i];
       int step = 0;
       double loss = 0;
       double psnr = 0;

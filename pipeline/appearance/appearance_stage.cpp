@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
-#include <fstream>
 #include <map>
 #include <optional>
 #include <set>
-#include <sstream>
 #include <utility>
 
 #include "appearance/learnt.h"
@@ -16,9 +14,11 @@
 #include "capture/capture_info.h"
 #include "capture/frame_reader.h"
 #include "capture/layouts/open_dataset.h"
+#include "core/limits.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/file_kind.h"
+#include "core/io/file_bytes.h"
 #include "core/io/child_program.h"
 #include "core/io/image_file.h"
 #include "core/not_converged.h"
@@ -139,10 +139,8 @@ Trained train_network(StageRun& run, const std::string& name, const TrainOptions
   }
   if (result.done) {
     // From its log, which has all steps: what is resumed takes the last ones alone, or none.
-    std::ostringstream rows;
-    rows << std::ifstream(log).rdbuf();
-    result.psnr =
-        mean_psnr_after(rows.str(), judged_after(options.iterations, views, options.batch));
+    result.psnr = mean_psnr_after(read_file_text(log, Limits{}.text_file_bytes),
+                                  judged_after(options.iterations, views, options.batch));
   }
   return result;
 }

@@ -4,12 +4,12 @@
 #include <cstdlib>
 #include <functional>
 #include <nlohmann/json.hpp>
-#include <sstream>
 #include <vector>
 
 #include "core/io/file_bytes.h"
 #include "core/io/json.h"
 #include "core/limits.h"
+#include "core/split_text.h"
 #include "core/render/contact_sheet.h"
 #include "core/render/studio.h"
 #include "core/sequence_archive.h"
@@ -79,15 +79,6 @@ std::string strip_pictures(const StageStatus& own, const ReportPlaces& places) {
                   : ""));
 }
 
-std::vector<std::string> cells_of(const std::string& line) {
-  std::vector<std::string> cells;
-  std::istringstream parts(line);
-  for (std::string cell; std::getline(parts, cell, ',');) {
-    cells.push_back(cell);
-  }
-  return cells;
-}
-
 /// What each simulated frame came to, from frames.csv.
 std::string simulation_plots(const fs::path& result) {
   const fs::path file = result / "frames.csv";
@@ -111,16 +102,16 @@ std::string simulation_plots(const fs::path& result) {
                              {"crossings", "edges crossed, cloth and cloth", 1},
                              {"self_gap", "minimum gap between layers, of the thickness", 1}};
   constexpr std::size_t kPoints = 240;
-  std::istringstream lines(read_file_text(file, Limits{}.text_file_bytes));
-  std::string line;
-  std::getline(lines, line);
-  const std::vector<std::string> names = cells_of(line);
+  const std::vector<std::string> lines =
+      split_text(read_file_text(file, Limits{}.text_file_bytes), '\n');
+  const std::vector<std::string> names =
+      lines.empty() ? lines : split_text(lines.front(), ',');
   std::vector<FramePlot> plots;
   for (const Line& wanted : kLines) {
     plots.push_back({wanted.label, {}, {}});
   }
-  while (std::getline(lines, line)) {
-    const std::vector<std::string> cells = cells_of(line);
+  for (std::size_t i = 1; i < lines.size(); ++i) {
+    const std::vector<std::string> cells = split_text(lines[i], ',');
     for (std::size_t k = 0; k < plots.size(); ++k) {
       const auto column = static_cast<std::size_t>(
           std::find(names.begin(), names.end(), kLines[k].column) - names.begin());

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <fstream>
 
 #include "core/archive.h"
 #include "core/archive_index.h"

@@ -226,7 +226,7 @@ void check_pipeline(const Sources& sources, Lines& lines) {
   for (const ReadSource& file : sources) {
     for (const Include& include : file.includes) {
       if (file.top == "pipeline" &&
-          (include.path.starts_with("CLI/") || include.path == "iostream")) {
+          (include.path.starts_with("CLI/") || include.path.ends_with("stream"))) {
         lines.push_back(said(file.source->path, include.path) +
                         ": pipeline knows neither the command line nor streams");
       }
