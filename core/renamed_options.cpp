@@ -58,6 +58,13 @@ constexpr std::array kStages = {
     Renamed{"draw", "render-neural"},
 };
 
+/// The same of figures in manifests.
+constexpr std::array kMetrics = {
+    Renamed{"truth_scans", "ground_truth_scans"},
+    Renamed{"gave_way_mean", "deviation_mean"},
+    Renamed{"gave_way_most", "deviation_max"},
+};
+
 /// Whether a dotted name ends with these whole words.
 bool ends_with_words(std::string_view name, std::string_view words) {
   return name.ends_with(words) &&
@@ -105,6 +112,15 @@ std::string renamed_stage(std::string_view name) {
     }
   }
   return "";
+}
+
+std::string present_metric(std::string_view name) {
+  for (const Renamed& row : kMetrics) {
+    if (name == row.before) {
+      return std::string(row.now);
+    }
+  }
+  return std::string(name);
 }
 
 std::string former_stage(std::string_view name) {

@@ -18,7 +18,12 @@ std::string renamed_choice(std::string_view value, const std::vector<std::string
 /// The present name of a stage or command that was renamed: "oracle" of "ceiling"; "" of any other.
 std::string renamed_stage(std::string_view name);
 
-/// The other way round: "ceiling" of "oracle"; "" of a stage that was never renamed.
+/// The present name of a stage's figure that was renamed: "deviation_max" of "gave_way_most"; the
+/// name itself of any other.
+std::string present_metric(std::string_view name);
+
+/// The other way round of renamed_stage(): "ceiling" of "oracle"; "" of a stage that was never
+/// renamed.
 std::string former_stage(std::string_view name);
 
 }  // namespace atelier

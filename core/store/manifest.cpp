@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/io/json.h"
+#include "core/renamed_options.h"
 #include "core/utf8.h"
 
 namespace atelier {
@@ -283,7 +284,7 @@ std::map<std::string, double> read_metrics(ObjectReader& manifest) {
     if (!item.value().is_number()) {
       manifest.refuse("metrics." + item.key(), item.value().type_name(), "a number");
     }
-    metrics[item.key()] = item.value().get<double>();
+    metrics[present_metric(item.key())] = item.value().get<double>();
   }
   return metrics;
 }

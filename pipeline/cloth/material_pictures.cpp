@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 
+#include "core/renamed_options.h"
 #include "pipeline/pictures/report_drawings.h"
 #include "pipeline/pictures/report_page.h"
 #include "simulation/files/material_file.h"
@@ -9,10 +10,13 @@
 namespace atelier {
 
 std::string material_pictures(const StageStatus& own, const ReportPlaces& places) {
+  const std::string width_option = "search.likelihood_width";
   double likelihood_width = 0;
   for (const ManifestOption& option : own.manifest->options) {
-    likelihood_width = option.name == "search.likelihood_width" ? std::atof(option.json.c_str())
-                                                                : likelihood_width;
+    if (option.name == width_option ||
+        renamed_option(option.name, {width_option}) == width_option) {
+      likelihood_width = std::atof(option.json.c_str());
+    }
   }
   std::string html;
   for (const auto& one : read_materials(result_folder_of(own, places))) {

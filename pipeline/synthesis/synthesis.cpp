@@ -15,6 +15,7 @@
 #include "core/limits.h"
 #include "core/new_folders.h"
 #include "core/printable.h"
+#include "core/renamed_options.h"
 #include "core/store/file_lock.h"
 #include "core/usage_error.h"
 #include "pipeline/synthesis/file_performance.h"
@@ -31,6 +32,26 @@ constexpr int kSynthesisVersion = 6;  // raised whenever the same options give o
 std::string key_of(SynthesisOptions options) {
   return "{\"synthesis\":" + std::to_string(kSynthesisVersion) +
          ",\"options\":" + canonical_json(describe(options)) + "}\n";
+}
+
+/// What a synthesis.json says, with the present names of options that were renamed since.
+nlohmann::json in_present_names(nlohmann::json said) {
+  const auto options = said.find("options");
+  if (options == said.end() || !options->is_object()) {
+    return said;
+  }
+  SynthesisOptions any;
+  std::vector<std::string> known;
+  for (const OptionField& field : describe(any).fields) {
+    known.push_back(field.name);
+  }
+  nlohmann::json present = nlohmann::json::object();
+  for (const auto& [name, value] : options->items()) {
+    const std::string now = renamed_option(name, known);
+    present[now.empty() ? name : now] = value;
+  }
+  *options = std::move(present);
+  return said;
 }
 
 /// The folder of a capture while it is being made.
@@ -311,7 +332,9 @@ std::optional<SynthesisOptions> synthesis_options_of(const fs::path& capture) {
       set_option(table, name, value.is_string() ? value.get<std::string>() : value.dump());
     }
   }
-  return key_of(options) == text ? std::optional(options) : std::nullopt;
+  return parse_json(key_of(options), file.string()) == in_present_names(json)
+             ? std::optional(options)
+             : std::nullopt;
 }
 
 }  // namespace atelier

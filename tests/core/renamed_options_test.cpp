@@ -93,5 +93,11 @@ TEST(RenamedStage, FormerName_GivesPresentOne) {
   EXPECT_EQ(former_stage("register"), "");
 }
 
+TEST(PresentMetric, FormerName_GivesPresentOne) {
+  EXPECT_EQ(present_metric("gave_way_most"), "deviation_max");
+  EXPECT_EQ(present_metric("truth_scans"), "ground_truth_scans");
+  EXPECT_EQ(present_metric("frames"), "frames");
+}
+
 }  // namespace
 }  // namespace atelier
