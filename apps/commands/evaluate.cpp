@@ -14,6 +14,7 @@
 #include "core/io/json_text.h"
 #include "core/measure.h"
 #include "core/printable.h"
+#include "core/renamed_options.h"
 #include "core/store/result.h"
 #include "core/store/workspace_status.h"
 #include "core/usage_error.h"
@@ -105,6 +106,10 @@ void print_table(const std::vector<Judged>& rows) {
 }
 
 int run(EvaluateArguments arguments) {
+  if (const std::string now = renamed_stage(arguments.stage); !now.empty()) {
+    standard_error() << "warning: stage '" << arguments.stage << "' is now '" << now << "'\n";
+    arguments.stage = now;
+  }
   if (arguments.stage == "all") {
     arguments.stage.clear();
   }

@@ -79,6 +79,10 @@ Action add_render(CLI::App& parser) {
   add_option(parser, "MESH", arguments->mesh, "Mesh to show: .obj, .ply, .glb, .gltf, .fbx")
       .required();
   add_option(parser, "--out", arguments->out, "Image to write").type_name("PICTURE").required();
+  add_flag(
+      parser, "--neural", [] {},
+      "Images of a clothed person by trained networks instead; atelier render --neural --help says "
+      "more");
   const OptionReader options = add_option_flags(parser, render_options());
   return
       [arguments, options] { return run(*arguments, options_of<RenderCommandOptions>(options())); };

@@ -142,6 +142,8 @@ int act(const CLI::App& command, const Action& action) {
   }
 }
 
+constexpr const char* kNeural = "render-neural";  // typed as "render --neural"
+
 /// The arguments with the present name of a command that was renamed, of which a warning speaks,
 /// and with "render --neural" as the command that it is, "render-neural".
 std::vector<std::string> with_present_command(std::vector<std::string> arguments,
@@ -149,15 +151,15 @@ std::vector<std::string> with_present_command(std::vector<std::string> arguments
   std::string& command = arguments[0];
   if (const std::string now = renamed_stage(command);
       !actions.contains(command) && actions.contains(now)) {
-    standard_error() << "warning: 'atelier " << command << "' is now 'atelier " << now << "'\n";
+    const std::string typed = now == kNeural ? "render --neural" : now;
+    standard_error() << "warning: 'atelier " << command << "' is now 'atelier " << typed << "'\n";
     command = now;
   }
-  const std::string neural = "render-neural";
   const auto end = std::find(arguments.begin(), arguments.end(), "--");
   const auto flag = std::find(arguments.begin(), end, "--neural");
-  if (command == "render" && flag != end && actions.contains(neural)) {
+  if (command == "render" && flag != end && actions.contains(kNeural)) {
     arguments.erase(flag);
-    arguments[0] = neural;
+    arguments[0] = kNeural;
   }
   return arguments;
 }

@@ -9,10 +9,10 @@
 #include "core/io/file_bytes.h"
 #include "core/io/json.h"
 #include "core/limits.h"
-#include "core/split_text.h"
 #include "core/render/contact_sheet.h"
 #include "core/render/studio.h"
 #include "core/sequence_archive.h"
+#include "core/split_text.h"
 #include "pipeline/cloth/simulation_scene.h"
 #include "pipeline/pictures/named_views.h"
 #include "pipeline/pictures/report_drawings.h"
@@ -104,8 +104,7 @@ std::string simulation_plots(const fs::path& result) {
   constexpr std::size_t kPoints = 240;
   const std::vector<std::string> lines =
       split_text(read_file_text(file, Limits{}.text_file_bytes), '\n');
-  const std::vector<std::string> names =
-      lines.empty() ? lines : split_text(lines.front(), ',');
+  const std::vector<std::string> names = lines.empty() ? lines : split_text(lines.front(), ',');
   std::vector<FramePlot> plots;
   for (const Line& wanted : kLines) {
     plots.push_back({wanted.label, {}, {}});

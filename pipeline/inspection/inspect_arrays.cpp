@@ -1,8 +1,10 @@
 #include <algorithm>
+#include <limits>
 
 #include "core/archive.h"
 #include "core/archive_index.h"
 #include "core/error.h"
+#include "core/io/file_bytes.h"
 #include "core/io/foreign_hdf5.h"
 #include "core/io/npy.h"
 #include "core/io/npz.h"
@@ -15,10 +17,11 @@ namespace atelier {
 namespace {
 
 bool begins_with(const std::filesystem::path& path, std::string_view mark) {
-  std::string begin(mark.size(), '\0');
-  std::ifstream(path, std::ios::binary)
-      .read(begin.data(), static_cast<std::streamsize>(begin.size()));
-  return begin == mark;
+  const auto size = static_cast<std::int64_t>(mark.size());
+  const FileStart start = read_file_start(path, size, std::numeric_limits<std::int64_t>::max());
+  return std::ssize(start.bytes) == size &&
+         std::equal(mark.begin(), mark.end(), start.bytes.begin(),
+                    [](char a, std::byte b) { return static_cast<std::byte>(a) == b; });
 }
 
 /// What is read of another program's HDF5 to look at its numbers: of one dataset and at once, so

@@ -110,7 +110,7 @@ TEST_F(Program, FormerNameOfCommand_RunsWithWarning) {
   const ChildResult former = run({"draw", "--help"});
   EXPECT_EQ(former.exit_code, 0);
   EXPECT_EQ(former.out, now.out);
-  EXPECT_EQ(former.err, "warning: 'atelier draw' is now 'atelier render-neural'\n");
+  EXPECT_EQ(former.err, "warning: 'atelier draw' is now 'atelier render --neural'\n");
   EXPECT_EQ(run({"render", "--neural", "--help"}).out, now.out);
 }
 

@@ -22,7 +22,7 @@ struct LawSource {
 ///   demand, counts as the one that it is in. Rooms do not include each other in a cycle.
 /// - core's own files use none of its rooms; core/render and core/store use core/io alone, core/io
 ///   and core/remesh neither of the others.
-/// - pipeline includes neither CLI11 nor <iostream>.
+/// - pipeline includes neither CLI11 nor a header of streams (<iostream>, <fstream>, <sstream>).
 /// - A heavy package is included in .cpp files alone, or in a header that says
 ///   "Private to <folder>" and that no other folder includes. apps, which nobody includes, may do
 ///   as it likes, and headers of pipeline may include what pipeline/precompiled.h has parsed for
