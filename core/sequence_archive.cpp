@@ -216,8 +216,8 @@ void write_mesh_archive(const std::filesystem::path& path, const Mesh& mesh) {
 }
 
 Mesh read_mesh_archive(const std::filesystem::path& path, const Limits& limits) {
-  Mesh mesh =
-      unchecked_mesh_of(read_archive(path, kMeshSchema, kSequenceVersion, limits), path.string(), limits);
+  Mesh mesh = unchecked_mesh_of(read_archive(path, kMeshSchema, kSequenceVersion, limits),
+                                path.string(), limits);
   check_mesh(mesh, path.string());
   return mesh;
 }
@@ -306,8 +306,8 @@ SequenceHeader sequence_header_of(Archive archive, const std::string& file, cons
 
 SequenceHeader read_sequence_header(const std::filesystem::path& folder, const Limits& limits) {
   const std::filesystem::path path = header_path(folder);
-  return sequence_header_of(read_archive(path, kSequenceSchema, kSequenceVersion, limits), path.string(),
-                            limits);
+  return sequence_header_of(read_archive(path, kSequenceSchema, kSequenceVersion, limits),
+                            path.string(), limits);
 }
 
 Sequence open_sequence(const std::filesystem::path& folder, const Limits& limits) {
@@ -319,9 +319,10 @@ Sequence open_sequence(const std::filesystem::path& folder, const Limits& limits
   sequence.load = [folder, header, limits](Index frame_idx) {
     const std::filesystem::path path =
         sequence_frame_path(folder, header->frame_ids[static_cast<std::size_t>(frame_idx)]);
-    Mesh mesh = with_topology(
-        unchecked_mesh_of(read_archive(path, kMeshSchema, kSequenceVersion, limits), path.string(), limits),
-        *header, path.string());
+    Mesh mesh =
+        with_topology(unchecked_mesh_of(read_archive(path, kMeshSchema, kSequenceVersion, limits),
+                                        path.string(), limits),
+                      *header, path.string());
     check_mesh(mesh, path.string());
     return mesh;
   };
