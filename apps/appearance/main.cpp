@@ -183,7 +183,7 @@ Training checkpoint_of(const fs::path& path, const AppearanceData& data,
 }
 
 /// The network in a file of <workspace>/<stage>/<result>/<name>: what is wrong with it is said with
-/// the stage that makes it anew.
+/// the stage that recomputes it.
 AppearanceModel network_at(const fs::path& path) {
   try {
     const Safetensors found = read_safetensors(path);

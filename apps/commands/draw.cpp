@@ -281,7 +281,7 @@ bool is_named(const DrawArguments& arguments, const fs::path& file) {
 }
 
 /// The cast with its frames. What is wrong with a file of a result is said with the stage that
-/// makes it anew.
+/// recomputes it.
 Cast whole_cast(const DrawArguments& arguments, const DrawOptions& options) {
   if (!fs::is_directory(arguments.workspace)) {
     throw DataError(arguments.workspace, "", "no folder", "a workspace");
@@ -294,7 +294,7 @@ Cast whole_cast(const DrawArguments& arguments, const DrawOptions& options) {
     return cast;
   } catch (const DataError& error) {
     for (const Stage& stage : all_stages()) {
-      // Of a sound result that is no sequence, making it anew would change nothing.
+      // Of a sound result that is no sequence, recomputing it would change nothing.
       const std::string advice =
           is_named(arguments, error.file)
               ? "one in every frame, as the results of 'body' and 'register' (registered/NAME) have"

@@ -58,7 +58,7 @@ fs::path video_in(const fs::path& workspace, const std::vector<StageStatus>& sta
   return {};
 }
 
-/// A sentence on each outdated result that the chain leaves out and does not make anew (`refine`).
+/// A sentence on each outdated result that the chain leaves out and does not recompute (`refine`).
 std::vector<std::string> outdated_beside_chain(const fs::path& workspace) {
   std::vector<std::string_view> beside;
   for (const StageRow* row : all_rows()) {

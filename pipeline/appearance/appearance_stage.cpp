@@ -282,7 +282,7 @@ std::optional<AppearanceData> prepared_before(const fs::path& file) {
   }
   try {
     return read_appearance_data(file);
-  } catch (const DataError&) {  // damaged meanwhile: prepared anew
+  } catch (const DataError&) {  // damaged meanwhile: prepared again
     return std::nullopt;
   }
 }
