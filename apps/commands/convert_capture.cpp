@@ -98,7 +98,8 @@ Dataset with_cameras(Dataset dataset, const std::string& file) {
 }
 
 /// Writes the layout to ".NAME.unfinished/NAME" beside `out`, and moves it there once it is whole:
-/// half a capture looks like a smaller one. Remains of a killed run are rewritten. Throws StopRequested.
+/// half a capture looks like a smaller one. Remains of a kill are rewritten. Throws
+/// StopRequested.
 LayoutReport write_whole(const Dataset& dataset, const std::string& layout,
                          const std::filesystem::path& out) {
   const UnfinishedFolder unfinished(out);
