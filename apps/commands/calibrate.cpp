@@ -119,7 +119,7 @@ OptionSet calibrate_options() {
 
 Action add_calibrate(CLI::App& parser) {
   auto arguments = std::make_shared<CalibrateArguments>();
-  add_option(parser, "PICTURES", arguments->pictures,
+  add_option(parser, "IMAGES", arguments->pictures,
              "Images of the board: a folder, zip or video for each camera, or a folder of images "
              "such as left01.jpg")
       .required();

@@ -81,7 +81,7 @@ Dataset with_cameras(Dataset dataset, const std::string& file) {
       throw DataError(
           file, "camera '" + found->id + "'",
           std::to_string(found->width) + " x " + std::to_string(found->height) + " pixels",
-          "the pictures' " + std::to_string(frames.image_width) + " x " +
+          "the images' " + std::to_string(frames.image_width) + " x " +
               std::to_string(frames.image_height));
     }
     result.cameras.push_back(*found);

@@ -159,8 +159,8 @@ int report_on(const ChainRun& chain, const RunArguments& arguments, const Report
     std::string truth = chain.facts().synthetic ? arguments.places.capture.string() : "";
     try {
       video = video_in(workspace, write_report(workspace, page, options, truth), chain.account());
-    } catch (const DataError& error) {  // of the truth: everything else can be shown
-      standard_error() << "atelier: no figure against the truth: " << printable(error.what())
+    } catch (const DataError& error) {  // of the ground truth: everything else can be shown
+      standard_error() << "atelier: no figure against the ground truth: " << printable(error.what())
                        << std::endl;
       video = video_in(workspace, write_report(workspace, page, options, ""), chain.account());
     }

@@ -180,9 +180,9 @@ bool write_pictures(StageRun& run, const Animation& animation, const std::vector
       std::snprintf(caption, sizeof caption, "%.2f s", static_cast<double>(i) / animation.fps);
       strip.push_back({opaque, caption});
     }
-    run.progress(writer.frames(), frames, "pictures");
+    run.progress(writer.frames(), frames, "images");
   };
-  run.progress(0, frames, "pictures");
+  run.progress(0, frames, "images");
   const auto draw = animation.networks.empty() ? draw_plain : draw_by_networks;
   if (!draw(run, animation, view, bodies, cloths, take)) {
     return false;

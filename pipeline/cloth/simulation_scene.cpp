@@ -206,8 +206,8 @@ std::vector<std::string> diagnostics_of(const SimulationScene& scene,
   return diagnostics;
 }
 
-/// Says where the frames in all are fewer than those before the body moves.
-void doubt_length(SimulationScene& scene, const SimulateOptions& options, bool moves) {
+/// Warns where the frames in all are fewer than those before the body moves.
+void warn_of_length(SimulationScene& scene, const SimulateOptions& options, bool moves) {
   const bool settle_said = options.settle != SimulateOptions{}.settle;
   const bool lost =
       moves ? options.length <= options.settle : settle_said && options.length < options.settle;
@@ -240,7 +240,7 @@ SimulationScene read_scene_body(const ScenePaths& paths, const SimulateOptions& 
   if (scene.frame_count == 0) {
     throw UsageError("there are no frames to simulate: give --settle or --length");
   }
-  doubt_length(scene, options, seconds > 0);
+  warn_of_length(scene, options, seconds > 0);
   return scene;
 }
 
