@@ -74,7 +74,7 @@ Dataset lenses_of(const fs::path& path) {
 int run(const CalibrateArguments& arguments, const CalibrateCommandOptions& options) {
   if (arguments.pictures.empty() || arguments.out.empty()) {
     throw UsageError(
-        "calibrate takes Images of a board and --out: atelier calibrate Images --out FOLDER");
+        "calibrate takes IMAGES of a board and --out: atelier calibrate IMAGES --out FOLDER");
   }
   const fs::path out = arguments.out;
   require_new_place(out, "--out");
