@@ -88,7 +88,7 @@ std::vector<std::string> cells_of(const std::string& line) {
   return cells;
 }
 
-/// What each simulated frame came to, from frames.csv.
+/// Plots of the figures of each simulated frame, from frames.csv.
 std::string simulation_plots(const fs::path& result) {
   const fs::path file = result / "frames.csv";
   if (!fs::exists(file)) {
