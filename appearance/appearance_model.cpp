@@ -398,7 +398,7 @@ AppearanceModel appearance_model_of(const std::map<std::string, Tensor>& tensors
       Eigen::Map<const MeanTransfer>(values_of<float>(mean).data(), mean.shape[0], kTransferTerms);
   // Last: what else is wrong says more.
   require_digest(tensors, texts, file,
-                 "run 'atelier " + maker_of(file) + "' again, which makes it anew");
+                 "run 'atelier " + maker_of(file) + "' again, which recomputes it");
   return model;
 }
 

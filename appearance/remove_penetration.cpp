@@ -71,14 +71,14 @@ Points remove_penetration(const Points& skin, const Triangles& skin_faces, const
       depth = std::max(depth, of_centers[static_cast<std::size_t>(f)]);
     }
   }
-  Points tucked = skin;
+  Points lowered = skin;
   for (Index v = 0; v < skin.rows(); ++v) {
     const double depth = depths[static_cast<std::size_t>(v)];
     if (depth > 0) {
-      tucked.row(v) -= depth * normals.row(v);
+      lowered.row(v) -= depth * normals.row(v);
     }
   }
-  return tucked;
+  return lowered;
 }
 
 }  // namespace atelier

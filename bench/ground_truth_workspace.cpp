@@ -1,7 +1,7 @@
 // A workspace of a synthetic capture as if every stage up to `register` had found the ground truth,
 // for judging the stages after it without the errors before it: `atelier material CAPTURE
 // WORKSPACE` and `atelier animate` go on from here. `--noise` puts back what registration is off
-// by: every vertex of every frame, drawn anew, even over a few neighbours. docs/results/material.md
+// by: every vertex of every frame, redrawn, even over a few neighbours. docs/results/material.md
 // has what came of it.
 //
 //   truth_workspace CAPTURE WORKSPACE [--noise 0.002] [--smooth 4] [--template-frame N] [--seed 1]

@@ -2,7 +2,7 @@
 // and by Ceres: a tube of cloth of 5,000 vertices pulled to 20,000 points and to what images say
 // of each face. Both go down from the same start to the energy that is lower than the lowest by a
 // part in ten thousand. One thread each. Counters: energy (over the lowest that any reached),
-// steps, build_ms (Ceres: its problem and its ordering, anew in every round, as the points' faces
+// steps, build_ms (Ceres: its problem and its ordering, again in every round, as the points' faces
 // change).
 #include <chrono>
 #include <cmath>

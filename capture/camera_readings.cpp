@@ -55,7 +55,7 @@ constexpr std::array kReadings = {
     Reading{"keypoints", "4", "keypoints-scaled",
             "its keypoints are those of an image a quarter as large"},
     Reading{"keypoints", "shares", "keypoints-scaled",
-            "its keypoints are shares of the picture's width and height"},
+            "its keypoints are shares of the image's width and height"},
     Reading{"keypoints", "mirrored", "keypoints-mirrored", "its keypoints are of mirrored images"},
     Reading{"keypoints", "upside_down", "keypoints-upside-down",
             "its keypoints count rows from below"},

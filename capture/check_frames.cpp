@@ -244,7 +244,7 @@ void judge_mask(const std::string& camera, int frame, const ByteImage& mask, Gat
   const double rim = set_share(mask, true);
   if (inside == 0) {
     gathered.add(Severity::Warning, "mask-empty", camera, frame, "the mask shows nobody",
-                 "if somebody is there, make it anew");
+                 "if somebody is there, recompute it");
   } else if (inside > 0.98) {
     gathered.add(Severity::Warning, "mask-full", camera, frame, "the mask is set nearly everywhere",
                  "is it a mask? 0 is the background; of a view so close it may be");
@@ -378,7 +378,7 @@ std::vector<Finding> check_frames(FrameReader& reader, const FrameCheckOptions& 
                          std::to_string(mask->width) + " x " + std::to_string(mask->height) +
                              " px, the image has " + std::to_string(image->width) + " x " +
                              std::to_string(image->height),
-                         "make masks of the pictures' size");
+                         "make masks of the images' size");
           }
         }
       }

@@ -252,7 +252,7 @@ Explanation explain_calibration(const SeenPerson& seen, std::size_t c, const Tri
     }
     offer(point_errors(camera, seen, c, found, all, 0, &reading),
           {Severity::Error, std::string(reading.code), id, std::string(reading.what),
-           "read it so, or write its file anew", setting_of(reading.option, id, reading.value)});
+           "read it so, or rewrite its file", setting_of(reading.option, id, reading.value)});
   }
   for (std::size_t d = 0; d < seen.cameras.size(); ++d) {
     if (d != c) {

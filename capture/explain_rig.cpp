@@ -97,7 +97,7 @@ Finding finding_of_all(const Reading& reading, const Fit& now, const Fit& then) 
           what + sentence(": %.0f%% of the detections agree, with %.1f px of error, then "
                           "%.0f%% with %.1f",
                           100 * now.share, now.error, 100 * then.share, then.error),
-          "read all cameras so, or write the files anew",
+          "read all cameras so, or rewrite the files",
           setting_of(reading.option, "all", reading.value)};
 }
 

@@ -62,7 +62,7 @@ constexpr const char* kNoMemory =
 
 volatile std::sig_atomic_t stopping = 0;
 
-/// What stands on the command line.
+/// The arguments on the command line.
 struct Arguments {
   std::vector<std::string> places;
   std::string checkpoint;
@@ -73,7 +73,7 @@ struct Arguments {
   int ahead = 0;
 };
 
-/// What a command takes: an option of another one would do nothing.
+/// The options that a command takes: one of another command would do nothing.
 OptionTable options_of(const std::string& command, Arguments& arguments) {
   OptionTable table;
   if (command == "train") {
@@ -124,7 +124,7 @@ void write_tensors(const fs::path& path, std::map<std::string, Tensor> tensors,
   write_safetensors(path, {std::move(tensors), std::move(texts)});
 }
 
-/// What is in a file; nothing where there is none.
+/// The content of a file; nothing where there is none.
 std::string text_of(const fs::path& path) {
   std::ostringstream text;
   text << std::ifstream(path).rdbuf();
@@ -183,7 +183,7 @@ Training checkpoint_of(const fs::path& path, const AppearanceData& data,
 }
 
 /// The network in a file of <workspace>/<stage>/<result>/<name>: what is wrong with it is said with
-/// the stage that makes it anew.
+/// the stage that recomputes it.
 AppearanceModel network_at(const fs::path& path) {
   try {
     const Safetensors found = read_safetensors(path);

@@ -129,7 +129,7 @@ bool is_gltf(const std::string& extension) {
   return extension == ".glb" || extension == ".gltf";
 }
 
-// What convert takes a file for: what --as says or, without it, what the file holds.
+// Whether convert takes a file for a motion: as --as says or, without it, as the file holds.
 bool converts_motion(const BodyArguments& arguments) {
   return arguments.as.empty() ? holds_motion(arguments.body) : arguments.as == "motion";
 }
@@ -315,7 +315,7 @@ int pose(const BodyArguments& arguments, const BodyOptions& options) {
   return kExitDone;
 }
 
-// What a flag is for, "" where it has its effect here.
+// The use of a flag, "" where it has its effect here.
 std::string use_of(const std::string& flag, const BodyArguments& arguments) {
   const bool poses = arguments.action == "pose";
   const bool motion = poses || (arguments.action == "convert" && converts_motion(arguments));

@@ -74,7 +74,7 @@ Dataset lenses_of(const fs::path& path) {
 int run(const CalibrateArguments& arguments, const CalibrateCommandOptions& options) {
   if (arguments.pictures.empty() || arguments.out.empty()) {
     throw UsageError(
-        "calibrate takes Images of a board and --out: atelier calibrate Images --out FOLDER");
+        "calibrate takes IMAGES of a board and --out: atelier calibrate IMAGES --out FOLDER");
   }
   const fs::path out = arguments.out;
   require_new_place(out, "--out");
@@ -119,7 +119,7 @@ OptionSet calibrate_options() {
 
 Action add_calibrate(CLI::App& parser) {
   auto arguments = std::make_shared<CalibrateArguments>();
-  add_option(parser, "PICTURES", arguments->pictures,
+  add_option(parser, "IMAGES", arguments->pictures,
              "Images of the board: a folder, zip or video for each camera, or a folder of images "
              "such as left01.jpg")
       .required();

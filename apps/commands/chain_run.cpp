@@ -177,7 +177,7 @@ void ChainRun::announce_report() const {
   }
 }
 
-/// What failed a stage would fail the others as well: they are not begun.
+/// Ends the run at a stage whose failure would be that of the others as well: they are not begun.
 void ChainRun::end_at(const std::string& stage) {
   for (RunStageAccount& one : account_.stages) {
     if (one.end.empty()) {
@@ -190,7 +190,7 @@ void ChainRun::end_at(const std::string& stage) {
   }
 }
 
-/// What other programs read of the results of this run.
+/// Exports the results of this run for other programs.
 void ChainRun::export_results() {
   for (const StageRow* step : run_steps()) {
     const RunStageAccount* made = account_of(step->stage.name);
@@ -219,7 +219,7 @@ void ChainRun::export_results() {
   }
 }
 
-/// What would be done.
+/// Shows the work that would be done.
 int ChainRun::plan() const {
   for (std::size_t i = 0; i < account_.stages.size(); ++i) {
     const RunStageAccount& one = account_.stages[i];
@@ -274,8 +274,8 @@ bool ChainRun::works(std::string_view stage) const {
   return false;
 }
 
-/// What there is to do for every stage that is to run. What is wrong with data is told by the stage
-/// when its turn comes, of a dry run now.
+/// Finds the work to do for every stage that is to run. Errors in data are told by the stage when
+/// its turn comes, of a dry run now.
 void ChainRun::foresee() {
   bool anew = false;  // something that the next stage may read
   for (std::size_t i = 0; i < account_.stages.size(); ++i) {
@@ -455,8 +455,9 @@ void ChainRun::show_end(StageConsole& console, const StageReport& report,
   }
 }
 
-/// What differs in options and device from what a stage's current result was made with, or that it
-/// is damaged. For a stage whose INPUT is made of results, of which no plan can be made before.
+/// Differences in options and device from those that a stage's current result was made with, or
+/// that it is damaged. For a stage whose INPUT is made of results, of which no plan can be made
+/// before.
 std::vector<std::string> ChainRun::option_changes(std::size_t i) const {
   const Stage& row = run_steps()[i]->stage;
   const StageRequest request = request_of(i, false);

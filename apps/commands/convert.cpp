@@ -35,8 +35,8 @@ void add_count(std::string& all, std::size_t count, const std::string& what) {
   }
 }
 
-/// What of a glTF scene a mesh in its rest pose does not hold: "1 skin of 24 joints, 2 animations";
-/// "" if that is nothing.
+/// Parts of a glTF scene that a mesh in its rest pose does not hold: "1 skin of 24 joints,
+/// 2 animations"; "" if there are none.
 std::string moving_parts(const GltfScene& scene) {
   std::size_t joints = 0;
   for (const GltfSkin& skin : scene.skins) {
@@ -56,7 +56,7 @@ std::string moving_parts(const GltfScene& scene) {
   return all;
 }
 
-/// What of a mesh a format has no place for.
+/// Attributes of a mesh that a format has no place for.
 std::string attributes_without_place(const Mesh& mesh, const std::string& extension) {
   std::string all;
   if (extension != ".ply" && !mesh.labels.empty()) {
@@ -74,7 +74,8 @@ bool is_said(const OptionTable& table, const std::string& name) {
   });
 }
 
-/// What counts of files that do not say is refused beside one that does: it would do nothing.
+/// Refuses options for files that do not state something beside a file that does: they would do
+/// nothing.
 void require_use(const OptionTable& table, const MeshConvention& said) {
   if (said.metres_per_unit > 0 && is_said(table, "input.unit")) {
     throw UsageError("--input.unit does nothing: IN says its unit; leave it out");

@@ -81,7 +81,7 @@ Dataset with_cameras(Dataset dataset, const std::string& file) {
       throw DataError(
           file, "camera '" + found->id + "'",
           std::to_string(found->width) + " x " + std::to_string(found->height) + " pixels",
-          "the pictures' " + std::to_string(frames.image_width) + " x " +
+          "the images' " + std::to_string(frames.image_width) + " x " +
               std::to_string(frames.image_height));
     }
     result.cameras.push_back(*found);
@@ -98,7 +98,8 @@ Dataset with_cameras(Dataset dataset, const std::string& file) {
 }
 
 /// Writes the layout to ".NAME.unfinished/NAME" beside `out`, and moves it there once it is whole:
-/// half a capture looks like a smaller one. What a kill left is written anew. Throws StopRequested.
+/// half a capture looks like a smaller one. Remains of a kill are rewritten. Throws
+/// StopRequested.
 LayoutReport write_whole(const Dataset& dataset, const std::string& layout,
                          const std::filesystem::path& out) {
   const UnfinishedFolder unfinished(out);

@@ -75,15 +75,15 @@ std::string digest_of(const std::vector<InstantView>& views) {
   return hex(sum.finish());
 }
 
-/// What the maps in a folder were made of and with: those of other images or options are not
-/// mixed. Where the capture lies does not matter, as machines see it at different places.
+/// Inputs and options of the maps in a folder: those of other images or options are not mixed.
+/// Where the capture lies does not matter, as machines see it at different places.
 std::string origin_of(const DepthArguments& arguments, const DepthOptions& options, int frame,
                       const std::vector<InstantView>& views) {
   DepthOptions of_maps = options;
   of_maps.capture = {};  // what these two do is in the views
   of_maps.memory = DepthOptions{}.memory;
   of_maps.frame = frame;
-  // What only comes after the maps.
+  // Steps that only come after the maps.
   of_maps.reconstruct.fuse = {};
   of_maps.reconstruct.surface = {};
   of_maps.reconstruct.labels = {};
@@ -97,7 +97,7 @@ std::string origin_of(const DepthArguments& arguments, const DepthOptions& optio
   return json_text(origin, 1);
 }
 
-/// What two origins differ in, in words.
+/// Differences of two origins, in words.
 std::string difference_of(const nlohmann::json& there, const nlohmann::json& wanted) {
   const auto differs = [&](const char* key) {
     return there.value(key, nlohmann::json()) != wanted.at(key);

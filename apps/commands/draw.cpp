@@ -129,7 +129,7 @@ void add_meshes(Cast& cast, const std::string& name, const fs::path& meshes,
             std::move(read.sequence));
 }
 
-/// What was true in the first clothed sequence of a synthetic capture.
+/// Ground truth of the first clothed sequence of a synthetic capture.
 Cast true_cast(const DrawArguments& arguments) {
   const fs::path networks = current_result(arguments.workspace, "oracle");
   const auto truth = std::make_shared<const GroundTruth>(read_ground_truth(arguments.capture));
@@ -253,7 +253,7 @@ void fill_frames(Cast& cast) {
   }
 }
 
-/// What is said of the light has to be how the networks learnt: they know no other.
+/// Requires the light that the networks learnt with: they know no other.
 void require_light(const Cast& cast, const DrawOptions& options) {
   const OcclusionOptions& asked = options.paint.occlusion;
   if (asked.strata <= 0 && asked.reach <= 0 && asked.offset < 0) {
@@ -281,7 +281,7 @@ bool is_named(const DrawArguments& arguments, const fs::path& file) {
 }
 
 /// The cast with its frames. What is wrong with a file of a result is said with the stage that
-/// makes it anew.
+/// recomputes it.
 Cast whole_cast(const DrawArguments& arguments, const DrawOptions& options) {
   if (!fs::is_directory(arguments.workspace)) {
     throw DataError(arguments.workspace, "", "no folder", "a workspace");
@@ -294,7 +294,7 @@ Cast whole_cast(const DrawArguments& arguments, const DrawOptions& options) {
     return cast;
   } catch (const DataError& error) {
     for (const Stage& stage : all_stages()) {
-      // Of a sound result that is no sequence, making it anew would change nothing.
+      // Of a sound result that is no sequence, recomputing it would change nothing.
       const std::string advice =
           is_named(arguments, error.file)
               ? "one in every frame, as the results of 'body' and 'register' (registered/NAME) have"
@@ -398,7 +398,8 @@ void require_use(const DrawOptions& options, const OptionTable& table, bool vide
   }
 }
 
-/// What places the camera round the subject is refused beside a capture's: it would do nothing.
+/// Refuses options that place the camera round the subject beside a capture's camera: they would do
+/// nothing.
 void require_use(const DrawArguments& arguments, const OptionTable& table) {
   static const std::set<std::string> placing = {"azimuth", "elevation", "turn", "width", "height"};
   for (const OptionField& field : table.fields) {

@@ -43,7 +43,7 @@ struct EvaluateArguments {
   bool complete = false;
 };
 
-/// What the table of targets asks for, and a result does not give.
+/// Whether the table of targets asks for a figure that a result does not give.
 bool is_missing(const Judged& row) {
   return !row.value && row.target != target_text(Measure::Side::None, 0);
 }

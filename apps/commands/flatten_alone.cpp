@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What flags say; a text that was not given is none.
+/// Values of the flags; a text that was not given is none.
 struct FlattenFlags {
   std::optional<std::string> mesh, out;
   bool no_pictures = false;

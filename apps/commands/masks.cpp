@@ -97,7 +97,7 @@ std::vector<Image> plates_of(const fs::path& folder, const std::string& camera) 
   return plates;
 }
 
-/// What came of one camera.
+/// Outcome for one camera.
 struct CameraMasks {
   int written = 0;
   double covered = 0;  ///< mean share of the image

@@ -44,7 +44,7 @@ OptionTable describe(RenderCommandOptions& options) {
 
 int run(const RenderArguments& arguments, const RenderCommandOptions& options) {
   if (arguments.mesh.empty() || arguments.out.empty()) {
-    throw UsageError("render takes a MESH and --out: atelier render MESH --out picture.png");
+    throw UsageError("render takes a MESH and --out: atelier render MESH --out image.png");
   }
   if (!image_format_of_name(arguments.out)) {
     throw UsageError("--out cannot be '" + arguments.out.substr(0, 80) +
@@ -78,7 +78,7 @@ Action add_render(CLI::App& parser) {
   auto arguments = std::make_shared<RenderArguments>();
   add_option(parser, "MESH", arguments->mesh, "Mesh to show: .obj, .ply, .glb, .gltf, .fbx")
       .required();
-  add_option(parser, "--out", arguments->out, "Image to write").type_name("PICTURE").required();
+  add_option(parser, "--out", arguments->out, "Image to write").type_name("IMAGE").required();
   add_flag(
       parser, "--neural", [] {},
       "Images of a clothed person by trained networks instead; atelier render --neural --help says "

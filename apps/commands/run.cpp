@@ -58,7 +58,7 @@ fs::path video_in(const fs::path& workspace, const std::vector<StageStatus>& sta
   return {};
 }
 
-/// A sentence on each outdated result that the chain leaves out and does not make anew (`refine`).
+/// A sentence on each outdated result that the chain leaves out and does not recompute (`refine`).
 std::vector<std::string> outdated_beside_chain(const fs::path& workspace) {
   std::vector<std::string_view> beside;
   for (const StageRow* row : all_rows()) {
@@ -159,8 +159,8 @@ int report_on(const ChainRun& chain, const RunArguments& arguments, const Report
     std::string truth = chain.facts().synthetic ? arguments.places.capture.string() : "";
     try {
       video = video_in(workspace, write_report(workspace, page, options, truth), chain.account());
-    } catch (const DataError& error) {  // of the truth: everything else can be shown
-      standard_error() << "atelier: no figure against the truth: " << printable(error.what())
+    } catch (const DataError& error) {  // of the ground truth: everything else can be shown
+      standard_error() << "atelier: no figure against the ground truth: " << printable(error.what())
                        << std::endl;
       video = video_in(workspace, write_report(workspace, page, options, ""), chain.account());
     }

@@ -72,8 +72,8 @@ Json json_of(const MembraneInUse& membrane) {
           {"bending", membrane.bending}};
 }
 
-/// What of a frame is counted within the contact reach ("inside") is told again however deep it is
-/// in the frames that count it.
+/// A line on a frame. Vertices counted within the contact reach ("inside") are told again however
+/// deep they are in the frames that count them.
 std::string line_of(const FrameReport& r, bool with_body) {
   char text[320];
   std::snprintf(text, sizeof text, "frame %lld: strain p50 %.2f%% p95 %.2f%% max %.2f%%; ",
@@ -233,7 +233,7 @@ std::string stopped_text(Index done, Index count, const std::filesystem::path& o
          (done < count ? "it and the frames before it are in " : "all are in ") + out.string();
 }
 
-/// What is behind the words of a failure.
+/// A text that follows the words of a failure.
 std::string kept_text(Index done, const std::filesystem::path& place) {
   return done == 0 ? ""
          : done == 1
@@ -258,7 +258,7 @@ void require_grid(const OutputPlace& place, const SimulateOptions& options, bool
   }
 }
 
-/// What flags say; a text that was not given is none.
+/// Values of the flags; a text that was not given is none.
 struct SimulateFlags {
   std::optional<std::string> garment, body, motion, out, format, material;
   bool grid = false;
@@ -292,7 +292,7 @@ void require_no_empty_text(const SimulateFlags& flags) {
   }
 }
 
-/// What the command line asks for.
+/// The request on the command line.
 struct SimulateRequest {
   ScenePaths paths;
   OutputPlace place;

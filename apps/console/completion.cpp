@@ -81,7 +81,7 @@ std::string stages_with_figures() {
   return joined(evaluated_stages());
 }
 
-/// What files an argument takes, by their extensions, and which names.
+/// The files that an argument takes, by their extensions, and the names.
 struct FileArgument {
   std::string_view command;          ///< "" for every one
   std::string_view flag;             ///< "" for what is given without a flag
@@ -157,7 +157,7 @@ std::string choices_of(std::string_view command, const CLI::Option& option) {
   return words;
 }
 
-/// What a command declares, for the shell:
+/// The declarations of a command, for the shell:
 ///     gc) words='--help --dry-run --json'
 ///       case $before in
 ///         --device) values='cpu cuda' ;;

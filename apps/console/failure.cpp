@@ -16,7 +16,7 @@
 namespace atelier {
 namespace {
 
-/// What a reason says to do stands behind its first semicolon.
+/// The advice in a reason stands behind its first semicolon.
 Failure environment_failure(const std::string& place, const std::string& reason) {
   const std::size_t end = std::min(reason.find("; "), reason.size());
   return {place + ": " + reason,

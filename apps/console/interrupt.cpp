@@ -25,7 +25,7 @@ extern "C" void note_signal(int signal) {
 void catch_interrupts() {
   for (const int signal : {SIGINT, SIGTERM}) {
     struct sigaction now {};
-    // What was ignored when the program was started (by "&" in a script) stays ignored.
+    // A signal that was ignored when the program was started (by "&" in a script) stays ignored.
     if (sigaction(signal, nullptr, &now) != 0 || now.sa_handler != SIG_IGN) {
       std::signal(signal, note_signal);
     }

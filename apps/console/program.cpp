@@ -232,7 +232,7 @@ int run_program(std::vector<std::string> arguments) {
     std::cout << command->help("atelier");
     return kExitDone;
   }
-  // What has to be there is marked for the help; the commands' own sentences say what is missing.
+  // Required options are marked for the help; the commands' own sentences say what is missing.
   for (CLI::Option* option : command->get_options()) {
     option->required(false);
   }

@@ -239,7 +239,7 @@ std::string StageConsole::goes_on(const StageReport& report) const {
   if (link_kind(report.plan.result_folder) == std::filesystem::file_type::not_found) {
     return "the same command without --force goes on from there";
   }
-  return std::string("the older result stays; --force begins anew") +
+  return std::string("the older result stays; --force starts over") +
          (report.frames_total > 0 ? ", and with --frames of the others goes on from there" : "");
 }
 

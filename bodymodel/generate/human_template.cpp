@@ -1,4 +1,4 @@
-// Prints bodymodel/human/human_template_data.cpp anew; scripts/human-template builds and runs it.
+// Prints bodymodel/human/human_template_data.cpp; scripts/human-template builds and runs it.
 
 #include "bodymodel/human/human_template.h"
 

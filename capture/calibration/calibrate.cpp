@@ -266,7 +266,7 @@ void judge_lens(const Camera& camera, const CameraQuality& quality, const Calibr
     findings.push_back({Severity::Warning, "calibration-coverage", camera.id,
                         "corners fall in " +
                             std::to_string(static_cast<int>(100 * quality.coverage)) +
-                            "% of the picture's cells",
+                            "% of the image's cells",
                         "show the board near the borders and corners of the image too"});
   }
   if (!is_invertible(camera)) {

@@ -184,7 +184,7 @@ StartingFit fit_from_focal(const Camera& camera, double focal, const std::vector
                            const BoardPoints& points, const CalibrateOptions& options) {
   LensNumbers numbers = LensNumbers::Zero();
   numbers.head<4>() << focal, focal, 0.5 * camera.width, 0.5 * camera.height;
-  // A board that is tilted the wrong way is a trap: once a lens is known, poses are chosen anew.
+  // A board that is tilted the wrong way is a trap: once a lens is known, poses are chosen again.
   Camera lens_now = with_lens(camera, Distortion::None, numbers);
   StartingFit start;
   constexpr int kRounds = 3;

@@ -69,7 +69,7 @@ std::vector<std::byte> outputs_of(std::span<const std::byte> model,
         if (output.depth() != CV_32F || output.dims < 2 || output.dims > kMaxDimensions ||
             output.size[0] != 1) {
           throw DataError(
-              file, "output '" + names[i] + "'", "a shape or type that is no picture's result",
+              file, "output '" + names[i] + "'", "a shape or type that is not an image's result",
               "float32 [1, ...] of at most " + std::to_string(kMaxDimensions) + " dimensions");
         }
         append_number(bytes, static_cast<std::uint32_t>(names[i].size()));

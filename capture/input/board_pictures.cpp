@@ -173,7 +173,7 @@ std::vector<RigCamera> with_lenses(std::vector<RigCamera> rig, const Dataset& le
       throw DataError(lenses.root.string(), "camera '" + wanted[c] + "'",
                       "a lens of " + std::to_string(known.width) + " x " +
                           std::to_string(known.height) + " pixels",
-                      "one of the pictures' shape: " + std::to_string(rig[c].camera.width) + " x " +
+                      "one of the images' shape: " + std::to_string(rig[c].camera.width) + " x " +
                           std::to_string(rig[c].camera.height));
     }
     Camera camera = known;

@@ -157,7 +157,7 @@ GroundTruth truth_of(const Archive& archive, const std::string& file) {
   truth.texts = archive.texts;
   const auto cameras = truth.texts.find("cameras");
   if (cameras == truth.texts.end()) {
-    throw DataError(file, "cameras", "no such text", "the true cameras");
+    throw DataError(file, "cameras", "no such text", "the ground-truth cameras");
   }
   truth.cameras = parse_cameras_json(cameras->second, file);
   truth.texts.erase(cameras);

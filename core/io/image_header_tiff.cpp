@@ -164,12 +164,12 @@ ImageHeader read_tiff_header(std::span<const std::byte> bytes, const std::string
     directory.reader().fail(std::to_string(width) + " x " + std::to_string(height) + " pixels",
                             "at most " + std::to_string(limits.image_side) + " a side");
   }
-  // A decoder takes memory for a whole tile, whatever the picture's size.
+  // A decoder takes memory for a whole tile, whatever the image's size.
   for (const auto& [tag, side] : {std::pair(kTileWidth, width), std::pair(kTileHeight, height)}) {
     const std::uint32_t tile = directory.value(tag).value_or(1);
     if (tile == 0 || tile > std::max(side, 1024u)) {
       directory.reader().fail("a tile side of " + std::to_string(tile),
-                              "1 to the picture's side (or 1024)");
+                              "1 to the image's side (or 1024)");
     }
   }
   if (has_second_page(bytes, name, directory.next())) {

@@ -7,8 +7,8 @@
 namespace atelier {
 namespace {
 
-/// What places the camera round the subject, of `animate`, beside a camera of the capture, which
-/// has a place and a size of its own.
+/// Options of `animate` that place the camera round the subject, beside a camera of the capture,
+/// which has a place and a size of its own.
 std::vector<std::string> idle_framing(const OptionTable& table) {
   std::vector<std::string> problems;
   for (const OptionField& field : table.fields) {

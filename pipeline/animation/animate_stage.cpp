@@ -46,7 +46,7 @@ SequenceHeader animation_header(const Animation& animation, const Mesh& shared) 
   return header;
 }
 
-/// What is written of every frame: what the simulation goes on from, the body, each garment.
+/// The files written for every frame: the state of the simulation, the body, each garment.
 std::vector<OutputSequence> animated_sequences(const Animation& animation) {
   std::vector<OutputSequence> sequences = {
       {"frames", std::nullopt},
@@ -106,7 +106,7 @@ bool draw_plain(StageRun& run, const Animation& animation, const AnimationView& 
   return true;
 }
 
-/// What is drawn, each by its network, or in one colour where it has none.
+/// The layers that are drawn, each by its network, or in one colour where it has none.
 std::vector<SceneLayer> drawn_layers(const Animation& animation) {
   std::vector<SceneLayer> layers;
   const auto add = [&](const std::string& name, const Eigen::Vector3f& color,
@@ -180,9 +180,9 @@ bool write_pictures(StageRun& run, const Animation& animation, const std::vector
       std::snprintf(caption, sizeof caption, "%.2f s", static_cast<double>(i) / animation.fps);
       strip.push_back({opaque, caption});
     }
-    run.progress(writer.frames(), frames, "pictures");
+    run.progress(writer.frames(), frames, "images");
   };
-  run.progress(0, frames, "pictures");
+  run.progress(0, frames, "images");
   const auto draw = animation.networks.empty() ? draw_plain : draw_by_networks;
   if (!draw(run, animation, view, bodies, cloths, take)) {
     return false;
@@ -276,7 +276,7 @@ MotionClip played_motion(const Animation& animation) {
   return clip;
 }
 
-/// What images and figures need of a frame.
+/// The parts of a frame that images and figures need.
 struct KeptAnimation {
   Points body;   ///< [B,3] m
   Points cloth;  ///< [V,3] m

@@ -19,7 +19,7 @@ namespace {
 /// m: what does not hang still so near to where it was captured was not at rest there.
 constexpr double kHangsThere = 0.01;
 
-/// What the stage `material` found, if it ran.
+/// The materials that the stage `material` found, if it ran.
 std::map<std::string, Material> fitted_materials(StageRun& run) {
   if (run.has_input("fitted_material")) {
     std::map<std::string, Material> materials;

@@ -96,7 +96,7 @@ std::vector<fs::path> garments_of(const fs::path& result) {
   return garments;
 }
 
-/// What the images of animate draw skin with, roughly that of any person.
+/// The material of skin in the images of animate, roughly that of any person.
 GltfMaterial skin_material() {
   return {"skin", {0.62, 0.45, 0.36}, {}};
 }
@@ -123,9 +123,9 @@ GltfMaterial cloth_material(const std::string& garment, const fs::path& networks
   return material;
 }
 
-/// What the surface of each frame is off the skin that the joints move (soft tissue, what tracking
-/// left), as morph targets: these apply before the skin does. Without them cloth that was simulated
-/// on those surfaces would be pierced.
+/// Offsets of the surface of each frame from the skin that the joints move (soft tissue, residuals
+/// of tracking), as morph targets: these apply before the skin does. Without them cloth that was
+/// simulated on those surfaces would be pierced.
 void add_surfaces(GltfScene& scene, const BodyModel& body, const MotionClip& clip,
                   const Sequence& surfaces) {
   constexpr double kLeast = 1e-4;  // m, below which skin is where it should be

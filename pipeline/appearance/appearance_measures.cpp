@@ -39,7 +39,7 @@ fs::path input_of(const fs::path& workspace, const Manifest& manifest, const std
                   "what the stage reads");
 }
 
-/// What a result's networks were trained with; nothing is left to setting and device.
+/// Options that a result's networks were trained with; nothing is left to setting and device.
 TrainOptions trained_with(const Manifest& manifest) {
   TrainOptions options;
   OptionTable table = describe(options);
@@ -193,7 +193,7 @@ std::vector<TemplateRider> riders_of(const WornSubject& worn, const fs::path& re
   return riders;
 }
 
-/// What a result is judged by.
+/// Everything that a result is judged by.
 struct Judging {
   fs::path capture;
   CaptureInfo info;

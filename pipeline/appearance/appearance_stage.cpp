@@ -31,7 +31,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a training may see: no camera and no frame that is held out.
+/// Cameras and frames that a training may see: none that is held out.
 struct Seen {
   std::vector<Camera> cameras;
   std::vector<Index> camera_idx;  // of the data set
@@ -273,14 +273,14 @@ bool show(StageRun& run, const WornSubject& worn, const Seen& seen, const ReadPi
   return sheet.has_value();
 }
 
-/// What an interrupted run of the same request had prepared whole; nothing else is there.
+/// Data that an interrupted run of the same request had prepared whole; nothing else is there.
 std::optional<AppearanceData> prepared_before(const fs::path& file) {
   if (file_kind(file) == fs::file_type::not_found) {
     return std::nullopt;
   }
   try {
     return read_appearance_data(file);
-  } catch (const DataError&) {  // damaged meanwhile: prepared anew
+  } catch (const DataError&) {  // damaged meanwhile: prepared again
     return std::nullopt;
   }
 }

@@ -7,7 +7,7 @@
 namespace atelier {
 namespace {
 
-/// What is wrong in corrections of a capture: texts that name cameras, of which options in general
+/// Errors in corrections of a capture: texts that name cameras, of which options in general
 /// know nothing. A table that has one of them has all.
 std::vector<std::string> broken_corrections(const OptionTable& table) {
   const auto own = std::find_if(

@@ -178,8 +178,8 @@ std::optional<Finding> missing_of(const std::string& camera, const CameraFrames&
                  "its other frames are used");
 }
 
-/// What is not there of the capture's frames, as far as it is worked on: views without an image or
-/// a mask, and frames that have too few of them.
+/// Missing parts of the capture's frames, as far as they are worked on: views without an image or a
+/// mask, and frames that have too few of them.
 std::vector<Finding> missing_views(const Dataset& dataset, const std::vector<int>& frames) {
   std::vector<Finding> findings;
   for (std::size_t c = 0; c < dataset.cameras.size() && !frames.empty(); ++c) {

@@ -41,7 +41,7 @@ void run_validate(StageRun& run) {
   const std::filesystem::path& capture = run.input("capture");
   FrameReader reader(without_held_out_pictures(open_dataset(capture, options.capture)));
   const Validation validation = validate(
-      reader, options.checks, [&](int done, int total) { run.progress(done, total, "pictures"); });
+      reader, options.checks, [&](int done, int total) { run.progress(done, total, "images"); });
   if (run.stop_requested()) {
     return;
   }

@@ -60,7 +60,7 @@ fs::path own_input(const StageStatus& own, const fs::path& workspace, const fs::
   return capture;
 }
 
-/// What to do about an INPUT that is made of a result that another one has replaced.
+/// Advice about an INPUT that is made of a result that another one has replaced.
 std::string replaced_input(const Stage& stage, const StageRequest& request,
                            const ResultName& made_of) {
   const std::string name(stage.name);

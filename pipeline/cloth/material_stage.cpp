@@ -14,7 +14,7 @@
 namespace atelier {
 namespace {
 
-/// What is likely, and what of it the capture says.
+/// The likely range, and how much of it the capture says.
 std::string ranges_text(double low, double high, const StiffnessRange& tenth,
                         const StiffnessRange& range) {
   return number_text(low) + " to " + number_text(high) + " likely; " + range_text(tenth) +

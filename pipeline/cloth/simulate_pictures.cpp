@@ -79,7 +79,7 @@ std::string strip_pictures(const StageStatus& own, const ReportPlaces& places) {
                   : ""));
 }
 
-/// What each simulated frame came to, from frames.csv.
+/// Plots of the figures of each simulated frame, from frames.csv.
 std::string simulation_plots(const fs::path& result) {
   const fs::path file = result / "frames.csv";
   if (!fs::exists(file)) {

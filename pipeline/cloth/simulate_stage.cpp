@@ -105,7 +105,7 @@ class FrameSource {
   std::exception_ptr failure_;  ///< of the frame behind `done_`
 };
 
-/// What the tables and images of the end need of a frame.
+/// The parts of a frame that the tables and images of the end need.
 struct KeptFrame {
   FrameReport report;
   Points positions;  ///< [V,3] m, of the frames in the contact sheet; else no rows

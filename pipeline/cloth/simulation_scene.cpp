@@ -139,13 +139,13 @@ void relax_scene(SimulationScene& scene, const SimulateOptions& options, Device 
   scene.garments[0] = std::move(relaxed.garment);
 }
 
-/// What a note about garment `g` begins with: its name, where there are several.
+/// The beginning of a note about garment `g`: its name, where there are several.
 std::string about(const SimulationScene& scene, std::size_t g) {
   return scene.garments.size() > 1 ? scene.names[g] + ": " : "";
 }
 
-/// What is smooth of the body meets the cloth's vertices alone: it keeps off by what its edges
-/// need, unless something else is said.
+/// Keeps the cloth off the body by what its edges need, unless an option says otherwise: where the
+/// body is smooth it meets the cloth's vertices alone.
 void keep_off(SimulationScene& scene, const SimulateOptions& options) {
   std::size_t most = 0;
   for (std::size_t g = 1; g < scene.garments.size(); ++g) {
@@ -169,8 +169,8 @@ double across(const Points& points) {
   return (points.colwise().maxCoeff() - points.colwise().minCoeff()).norm();
 }
 
-/// What will run and hardly be meant of each garment, with its name where there are several; what
-/// is alike of all of them, as what is of the body, once and without one.
+/// Warnings of settings that run but are hardly meant, of each garment with its name where there
+/// are several; those that all of them share, as those of the body, once and without one.
 std::vector<std::string> diagnostics_of(const SimulationScene& scene,
                                         const SimulateOptions& options) {
   std::vector<std::vector<std::string>> of_each;
@@ -206,8 +206,8 @@ std::vector<std::string> diagnostics_of(const SimulationScene& scene,
   return diagnostics;
 }
 
-/// Says where the frames in all are fewer than those before the body moves.
-void doubt_length(SimulationScene& scene, const SimulateOptions& options, bool moves) {
+/// Warns where the frames in all are fewer than those before the body moves.
+void warn_of_length(SimulationScene& scene, const SimulateOptions& options, bool moves) {
   const bool settle_said = options.settle != SimulateOptions{}.settle;
   const bool lost =
       moves ? options.length <= options.settle : settle_said && options.length < options.settle;
@@ -240,7 +240,7 @@ SimulationScene read_scene_body(const ScenePaths& paths, const SimulateOptions& 
   if (scene.frame_count == 0) {
     throw UsageError("there are no frames to simulate: give --settle or --length");
   }
-  doubt_length(scene, options, seconds > 0);
+  warn_of_length(scene, options, seconds > 0);
   return scene;
 }
 

@@ -20,7 +20,7 @@ const Target* target_of(std::string_view key) {
   return found == targets.end() ? nullptr : &*found;
 }
 
-/// What a row says of a measure, by what that is judged by.
+/// Fills a row with the judgement of a measure.
 void judge(Judged& row, const Measure& measure) {
   row.value = measure.value;
   row.target = target_text(measure.side, measure.target);
@@ -94,7 +94,7 @@ std::vector<Judged> judged(std::span<const Measure> measures, Targets targets,
     }
     rows.push_back(std::move(row));
   }
-  // What is judged and not in the table, as each garment's own figures, counts as well.
+  // Figures that are judged and not in the table, as each garment's own, count as well.
   for (const Measure& own : measures) {
     const Measure measure = against(own, targets);
     if (measure.side != None && target_of(measure.key) == nullptr) {

@@ -183,7 +183,7 @@ std::vector<Measure> measure_register(const fs::path& workspace, const fs::path&
   if (each.empty()) {
     return measures;
   }
-  // What slides along plain cloth no image tells.
+  // No image shows whether points slide along plain cloth.
   add_measures(measures, "register.", all, ground_truth_scans, capture_fabric(capture) != "plain");
   for (const auto& [name, errors] : each) {
     add_measures(measures, "register." + name + ".", errors, ground_truth_scans, false);

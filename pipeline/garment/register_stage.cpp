@@ -397,7 +397,7 @@ double slide(const Mesh& a, const Points& b, const Triangles& faces) {
   return *middle;
 }
 
-/// What is written of every frame: all garments as one mesh, and each one alone.
+/// The files written for every frame: all garments as one mesh, and each one alone.
 std::vector<OutputSequence> registered_sequences(const RegisteredOutfit& outfit,
                                                  const std::vector<Worn>& garments) {
   SequenceHeader header;
@@ -414,7 +414,8 @@ std::vector<OutputSequence> registered_sequences(const RegisteredOutfit& outfit,
   return sequences;
 }
 
-/// What is of a garment and of no frame: its template, and the surface that its frames come from.
+/// Writes the parts of a garment that belong to no frame: its template, and the surface that its
+/// frames come from.
 void write_garments(StageRun& run, const std::vector<Worn>& garments, const JoinedFrames& joined) {
   for (const Worn& worn : garments) {
     const std::string folder = "registered/" + worn.name;
@@ -507,7 +508,7 @@ void write_figures(StageRun& run, const RegisteredOutfit& outfit, const std::vec
   run.metric("closure", most.closure);
 }
 
-/// What a stop leaves for the next run: more than the frames that are finished, of which each needs
+/// Says how much a stop leaves for the next run: more than the finished frames, of which each needs
 /// all garments, and those of its window on the way to it.
 void tell_followed(StageRun& run, RegisteredOutfit& outfit) {
   for (const Worn& worn : outfit.garments()) {

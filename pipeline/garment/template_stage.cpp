@@ -128,7 +128,7 @@ Wardrobe wardrobe_of(StageRun& run, const Source& source) {
   return worn;
 }
 
-/// What stands between commas, without the blanks before it.
+/// The parts between commas, without the blanks before them.
 std::vector<std::string> parts_of(const std::string& text) {
   std::vector<std::string> parts;
   for (std::size_t begin = 0; begin < text.size();) {

@@ -1,4 +1,4 @@
-// What of an archive's schema every stage that reads it would refuse.
+// Errors in an archive's schema that every stage that reads it would refuse.
 
 #include <algorithm>
 

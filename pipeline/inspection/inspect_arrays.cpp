@@ -24,8 +24,8 @@ bool begins_with(const std::filesystem::path& path, std::string_view mark) {
                     [](char a, std::byte b) { return static_cast<std::byte>(a) == b; });
 }
 
-/// What is read of another program's HDF5 to look at its numbers: of one dataset and at once, so
-/// that neither the worker nor what makes doubles of them needs much memory; and of the file.
+/// Limits on the numbers read of another program's HDF5: of one dataset at once, so that neither
+/// the worker nor the conversion to doubles needs much memory; and of the file.
 constexpr std::int64_t kElementsAtOnce = 32LL << 20;
 constexpr std::int64_t kElementsOfFile = 256LL << 20;
 

@@ -79,11 +79,12 @@ void inspect_manifest(const std::filesystem::path& path, Inspection& inspection)
   inspection.findings = check_outputs(folder, manifest, Check::Digests);
 }
 
-/// What documents of ours and of others have that no other has; the first that fits tells the kind.
+/// A mark that no other kind of document has; the first that fits tells the kind.
 struct DocumentMark {
   std::vector<const char*> keys;  ///< of the outermost object
   const char* kind;
-  /// What a stage reads it with, and throws where it refuses it; none of what is read with others.
+  /// The function that a stage reads it with, which throws where it refuses it; none for documents
+  /// that are read with others.
   void (*read)(const std::string& text, const std::string& file) = nullptr;
   const char* file_name = "";  ///< that it has, where keys do not tell
   bool in_list = false;        ///< keys of the first object in a list

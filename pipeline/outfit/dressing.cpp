@@ -72,7 +72,7 @@ Mesh inflated(const Mesh& body, double by) {
   return result;
 }
 
-/// What a garment from a file is, by where it hangs.
+/// The label of a garment from a file, by where it hangs.
 Label label_of_pattern(const Mesh& garment, const TailorMeasures& measures) {
   const double low = garment.vertices.col(1).minCoeff();
   const double high = garment.vertices.col(1).maxCoeff();

@@ -19,7 +19,7 @@
 namespace atelier {
 namespace {
 
-/// What is finer than panels can be is taken out of the surface.
+/// Smooths away detail of the surface that is finer than panels can be.
 void smooth_mesh(Mesh& mesh, double reach, const FlattenWatcher& watcher) {
   const double area = face_areas(mesh.vertices, mesh.faces).sum();
   const Points smooth = smoothed_surface(mesh, reach);

@@ -122,8 +122,8 @@ std::vector<std::filesystem::path> flat_garments(const std::filesystem::path& re
   return files;
 }
 
-/// What the stage says of seams as they are drawn, whose outlines are smoothed; 0 where it does
-/// not.
+/// The mismatch that the stage reports of seams as they are drawn, whose outlines are smoothed; 0
+/// where it reports none.
 double drawn_mismatch(const std::filesystem::path& result) {
   const std::map<std::string, double> metrics =
       read_manifest(std::filesystem::canonical(result), "flatten").metrics;

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// What a camera sees of meshes, with coverage.
+/// The image of meshes in a camera, with coverage.
 Image rendered(const std::vector<RenderMesh>& meshes, const Camera& camera) {
   Scene scene = studio_scene(meshes, 0);
   scene.ground.reset();

@@ -5,7 +5,7 @@
 namespace atelier {
 namespace {
 
-/// What is wrong in lists of labels of the person's stages.
+/// Errors in lists of labels of the person's stages.
 std::vector<std::string> broken_labels(const OptionTable& table) {
   std::vector<std::string> problems;
   for (const OptionField& field : table.fields) {

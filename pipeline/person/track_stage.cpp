@@ -56,7 +56,7 @@ std::vector<char> painted_region(const BodyModel& model, const std::string& name
   return region;
 }
 
-/// What the report shows of a sequence: what was left out, and every frame's errors.
+/// Writes the images of a sequence for the report: the region left out, every frame's errors.
 void write_pictures(StageRun& run, const std::string& name, const BodyModel& model,
                     const TrackedMotion& tracked) {
   const auto output = [&](const std::string& path, const Image& picture) {

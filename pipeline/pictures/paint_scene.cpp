@@ -14,7 +14,7 @@ namespace atelier {
 namespace {
 
 /// The scene with its body under what it wears.
-PaintedScene tucked(PaintedScene scene) {
+PaintedScene without_penetration(PaintedScene scene) {
   constexpr double kReach = 0.03;  // m
   const auto is_body = [](const SceneLayer& layer) { return layer.name == "body"; };
   const auto body = std::find_if(scene.layers.begin(), scene.layers.end(), is_body);
@@ -44,7 +44,7 @@ bool paint_scene(const PaintedScene& scene, const PaintOptions& options, Device 
                  const PaintHooks& hooks) {
   const TemporaryFolder between;
   const std::filesystem::path file = between.path / "scene.h5";
-  write_archive(file, archive_of(tucked(scene)));
+  write_archive(file, archive_of(without_penetration(scene)));
   std::vector<std::string> words = {"paint",    file.string(),       between.path.string(),
                                     "--device", device_name(device), "--ahead",
                                     "4"};

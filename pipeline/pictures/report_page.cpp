@@ -37,7 +37,7 @@ figcaption, .quiet { color: #666; } .error { color: #a40000; } .warning { color:
 details { margin: .5rem 0; } summary { cursor: pointer; }
 )";
 
-/// What a reader might look for in vain.
+/// Features that a reader might look for in vain.
 constexpr const char* kNotYet = R"(<p class="quiet">Not in this version:</p>
 <ul class="quiet"><li>avatars of the body whose look depends on the pose</li>
 <li>a second solver of cloth (the mesh sequence of another program can be animated)</li>
@@ -124,7 +124,7 @@ std::string list_of(std::vector<Attention> items) {
   return list;
 }
 
-/// What asks for attention of a stage's result.
+/// Items of a stage's result that ask for attention.
 void attend_to(const StageStatus& status, std::vector<Attention>& items) {
   const auto item = [&](const std::string& item_class, const std::string& text) {
     attend(items, {item_class == "error", {status.stage}, "", text});
@@ -171,7 +171,7 @@ void attend_to(const StageStatus& status, std::vector<Attention>& items) {
   }
 }
 
-/// What stands below an image: words where a stage's own say nothing to a reader, else its path.
+/// The caption of an image: words where a stage's own say nothing to a reader, else its path.
 std::string caption_of(const std::string& path) {
   constexpr std::string_view kFolder = "pictures/";
   constexpr std::string_view kRegion = "_region.png";
@@ -192,7 +192,7 @@ std::string picture(const std::filesystem::path& file, const std::string& name,
          "</figcaption></figure>\n";
 }
 
-/// What stages draw over frames for whoever has the files alone: the page has plots of the same.
+/// Whether an image is a plot for readers of the files alone: the page has plots of the same.
 bool is_plot(const std::string& path) {
   return path.ends_with("_frames.png") || path.ends_with("certificates.png");
 }
@@ -343,7 +343,7 @@ std::string took(const RunStageAccount& one) {
              : "";
 }
 
-/// What the last run of the chain came to, stage by stage.
+/// The outcome of the last run of the chain, stage by stage.
 std::string run_section(const RunAccount& run) {
   std::string rows;
   std::map<std::string, std::string> first;  // which stage each reason was said of

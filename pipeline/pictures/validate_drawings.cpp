@@ -29,7 +29,7 @@ std::string formatted(const char* format, Values... values) {
   return buffer;
 }
 
-/// What is said of a camera, at worst.
+/// The colour of the worst finding of a camera.
 const char* colour_of(const std::string& camera, const std::vector<Finding>& findings) {
   const char* colour = kGood;
   for (const Finding& finding : findings) {

@@ -149,7 +149,7 @@ std::string validate_page(FrameReader& reader, const Validation& validation,
   if (!keypoints.found.frames.empty()) {
     html +=
         "<h2>Reprojection errors</h2>\n<p class=\"quiet\">Of the person's keypoints in space, "
-        "in pixels of a picture 1000 rows high.</p>\n<div class=\"row\">" +
+        "in pixels of an image 1000 rows high.</p>\n<div class=\"row\">" +
         camera_error_svg(dataset, keypoints) + joint_error_svg(dataset, keypoints) +
         "</div>\n<div class=\"row\">" + frame_error_svg(dataset, keypoints) + "</div>\n";
   }

@@ -35,7 +35,7 @@ std::string with_unit(double value, const std::string& unit) {
   return text + unit;
 }
 
-/// What is wanted on `accuracy`. A measure may have a target that it is not judged by: networks of
+/// The target on `accuracy`. A measure may have a target that it is not judged by: networks of
 /// the setting `small` do not reach what those of `standard` must.
 std::string accuracy_text(const Judged& row, std::span<const Measure> measures) {
   const auto measure = std::find_if(measures.begin(), measures.end(), [&](const Measure& one) {

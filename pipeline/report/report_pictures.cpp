@@ -19,7 +19,7 @@ std::map<std::string, std::string> stage_pictures(std::span<const StageStatus> s
       pictures[status.stage] = row->pictures(status, ReportPlaces{workspace, stages});
     } catch (const DataError& error) {  // an image less is no reason for no report
       pictures[status.stage] =
-          "<p class=\"warning\">Pictures could not be drawn: " + html_text(error.what()) + "</p>\n";
+          "<p class=\"warning\">Images could not be drawn: " + html_text(error.what()) + "</p>\n";
     }
   }
   return pictures;

@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::string_view kUnsaid = "default";  // as OptionField has it
 
-/// What stands before the end of a name; nothing where it ends otherwise.
+/// The part of a name before its end; nothing where it ends otherwise.
 std::optional<std::string> before(const std::string& name, std::string_view end) {
   if (!name.ends_with(end)) {
     return std::nullopt;

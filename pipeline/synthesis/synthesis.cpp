@@ -307,7 +307,7 @@ bool synthesize_capture(const fs::path& folder, const SynthesisOptions& options,
   } catch (const Stopped&) {
     return false;
   } catch (const std::exception&) {
-    // What was refused before anything was made leaves nothing.
+    // A request that was refused before anything was made leaves nothing.
     if (!fs::exists(folder / "synthesis.json") || fs::exists(folder / "capture.toml")) {
       fs::remove(lock_file);
       made.remove_empty();

@@ -29,7 +29,7 @@ Color skin_tone(Random random) {
   return t < 0.55 ? mixed(fair, tan, t / 0.55) : mixed(tan, dark, (t - 0.55) / 0.45);
 }
 
-/// What a painter of skin knows: the head's places, the girdle's heights.
+/// Places that a painter of skin knows: of the head, and the girdle's heights.
 struct Painter {
   HeadPlaces head;
   double waist = 0, hip = 0, crotch = 0, chest = 0, shoulder = 0, half_width = 0;

@@ -99,9 +99,9 @@ class PatternTrial {
     return reached;
   }
 
-  /// Sews seams of the best again that are not needed once the surface gives way to what they join,
-  /// the one first that saves most. Each is tried once, until so many in a row are needed that few
-  /// others will not be.
+  /// Sews seams of the best again that are not needed once the surface has stretched, the one first
+  /// that saves most. Each is tried once, until so many in a row are needed that few others will
+  /// not be.
   void sew() {
     constexpr int kNeeded = 24;
     std::set<std::vector<int>> tried;
@@ -225,7 +225,7 @@ FoundPattern find_pattern(const Mesh& mesh, const FindPatternOptions& options,
     const double cost_before = trial.cost();
     if (trial.keeps_bound(seams, "straight")) {
       if (trial.cost() < cost_before) {
-        continue;  // on what gave way for these seams, some more may not be needed
+        continue;  // on what stretched for these seams, some more may not be needed
       }
       break;
     }

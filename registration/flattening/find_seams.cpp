@@ -111,7 +111,7 @@ class Search {
     return cut_to_disks(topology_, given, costs);
   }
 
-  /// Every panel of a cut laid flat anew.
+  /// Every panel of a cut, flattened again.
   std::vector<SeamPiece> pieces_of(const std::vector<char>& cut) const {
     std::vector<SeamPiece> pieces = parts_of(whole_, cut);
     parallel_for(static_cast<Index>(pieces.size()), 1, [&](Index begin, Index end) {

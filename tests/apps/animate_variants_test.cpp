@@ -268,7 +268,7 @@ void write_trunk_network(StageRun& run) {
 /// What `animate` draws by.
 class AnimateDrawn : public AnimateVariants {
  protected:
-  /// Makes the result of a stage anew, which some function writes in a moment.
+  /// Recomputes the result of a stage, which some function writes in a moment.
   void make(const std::string& name, void (*write)(StageRun& run)) const {
     std::vector<Stage> stages(kDressedStages.begin(), kDressedStages.end());
     if (find_stage(stages, name) == nullptr) {

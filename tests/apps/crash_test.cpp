@@ -300,7 +300,7 @@ TEST_F(Crash, StoppedRunWithForce_SaysHowToContinue) {
   ASSERT_EQ(run_child(statistics()).exit_code, 0);
   const ChildResult again = stopped();
   if (again.exit_code != 0) {
-    EXPECT_THAT(again.out, HasSubstr("kept; the older result stays; --force begins anew, and with "
+    EXPECT_THAT(again.out, HasSubstr("kept; the older result stays; --force starts over, and with "
                                      "--frames of the others goes on from there"));
   }
 }

@@ -208,7 +208,7 @@ TEST(ConvertCaptureCommand, CalibrationCameras_AreAdded) {
   const ChildResult sizes = atelier({"convert-capture", (folder / "pictures").string(),
                                      (folder / "x").string(), "--cameras", cameras, "--fps", "12"});
   EXPECT_EQ(sizes.exit_code, 3);
-  EXPECT_THAT(sizes.err, HasSubstr("the pictures' 9 x 9"));
+  EXPECT_THAT(sizes.err, HasSubstr("the images' 9 x 9"));
 }
 
 }  // namespace

@@ -7,7 +7,7 @@
 namespace atelier {
 namespace {
 
-// The committed vertices are the field's: whoever changes the anatomy makes the template anew.
+// The committed vertices are the field's: whoever changes the anatomy makes the template again.
 TEST(DefaultHumanTemplate, TemplateVertices_LieOnTheFieldOfTheAverageBuild) {
   const HumanTemplate body = human_template();
   const HumanField field = human_field(human_anatomy({}));

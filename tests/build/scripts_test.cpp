@@ -96,7 +96,7 @@ std::string function_of(int lines, const std::string& signature) {
   return text + "}\n";
 }
 
-TEST(LongFunctions, LongOnesAndPublicOnesOfManyParametersFail) {
+TEST(LongFunctions, LongOrManyParameters_Fail) {
   const TemporaryDirectory folder;
   std::ofstream(folder / "thing.cpp")
       << "namespace a {\n"
@@ -125,7 +125,7 @@ TEST(LongFunctions, LongOnesAndPublicOnesOfManyParametersFail) {
   EXPECT_EQ(allowed.exit_code, 0) << allowed.out;
 }
 
-TEST(ScriptsRefused, NoFunctionsAreNoSuccess) {
+TEST(ScriptsRefused, FolderWithoutFunctions_IsAnError) {
   const TemporaryDirectory folder;
   const ChildResult result = run_script("long-functions", {folder.path().string()});
   EXPECT_EQ(result.exit_code, 2);

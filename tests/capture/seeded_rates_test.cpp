@@ -28,7 +28,7 @@ int drawn(int sampled, int soaked) {
   return !soak() ? sampled : rigs != nullptr ? std::atoi(rigs) : soaked;
 }
 
-/// A rig of a kind of seeded_rigs(), drawn anew.
+/// A rig of a kind of seeded_rigs(), with other random numbers.
 SeededRig drawn_rig(SeededRig rig, std::uint64_t seed, bool more_cameras) {
   Random random{seed, 555, 0};
   rig.seed = 10000 + seed;

@@ -73,7 +73,7 @@ TEST(TrianglesMeet, RandomPairs_AgreeWithEdgeIntersection) {
   EXPECT_GT(met, 30);
 }
 
-TEST(TrianglesMeet, NothingWithoutAreaAndRefusesWhatIsFarOff) {
+TEST(TrianglesMeet, TriangleWithoutArea_MeetsNothingAndFarOneIsRefused) {
   EXPECT_FALSE(triangles_meet(kFlat, triangle({0, 0, 0}, {1, 0, 0}, {2, 0, 0})));
   EXPECT_THROW(triangles_meet(kFlat, triangle({0, 0, 0}, {300, 0, 0}, {0, 300, 0})), LogicError);
 }

@@ -122,7 +122,7 @@ TEST(VoronoiAreas, RightAndObtuseTriangle_MatchHandComputedAreas) {
                   .isApprox(Eigen::Vector3d(0.5, 0.25, 0.25), 1e-14));
 }
 
-TEST(Laplacian, GivesTheIntegralOfTheSquaredGradient) {
+TEST(Laplacian, QuadraticForm_IsTheIntegralOfTheSquaredGradient) {
   const Mesh mesh = fixtures::torus(16, 10);
   const Eigen::VectorXd u =
       (3 * mesh.vertices.col(0) - mesh.vertices.col(1).cwiseProduct(mesh.vertices.col(2)));

@@ -109,7 +109,7 @@ class OutputSequences : public ::testing::Test {
   TemporaryDirectory root_;
 };
 
-TEST_F(OutputSequences, EveryFileOfAFrameIsInTheResult) {
+TEST_F(OutputSequences, EveryFileOfAFrame_IsInTheResult) {
   const StageReport report = run();
   EXPECT_EQ(report.end, End::Done);
   EXPECT_EQ(report.frames_total, 3);
@@ -127,7 +127,7 @@ TEST_F(OutputSequences, EveryFileOfAFrameIsInTheResult) {
   EXPECT_EQ(frame(cloth, 2).faces.rows(), 1);
 }
 
-TEST_F(OutputSequences, FilesAreThoseOfASequenceWrittenAlone) {
+TEST_F(OutputSequences, Files_MatchASequenceWrittenAlone) {
   run();
   const std::filesystem::path alone = root_ / "alone";
   const SequenceHeader header = read_sequence_header(result() / "cloth");
@@ -143,7 +143,7 @@ TEST_F(OutputSequences, FilesAreThoseOfASequenceWrittenAlone) {
             read_file_text(alone / "sequence.h5", 100000));
 }
 
-TEST_F(OutputSequences, NothingIsReadBackButFramesOfAnEarlierRun) {
+TEST_F(OutputSequences, FramesOfAnEarlierRun_AreReadBackAndNoOthers) {
   run();
   EXPECT_THAT(sequence_stage().read, ElementsAre());
   std::filesystem::remove_all(root_ / "work");
@@ -153,7 +153,7 @@ TEST_F(OutputSequences, NothingIsReadBackButFramesOfAnEarlierRun) {
   EXPECT_THAT(sequence_stage().read, ElementsAre(1, 2));
 }
 
-TEST_F(OutputSequences, AFrameThatLacksOneOfItsFilesIsMadeAgain) {
+TEST_F(OutputSequences, FrameLackingAFile_IsRecomputed) {
   fail_at(5);
   EXPECT_EQ(read_frame_logs(staging()).size(), 2u);
   std::filesystem::remove(staging() / "cloth/frames/000002.h5");
@@ -162,7 +162,7 @@ TEST_F(OutputSequences, AFrameThatLacksOneOfItsFilesIsMadeAgain) {
   EXPECT_EQ(frame(open_sequence(result() / "cloth"), 1).vertices, triangle_at(2).vertices);
 }
 
-TEST_F(OutputSequences, AFrameIsFinishedWithAllItsFilesAlone) {
+TEST_F(OutputSequences, FrameWithoutAllItsFiles_IsUnfinished) {
   fail_at(2);
   EXPECT_TRUE(std::filesystem::exists(staging() / "cloth/frames/000001.h5"));
   EXPECT_FALSE(std::filesystem::exists(staging() / "states/000002.h5"));
@@ -181,12 +181,12 @@ TEST_F(OutputSequences, AFrameIsFinishedWithAllItsFilesAlone) {
   EXPECT_THAT(sequence_stage().made, ElementsAre(1, 2, 5));
 }
 
-TEST_F(OutputSequences, HeaderOfOtherFramesIsRefused) {
+TEST_F(OutputSequences, HeaderOfOtherFrames_IsRefused) {
   sequence_stage().other_frames = {1, 2};
   EXPECT_THROW(run(), LogicError);
 }
 
-TEST_F(OutputSequences, FewerArchivesThanSequencesAreRefused) {
+TEST_F(OutputSequences, FewerArchivesThanSequences_AreRefused) {
   sequence_stage().archives = 1;
   EXPECT_THROW(run(), LogicError);
 }

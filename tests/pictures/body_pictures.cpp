@@ -1,4 +1,4 @@
-// Makes the images of docs/methods/default_human.md anew: body_pictures FOLDER.
+// Makes the images of docs/methods/default_human.md: body_pictures FOLDER.
 #include <Eigen/Geometry>
 #include <array>
 #include <cstdio>

@@ -206,7 +206,7 @@ TEST(PrintedCodebook, PartlyHiddenPrint_IsRead) {
   EXPECT_LT(*std::max_element(errors.begin(), errors.end()), 0.012);
 }
 
-TEST(PrintedCodebook, IsTheSameOnAnyNumberOfThreads) {
+TEST(PrintedCodebook, AnyNumberOfThreads_GivesTheSameMatches) {
   const Print print = cells(5);
   const auto views = views_of(moved(print, 0.04, 0));
   const auto read = [&] {

@@ -52,7 +52,7 @@ void expect_same(const ClothState& one, const ClothState& other) {
   EXPECT_EQ(one.velocities, other.velocities) << one.frame;
 }
 
-TEST(SolverInterface, StepsLikeXpbdItself) {
+TEST(SolverInterface, Step_MatchesXpbdItself) {
   const SolverScene scene;
   XpbdOptions options;
   options.self_contact = true;
@@ -78,7 +78,7 @@ TEST(SolverInterface, StepsLikeXpbdItself) {
   }
 }
 
-TEST(SolverInterface, RestartedMidwayGoesOnWithTheSameBits) {
+TEST(SolverInterface, RestartedMidway_ContinuesBitIdentically) {
   SolverScene scene;
   for (const std::string& name : solver_names()) {
     scene.options.name = name;
@@ -102,7 +102,7 @@ TEST(SolverInterface, RestartedMidwayGoesOnWithTheSameBits) {
   }
 }
 
-TEST(SolverInterface, CreatedAnewForEachFrameGivesTheSameBits) {
+TEST(SolverInterface, CreatedForEachFrame_IsBitIdentical) {
   const SolverScene scene;
   const std::unique_ptr<Solver> solver = create_solver(scene.model, scene.options);
   ClothState state = rest_state(scene.model.cloth);
@@ -118,7 +118,7 @@ TEST(SolverInterface, CreatedAnewForEachFrameGivesTheSameBits) {
   EXPECT_NEAR(fallen.velocities.col(1).mean(), -9.81 / 60, 1e-4);
 }
 
-TEST(SolverInterface, BatchOfScenesStepsLikeXpbdsSweep) {
+TEST(SolverInterface, BatchOfScenes_MatchesXpbdSweep) {
   const SolverScene scene;
   const std::vector<ClothVariation> variations{{1, 1, -1}, {4, 0.1, 0.1}};
   for (const Device device : fixtures::devices()) {
@@ -138,7 +138,7 @@ TEST(SolverInterface, BatchOfScenesStepsLikeXpbdsSweep) {
   }
 }
 
-TEST(SolverOptions, AreNamedAfterTheSolverThatTheyAreOf) {
+TEST(SolverOptions, Names_BeginWithTheSolver) {
   SolverOptions options;
   const OptionTable table = describe(options);
   XpbdOptions xpbd;
@@ -158,7 +158,7 @@ TEST(SolverOptions, AreNamedAfterTheSolverThatTheyAreOf) {
   EXPECT_EQ(solver_flag("", "cloth"), "--cloth.xpbd.");
 }
 
-TEST(SolverOptions, ThatDoNothingOnADeviceAreNamed) {
+TEST(SolverOptions, IdleOnADevice_AreNamed) {
   SolverOptions options;
   EXPECT_EQ(idle_on_device(options, Device::Cpu), "");
   EXPECT_EQ(idle_on_device(options, Device::Cuda), "");
@@ -168,7 +168,7 @@ TEST(SolverOptions, ThatDoNothingOnADeviceAreNamed) {
   EXPECT_EQ(idle_on_device(options, Device::Cuda), "vectors");
 }
 
-TEST(SolverRefused, UnknownNameWithTheNamesThereAre) {
+TEST(SolverRefused, UnknownName_SuggestsKnownNames) {
   EXPECT_THAT(solver_names(), Contains("xpbd"));
   SolverScene scene;
   scene.options.name = "xpdb";
@@ -187,14 +187,14 @@ TEST(SolverRefused, UnknownNameWithTheNamesThereAre) {
   }
 }
 
-TEST(SolverRefused, StateThatIsNoNumber) {
+TEST(SolverRefused, NonFiniteState_Throws) {
   const SolverScene scene;
   ClothState state = rest_state(scene.model.cloth);
   state.positions(3, 0) = std::nan("");
   EXPECT_THROW(step(scene.model, state, scene.control(0), scene.options), DataError);
 }
 
-TEST(SolverRefused, OptionsThatDoNotWorkTogether) {
+TEST(SolverRefused, ConflictingOptions_Throw) {
   SolverScene scene;
   scene.options.xpbd.vectors = "avx2";
   scene.options.xpbd.precision = "double";
