@@ -22,8 +22,8 @@ bool begins_with(const std::filesystem::path& path, std::string_view mark) {
   return begin == mark;
 }
 
-/// Limits on the numbers read of another program's HDF5: of one dataset at once, so that neither the
-/// worker nor the conversion to doubles needs much memory; and of the file.
+/// Limits on the numbers read of another program's HDF5: of one dataset at once, so that neither
+/// the worker nor the conversion to doubles needs much memory; and of the file.
 constexpr std::int64_t kElementsAtOnce = 32LL << 20;
 constexpr std::int64_t kElementsOfFile = 256LL << 20;
 
