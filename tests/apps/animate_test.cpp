@@ -242,7 +242,7 @@ TEST_F(Animate, ExportToATakenPlace_IsRefusedBeforeAnyWork) {
     const ChildResult refused =
         run({"export", workspace().string(), out.string(), "--cameras", "colmap"});
     EXPECT_EQ(refused.exit_code, 2) << refused.out;
-    EXPECT_THAT(refused.err, HasSubstr("is there already"));
+    EXPECT_THAT(refused.err, HasSubstr("already exists"));
     EXPECT_EQ(refused.out, "");
     EXPECT_TRUE(fs::exists(out / taken));
     EXPECT_FALSE(fs::exists(out / "personalize"));
@@ -378,7 +378,7 @@ TEST_F(Animate, ConflictingOptions_AreRefusedAtTheStart) {
        "width does nothing with camera 01, which is the capture's"},
       {{"animate", "--camera", "01", "--framing.margin", "0.1"}, "framing.margin does nothing"},
       {{"animate", "--pictures", "false", "--background", "white"},
-       "background does nothing with images false: leave it out, or say --pictures"},
+       "background does nothing with pictures false: leave it out, or say --pictures"},
       {{"run", "--animate.pictures", "false", "--animate.camera", "orbit"},
        "animate.camera does nothing with animate.pictures false"}};
   write_dressed_workspace(capture(), workspace());

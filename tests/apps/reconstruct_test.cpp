@@ -168,7 +168,7 @@ TEST_F(Reconstruct, TwoMachines_ShareTheDepthMapsOfAFrame) {
   EXPECT_GE(said.at("computed"), said.at("made"));
   const ChildResult again = depth({"--surface", surface.string()});
   EXPECT_EQ(again.exit_code, 2);  // before any work
-  EXPECT_THAT(again.err, HasSubstr("scan.ply is there already"));
+  EXPECT_THAT(again.err, HasSubstr("scan.ply already exists"));
   const ChildResult measured =
       run_child({program_path(), "evaluate", capture_.string(), "--ground-truth", capture_.string(),
                  "--surface", surface.string(), "--json"});

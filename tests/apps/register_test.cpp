@@ -574,7 +574,7 @@ TEST_F(Register, CheckMeasuringNothing_Fails) {
   flat.push_back("--complete");
   const ChildResult incomplete = check(flat);
   EXPECT_EQ(incomplete.exit_code, 1);
-  EXPECT_THAT(incomplete.err, HasSubstr("not measured: 1 figure of those"));
+  EXPECT_THAT(incomplete.err, HasSubstr("not measured: 1 figure among those"));
 }
 
 TEST_F(Register, DamagedResult_IsReportedWithItsRemedy) {

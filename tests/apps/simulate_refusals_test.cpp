@@ -262,7 +262,7 @@ TEST_F(Simulate, ConflictingOptions_AreRefusedBeforeATakenPlace) {
   refused({"--motion", "walk.bvh"}, "--motion takes a --body");
   refused({"--wind", "[0, 5]", "--xpbd.drag", "1"}, "three numbers");
   refused({"--grid", "--format", "ply"}, "leave --format out");
-  refused({}, "is there already");
+  refused({}, "already exists");
 }
 
 TEST_F(Simulate, LengthEndingBeforeTheBodyMoves_IsWarnedOf) {
@@ -303,7 +303,7 @@ TEST_F(Simulate, UnloadedGarmentHangingElsewhere_IsWarnedOf) {
   // In a workspace the manifest keeps it.
   ASSERT_EQ(stage("work", few).exit_code, 0);
   EXPECT_THAT(nlohmann::json::parse(bytes("work", "manifest.json"))["warnings"].dump(),
-              HasSubstr("\"without its weight"));
+              HasSubstr("\"unloaded shape"));
 }
 
 TEST_F(Simulate, WarningAmongSeveralGarments_NamesTheOneMeant) {
