@@ -10,13 +10,13 @@
 namespace atelier {
 namespace {
 
-constexpr double kMinCosine = 0.27;    // between normal and view; 1.3 rad
-constexpr double kOffSurface = 0.003;  // m: the vertex's own faces do not hide it
-constexpr double kBehind = 0.02;       // m: a view's depth that is not this surface's
-constexpr int kSmoothRounds = 1;       // of means over neighbours
+constexpr double kMinCosine = 0.27;        // between normal and view; 1.3 rad
+constexpr double kTrimOffSurface = 0.003;  // m: the vertex's own faces do not hide it
+constexpr double kBehind = 0.02;           // m: a view's depth that is not this surface's
+constexpr int kSmoothRounds = 1;           // of means over neighbours
 
 /// What one view knows of where the subject is.
-struct View {
+struct TrimView {
   const Camera& camera;
   const ByteImage& mask;  // empty: not known
   const DepthMap* map;    // or null
@@ -30,7 +30,7 @@ struct Answers {
 
 /// True where the view looks past a place: by its mask there is nobody, or what it sees there lies
 /// well behind.
-bool looks_past(const View& view, const Eigen::Vector3d& point, int x, int y) {
+bool looks_past(const TrimView& view, const Eigen::Vector3d& point, int x, int y) {
   if (!view.mask.data.empty() && view.mask.at(x, y) == 0) {
     return true;
   }
@@ -38,8 +38,8 @@ bool looks_past(const View& view, const Eigen::Vector3d& point, int x, int y) {
          view.map->depth.at(x, y) > camera_from_world(view.camera, point).z() + kBehind;
 }
 
-void ask(Answers& answers, const View& view, const TriangleTree& tree, const Eigen::Vector3d& point,
-         const Eigen::Vector3d& normal) {
+void ask(Answers& answers, const TrimView& view, const TriangleTree& tree,
+         const Eigen::Vector3d& point, const Eigen::Vector3d& normal) {
   const Eigen::Vector3d to_camera = camera_center(view.camera) - point;
   const double cosine = normal.dot(to_camera.normalized());
   if (cosine < kMinCosine) {
@@ -48,7 +48,7 @@ void ask(Answers& answers, const View& view, const TriangleTree& tree, const Eig
   const auto pixel = project(view.camera, point);
   if (!pixel || pixel->x() < 0 || pixel->y() < 0 || pixel->x() >= view.camera.width ||
       pixel->y() >= view.camera.height ||
-      any_hit(tree, {point + kOffSurface * normal, to_camera, 0, 1})) {
+      any_hit(tree, {point + kTrimOffSurface * normal, to_camera, 0, 1})) {
     return;
   }
   const bool past =
@@ -58,14 +58,14 @@ void ask(Answers& answers, const View& view, const TriangleTree& tree, const Eig
 }
 
 /// Share of the answers, [V], that a vertex lies beside the subject.
-Eigen::VectorXd shares_beside(const Mesh& mesh, const std::vector<View>& views) {
+Eigen::VectorXd shares_beside(const Mesh& mesh, const std::vector<TrimView>& views) {
   const TriangleTree tree = build_tree(mesh.vertices, mesh.faces);
   const Points normals = vertex_normals(mesh.vertices, mesh.faces);
   Eigen::VectorXd shares(mesh.vertices.rows());
   parallel_for(mesh.vertices.rows(), 256, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
       Answers answers;
-      for (const View& view : views) {
+      for (const TrimView& view : views) {
         ask(answers, view, tree, mesh.vertices.row(v).transpose(), normals.row(v).transpose());
       }
       shares[v] = answers.all > 0 ? answers.beside / answers.all : 0;
@@ -95,7 +95,7 @@ Mesh trimmed_to_views(const Mesh& mesh, const std::vector<Camera>& cameras,
                       double min_confidence) {
   ATELIER_CHECK(masks.size() == cameras.size(), "a mask for each camera");
   ATELIER_CHECK(maps.empty() || maps.size() == cameras.size(), "a depth map for each camera");
-  std::vector<View> views;
+  std::vector<TrimView> views;
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     const auto fits = [&](int width, int height) {
       return width == cameras[i].width && height == cameras[i].height;
