@@ -14,14 +14,19 @@ option(ATELIER_COVERAGE "Instrument for gcov" OFF)
 option(ATELIER_QUICK_CUDA "Compile kernels in half the time, to slower ones" OFF)
 option(ATELIER_TESTS "Build the tests" ON)
 option(ATELIER_BENCH "Build the benchmarks" ON)
+set(ATELIER_LEAVE_OUT "" CACHE STRING "Commands (files of apps/commands) that are not built, nor what they alone need")
 
 # Optimised but quick to link: line tables are enough for a stack trace.
 set(ATELIER_LINE_TABLES 1 CACHE STRING "Debug information of RelWithDebInfo: 1 line tables, 0 none")
+option(ATELIER_CHECKS "Assertions of libraries, and warnings as errors, in RelWithDebInfo: a tenth of the time of compiling" ON)
 # What sanitizers watch is compiled in three quarters of the time at -O1, and slow either way.
 if(ATELIER_SANITIZE)
   set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O1 -g1")
 else()
   set(CMAKE_CXX_FLAGS_RELWITHDEBINFO "-O2 -g${ATELIER_LINE_TABLES}")
+endif()
+if(NOT ATELIER_CHECKS)
+  string(APPEND CMAKE_CXX_FLAGS_RELWITHDEBINFO " -DNDEBUG")
 endif()
 set(CMAKE_CXX_FLAGS_RELEASE "-O3 -DNDEBUG")
 

@@ -16,8 +16,9 @@
 #   those that are there, in this order; without ROOMS of every room so far
 # atelier_executable(name DIRECTORY dir [EXCEPT ...] PRIVATE ... [OPTIONAL ...])
 # atelier_program(name DIRECTORY dir [EXCEPT ...] PRIVATE ... COMMANDS "file: target ..." ...)   an executable
-#   whose files of commands, of these names, are left out where a target that they need is missing;
-#   ATELIER_COMMAND_<FILE>=1 tells its other files of each that is there
+#   whose files of commands, of these names, are left out where a target that they need is missing or
+#   ATELIER_LEAVE_OUT names them; ATELIER_COMMAND_<FILE>=1 tells its other files of each that is there,
+#   ATELIER_COMMANDS_LEFT_OUT of the others
 # atelier_objects(name DIRECTORY dir ONLY ... PRIVATE ... [OPTIONAL ...])   files of a program's
 #   folder as objects, for the program and for whoever else links them; where a package is missing
 #   there are none, and the program says so
@@ -27,7 +28,9 @@
 
 set(ATELIER_WARNINGS -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Wconversion
     -Wno-sign-conversion -Wno-float-conversion -Werror)
-if(CMAKE_UNITY_BUILD AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
+if(NOT ATELIER_CHECKS)
+  set(ATELIER_WARNINGS -w)
+elseif(CMAKE_UNITY_BUILD AND CMAKE_CXX_COMPILER_ID STREQUAL "GNU")
   # A local thing may have the name of a file-local one of another source of its batch.
   list(TRANSFORM ATELIER_WARNINGS REPLACE "^-Wshadow$" "-Wshadow=local")
 endif()
@@ -262,20 +265,27 @@ function(atelier_program name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "DIRECTORY;EXCEPT;PRIVATE;COMMANDS")
   set(definitions "")
   set(libraries "")
+  set(all_left_out "")
   foreach(row IN LISTS arg_COMMANDS)
     string(REGEX MATCH "^([a-z_]+): (.*)$" row "${row}")
     set(command ${CMAKE_MATCH_1})
     string(REPLACE " " ";" needs "${CMAKE_MATCH_2}")
     atelier_missing(missing ${needs})
-    if(missing)
-      message(STATUS "left out: ${name} ${command} (missing: ${missing})")
+    if(missing OR command IN_LIST ATELIER_LEAVE_OUT)
+      if(missing)
+        message(STATUS "left out: ${name} ${command} (missing: ${missing})")
+      endif()
       list(APPEND arg_EXCEPT ${command})
+      string(REPLACE "_" "-" left_out "${command}")
+      list(APPEND all_left_out ${left_out})
     else()
       string(TOUPPER "ATELIER_COMMAND_${command}=1" definition)
       list(APPEND definitions ${definition})
       list(APPEND libraries ${needs})
     endif()
   endforeach()
+  list(JOIN all_left_out " " all_left_out)
+  list(APPEND definitions "ATELIER_COMMANDS_LEFT_OUT=\"${all_left_out}\"")
   list(REMOVE_DUPLICATES libraries)
   atelier_executable(${name} DIRECTORY ${arg_DIRECTORY} EXCEPT ${arg_EXCEPT} PRIVATE ${arg_PRIVATE} ${libraries})
   if(TARGET ${name})

@@ -27,6 +27,9 @@ struct Command {
 /// Every command that is not a stage, in the order of --help.
 std::span<const Command> all_commands();
 
+/// Names of the commands that this build leaves out (cmake/Targets.cmake), with spaces between.
+std::string_view commands_left_out();
+
 OptionSet convert_options();
 OptionSet convert_capture_options();
 OptionSet calibrate_options();

@@ -98,6 +98,10 @@ std::span<const Command> all_commands() {
   return kCommands;
 }
 
+std::string_view commands_left_out() {
+  return ATELIER_COMMANDS_LEFT_OUT;
+}
+
 std::span<const StandAlone> all_stand_alone() {
   return kStandAlone;
 }

@@ -15,6 +15,7 @@
 #include "core/exit_code.h"
 #include "core/nearest_name.h"
 #include "core/renamed_options.h"
+#include "core/split_text.h"
 #include "core/store/build_info.h"
 #include "core/usage_error.h"
 #include "pipeline/stages/stages.h"
@@ -204,6 +205,10 @@ int run_program(std::vector<std::string> arguments) {
   arguments = with_present_command(std::move(arguments), actions);
   const auto action = actions.find(arguments[0]);
   if (action == actions.end()) {
+    if (std::ranges::count(split_text(commands_left_out(), ' '), arguments[0]) > 0) {
+      throw UsageError("this build of atelier leaves out the command '" + arguments[0] +
+                       "'; cmake --preset release builds all of them");
+    }
     std::vector<std::string> names = {"--help", "--version"};
     names.reserve(names.size() + actions.size());
     for (const auto& known : actions) {
