@@ -115,7 +115,7 @@ std::string list_of(const std::vector<std::string>& names) {
   return list;
 }
 
-/// What list_of joined: names, each once.
+/// The names that list_of joined, each once.
 std::vector<std::string> names_of(const std::string& list, const std::string& file) {
   std::vector<std::string> names;
   for (std::size_t at = 0; at <= list.size();) {

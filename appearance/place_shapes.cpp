@@ -77,7 +77,7 @@ std::optional<ShapeMask> mask_of(const FlatShape& shape, double angle, double sc
     }
     const auto [bottom, top] = std::minmax({corner[0].y(), corner[1].y(), corner[2].y()});
     for (int y = static_cast<int>(bottom); y <= static_cast<int>(top); ++y) {
-      // What of the triangle lies between the lines y and y + 1.
+      // The part of the triangle between the lines y and y + 1.
       double left = std::numeric_limits<double>::infinity();
       double right = -left;
       const auto reach = [&](double x) {

@@ -50,7 +50,7 @@ __global__ void shape_vertices(const Vec3d* vertices, int count, const int* face
     const Vec3d v = vertices[face[(k + 2) % 3]] - vertices[i];
     sum += angle_weighted_normal(vertices[face[0]], vertices[face[1]], vertices[face[2]], u, v);
   }
-  // What is left of normals that cancel is rounding, not a direction.
+  // Normals that cancel leave rounding, not a direction.
   const double length = norm(sum);
   const Vec3d unit = length > 1e-12 ? 1 / length * sum : Vec3d{0, 0, 0};
   const Vec3f at = {static_cast<float>(vertices[i].x), static_cast<float>(vertices[i].y),
@@ -127,7 +127,7 @@ void resize(CudaBuffer<T>& buffer, std::size_t size) {
   }
 }
 
-/// What stays on the device of a surface, and what each image makes anew.
+/// Buffers of a surface that stay on the device, and those that each image recomputes.
 struct SurfaceOnDevice {
   Index first_vertex;
   int vertices, coordinates;

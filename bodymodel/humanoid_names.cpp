@@ -6,7 +6,7 @@
 namespace atelier {
 namespace {
 
-// What is left of a name without side, separators and case, and the part it means. Names that mean
+// Names without side, separators and case, and the part that each means. Names that mean
 // different joints in different rigs ("shoulder", "leg", "foot", "hand", "hip") get a role of their
 // own; find_humanoid settles them by what else there is.
 const std::map<std::string, std::string>& role_table() {

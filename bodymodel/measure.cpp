@@ -138,7 +138,7 @@ Vector3d joint(const Skeleton& skeleton, const Points& positions, const std::str
   return positions.row(index);
 }
 
-// What is measured from the ground up must stand: trunk and legs within 45 degrees of upright.
+// Heights are measured on a body that stands: trunk and legs within 45 degrees of upright.
 void check_upright(const Skeleton& skeleton, const Points& joints) {
   const auto at = [&](const std::string& name) { return joint(skeleton, joints, name); };
   const auto check = [](const char* what, const Vector3d& bone) {

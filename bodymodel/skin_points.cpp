@@ -18,7 +18,7 @@ struct Turner {
   Vec3d basis[3];  ///< columns: what a component of its rotation vector turns about
 };
 
-/// What hangs on a joint of the chain: weighted places, and their weights.
+/// Places that hang on a joint of the chain, weighted, and the sums of their weights.
 struct Hanging {
   Vec3d places;
   double weight;

@@ -223,7 +223,7 @@ Eigen::MatrixXd skin_shape_rows(const BodyModel& model, const ShapedBody& body,
                 "one direction for each vertex");
   const Index parameters = static_cast<Index>(model.shape.size());
   const Index slots = model.skin.weights.cols();
-  // What joint j adds: d p_j - A_j d J_j, [3J, S].
+  // The part of joint j: d p_j - A_j d J_j, [3J, S].
   Eigen::MatrixXd joint_part = posed.joint_shape;
   for (Index j = 0; j < joint_count(model); ++j) {
     const Eigen::Matrix3d rotation = posed.frames.rotations[static_cast<std::size_t>(j)] *

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kSamples = 4;  // frames of each camera
 
-/// What may be seen where a joint is.
+/// Labels that may be seen where a joint is.
 struct JointLabels {
   const char* joint;
   std::array<Label, 4> labels;

@@ -238,7 +238,7 @@ Explanation explain_calibration(const SeenPerson& seen, std::size_t c, const Tri
   Explanation best;
   const auto offer = [&](const std::vector<double>& errors, Finding finding) {
     const double error = median_error(errors);
-    // What is asked first is likelier, and wins where it is about as good.
+    // The first explanation is likelier, and wins where it is about as good.
     if (error > 0 && error < 0.5 * now && error < std::max(kFitsAlone * usual, 1.0) &&
         error < 0.9 * best.error && surely_less(errors, as_read)) {
       finding.what += sentence(" (error %.1f px, then %.1f)", std::min(now, 999.0), error);

@@ -8,7 +8,7 @@
 namespace atelier {
 namespace {
 
-/// What is joined so far; vertices that no face needs are left out.
+/// The mesh joined so far; vertices that no face needs are left out.
 struct Joined {
   std::vector<Eigen::RowVector3d> vertices;
   std::vector<std::array<int, 3>> faces;

@@ -71,7 +71,7 @@ KeypointSchema make_schema(std::string name, std::vector<std::string> points) {
   return schema;
 }
 
-/// What a person's outline is joined by in every schema that has both ends.
+/// Limbs that join a person's outline in every schema that has both ends.
 constexpr std::array<std::pair<const char*, const char*>, 15> kLimbs = {{
     {"left_shoulder", "left_elbow"},
     {"left_elbow", "left_wrist"},

@@ -29,7 +29,7 @@ Keypoints2d keypoints_of(const JsonPlace& place, const std::vector<double>& valu
                    "pixels and a confidence");
       }
     }
-    // What was not found stays 0, 0, 0.
+    // Keypoints that were not found stay 0, 0, 0.
     if (points(i, 2) != 0 || points(i, 0) != 0 || points(i, 1) != 0) {
       points(i, 0) += shift;
       points(i, 1) += shift;

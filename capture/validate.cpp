@@ -26,8 +26,8 @@ std::vector<Finding> check_consent(const Dataset& dataset) {
   return findings;
 }
 
-/// What two checks found of one place is said once; what the keypoints explain of a camera is not
-/// guessed at from where it looks as well.
+/// Joins findings of two checks on one place; a camera that the keypoints explain is not judged by
+/// its direction of view as well.
 void merge(std::vector<Finding>& findings) {
   const auto explained = [&](const std::string& place) {
     return std::any_of(findings.begin(), findings.end(), [&](const Finding& finding) {

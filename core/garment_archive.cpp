@@ -20,7 +20,7 @@ std::vector<double> material_numbers(const Material& m) {
           m.bending, m.damping,      m.friction,     m.thickness};
 }
 
-/// What the schema names; names of the mesh itself are checked where it is read.
+/// Names that the schema has; those of the mesh itself are checked where it is read.
 bool is_named(const std::string& dataset) {
   const std::string mesh = std::string(kCloth) + "/";
   if (dataset.starts_with(mesh) && dataset.find('/', mesh.size()) == std::string::npos) {

@@ -63,7 +63,7 @@ Points vertex_normals(const Points& vertices, const Triangles& faces) {
     }
   }
   for (Index i = 0; i < normals.rows(); ++i) {
-    // What is left of normals that cancel is rounding, not a direction.
+    // Normals that cancel leave rounding, not a direction.
     const Eigen::Vector3d sum = normals.row(i);
     normals.row(i) =
         sum.norm() > 1e-12 ? sum.normalized() : Eigen::Vector3d(Eigen::Vector3d::Zero());

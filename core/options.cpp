@@ -173,7 +173,7 @@ std::string bounds(const OptionField& field) {
   return low ? " >= " + bound_text(field.min) : high ? " <= " + bound_text(field.max) : "";
 }
 
-/// What is written for a choice: none of them is no word.
+/// Text of a choice: each of them is one word.
 std::vector<std::string> words_of(const std::vector<std::string>& choices) {
   std::vector<std::string> words = choices;
   std::erase(words, "");

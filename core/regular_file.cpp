@@ -26,7 +26,7 @@ RegularFile::RegularFile(const std::filesystem::path& path, int flags)
           (flags & O_NOFOLLOW) != 0 ? "a symbolic link" : "not a regular file: " + reason,
           "a file");
     }
-    // What this run may not read, or cannot now, says nothing of the file.
+    // A file that this run may not read, or cannot now, may be sound.
     if (error == EACCES || error == EPERM || error == EIO || error == ENOMEM || error == EMFILE ||
         error == ENFILE) {
       throw EnvironmentError(path.string(), "cannot open: " + system_reason(error));

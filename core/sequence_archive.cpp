@@ -113,7 +113,7 @@ Archive unchecked_archive_of(const Mesh& mesh) {
   return archive;
 }
 
-/// What is not finite passes: check_mesh finds it.
+/// Values that are not finite pass: check_mesh finds them.
 void check_coordinates(const Mesh& mesh, const std::string& file, const Limits& limits) {
   const auto check = [&](const auto& rows, const char* name) {
     const double most = rows.size() == 0 ? 0 : rows.cwiseAbs().maxCoeff();
@@ -151,7 +151,7 @@ bool has_topology(const SequenceHeader& header) {
   return header.shared.faces.rows() > 0;
 }
 
-/// What is wrong with a header, or "".
+/// The fault of a header, or "".
 std::string header_fault(const SequenceHeader& header) {
   if (!std::isfinite(header.fps) || header.fps <= 0) {
     return std::to_string(header.fps) + " frames per second";
@@ -164,7 +164,7 @@ std::string header_fault(const SequenceHeader& header) {
   return "";
 }
 
-/// What is wrong with what frames share, or "". How many vertices they have is theirs to say.
+/// The fault of the part that frames share, or "". The number of vertices is in each frame.
 std::string shared_fault(const Mesh& shared) {
   if (shared.vertices.rows() > 0 || shared.normals.rows() > 0 || shared.colors.rows() > 0 ||
       !shared.labels.empty() || shared.confidence.size() > 0) {

@@ -37,7 +37,7 @@ struct Box {
   }
 };
 
-/// What the cuts need of one face.
+/// Bounds and centre of one face, for the cuts.
 struct Part {
   Box box;
   std::array<double, 3> center;

@@ -231,7 +231,7 @@ std::vector<int> handle_loop(const Topology& topology, const Points& x,
         }
         std::vector<int> there = ways.way_back(v, graph);
         std::vector<int> back = ways.way_back(other, graph);
-        // What both ways share is no part of the loop.
+        // Edges that both ways share are no part of the loop.
         int shared = there.back();
         while (!there.empty() && !back.empty() && there.back() == back.back()) {
           shared = there.back();

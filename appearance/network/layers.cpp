@@ -31,7 +31,7 @@ torch::Tensor activated(const torch::Tensor& x) {
   return torch::leaky_relu(x, kSlope);
 }
 
-/// What a branch gives, and the features before its last convolution.
+/// A branch's output, and the features before its last convolution.
 struct Branch {
   torch::Tensor output, features;
 };

@@ -57,7 +57,7 @@ struct AppearanceNetwork::State {
   struct Frame {
     torch::Tensor position, normal, tangent, transfer;
   };
-  /// What a step learns from one view.
+  /// A training step's data of one view.
   struct Example {
     ViewInputs inputs;
     torch::Tensor camera;   // [1] its index
@@ -65,7 +65,7 @@ struct AppearanceNetwork::State {
     torch::Tensor colors;   // [3,P] bytes
     torch::Tensor counted;  // [P] 1, or 0 where nothing is behind a place
   };
-  /// What changes from step to step, where the device finds it.
+  /// Values that change from step to step, where the device finds them.
   struct Rates {
     torch::Tensor step, decay, spread;  // [] each: see update
   };

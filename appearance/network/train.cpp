@@ -10,7 +10,7 @@
 namespace atelier {
 namespace {
 
-/// What a training learns from, in 64 digits: all that a file of it holds.
+/// Digest of a training's data, 64 digits: all that a file of it holds.
 std::string digest_of(const AppearanceData& data) {
   const Archive archive = archive_of(data);
   return content_digest(archive.datasets, archive.texts);

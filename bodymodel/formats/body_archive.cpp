@@ -193,7 +193,7 @@ void expect_schema(const Npz& npz, const char* schema) {
   }
 }
 
-// What the numbers mean: a file in another unit or with another axis up is not taken as metres.
+// Unit and axes: a file in another unit or with another axis up is not taken as metres.
 void expect_frame(const BodyArrayReader& reader) {
   const std::pair<const char*, const char*> words[] = {{"unit", "m"}, {"up", "y"}};
   for (const auto& [name, word] : words) {

@@ -230,7 +230,7 @@ MakeHumanBody read_makehuman(const MakeHumanFiles& files, const MakeHumanOptions
   pack.max_slots = options.max_slots;
   const Index joints = static_cast<Index>(rig.size());
   body.base_skin = pack_skin_weights(influences, joints, pack, files.weights.string()).skin;
-  // What is worth saying concerns the body; helper geometry has weights of all kinds.
+  // Findings are of the body alone; helper geometry has weights of all kinds.
   std::vector<std::vector<Influence>> body_influences;
   for (const int vertex : body.base_vertices) {
     body_influences.push_back(influences[static_cast<std::size_t>(vertex)]);

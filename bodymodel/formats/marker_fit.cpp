@@ -117,7 +117,7 @@ Subject recognised_subject(const MarkerClip& clip, MarkerFit& fit) {
   return subject;
 }
 
-// What was recorded of the markers that are used, in metres, Y up.
+// Recorded positions of the markers that are used, in metres, Y up.
 struct Recorded {
   std::vector<Points> targets;
   std::vector<std::vector<bool>> seen;

@@ -162,7 +162,7 @@ MarkerPose fit_pose(const Skeleton& skeleton, const RidingMarkers& markers, cons
     ++result.iterations;
     if (fresh) {
       problem.linearise(x, gradient, hessian);
-      // What is at a limit and pushes against it stays there.
+      // Angles at a limit that push against it stay there.
       for (Index i = 0; i < x.size(); ++i) {
         if ((x[i] <= problem.low(i) && gradient[i] > 0) ||
             (x[i] >= problem.high(i) && gradient[i] < 0)) {

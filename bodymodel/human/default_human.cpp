@@ -158,8 +158,8 @@ std::string with_unit(double value, const char* unit) {
   return text;
 }
 
-// What is left of the mass may make half-widths where no girth is taken thinner or thicker by these
-// factors: bodies between the 0.1st and 99.9th percentiles need no more.
+// Half-widths where no girth is given follow the rest of the mass, thinner or thicker by at most
+// these factors: bodies between the 0.1st and 99.9th percentiles need no more.
 constexpr double kMinFullness = 0.70;
 constexpr double kMaxFullness = 1.45;
 
@@ -239,7 +239,7 @@ void check_human_options(const DefaultHumanOptions& options) {
   ATELIER_CHECK(problem.empty(), "default human: " + problem);
 }
 
-// What no adult has: refused before the solver bends a body to it.
+// Measures that no adult has: refused before the solver bends a body to them.
 void check_plausible(const DefaultHumanOptions& options, const BodyMeasurements& wanted) {
   const double index = wanted.mass / (wanted.stature * wanted.stature);
   if (!(index >= kMinMassIndex && index <= kMaxMassIndex)) {

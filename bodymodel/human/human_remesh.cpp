@@ -117,7 +117,7 @@ class Remesher {
     }
   }
 
-  // What collapsing goes by within a pass.
+  // The state of collapsing within a pass.
   struct CollapsePass {
     std::vector<char> border;              // of vertices
     std::vector<std::vector<int>> around;  // faces of each vertex

@@ -412,7 +412,7 @@ SideShare side_share(const std::string& name) {
                                     : SideShare{};
 }
 
-// What goes with the sine at x from the joint; `side` is 1 on the left, -1 on the right.
+// Factor of the sine at x from the joint; `side` is 1 on the left, -1 on the right.
 Eigen::RowVector3d side_offset(const SideShare& share, const Eigen::RowVector3d& x, double side) {
   const double height = std::sqrt(0.5) * (side * x[0] + x[1]);  // over the arm in A-pose, metres
   const double t = smooth_step(height, -0.03, 0.03);

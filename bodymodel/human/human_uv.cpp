@@ -340,7 +340,7 @@ void show_from_outside(Layout& layout) {
   }
 }
 
-// What an island takes up before it is scaled into its box.
+// Extent of an island before it is scaled into its box.
 struct Extent {
   Corner low = {1e9, 1e9};
   Corner high = {-1e9, -1e9};

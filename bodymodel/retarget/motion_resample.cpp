@@ -39,7 +39,7 @@ Pose smooth_pose(const Motion& motion, double seconds) {
   if (t < 1e-9) {
     return pose(before);
   }
-  // What lies beyond an end mirrors what lies before it.
+  // Beyond an end the motion mirrors itself.
   const auto translation = [&](Index frame) -> Eigen::Vector3d {
     if (frame >= 0 && frame <= last) {
       return pose(frame).root_translation;

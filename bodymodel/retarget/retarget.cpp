@@ -128,7 +128,7 @@ Eigen::Vector3d hip_middle(const Points& joints, const Humanoid& person) {
   return 0.5 * (joints.row(person.legs[0].hip) + joints.row(person.legs[1].hip)).transpose();
 }
 
-// What of a body may touch the ground, as a small body of its own: its soles and, for those who
+// The part of a body that may touch the ground, as a small body: its soles and, for those who
 // kneel, lie or stand on their hands, a sample of the rest.
 BodyModel touching_part(const BodyModel& model, const ShapedBody& body) {
   const double floor = body.vertices.col(1).minCoeff();

@@ -84,7 +84,7 @@ void follow_chain(const Skeleton& source, const std::vector<int>& from, const Sk
   }
 }
 
-// What of a direction is level; y is up.
+// The level part of a direction; y is up.
 Eigen::Vector3d level(const Eigen::Vector3d& d) {
   return {d.x(), 0, d.z()};
 }

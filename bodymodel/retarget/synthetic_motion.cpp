@@ -22,7 +22,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 
-/// What a body does at one moment, in words of anatomy: angles in radians, sides left and right.
+/// A body's pose at one moment, in anatomical angles [rad], sides left and right.
 struct Stance {
   double thigh[2] = {0, 0};         ///< forward
   double spread[2] = {0.07, 0.07};  ///< thighs outward

@@ -22,7 +22,7 @@ struct Place {
   double spread = kJointSpread;
 };
 
-/// What the places of one body are read off.
+/// Surface and axes from which the places of one body are read.
 class Anatomy {
  public:
   explicit Anatomy(const BodyModel& model)
@@ -101,8 +101,8 @@ class Anatomy {
     return best;
   }
 
-  /// What a ray from the front meets; x to the person's left and y up, in half distances of the
-  /// eyes from the point between them.
+  /// The point where a ray from the front meets it; x to the left and y up, in half distances of
+  /// the eyes from the point between them.
   Eigen::Vector3d on_face(double x, double y) const {
     const Eigen::Vector3d middle = (eyes_[0] + eyes_[1]) / 2;
     const double unit = (eyes_[0].x() - eyes_[1].x()) / 2;

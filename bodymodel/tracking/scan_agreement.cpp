@@ -202,7 +202,7 @@ ScanAgreement scan_agreement(const FittedPerson& person, const BodySurface& surf
     const Nearness& part = parts[i];
     const bool judged = part.judged > 0 && part.judged >= kMinJudged * part.area;
     const bool near = part.near >= kMinNear * part.judged;
-    // What cannot be judged is where it must be if something further out is held.
+    // Points that cannot be judged are inside if something further out is held.
     if (part.area > 0 && !(judged ? near : held[i] != 0)) {
       result.loose.push_back(j);
       squares += part.squares;

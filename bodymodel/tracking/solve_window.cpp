@@ -117,7 +117,7 @@ std::vector<std::vector<char>> factor_blocks(const FittedPerson& person,
   return joined;
 }
 
-/// What three frames' second difference has of each of them, 1/s2.
+/// Weights of three frames in their second difference, 1/s2.
 std::array<double, 3> difference_shares(const std::array<double, 3>& times) {
   const double first = times[1] - times[0];
   const double second = times[2] - times[1];
@@ -544,7 +544,7 @@ RowMatrix joint_deviations(const FittedPerson& person, const TrackWindow& window
       }
     }
   }
-  // What the blocks before and after tell of a block: Schur complements from both ends.
+  // Information on a block from those before and after: Schur complements from both ends.
   std::vector<Eigen::MatrixXd> before(blocks);
   std::vector<Eigen::MatrixXd> after(blocks);
   // Lower halves alone.

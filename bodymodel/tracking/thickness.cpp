@@ -12,7 +12,7 @@ namespace {
 
 using Axis = std::pair<int, int>;  // from one joint to another
 
-/// What has a girth, both sides as one.
+/// Body parts with a girth, both sides as one.
 std::vector<std::vector<Axis>> girded_parts(const Humanoid& who) {
   const auto& [left, right] = who.legs;
   const auto& [arm, other] = who.arms;
@@ -44,7 +44,7 @@ std::vector<Index> skin_of(const BodyModel& model, const Axis& axis) {
   return skin;
 }
 
-/// What every vertex moves by a unit of each parameter: [3V,S].
+/// Displacement of every vertex by a unit of each parameter: [3V,S].
 Eigen::MatrixXd skin_moves(const BodyModel& model) {
   Eigen::MatrixXd moves =
       Eigen::MatrixXd::Zero(3 * vertex_count(model), static_cast<Index>(model.shape.size()));
@@ -58,7 +58,7 @@ Eigen::MatrixXd skin_moves(const BodyModel& model) {
   return moves;
 }
 
-/// What a joint moves by a unit of each: [3,S].
+/// Displacement of a joint by a unit of each: [3,S].
 Eigen::MatrixXd joint_moves(const BodyModel& model, int joint) {
   Eigen::MatrixXd moves(3, static_cast<Index>(model.shape.size()));
   for (Index s = 0; s < moves.cols(); ++s) {

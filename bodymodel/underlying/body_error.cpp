@@ -38,7 +38,7 @@ bool looks_at(const ScanSurface& garment, const Eigen::Vector3d& x, const Eigen:
   return outward.dot(normal) > 0;
 }
 
-/// What one vertex adds.
+/// The terms of one vertex.
 struct VertexError {
   double distance = 0;
   bool covered = false;

@@ -250,7 +250,7 @@ Eigen::Vector3d centre_deviation(const RigidNumbers& camera_from_world,
   return (by_pose * covariance * by_pose.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
 }
 
-/// What is wrong with a lens that was found.
+/// Findings on a lens that was calibrated.
 void judge_lens(const Camera& camera, const CameraQuality& quality, const CalibrateOptions& options,
                 std::vector<Finding>& findings) {
   const double open = quality.lens_deviation[0] / camera.fx;
@@ -304,7 +304,7 @@ void judge_cameras(const std::vector<RigCamera>& rig, const RigAdjustment& state
   }
 }
 
-/// What is wrong with the adjustment as a whole.
+/// Findings on the adjustment as a whole.
 void judge_adjustment(Calibration& result) {
   if (!result.converged) {
     result.findings.push_back({Severity::Warning, "calibration-converged", "",

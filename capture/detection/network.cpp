@@ -37,7 +37,7 @@ int quiet(int /*status*/, const char* /*function*/, const char* /*message*/, con
   return 0;
 }
 
-/// What the child does.
+/// The child's task.
 std::vector<std::byte> outputs_of(std::span<const std::byte> model,
                                   const std::vector<NetworkInput>& inputs,
                                   const std::string& file) {

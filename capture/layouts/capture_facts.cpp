@@ -6,7 +6,7 @@
 namespace atelier {
 namespace {
 
-/// What cameras have of one frame.
+/// Images and masks of one frame, over all cameras.
 struct FrameViews {
   int pictures = 0;
   int masks = 0;  ///< of those with an image

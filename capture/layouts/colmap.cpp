@@ -193,7 +193,7 @@ Dataset dataset_of_model(const fs::path& path, const std::map<std::uint32_t, Cam
   return dataset;
 }
 
-/// What both writers say: cameras and images in COLMAP's terms.
+/// Cameras and images in COLMAP's terms, of both writers.
 struct WrittenModel {
   std::vector<Camera> cameras;
   std::vector<ColmapImage> images;

@@ -153,7 +153,8 @@ Camera camera_in(const std::map<std::string, Tensor>& parameters, const std::str
   const auto color = parameters.find(group + "Color_Calibration");
   if (color != parameters.end()) {
     const RowMatrix matrix = matrix_of(color->second, 3, file, color->first);
-    // What brings colours to the common ones undoes the gain; only its diagonal is ours.
+    // The matrix brings colours to the common ones, and so undoes the gain; only its diagonal is
+    // ours.
     if (matrix.rows() == 3 && matrix.diagonal().minCoeff() > 0) {
       result.gain = matrix.diagonal().cwiseInverse();
     }

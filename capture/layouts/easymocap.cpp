@@ -84,7 +84,7 @@ std::string annotation(const LayoutSource& source, Index camera_idx, int frame,
     double best = 0;
     for (Index i = 0; i < person.points.rows(); ++i) {
       const double confidence = person.points(i, 2);
-      // What was not found stays 0, 0, 0.
+      // Keypoints that were not found stay 0, 0, 0.
       const double shift = person.points.row(i).isZero(0) ? 0 : 0.5;
       const Eigen::Vector2d at(person.points(i, 0) - shift, person.points(i, 1) - shift);
       points.push_back({at.x(), at.y(), confidence});

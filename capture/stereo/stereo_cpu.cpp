@@ -152,7 +152,7 @@ void sweep(const StereoProblem& problem, std::vector<StereoPlane>& planes,
   }
 }
 
-/// What a view believes at one level.
+/// A view's hypotheses at one level.
 struct Belief {
   std::vector<StereoPlane> planes;
   std::vector<float> costs;
@@ -189,7 +189,7 @@ std::vector<std::vector<float>> depths_of(const std::vector<Belief>& beliefs) {
   return depths;
 }
 
-/// What the prior predicts for every cell of a view.
+/// Predictions of the prior for every cell of a view.
 std::vector<Vec3f> predicted_planes(const StereoProblem& problem, const Belief& belief) {
   const int columns = prior_cells(problem.width);
   const int rows = prior_cells(problem.height);

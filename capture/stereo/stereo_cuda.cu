@@ -72,7 +72,7 @@ __global__ void predict_kernel(StereoProblem problem, const PriorMoments* moment
   }
 }
 
-/// What depth_map_of is on the host. `normals` has three floats a pixel.
+/// The twin of the host's depth_map_of. `normals` has three floats a pixel.
 __global__ void map_kernel(WorldFromCamera axes, const StereoPlane* planes, const float* costs,
                            float* depths, float* normals, float* confidences, int count) {
   const int p = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);

@@ -21,7 +21,7 @@ constexpr double kSomebody = 0.002;      // of the image, the least that a perso
 
 constexpr std::int8_t kSilent = -1;  // of a cell that is not in the image
 
-/// What each mask says of each cell: 1 subject, 0 background, or kSilent.
+/// Verdict of each mask on each cell: 1 subject, 0 background, or kSilent.
 std::vector<std::int8_t> asked(const std::vector<Camera>& cameras,
                                const std::vector<ByteImage>& masks, double reach) {
   const double cell = 2 * reach / kCells;
@@ -50,7 +50,7 @@ std::vector<std::int8_t> asked(const std::vector<Camera>& cameras,
   return said;
 }
 
-/// What a mask shows of the cells that the others agree on.
+/// Agreement of a mask with the others, over the cells that they agree on.
 struct Shown {
   int cells = 0;
   int inside = 0;
@@ -106,7 +106,7 @@ std::vector<MaskFit> check_masks(const std::vector<Camera>& cameras,
                   "a mask of another size than its camera's");
   }
   std::vector<MaskFit> fits(masks.size(), MaskFit::Good);
-  // What is set round most of the image is the background, and of all masks it may be so. A mask
+  // A mask that is set round most of the image is of the background, and all may be. A mask
   // that is set nearly everywhere says nothing, and stays.
   for (std::size_t c = 0; c < masks.size(); ++c) {
     if (!masks[c].data.empty() && border_share(masks[c]) > kInvertedBorder &&

@@ -24,7 +24,7 @@ Vector chroma(const Vector& color) {
   return color.array() - color.mean();
 }
 
-/// What a place's samples agree on, less gains.
+/// Colour that a place's samples agree on, less gains.
 Vector middle_of(const std::vector<ColorSample>& place, const Eigen::MatrixX3d& gain) {
   Vector middle;
   std::vector<double> values;

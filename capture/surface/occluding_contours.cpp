@@ -166,7 +166,7 @@ std::optional<ContourMove> move_of_face(const View& view, const TriangleTree& tr
   return move;
 }
 
-/// What all images say of a surface, in order of views and faces.
+/// Observations of a surface in all images, in order of views and faces.
 std::vector<ContourMove> moves_of(const Mesh& mesh, const Points& normals,
                                   const std::vector<View>& views, const Triangles& faces,
                                   const ContourOptions& options) {

@@ -92,7 +92,7 @@ void settle_cameras(std::vector<InstantView>& views, ReconstructOptions& options
   if (!options.exposure_compensation && !options.align) {
     return;
   }
-  // What is wrong with the views is found and said again at full size.
+  // Faults of views are found and reported again at full size.
   std::optional<CoarseReconstruction> scan;
   try {
     scan = coarse_reconstruction(views, options, {}, device);

@@ -15,7 +15,7 @@ constexpr double kTrimOffSurface = 0.003;  // m: the vertex's own faces do not h
 constexpr double kBehind = 0.02;           // m: a view's depth that is not this surface's
 constexpr int kSmoothRounds = 1;           // of means over neighbours
 
-/// What one view knows of where the subject is.
+/// One view's evidence of where the subject is.
 struct TrimView {
   const Camera& camera;
   const ByteImage& mask;  // empty: not known

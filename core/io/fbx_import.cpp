@@ -40,7 +40,7 @@ std::string utf8(const aiString& name) {
   return text;
 }
 
-/// What libassimp found wrong, as one line of plain letters.
+/// libassimp's error message, as one line of plain letters.
 std::string complaint(std::string text) {
   constexpr std::size_t kShown = 160;
   text.resize(std::min(text.size(), kShown));

@@ -167,7 +167,7 @@ class File {
   std::int64_t counted_ = 0;
 };
 
-/// What HDF5 is to convert the elements to, and what that is called here.
+/// Type that HDF5 converts the elements to, and its name here.
 struct MemoryType {
   ElementType type = ElementType::Float64;
   hid_t hdf5 = -1;

@@ -112,7 +112,7 @@ std::string label_bytes(const ByteImage& labels) {
 
 namespace {
 
-/// What is written can be read again.
+/// Only images that can be read again are written.
 void require_readable_size(const std::filesystem::path& path, std::int64_t width,
                            std::int64_t height) {
   const Limits limits;

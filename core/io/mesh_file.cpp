@@ -19,7 +19,7 @@ constexpr MeshConvention kSceneConvention{.metres_per_unit = 1, .up = 'y'};
 
 constexpr const char* kMeshExtensions = ".obj, .ply, .glb, .gltf or .fbx";
 
-/// What of polygons a Mesh does not hold.
+/// Properties of polygons that a Mesh does not hold.
 void add_losses(const PolygonMesh& polygons, const std::string& name, MeshFile& file) {
   const auto add = [&](const char* code, const std::string& what) {
     file.findings.push_back({Severity::Note, code, name, what, ""});

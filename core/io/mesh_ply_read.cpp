@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::uint64_t kMaxFaceCorners = 1024;  // ear clipping costs the square
 
-/// What a vertex property means.
+/// Meaning of a vertex property.
 enum Role { X, Y, Z, Nx, Ny, Nz, Red, Green, Blue, U, V, Label, Confidence, Roles };
 constexpr int kSkipped = Roles;
 

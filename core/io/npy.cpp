@@ -165,7 +165,7 @@ class HeaderParser {
   std::size_t at_ = 0;
 };
 
-/// What a type string such as "<f8" says.
+/// Meaning of a type string such as "<f8".
 struct ItemType {
   ElementType type = ElementType::Float64;
   std::size_t bytes = 0;   ///< of one item, in the file
@@ -304,7 +304,7 @@ std::string text_item(std::span<const std::byte> item, bool unicode, const std::
   return text;
 }
 
-/// What the beginning of a file says of all of it.
+/// Size of a whole file, by its beginning.
 struct Layout {
   Header header;
   ItemType item;

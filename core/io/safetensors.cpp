@@ -149,7 +149,7 @@ void append_header(std::vector<std::byte>& bytes, std::string_view text) {
   bytes.insert(bytes.end(), view.begin(), view.end());
 }
 
-/// What the beginning of a file says of all of it.
+/// Size of a whole file, by its beginning.
 struct TensorFileLayout {
   std::map<std::string, std::string> metadata;
   std::vector<TensorEntry> entries;  ///< sorted; the file's bytes from `data_at` on, without a gap

@@ -65,7 +65,7 @@ class UsdParser {
   }
 
  private:
-  /// What may come next between prims.
+  /// Tokens that may come next between prims.
   enum class Expected { Anything, TypeOrName, Body, ReorderedNames };
 
   [[noreturn]] void fail(const std::string& found, const std::string& expected) const {

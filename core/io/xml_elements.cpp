@@ -146,7 +146,7 @@ class XmlParser {
     advance(end + 3);
   }
 
-  /// What stands between tags: no "&" that begins no reference, and no end of a CDATA.
+  /// Checks the text between tags: no "&" that begins no reference, and no end of a CDATA.
   void check_text(std::size_t end) {
     const std::string_view text = text_.substr(0, end);
     for (std::size_t i = at_; (i = text.find_first_of("&]", i)) < end; ++i) {

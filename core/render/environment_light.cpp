@@ -212,7 +212,7 @@ EnvironmentSample sample_environment(const EnvironmentLight& light, const Frame&
     const auto found = std::upper_bound(light.cumulative.begin(), light.cumulative.end() - 1, u.x);
     const int cell = static_cast<int>(found - light.cumulative.begin());
     const float low = cell > 0 ? light.cumulative[cell - 1] : 0.0f;
-    // What is left of the first number places the point along the cell's azimuth.
+    // The remainder of the first number places the point along the cell's azimuth.
     const float rest =
         std::clamp((u.x - low) / std::max(1e-12f, cell_share(light, cell)), 0.0f, 1.0f);
     const int row = cell / light.cell_columns;

@@ -107,7 +107,7 @@ std::uint32_t seed_of(std::int64_t seed, std::size_t mesh, Index vertex) {
       .word[0];
 }
 
-/// What each vertex throws on: radiance, the same in all directions.
+/// Radiance that each vertex reflects, the same in all directions.
 std::vector<Sides> radiances(const PreparedScene::Data& scene,
                              const std::vector<std::vector<Vec3f>>& normals, std::int64_t seed,
                              int light_rays) {

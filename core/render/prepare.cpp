@@ -114,7 +114,7 @@ std::uint32_t stream_seed(std::int64_t seed, std::uint64_t stream, std::uint64_t
   return random_words(static_cast<std::uint64_t>(seed), stream, counter).word[0];
 }
 
-// What the ground, lit by everything and blocked by nothing, throws back up.
+// Light that the ground, lit by everything and blocked by nothing, reflects upwards.
 Vec3f ground_radiance(const Ground& ground, const std::vector<RectangleLight>& lights,
                       const EnvironmentLight& environment, Vec3f point) {
   Vec3f irradiance = open_irradiance(environment, {0, 1, 0});

@@ -29,7 +29,7 @@ Points all_vertices(const std::vector<RenderMesh>& meshes) {
   return points;
 }
 
-// What a user's mesh may lack to be seen; an empty list is the empty studio.
+// A user's mesh may lack normals or faces; an empty list is the empty studio.
 void check_subject(const std::vector<RenderMesh>& meshes, const Points& points) {
   if (meshes.empty()) {
     return;

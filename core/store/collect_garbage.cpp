@@ -57,7 +57,7 @@ std::optional<std::string> current_over_older(const std::filesystem::path& folde
   }
 }
 
-/// What an entry of a stage's folder is, if nothing needs it; "" otherwise.
+/// Description of an entry of a stage's folder, if nothing needs it; "" otherwise.
 std::string uselessness(const std::filesystem::path& entry,
                         const std::optional<std::string>& current) {
   const std::string name = entry.filename().string();

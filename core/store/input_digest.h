@@ -43,10 +43,10 @@ inline ConsentPart consent_part(const Stage& stage) {
 /// Digest of one file, or of every file below a folder by its relative path in sorted order; names
 /// that start with a dot are left out. With `ConsentPart::Apart` a folder's own `consent.toml` is
 /// left out too, and the tables [consent] and [[consent]] of its own `capture.toml` (not where that
-/// has strings of several lines, which might look like tables). Links inside a folder are refused,
-/// as they may lead out of it; `path` itself may be one. Tells its progress to `events` and throws
-/// StopRequested if `events.stop` says so; throws DataError. Cost: reads every file, on several
-/// threads.
+/// has strings of several lines, which might look like tables). Symbolic links are followed, as if
+/// what they lead to lay there; those that lead nowhere or in a circle are refused. Tells its
+/// progress to `events` and throws StopRequested if `events.stop` says so; throws DataError. Cost:
+/// reads every file, on several threads.
 InputDigest digest_of_input(const std::filesystem::path& path, const StageEvents& events = {},
                             ConsentPart consent = ConsentPart::Apart);
 

@@ -289,7 +289,7 @@ std::map<std::string, double> read_metrics(ObjectReader& manifest) {
   return metrics;
 }
 
-/// What the key was made of must be what the options say.
+/// The key must be made of the options as they are listed.
 void check_canonical_options(const Manifest& manifest, const std::string& file) {
   nlohmann::json keyed = nlohmann::json::object();
   for (const ManifestOption& option : manifest.options) {

@@ -137,8 +137,8 @@ void make_current(const StagePlan& plan) {
   }
 }
 
-/// What is no part of the key: consent, where the inputs lie and when they were written. Where it
-/// has changed, the result learns it here.
+/// Renews the parts of a manifest that are not in the key, where they have changed: consent, places
+/// and times of the inputs.
 void renew_account(StageReport& report) {
   const StagePlan& plan = report.plan;
   const auto same_place = [](const ManifestInput& a, const ManifestInput& b) {
@@ -205,8 +205,8 @@ bool open_staging(const Stage& stage, const StageRequest& request, const StageEv
   return false;
 }
 
-/// What is left to other runs. With --force the older result lies there until the last of them
-/// commits, by which the staging folder goes: only then is the new one there.
+/// Ends a run that leaves frames to others. With --force the older result lies there until the last
+/// of them commits, by which the staging folder goes: only then is the new one there.
 void end_partial(const Stage& stage, const StageRequest& request, const StageEvents& events,
                  StageReport& report) {
   const std::vector<std::string> reasons = report.plan.reasons;

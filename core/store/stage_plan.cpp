@@ -273,7 +273,7 @@ StagePlan plan_stage(std::span<const Stage> stages, const Stage& stage, const St
   plan.staging_folder = plan.stage_folder / (".staging-" + folder_name(plan.manifest.key));
   judge_state(plan, request.force, events);
   if (plan.state == StagePlan::State::Done && !request.selection.everything()) {
-    // What the run would refuse is refused although there is nothing left to do.
+    // Requests that the run would refuse are refused although there is nothing left to do.
     some_selected_frames(request.selection,
                          frames_of(read_manifest(plan.result_folder, stage.name)),
                          plan.input_paths.empty() ? "" : plan.input_paths.front().string());

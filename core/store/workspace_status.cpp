@@ -116,7 +116,7 @@ std::string changed_inputs(const Manifest& manifest, const StageStatus& maker) {
          " are of, has changed since";
 }
 
-/// What has changed under a sound result.
+/// Changes since a sound result was made.
 void judge_age(StageStatus& status, const Stage& stage, const std::vector<StageStatus>& earlier,
                const std::filesystem::path& workspace, Check check) {
   if (status.state != StageStatus::State::Done) {

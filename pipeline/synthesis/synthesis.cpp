@@ -34,7 +34,7 @@ std::string key_of(SynthesisOptions options) {
          ",\"options\":" + canonical_json(describe(options)) + "}\n";
 }
 
-/// What a synthesis.json says, with the present names of options that were renamed since.
+/// Content of a synthesis.json, with the present names of options that were renamed since.
 nlohmann::json in_present_names(nlohmann::json said) {
   const auto options = said.find("options");
   if (options == said.end() || !options->is_object()) {

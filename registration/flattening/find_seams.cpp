@@ -22,7 +22,7 @@
 namespace atelier {
 namespace {
 
-/// What angles at each inner vertex lack of a full turn, spread over its neighbourhood: where the
+/// Angular defect at each inner vertex, spread over its neighbourhood: it is large where the
 /// surface cannot be laid flat. Absolute value, rad.
 std::vector<double> curvature_of(const Mesh& mesh, const Topology& topology) {
   std::vector<double> defect(static_cast<std::size_t>(mesh.vertices.rows()), 2 * std::numbers::pi);
@@ -203,7 +203,7 @@ class Search {
     return cut;
   }
 
-  /// What sewing a seam again would do.
+  /// Effects of sewing a seam again.
   struct Sewn {
     SeamPiece piece;
     bool possible = false;  ///< a disk that does not lie over itself

@@ -29,8 +29,8 @@ class FaceParts {
 
   int of(int face) const { return parts_[static_cast<std::size_t>(face)]; }
 
-  /// What of their part is nearer to `b` than to `a`, and `b` in any case, becomes a part of its
-  /// own.
+  /// Makes the triangles of their part that are nearer to `b` than to `a`, and `b` in any case, a
+  /// part of its own.
   void split(int a, int b, const std::vector<char>& cut) {
     ATELIER_CHECK(a != b, "two triangles of a panel that lies over itself");
     const std::vector<double> to_a = ways_from(a, cut);

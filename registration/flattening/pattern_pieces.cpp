@@ -174,7 +174,7 @@ std::pair<Points2, double> smooth_outlines(const FlatPattern& pattern,
   if (!(reach > 0)) {
     return {flat, worst};
   }
-  // What is not sewn: runs from seam end to seam end, or whole loops.
+  // Edges that are not sewn: runs from seam end to seam end, or whole loops.
   for (const std::vector<int>& loop : loops) {
     if (as_is[static_cast<std::size_t>(panel_of[static_cast<std::size_t>(loop.front())])] != 0) {
       continue;

@@ -85,7 +85,7 @@ int integer_at(const json& value, std::int64_t count, const std::string& file,
   return static_cast<int>(value.get<std::int64_t>());
 }
 
-/// What a JSON text says of a mesh.
+/// Seams of a mesh in a JSON text.
 struct SeamDocument {
   std::vector<std::pair<int, int>> edges;  ///< ends of those that are cut
   std::optional<std::vector<int>> panels;  ///< of each triangle

@@ -12,7 +12,7 @@
 namespace atelier {
 namespace {
 
-/// What passes through a loop: +1 from inside of the garment outwards, -1 into it.
+/// Passages through a loop: +1 from inside of the garment outwards, -1 into it.
 struct Passing {
   std::array<int, 5> through{};  // as kExtremities
   bool round_arm = true;         // it lies on the arm itself, not at its root

@@ -35,7 +35,7 @@ constexpr int kSmoothRounds = 12;       // means over neighbours of kept (1) and
 constexpr double kPiece = 0.1;          // of the largest piece
 constexpr double kCountedArea = 1e-4;   // m2
 
-/// What each vertex's own place says.
+/// Verdict by each vertex's own place.
 struct Supports {
   std::vector<Support> of;
   std::vector<char> between;  ///< 1: supported, but with no point as near as points are apart
@@ -64,7 +64,7 @@ Supports supports(const Mesh& surface, const GarmentPoints& cloud, double spacin
       const Eigen::RowVector3d away = surface.vertices.row(v) - cloud.points.row(p);
       const double height = away.dot(cloud.normals.row(p));
       const double beside = (away - height * cloud.normals.row(p)).norm();
-      // What is made up stands on vertices of the body, as far apart as these are.
+      // Invented surface stands on vertices of the body, as far apart as these are.
       const bool made_up = p >= cloud.seen;
       if (beside <= (made_up ? 3 * spacing : spacing) && std::abs(height) <= kOffPoint &&
           normals.row(v).dot(cloud.normals.row(p)) > kSameWay) {

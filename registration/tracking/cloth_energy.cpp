@@ -570,7 +570,7 @@ Points ShapeSolver::lower(const ClothTerms& terms, const Points& x) {
   for (const auto& places : state.vertex_places) {
     trace += state.matrix.valuePtr()[places[0]];
   }
-  // What nothing holds (a garment in the air) stays where it is.
+  // A garment that nothing holds, in the air, stays where it is.
   const double least = 1e-9 * trace / static_cast<double>(state.vertex_places.size());
   for (const auto& places : state.vertex_places) {
     for (const int place : places) {

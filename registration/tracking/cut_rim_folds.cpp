@@ -18,7 +18,7 @@ Index fold_at_rim(const Points& x, const Topology& topology) {
   const Triangles neighbors = face_neighbors(topology);
   const std::vector<char> rim = rim_vertices(topology);
   std::vector<char> turned(static_cast<std::size_t>(topology.faces.rows()), 0);
-  // What is crumpled a triangle away from the rim is cut free from there.
+  // Crumpled triangles next to those at the rim are cut free from there.
   std::vector<char> crumpled(static_cast<std::size_t>(x.rows()), 0);
   for (const int f : inverted_faces(topology, x)) {
     turned[static_cast<std::size_t>(f)] = 1;

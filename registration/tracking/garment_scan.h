@@ -59,7 +59,7 @@ struct ScanRowOptions {
 /// Correspondences of cloth at x with a scan.
 struct ScanRows {
   std::vector<SurfaceRow> rows;
-  Eigen::VectorXd support;  ///< [V] in [0,1]: how much of each vertex's area the scan speaks of
+  Eigen::VectorXd support;  ///< [V] in [0,1]: how much of each vertex's area has a scan near it
 };
 
 /// Rows both ways, cloth to scan and scan to cloth, and of boundaries. @param tree  over the cloth

@@ -89,7 +89,7 @@ bool sample_at(const Image& image, double px, double py, Sampled& sampled) {
   return value_at(image, px, py, sampled.value);
 }
 
-/// What a view sees of a face: its corners' pixels at full size, and how far off it looks.
+/// A view of a face: its corners' pixels at full size, and the angle at which it is seen.
 struct FaceView {
   std::array<Vector2, 3> corners;
   double cosine = 0;  ///< 0: not seen

@@ -172,7 +172,7 @@ std::vector<int> thinned(const Points& places, double spacing) {
   return kept;
 }
 
-/// What of a sample's colour shade does not change: red against green, both against blue.
+/// The part of a sample's colour that shade does not change: red against green, both against blue.
 /// [S, 2], of what is known.
 Eigen::Matrix<float, Eigen::Dynamic, kHues> hues_of(const GarmentTexture& texture) {
   const std::vector<float>& values = texture.levels.front();
@@ -295,7 +295,7 @@ float max_product_plain(const float* descriptor, const float* turned) {
   return max_product(descriptor, turned);
 }
 
-/// What a site's descriptor says within reach, or no place.
+/// The place that a site's descriptor finds within reach, or none.
 Candidate looked_up(const PrintedCodebook& code, int site, const Eigen::VectorXf& descriptor) {
   Eigen::MatrixXf turns(descriptor.size(), 2 * kTurns + 1);
   for (int steps = -kTurns; steps <= kTurns; ++steps) {

@@ -20,7 +20,7 @@ double fourth_power(double value) {
   return value * value * value * value;
 }
 
-/// What holds the cloth together, `share` of the way from coarse to fine.
+/// Weights that hold the cloth together, `share` of the way from coarse to fine.
 ClothTerms shape_terms(const RegistrationModel& model, const Points& start, const Points& x,
                        const RegisterOptions& options, double share) {
   ClothTerms terms;
@@ -37,7 +37,7 @@ void add_rows(std::vector<SurfaceRow>& rows, const std::vector<SurfaceRow>& more
   rows.insert(rows.end(), more.begin(), more.end());
 }
 
-/// What scan and body say, `share` of the way from coarse to fine.
+/// Correspondences with scan and body, `share` of the way from coarse to fine.
 Eigen::VectorXd add_geometry(ClothTerms& terms, const RegistrationModel& model, const Points& x,
                              const TriangleTree& tree, const RegistrationFrame& frame,
                              const RegisterOptions& options, double share) {

@@ -13,7 +13,7 @@
 namespace atelier {
 namespace {
 
-/// What a chain of frames knows at its end.
+/// State at the end of a chain of frames.
 struct ChainEnd {
   GarmentTexture texture;
   Index last = -1;       ///< row that was registered last

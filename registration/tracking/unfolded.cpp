@@ -97,7 +97,7 @@ Unfolded unfolded(const Topology& topology, Points x, const std::vector<Points>&
     result.still_turned = static_cast<int>(wrong.size());
     return result;
   }
-  // What did not come right was smoothed far and wide in vain.
+  // Places that did not unfold were smoothed far and wide in vain.
   result.vertices = std::move(x);
   wrong = inverted_faces(topology, result.vertices);
   const Adjacency around = vertex_neighbors(topology);

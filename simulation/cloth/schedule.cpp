@@ -324,7 +324,7 @@ std::vector<std::vector<int>> constrained_particles(
 
 /// The parts of a phase after the first: components of what remains, small ones whole and packed
 /// together up to about `target` particles, large ones cut into runs of their breadth-first order.
-/// What crosses a cut waits for the phase after.
+/// Constraints that cross a cut wait for the phase after.
 Parts parts_of_remaining(int vertex_count, const std::vector<ConstraintParticles>& constraints,
                          const Incidence& incidence, int target, int max_patch_vertices) {
   Parts parts;

@@ -5,7 +5,7 @@
 
 namespace atelier {
 
-/// What one block works with: its scene, its share of the patches, its on-chip memory.
+/// Data of one block: its scene, its share of the patches, its on-chip memory.
 template <class T>
 struct BlockWork {
   const CudaFrame<T>& frame;

@@ -54,7 +54,7 @@ struct FrameParticles {
   __device__ FreeFlight<T> flight(int i) const { return {xyz(x[i]), time * xyz(velocity[i])}; }
 };
 
-/// What pulls at them.
+/// Forces on them.
 template <class T>
 struct FrameForces {
   const Vec4<T>* air;  ///< accelerations [m/s2]; null: none

@@ -101,7 +101,7 @@ struct TouchLists {
   __device__ int item(int list, int at) const { return __ldcg(items + list * particles + at); }
 };
 
-/// What a warp needs on chip for the body.
+/// On-chip memory of a warp for the body.
 template <bool kBoxes>
 using BodyTeamRoom = typename TeamInBody<32, kBoxes>::Memory;
 
@@ -154,7 +154,7 @@ __device__ inline int pushed_by_features(const CudaFrame<T>& frame, int i) {
   return frame.features.face_count > 0 ? __ldcg(frame.features.pushed + i) : 0;
 }
 
-/// What follows the sweep of an iteration of substep `s`: tethers (their anchors are fixed, so
+/// Follows the sweep of an iteration of substep `s`: tethers (their anchors are fixed, so
 /// nobody moves them here); lists who may touch the body then.
 template <class T>
 __device__ __noinline__ void hold_and_list(const CudaFrame<T>& frame, int blocks, int s, int pass) {

@@ -225,7 +225,7 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
         }
       }
       if constexpr (kKind == FrameKind::Self) {
-        // What lies on the body has to be known before cloth pushes cloth. In the end nothing
+        // Cloth that lies on the body has to be known before cloth pushes cloth. In the end nothing
         // passes, neither cloth nor body; where both cannot be, the body wins.
         touch_before_pairs<T, kBarrier>(frame, blocks, s, iteration, clock, arrived, goal);
         push_apart_all<T, kBarrier>(frame, blocks, s, s + 1 == frame.substeps && !again, clock,

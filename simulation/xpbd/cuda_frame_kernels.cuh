@@ -7,7 +7,7 @@ namespace atelier {
 
 constexpr int kFrameThreads = 512;
 
-/// What a frame can meet: undamped springs and hinges alone, all but contact of the cloth with
+/// Features of a frame: undamped springs and hinges alone, all but contact of the cloth with
 /// itself, or all. Fewer registers where there is less.
 enum class FrameKind { Plain, Full, Self };
 

@@ -3,7 +3,7 @@
 namespace atelier {
 namespace {
 
-/// What the kernels of one scene work with.
+/// Data of the kernels of one scene.
 template <class T>
 struct JacobiView {
   const JacobiEdge<T>* edges;

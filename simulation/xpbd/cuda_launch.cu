@@ -108,7 +108,7 @@ CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& o
       reinterpret_cast<const void*>(kernel_of<T>(parts_.full, parts_.self, CudaBarrier::Cluster)),
       reinterpret_cast<const void*>(kernel_of<T>(parts_.full, parts_.self, CudaBarrier::Grid)),
       reinterpret_cast<const void*>(frame_step_kernel_of<T>())};
-  // What contacts take on chip is not there for plans.
+  // On-chip memory that contacts take is not there for plans.
   const int optin = capacity;
   bool clusters = true;
   for (const void* kernel : kernels) {

@@ -9,7 +9,7 @@
 
 namespace atelier {
 
-/// What a solver's frames hold besides undamped springs and hinges.
+/// Features of a solver's frames besides undamped springs and hinges.
 struct CudaFrameParts {
   bool full;          ///< anything at all
   bool self;          ///< contact of the cloth with itself

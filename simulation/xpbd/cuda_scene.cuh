@@ -9,7 +9,7 @@
 
 namespace atelier {
 
-/// What differs between the scenes of one launch.
+/// Data that differ between the scenes of one launch.
 template <class T>
 struct CudaSceneRule {
   T spring_softness, hinge_softness;

@@ -86,7 +86,7 @@ __device__ inline void append_in_warp(Item* list, int* count, int room, bool has
   __syncwarp();
 }
 
-/// What a warp that searches has on chip.
+/// On-chip memory of a warp that searches.
 template <class T>
 struct SearchRoom {
   Box<T> box[kGroup];  ///< of the group that it looks at
@@ -223,7 +223,7 @@ __device__ inline void visit_near(const BoxGroups<T>& a, const BoxGroups<T>& b,
   queue.take(queue.waiting, work);
 }
 
-/// What a search is for.
+/// Purpose of a search.
 enum class Wanted { None, Part, All };
 struct SearchPlan {
   Wanted pairs;      ///< Part: of who has flown since this search

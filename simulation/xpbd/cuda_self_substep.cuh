@@ -4,7 +4,7 @@
 
 namespace atelier {
 
-/// What the warps of a block have on chip by turns.
+/// On-chip memory that the warps of a block use by turns.
 template <class T, CudaBarrier kBarrier>
 union WarpRoom {
   BodyTeamRoom<kBarrier != CudaBarrier::Block> body;

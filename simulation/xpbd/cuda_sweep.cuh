@@ -6,7 +6,7 @@
 
 namespace atelier {
 
-/// What a block has to know of one patch, laid out on chip: header, edges (where they fit), colours
+/// Data of one patch for a block, laid out on chip: header, edges (where they fit), colours
 /// and two more, particles.
 struct PlanHeader {
   int vertex_begin, vertex_count, colour_count, first_edge;

@@ -210,8 +210,8 @@ class CpuBackend final : public ClothSolver::Backend {
     }
   }
 
-  /// What comes first of an iteration's contacts: the body's features. Its faces have the last
-  /// word.
+  /// Resolves contacts with the body's features, first of an iteration's contacts. Its faces are
+  /// the last.
   void push_off_features(int s) {
     std::fill(pushed_.begin(), pushed_.end(), 0);
     if (features_ != nullptr && body_.face_count > 0) {
@@ -337,7 +337,7 @@ class CpuBackend final : public ClothSolver::Backend {
         }
         continue;
       }
-      // What lies on the body has to be known before cloth pushes cloth. In the end nothing passes,
+      // Cloth on the body has to be known before cloth pushes cloth. In the end nothing passes,
       // neither cloth nor body; where both cannot be, the body wins.
       if (body_.face_count > 0) {
         meet_body(s);

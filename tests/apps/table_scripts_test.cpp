@@ -126,6 +126,22 @@ TEST_F(TableScripts, RegisterTable_ComparesWithTheCodedPrint) {
                                     (coded / "workspace").string() + "\n"));
 }
 
+TEST_F(TableScripts, ResultsTable_HasARowPerWayAndTheCommit) {
+  const ChildResult done =
+      run("results-table",
+          {"capture", (folder_ / "work").string(), "personalize,track", "track.mean_mm,none", "",
+           "--exclude none", "clothed: --personalize.sequence clothed"},
+          R"({"track.mean_mm": 4.25})");
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out, HasSubstr("| | `track.mean_mm` | `none` |\n|---|---|---|\n"
+                                  "| default | 4.25 | - |\n| `--exclude none` | 4.25 | - |\n"
+                                  "| clothed | 4.25 | - |\n\nCommit: `"));
+  const std::string work = (folder_ / "work").string();
+  EXPECT_THAT(commands(), HasSubstr("personalize capture " + work + " --sequence clothed\ntrack "
+                                    "capture " + work + "\nevaluate"));
+  EXPECT_THAT(commands(), HasSubstr("track capture " + work + " --exclude none\n"));
+}
+
 TEST_F(TableScripts, UnknownOption_IsRefused) {
   const ChildResult refused =
       run("appearance-table", {"capture", (folder_ / "work").string(), "oracle", "--bodi", "true"},
