@@ -395,7 +395,7 @@ std::vector<HeldRing> find_holding(const FollowedGarment& garment, const Holding
                        (on_shoulders && highest != nullptr && one->opening == highest->opening);
     if (!known && one->closed && one->deviation < kSteadyOfTight * options.steady &&
         one->tightness() < options.tight) {
-      rings.push_back(held_ring(garment, *one, HoldingKind::Band, weight, options));
+      rings.push_back(held_ring(garment, *one, HoldingKind::Rest, weight, options));
     }
   }
   return rings;

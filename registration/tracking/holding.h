@@ -10,8 +10,8 @@ namespace atelier {
 
 /// How the body holds a ring of a garment.
 enum class HoldingKind {
-  Band,  ///< goes round a limb or the torso and stays on its place: waistband, cuff, elastic
-  Rest,  ///< hangs on the body by contact and friction: neckline and straps on the shoulders
+  Band,  ///< goes round the body and carries the garment: waistband, elastic
+  Rest,  ///< stays on its place by contact and friction: neckline, straps, tight cuffs
 };
 
 /// A ring of a garment's vertices by which the body holds it.
@@ -66,7 +66,7 @@ struct HoldingOptions {
 ///
 /// - Where the freest tenth of the vertices deviates by `moving` or more, rings that deviate by
 ///   less than `steady` and keep within `near` of the skin are held. The highest of a garment that
-///   does not lie on the shoulders is its band; others are bands if they are `tight`.
+///   does not lie on the shoulders is its band; others that are `tight`, as cuffs, rest there.
 /// - A garment lies on the shoulders where the skin under cloth of its upper third looks up. Its
 ///   highest opening then rests on the body, and is no band.
 /// - Nothing found and nothing to lie on: the highest ring that goes round the body and keeps
