@@ -318,6 +318,9 @@ SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& optio
   if (options.relax) {
     relax_scene(scene, options, device);
   }
+  for (std::size_t g = 0; g < scene.holding.size(); ++g) {
+    add_held(scene.holding[g], scene.garments[g], scene.first[g], scene.held);
+  }
   for (std::string& doubt : diagnostics_of(scene, options)) {
     scene.notes.push_back(std::move(doubt));
   }
@@ -326,10 +329,10 @@ SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& optio
 
 SimulationModel scene_model(const SimulationScene& scene, const SimulateOptions& options) {
   std::vector<Cloth> cloths;
-  for (std::size_t g = 0; g < scene.garments.size(); ++g) {
-    cloths.push_back(make_cloth(scene.garments[g], {}, cloth_options(options)));
-    if (!scene.holding.empty()) {
-      add_bands(scene.holding[g], cloths.back());
+  for (const Garment& garment : scene.garments) {
+    cloths.push_back(make_cloth(garment, {}, cloth_options(options)));
+    if (!scene.held.bands.empty()) {
+      cloths.back().attachments.clear();  // their vertices go where scene_control has them
     }
   }
   return {cloths.size() == 1 ? cloths.front() : join_cloths(cloths), scene.body_faces};
@@ -366,6 +369,7 @@ Control scene_control(const SimulationScene& scene, const SimulateOptions& optio
   if (scene.body) {
     control.body_start = scene.body(frame - 1);
     control.body_end = scene.body(frame);
+    control.pin_targets = pin_targets(scene.held, control.body_end, scene.body_faces);
   }
   if (!options.wind.empty()) {
     control.wind = {options.wind[0], options.wind[1], options.wind[2]};

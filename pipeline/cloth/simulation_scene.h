@@ -79,6 +79,7 @@ struct SimulationScene {
   Points start;                                ///< [V,3] m, where they begin
   std::vector<std::vector<HeldRing>> holding;  ///< of each garment, or none at all
   std::vector<RingPlace> places;               ///< of all rings, in the cloth of all
+  HeldCloth held;                              ///< of the cloth of all
   Triangles body_faces;                        ///< no rows: no body
   Index frame_count = 0;
   std::function<Points(Index frame)> body;  ///< vertices at the end of a simulated frame; 0: start

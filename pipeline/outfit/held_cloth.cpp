@@ -7,7 +7,6 @@
 
 #include "core/error.h"
 #include "registration/attach_to_body.h"
-#include "simulation/cloth/held_positions.h"
 
 namespace atelier {
 
@@ -77,13 +76,29 @@ void attach_bands(const std::vector<HeldRing>& rings, const Points& start, const
   }
 }
 
-void add_bands(const std::vector<HeldRing>& rings, Cloth& cloth) {
+void add_held(const std::vector<HeldRing>& rings, const Garment& garment, Index first,
+              HeldCloth& held) {
+  const auto before = static_cast<int>(first);
+  for (Attachment one : garment.attachments) {
+    one.vertex += before;
+    held.attachments.push_back(one);
+  }
   for (const HeldRing& ring : rings) {
     if (ring.kind == HoldingKind::Band) {
-      cloth.bands.push_back(
-          make_band(cloth, ring.vertices, ring.closed, ring.rest_girth, ring.stiffness));
+      ClothBand band = make_band(garment.mesh.vertices, ring.vertices, ring.closed, ring.rest_girth,
+                                 ring.stiffness);
+      for (int& v : band.vertices) {
+        v += before;
+      }
+      held.bands.push_back(std::move(band));
     }
   }
+  held.vertices = std::max(held.vertices, first + garment.mesh.vertices.rows());
+  held.thickness = garment.material.thickness;
+}
+
+Points pin_targets(const HeldCloth& held, const Points& body, const Triangles& body_faces) {
+  return held.bands.empty() ? Points(0, 3) : held_positions(held, body, body_faces);
 }
 
 std::vector<RingPlace> ring_places(const std::vector<HeldRing>& rings, Index first,

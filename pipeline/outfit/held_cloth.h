@@ -7,7 +7,7 @@
 #include "core/garment.h"
 #include "registration/tracking/holding_file.h"
 #include "registration/tracking/registered_outfit.h"
-#include "simulation/cloth/cloth.h"
+#include "simulation/contact/held_positions.h"
 
 namespace atelier {
 
@@ -32,8 +32,15 @@ void hold_outfit(std::vector<RegisteredGarmentSequence>& outfit, const std::stri
 void attach_bands(const std::vector<HeldRing>& rings, const Points& start, const Points& body,
                   const Triangles& body_faces, Garment& garment);
 
-/// Gives the cloth of a garment, whose vertices attach_bands has attached, its bands.
-void add_bands(const std::vector<HeldRing>& rings, Cloth& cloth);
+/// Adds what the body holds of a garment, whose vertices attach_bands has attached, to that of the
+/// cloth of several: its attachments and bands.
+/// @param first  of the garment's vertices in the cloth
+void add_held(const std::vector<HeldRing>& rings, const Garment& garment, Index first,
+              HeldCloth& held);
+
+/// Where the body holds the cloth, for Control::pin_targets; no rows where there are no bands, as
+/// the cloth's own attachments do then.
+Points pin_targets(const HeldCloth& held, const Points& body, const Triangles& body_faces);
 
 /// A ring, and its vertices where the body carries them from where they started.
 struct RingPlace {

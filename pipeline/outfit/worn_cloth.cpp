@@ -51,9 +51,12 @@ WornCloth worn_cloth(const std::vector<WornGarment>& garments, const WornClothOp
     worn.meshes.push_back(std::move(mesh));
     worn.first.push_back(worn.first.back() + one.start.rows());
     cloths.push_back(make_cloth(one.garment, {}, cloth_options(options)));
-    add_bands(one.holding, cloths.back());
+    add_held(one.holding, one.garment, worn.first[worn.first.size() - 2], worn.held);
   }
   worn.cloth = cloths.size() == 1 ? cloths.front() : join_cloths(cloths);
+  if (!worn.held.bands.empty()) {
+    worn.cloth.attachments.clear();  // their vertices go where `held` has them
+  }
   worn.state = rest_state(worn.cloth);
   for (std::size_t g = 0; g < garments.size(); ++g) {
     const Index count = garments[g].start.rows();

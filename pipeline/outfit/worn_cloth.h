@@ -7,6 +7,7 @@
 #include "bodymodel/retarget/moving_body.h"
 #include "core/device.h"
 #include "core/options.h"
+#include "pipeline/outfit/held_cloth.h"
 #include "registration/tracking/registered_outfit.h"
 #include "simulation/relax_gravity.h"
 #include "simulation/solver.h"
@@ -38,7 +39,8 @@ struct WornCloth {
   std::vector<std::string> names;
   std::vector<Mesh> meshes;  ///< faces and texture coordinates of each
   std::vector<Index> first;  ///< first vertex of each in the cloth, and the end
-  Cloth cloth;
+  Cloth cloth;               ///< without attachments where `held` has bands
+  HeldCloth held;            ///< what the body holds of it
   ClothState state;
   SolverOptions solver;
 };

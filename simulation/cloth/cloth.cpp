@@ -547,12 +547,6 @@ Cloth join_cloths(const std::vector<Cloth>& cloths, const ScheduleOptions& sched
       a.vertex += v0;
       out.attachments.push_back(a);
     }
-    for (ClothBand band : c.bands) {
-      for (int& v : band.vertices) {
-        v += v0;
-      }
-      out.bands.push_back(std::move(band));
-    }
     v0 += static_cast<int>(n);
     f0 += c.faces.rows();
   }

@@ -38,15 +38,6 @@ struct ClothTether {
   double length;  ///< m, the largest distance
 };
 
-/// A band by which the body holds cloth (held_positions).
-struct ClothBand {
-  std::vector<int> vertices;  ///< in order along the band, each with an attachment
-  std::vector<double> rest;   ///< m, of the cloth from each of them to the next, the first again
-  bool closed = true;         ///< the last is next to the first
-  double rest_girth = 0;      ///< m, its length without tension; 0: it does not pull
-  double stiffness = 0;       ///< N, tension per unit of strain
-};
-
 /// Options of make_cloth: how a garment is modelled as a Cloth.
 struct ClothOptions {
   /// "springs": every edge is a spring (the usual mass-spring cloth; nu = 1/3, so its shear modulus
@@ -93,7 +84,6 @@ struct Cloth {
   std::vector<ClothStrain> strains;
   std::vector<ClothTether> tethers;
   std::vector<Attachment> attachments;  ///< of fixed vertices that move with body triangles
-  std::vector<ClothBand> bands;         ///< of attached vertices, which give way along them
   std::vector<int> layer;               ///< [V] or empty: layers of clothes from the inside out
   Schedule schedule;  ///< over springs (kind 1), hinges (kind 0), strains (kind 2)
 };

@@ -9,7 +9,7 @@
 #include "core/error.h"
 #include "core/topology.h"
 #include "core/welded_faces.h"
-#include "simulation/cloth/held_positions.h"
+#include "simulation/cloth/attached_position.h"
 #include "simulation/xpbd/backend.h"
 #include "simulation/xpbd/constraint_math.h"
 #include "simulation/xpbd/prepared_surface.h"
@@ -120,9 +120,10 @@ Points pin_targets_of(const Cloth& cloth, const Control& control, const Triangle
     }
   }
   if (control.body_end.rows() > 0) {
-    const Points held = held_positions(cloth, control.body_end, body_faces);
-    for (std::size_t i = 0; i < cloth.attachments.size(); ++i) {
-      out.row(cloth.attachments[i].vertex) = held.row(static_cast<Index>(i));
+    for (const Attachment& a : cloth.attachments) {
+      ATELIER_CHECK(a.triangle >= 0 && a.triangle < body_faces.rows(),
+                    "attachment to triangle " + std::to_string(a.triangle) + " of the body");
+      out.row(a.vertex) = attached_position(a, control.body_end, body_faces).transpose();
     }
   }
   return out;

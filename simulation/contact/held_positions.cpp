@@ -1,4 +1,4 @@
-#include "simulation/cloth/held_positions.h"
+#include "simulation/contact/held_positions.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -133,72 +133,49 @@ class BandSolve {
 
 }  // namespace
 
-ClothBand make_band(const Cloth& cloth, std::vector<int> vertices, bool closed, double rest_girth,
+ClothBand make_band(const Points& rest, std::vector<int> vertices, bool closed, double rest_girth,
                     double stiffness) {
   ATELIER_CHECK(vertices.size() >= 2, "a band of two vertices or more");
-  std::vector<char> in_band(cloth.mass.size(), 0);
   for (const int v : vertices) {
-    ATELIER_CHECK(v >= 0 && static_cast<std::size_t>(v) < in_band.size(),
+    ATELIER_CHECK(v >= 0 && v < rest.rows(),
                   "vertex " + std::to_string(v) + " of a band is no vertex");
-    in_band[static_cast<std::size_t>(v)] = 1;
-  }
-  std::map<std::pair<int, int>, double> rests;
-  for (int i = 0; i < cloth.fibre_count; ++i) {
-    const ClothSpring& spring = cloth.springs[static_cast<std::size_t>(i)];
-    if (in_band[static_cast<std::size_t>(spring.a)] &&
-        in_band[static_cast<std::size_t>(spring.b)]) {
-      rests[std::minmax(spring.a, spring.b)] = spring.rest;
-    }
   }
   ClothBand band{std::move(vertices), {}, closed, rest_girth, stiffness};
   const std::size_t n = band.vertices.size();
   for (std::size_t i = 0; i + (closed ? 0 : 1) < n; ++i) {
-    const int a = band.vertices[i];
-    const int b = band.vertices[(i + 1) % n];
-    const auto found = rests.find(std::minmax(a, b));
-    band.rest.push_back(found != rests.end()
-                            ? found->second
-                            : (cloth.rest_positions.row(a) - cloth.rest_positions.row(b)).norm());
+    band.rest.push_back((rest.row(band.vertices[i]) - rest.row(band.vertices[(i + 1) % n])).norm());
   }
   return band;
 }
 
-Points held_positions(const Cloth& cloth, const Points& body, const Triangles& body_faces) {
-  Points held(static_cast<Index>(cloth.attachments.size()), 3);
-  for (std::size_t i = 0; i < cloth.attachments.size(); ++i) {
-    const Attachment& a = cloth.attachments[i];
+Points held_positions(const HeldCloth& held, const Points& body, const Triangles& body_faces) {
+  Points at = Points::Zero(held.vertices, 3);
+  std::map<int, const Attachment*> attachment_of;
+  for (const Attachment& a : held.attachments) {
     ATELIER_CHECK(a.triangle >= 0 && a.triangle < body_faces.rows(),
                   "attachment to triangle " + std::to_string(a.triangle) + " of the body");
-    held.row(static_cast<Index>(i)) = attached_position(a, body, body_faces).transpose();
+    at.row(a.vertex) = attached_position(a, body, body_faces).transpose();
+    attachment_of[a.vertex] = &a;
   }
-  if (cloth.bands.empty()) {
-    return held;
-  }
-  std::map<int, std::size_t> attachment_of;
-  for (std::size_t i = 0; i < cloth.attachments.size(); ++i) {
-    attachment_of[cloth.attachments[i].vertex] = i;
-  }
-  for (const ClothBand& band : cloth.bands) {
+  for (const ClothBand& band : held.bands) {
     const double whole = std::accumulate(band.rest.begin(), band.rest.end(), 0.0);
-    const double keep = std::max(cloth.material.thickness,
-                                 contact_distance(whole / static_cast<double>(band.rest.size())));
+    const double keep =
+        std::max(held.thickness, contact_distance(whole / static_cast<double>(band.rest.size())));
     std::vector<BandNode> nodes;
-    std::vector<std::size_t> rows;
     for (const int v : band.vertices) {
       const auto found = attachment_of.find(v);
       ATELIER_CHECK(found != attachment_of.end(), "an attachment of each vertex of a band");
-      const Attachment& a = cloth.attachments[found->second];
-      rows.push_back(found->second);
-      nodes.push_back({held.row(static_cast<Index>(rows.back())).transpose(),
-                       normal_at(a, body, body_faces), a.distance, std::min(a.distance, keep),
+      const Attachment& a = *found->second;
+      nodes.push_back({at.row(v).transpose(), normal_at(a, body, body_faces), a.distance,
+                       std::min(a.distance, keep),
                        whole / static_cast<double>(band.vertices.size())});
     }
     const std::vector<Eigen::Vector3d> solved = BandSolve(band, std::move(nodes)).solved();
-    for (std::size_t i = 0; i < rows.size(); ++i) {
-      held.row(static_cast<Index>(rows[i])) = solved[i].transpose();
+    for (std::size_t i = 0; i < solved.size(); ++i) {
+      at.row(band.vertices[i]) = solved[i].transpose();
     }
   }
-  return held;
+  return at;
 }
 
 }  // namespace atelier
