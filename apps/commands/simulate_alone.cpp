@@ -309,7 +309,9 @@ SimulateRequest simulate_request(const SimulateFlags& flags, const OptionSet& se
   const std::string material = flags.material.value_or("");
   SimulateRequest request;
   request.options = options_of<SimulateOptions>(set);
-  request.paths = {garment_paths(garment), flags.body.value_or(""), flags.motion.value_or("")};
+  request.paths.garments = garment_paths(garment);
+  request.paths.body = flags.body.value_or("");
+  request.paths.motion = flags.motion.value_or("");
   request.grid = flags.grid;
   request.pictures = !flags.no_pictures;
   const ScenePaths& paths = request.paths;

@@ -34,10 +34,14 @@ constexpr std::array<IdleRule::Value, 2> kNoPictures = {{{"pictures", "false"}, 
 constexpr const char* kPictures = "--pictures";
 
 constexpr std::array kAnimateIdle = {
-    IdleRule{"camera", kNoPictures, kPictures},   IdleRule{"background", kNoPictures, kPictures},
-    IdleRule{"drawn_by", kNoPictures, kPictures}, IdleRule{"width", kNoPictures, kPictures},
-    IdleRule{"height", kNoPictures, kPictures},   IdleRule{"samples", kNoPictures, kPictures},
+    IdleRule{"camera", kNoPictures, kPictures},
+    IdleRule{"background", kNoPictures, kPictures},
+    IdleRule{"drawn_by", kNoPictures, kPictures},
+    IdleRule{"width", kNoPictures, kPictures},
+    IdleRule{"height", kNoPictures, kPictures},
+    IdleRule{"samples", kNoPictures, kPictures},
     IdleRule{"framing.", kNoPictures, kPictures},
+    IdleRule{"holding", {{{"garment", "auto", true}, {}}}, "--garment auto"},
 };
 
 }  // namespace

@@ -262,6 +262,28 @@ void warn_of_diagnostics(StageRun& run, const Animation& animation,
   }
 }
 
+/// Says which garments have left their places, and how far at most what holds them is from there.
+void tell_places(StageRun& run, const Animation& animation, const std::vector<Points>& bodies,
+                 const std::vector<Points>& cloths) {
+  if (animation.places.empty()) {
+    return;
+  }
+  std::vector<RingLeft> left(animation.places.size());
+  double farthest = 0;
+  for (std::size_t i = 0; i < cloths.size(); ++i) {
+    for (std::size_t p = 0; p < left.size(); ++p) {
+      left[p].add(
+          ring_distance(animation.places[p], cloths[i], bodies[i], animation.body.model.mesh.faces),
+          animation.frame_ids[i]);
+      farthest = std::max(farthest, left[p].distance);
+    }
+  }
+  run.metric("held_distance", farthest);
+  for (const std::string& doubt : left_places(animation.places, left)) {
+    run.warn(doubt);
+  }
+}
+
 /// The poses as they were played, at the result's rate.
 MotionClip played_motion(const Animation& animation) {
   MotionClip clip;
@@ -334,6 +356,7 @@ void run_animate(StageRun& run) {
   }
   write_figures(run, animation, figures, vertices);
   warn_of_diagnostics(run, animation, figures, cloths);
+  tell_places(run, animation, bodies, cloths);
   if (!animation.registered.empty()) {
     run.metric("registered_distance", distance_to_registered(animation, cloths));
   }

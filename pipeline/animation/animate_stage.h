@@ -16,6 +16,7 @@ inline constexpr std::array kAnimateMetrics = {
     StageMetric{"penetration_rate", "of the vertices"},
     StageMetric{"self_intersections", "in a frame"},
     StageMetric{"registered_distance", "m"},
+    StageMetric{"held_distance", "m"},
     StageMetric{"seconds_a_frame", "s"},
     StageMetric{"picture_seconds", "s"},
 };

@@ -132,6 +132,8 @@ void AnimatedCloth::advance_to(int step) {
     control.body_start = body_;
     body_ = body_after(animation_, step_ + 1);
     control.body_end = body_;
+    control.pin_targets =
+        pin_targets(animation_.worn.held, body_, animation_.body.model.mesh.faces);
     const FrameReport report = solver_->step(control);
     ++step_;
     ++steps_;

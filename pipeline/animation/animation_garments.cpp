@@ -132,6 +132,7 @@ void wear_registered(StageRun& run, const AnimationSource& source, const OwnPose
                     "one in every registered frame; run 'atelier body' again");
   }
   std::vector<WornGarment> garments;
+  Points dressed = *surface;
   for (const RegisteredGarmentSequence& garment : source.outfit) {
     garments.push_back(worn_in_frame(garment, frame_id, *surface, faces,
                                      material_for(options, fitted, garment.name)));
@@ -150,7 +151,8 @@ void wear_registered(StageRun& run, const AnimationSource& source, const OwnPose
     if (!on_person) {
       pose = own_pose(row);
       offset.resize(0, 3);
-      carry(garments, *surface, skin_vertices(body.model, body.shaped, pose), faces);
+      dressed = skin_vertices(body.model, body.shaped, pose);
+      carry(garments, *surface, dressed, faces);
     }
     if (!own) {
       body.motion = entered_from(body.model, std::move(body.motion), pose);
@@ -158,6 +160,12 @@ void wear_registered(StageRun& run, const AnimationSource& source, const OwnPose
     lead_in(body, pose, std::move(offset), options.settle);
   }
   animation.worn = worn_cloth(garments, options.cloth);
+  for (std::size_t g = 0; g < garments.size(); ++g) {
+    for (RingPlace& place : ring_places(garments[g].holding, animation.worn.first[g],
+                                        garments[g].start, dressed, faces)) {
+      animation.places.push_back(std::move(place));
+    }
+  }
   if (begins_moving) {
     animation.registered = source.outfit;
   }

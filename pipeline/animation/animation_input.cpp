@@ -61,6 +61,7 @@ AnimationSource read_source(StageRun& run, const AnimateOptions& options) {
                       "or take a garment from a pattern: --garment dress, tee+trousers or a file");
     }
     source.outfit = read_registered_outfit(run.input("template"), run.input("registered"));
+    hold_outfit(source.outfit, options.holding, run.input("registered"));
   }
   return source;
 }
@@ -270,6 +271,7 @@ OptionTable describe(AnimateOptions& options) {
   table.add("garment", options.garment, std::vector<std::string>{},
             "Garments worn: auto (as registered), none, or new ones sewn on the body as synthesize "
             "takes them, such as dress, tee+trousers or a pattern file (.json)");
+  table.add("holding", options.holding, std::vector<std::string>{}, kHoldingHelp);
   table.add("cloth_sequence", options.cloth_sequence, std::vector<std::string>{},
             "Meshes of another simulator, one for each frame (folder, .npz, .h5), used instead of "
             "simulating");

@@ -8,6 +8,7 @@
 
 #include "bodymodel/retarget/moving_body.h"
 #include "core/store/stage.h"
+#include "pipeline/outfit/held_cloth.h"
 #include "pipeline/outfit/worn_cloth.h"
 #include "pipeline/pictures/animation_pictures.h"
 #include "simulation/material/resolve_material.h"
@@ -22,6 +23,7 @@ struct AnimateOptions {
   double fps = 0;                ///< of the result; 0: the capture's own, of other motions up to 30
   std::string body = "";         ///< another body: file, female or male; "": the person
   std::string garment = "auto";  ///< auto: as registered; else what `synthesize --garment` takes
+  std::string holding = "";      ///< what holds it: "" as registered, none, or a file
   std::string cloth_sequence = "";                     ///< of another simulator, instead of ours
   Material material = fabrics_own_material("fitted");  ///< what is said of it, see resolve_material
   WornClothOptions cloth;
@@ -44,6 +46,7 @@ struct Animation {
   std::vector<Camera> cameras;  ///< of the capture
   /// Files of networks by what they draw, "body" and garments; none: everything has one colour.
   std::map<std::string, std::filesystem::path> networks;
+  std::vector<RingPlace> places;  ///< of what holds registered clothes, in the cloth of all
   /// Where the clothes are to be, where that is known: the capture's own motion on its own person.
   std::vector<RegisteredGarmentSequence> registered;
 };

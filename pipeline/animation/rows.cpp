@@ -28,7 +28,7 @@ std::vector<SuggestedOption> drafted_garments(const CaptureFacts& facts) {
 const StageRow& animate_row() {
   static const StageRow row{
       .stage = {.name = "animate",
-                .version = 6,
+                .version = 7,
                 .summary =
                     "the person and the simulated garments in a motion, as meshes and images",
                 .inputs = {"capture", "person", "tracked"},
@@ -37,7 +37,7 @@ const StageRow& animate_row() {
                 .outputs = {"animation"},
                 .metrics = kAnimateMetrics,
                 .options = option_set<AnimateOptions>,
-                .file_options = {"motion", "body", "garment", "cloth_sequence"},
+                .file_options = {"motion", "body", "garment", "cloth_sequence", "holding"},
                 .run = run_animate,
                 .check_input = require_no_folder_above,
                 .frame_wise = true,

@@ -14,13 +14,10 @@ constexpr std::array kMaterialOrder = {
 };
 
 constexpr std::array kMaterialIdle = {
-    IdleRule{"search.", kFabricGiven, kFitted},
-    IdleRule{"use_prior", kFabricGiven, kFitted},
-    IdleRule{"tracking_rate", kFabricGiven, kFitted},
-    IdleRule{"sequence", kFabricGiven, kFitted},
-    IdleRule{"frames", kFabricGiven, kFitted},
-    IdleRule{"edge_length", kFabricGiven, kFitted},
-    IdleRule{"substeps", kFabricGiven, kFitted},
+    IdleRule{"search.", kFabricGiven, kFitted},       IdleRule{"use_prior", kFabricGiven, kFitted},
+    IdleRule{"tracking_rate", kFabricGiven, kFitted}, IdleRule{"sequence", kFabricGiven, kFitted},
+    IdleRule{"holding", kFabricGiven, kFitted},       IdleRule{"frames", kFabricGiven, kFitted},
+    IdleRule{"edge_length", kFabricGiven, kFitted},   IdleRule{"substeps", kFabricGiven, kFitted},
     IdleRule{"self_contact", kFabricGiven, kFitted},
 };
 

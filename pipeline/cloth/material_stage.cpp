@@ -8,6 +8,7 @@
 #include "core/io/image_file.h"
 #include "core/parallel.h"
 #include "core/render/contact_sheet.h"
+#include "pipeline/outfit/held_cloth.h"
 #include "pipeline/pictures/animation_pictures.h"
 #include "simulation/files/material_file.h"
 
@@ -121,11 +122,12 @@ std::vector<StiffnessFit> fit_garments(StageRun& run, const Trials& trials) {
 
 void run_material(StageRun& run) {
   const auto& options = run.options<MaterialStageOptions>();
-  const std::vector<RegisteredGarmentSequence> outfit =
+  std::vector<RegisteredGarmentSequence> outfit =
       read_registered_outfit(run.input("template"), run.input("registered"));
   const bool fitted = options.material.name == "fitted";
   std::vector<StiffnessFit> fits;
   if (fitted) {
+    hold_outfit(outfit, options.holding, run.input("registered"));
     const Trials trials = read_trials(run, outfit);
     fits = fit_garments(run, trials);
     if (fits.empty()) {

@@ -9,6 +9,7 @@
 #include "bodymodel/formats/tracked_motion.h"
 #include "core/error.h"
 #include "core/sequence_archive.h"
+#include "pipeline/outfit/held_cloth.h"
 #include "pipeline/person/tracked_take.h"
 
 namespace atelier {
@@ -102,6 +103,7 @@ OptionTable describe(MaterialStageOptions& options) {
             "follows the capture more closely and tells less of the material");
   table.add("sequence", options.sequence, std::vector<std::string>{},
             "Name of the sequence of the capture; empty: the first clothed one");
+  table.add("holding", options.holding, std::vector<std::string>{}, kHoldingHelp);
   table.add("frames", options.frames, 2, 10000, "",
             "Number of frames simulated in each trial, from the first on");
   table.add("edge_length", options.edge_length, 0.005, 0.2, "m",

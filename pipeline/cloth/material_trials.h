@@ -18,6 +18,7 @@ struct MaterialStageOptions {
   bool use_prior = true;       ///< published fabrics decide what the capture leaves open
   double tracking_rate = 20;   ///< 1/s, how quickly cloth is led back to where it was seen, 1 to 60
   std::string sequence = "";   ///< of the capture; "": the first clothed one
+  std::string holding = "";    ///< what holds the garments: "" as registered, none, or a file
   int frames = 12;             ///< of it that are simulated, 2 to 10000
   double edge_length = 0.035;  ///< m of the garments as they are tried, 0.005 to 0.2
   int substeps = 20;           ///< of a sixtieth of a second, 1 to 1000

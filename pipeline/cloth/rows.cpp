@@ -9,6 +9,7 @@
 #include "pipeline/cloth/material_measures.h"
 #include "pipeline/cloth/material_pictures.h"
 #include "pipeline/cloth/material_stage.h"
+#include "pipeline/cloth/simulate_measures.h"
 #include "pipeline/cloth/simulate_pictures.h"
 #include "pipeline/cloth/simulate_stage.h"
 #include "pipeline/row/stage_row.h"
@@ -20,6 +21,11 @@ using enum Measure::Side;
 
 constexpr std::array kMaterialTargets = {
     Target{"material.error", "", AtMost, 0.3, {}},
+};
+
+constexpr std::array kSimulateTargets = {
+    Target{"simulate.held_mm", "mm", AtMost, 50, 100, "nothing holds the garments of the scene"},
+    Target{"simulate.strain_p999", "", AtMost, 0.3, {}, "the result is of an older version"},
 };
 
 constexpr const char* kFabric = "material.name";
@@ -41,12 +47,13 @@ std::filesystem::path simulated_scene(const RunPlaces& places) {
 const StageRow& material_row() {
   static const StageRow row{
       .stage = {.name = "material",
-                .version = 4,
+                .version = 5,
                 .summary = "stiffness of each garment's cloth, estimated from its motion",
                 .inputs = {"capture", "person", "tracked", "bodies", "template", "registered"},
                 .outputs = {"fitted_material"},
                 .metrics = kMaterialMetrics,
                 .options = option_set<MaterialStageOptions>,
+                .file_options = {"holding"},
                 .run = run_material,
                 .check_input = require_no_folder_above},
       .chain = ChainPlace{.lacks = lacks_clothes, .cost = {.seconds = 30}, .fabric = kFabric},
@@ -62,12 +69,13 @@ const StageRow& material_row() {
 const StageRow& simulate_row() {
   static const StageRow row{
       .stage = {.name = "simulate",
-                .version = 8,
+                .version = 9,
                 .summary = "simulation of garments on a body at rest or in motion",
                 .inputs = {"scene"},
                 .outputs = {"states", "garment"},
                 .metrics = kSimulateMetrics,
                 .options = option_set<SimulateOptions>,
+                .file_options = {"holding"},
                 .run = run_simulate,
                 .check_input = check_simulate_input,
                 .frame_wise = true,
@@ -78,6 +86,9 @@ const StageRow& simulate_row() {
                           .input = simulated_scene,
                           .cost = {.seconds = 30, .per_frame = 0.8},
                           .fabric = kFabric},
+      .measure = measure_simulate,
+      .measure_place = 4,
+      .targets = kSimulateTargets,
       .rules = &cloth_rules(),
       .pictures = simulate_pictures,
   };

@@ -178,6 +178,8 @@ void require_scene_options(const ScenePaths& paths, const SimulateOptions& optio
        "--motion takes a --body that can be posed: a body model, female or male"},
       {options.pin_top > 0 && paths.body.empty(),
        "--pin-top lets the garment ride on a body: give --body"},
+      {!options.holding.empty() && options.holding != "none" && paths.body.empty(),
+       "--holding holds the garment on a body: give --body"},
       {options.relax && paths.body.empty(),
        "--relax lets the garment hang as captured, and without a body it hangs on nothing: give "
        "--body"},

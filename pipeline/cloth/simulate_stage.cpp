@@ -12,6 +12,7 @@
 #include "core/sequence_archive.h"
 #include "core/store/frame_memory.h"
 #include "core/store/output_sequences.h"
+#include "pipeline/cloth/scene_watch.h"
 #include "pipeline/cloth/simulation_output.h"
 #include "simulation/material/membrane_in_use.h"
 #include "simulation/simulation_diagnostics.h"
@@ -108,6 +109,7 @@ class FrameSource {
 /// The parts of a frame that the tables and images of the end need.
 struct KeptFrame {
   FrameReport report;
+  WatchedFrame watched;
   Points positions;  ///< [V,3] m, of the frames in the contact sheet; else no rows
 };
 
@@ -167,8 +169,9 @@ void run_simulate(StageRun& run) {
   header.fps = options.fps;
   header.frame_ids = ids;
   header.shared.faces = source.cloth().faces;
+  const SceneWatch watch(scene, source.cloth(), paths, options);
   const auto kept_of = [&](int id, SimulatedFrame frame) {
-    KeptFrame kept{frame.report, Points(0, 3)};
+    KeptFrame kept{frame.report, watch.at(id, frame.state.positions), Points(0, 3)};
     if (in_sheet(id, scene.frame_count)) {
       kept.positions = std::move(frame.state.positions);
     }
@@ -188,6 +191,7 @@ void run_simulate(StageRun& run) {
     return;
   }
   std::vector<FrameReport> reports;
+  std::vector<WatchedFrame> watched;
   std::vector<CaptionedImage> pictures;
   for (const int id : ids) {
     if (run.stop_requested()) {
@@ -197,6 +201,7 @@ void run_simulate(StageRun& run) {
       return kept_of(id, read_simulated_frame(run.frame_file(id), id, source.vertices()));
     });
     reports.push_back(frame.report);
+    watched.push_back(std::move(frame.watched));
     if (in_sheet(id, scene.frame_count)) {
       Mesh mesh;
       mesh.vertices = std::move(frame.positions);
@@ -210,6 +215,7 @@ void run_simulate(StageRun& run) {
   for (const std::string& doubt : simulation_diagnostics(reports, options.solver.self_contact)) {
     run.warn(doubt);
   }
+  tell_watched(run, scene, watched);
 }
 
 }  // namespace atelier

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/mesh_statistics.h"
 #include "core/usage_error.h"
+#include "pipeline/cloth/captured_scene.h"
 #include "pipeline/cloth/scene_check.h"
 #include "pipeline/cloth/simulation_body.h"
 #include "pipeline/cloth/simulation_garments.h"
@@ -17,6 +18,14 @@
 #include "simulation/material/fabric.h"
 
 namespace atelier {
+
+namespace {
+
+constexpr const char* kSceneHoldingHelp =
+    "What holds the garments: a file as holding.toml of register, edited, or none; empty: "
+    "holding.toml of the scene's folder, if there is one";
+
+}  // namespace
 
 OptionTable describe(SimulateOptions& options) {
   OptionTable table;
@@ -30,6 +39,7 @@ OptionTable describe(SimulateOptions& options) {
   table.add(
       "fall_in", options.fall_in, 0, 60, "s",
       "Time from the rest pose, in which the garment is put on, to the first pose of a motion");
+  table.add("holding", options.holding, std::vector<std::string>{}, kSceneHoldingHelp);
   table.add("pin_top", options.pin_top, 0, 1, "m",
             "Height below the garment's top within which cloth is attached to the body");
   table.add("scale", options.scale, 1e-6, 1e6, "",
@@ -101,6 +111,10 @@ ScenePaths scene_in(const std::filesystem::path& folder) {
       take(out.body, entry);
     } else if (entry.stem() == "motion") {
       take(out.motion, entry);
+    } else if (entry.filename() == kHoldingFile) {
+      out.holding = entry;
+    } else if (entry.filename() == kCapturedFolder) {
+      out.captured = entry;
     }
   }
   if (garment.empty()) {
@@ -206,6 +220,29 @@ std::vector<std::string> diagnostics_of(const SimulationScene& scene,
   return diagnostics;
 }
 
+/// Attaches the garments to the first body by what holds them, and remembers where that is.
+void hold_scene(SimulationScene& scene, const ScenePaths& paths, const SimulateOptions& options) {
+  if (options.holding.empty() && paths.holding.empty()) {
+    return;
+  }
+  std::vector<HeldGarment> garments;
+  for (std::size_t g = 0; g < scene.garments.size(); ++g) {
+    garments.push_back({scene.names[g], scene.garments[g].mesh.vertices.rows()});
+  }
+  const std::vector<HeldRing> rings = chosen_holding(options.holding, paths.holding, garments);
+  const Points body = scene.body(0);
+  for (std::size_t g = 0; g < scene.garments.size(); ++g) {
+    Garment& garment = scene.garments[g];
+    scene.holding.push_back(rings_of(rings, scene.names[g]));
+    const Points start = scene.start.middleRows(scene.first[g], garment.mesh.vertices.rows());
+    attach_bands(scene.holding.back(), start, body, scene.body_faces, garment);
+    for (RingPlace& place :
+         ring_places(scene.holding.back(), scene.first[g], start, body, scene.body_faces)) {
+      scene.places.push_back(std::move(place));
+    }
+  }
+}
+
 /// Warns where the frames in all are fewer than those before the body moves.
 void warn_of_length(SimulationScene& scene, const SimulateOptions& options, bool moves) {
   const bool settle_said = options.settle != SimulateOptions{}.settle;
@@ -264,10 +301,13 @@ SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& optio
     if (!options.relax) {
       keep_off(scene, options);
     }
-    for (std::size_t g = 0; g < scene.garments.size(); ++g) {
-      if (options.pin_top > 0) {
-        attach_top(scene.garments[g], scene.body(0), scene.body_faces, options.pin_top);
+    if (options.pin_top > 0) {
+      for (Garment& garment : scene.garments) {
+        attach_top(garment, scene.body(0), scene.body_faces, options.pin_top);
       }
+    }
+    hold_scene(scene, paths, options);
+    for (std::size_t g = 0; g < scene.garments.size(); ++g) {
       try {
         require_held(scene.garments[g], scene.body_faces, paths.garments[g]);
       } catch (const UsageError& error) {
@@ -277,6 +317,9 @@ SimulationScene read_scene(const ScenePaths& paths, const SimulateOptions& optio
   }
   if (options.relax) {
     relax_scene(scene, options, device);
+  }
+  for (std::size_t g = 0; g < scene.holding.size(); ++g) {
+    add_held(scene.holding[g], scene.garments[g], scene.first[g], scene.held);
   }
   for (std::string& doubt : diagnostics_of(scene, options)) {
     scene.notes.push_back(std::move(doubt));
@@ -288,6 +331,9 @@ SimulationModel scene_model(const SimulationScene& scene, const SimulateOptions&
   std::vector<Cloth> cloths;
   for (const Garment& garment : scene.garments) {
     cloths.push_back(make_cloth(garment, {}, cloth_options(options)));
+    if (!scene.held.bands.empty()) {
+      cloths.back().attachments.clear();  // their vertices go where scene_control has them
+    }
   }
   return {cloths.size() == 1 ? cloths.front() : join_cloths(cloths), scene.body_faces};
 }
@@ -323,6 +369,7 @@ Control scene_control(const SimulationScene& scene, const SimulateOptions& optio
   if (scene.body) {
     control.body_start = scene.body(frame - 1);
     control.body_end = scene.body(frame);
+    control.pin_targets = pin_targets(scene.held, control.body_end, scene.body_faces);
   }
   if (!options.wind.empty()) {
     control.wind = {options.wind[0], options.wind[1], options.wind[2]};

@@ -10,6 +10,7 @@
 #include "core/finding.h"
 #include "core/garment.h"
 #include "core/sequence.h"
+#include "pipeline/outfit/held_cloth.h"
 #include "simulation/material/resolve_material.h"
 #include "simulation/relax_gravity.h"
 #include "simulation/solver.h"
@@ -28,18 +29,19 @@ inline SolverOptions scene_solver_options() {
 
 /// Options of `simulate` beside the files; the same for the stage and for the command alone.
 struct SimulateOptions {
-  double fps = 60;         ///< simulated frames a second, 1 to 10000
-  int settle = 60;         ///< frames on the first body before it moves
-  int length = 0;          ///< frames in all; 0: as long as the body moves
-  double body_fps = 0;     ///< of body meshes, 0: what they say, else `fps`
-  double fall_in = 1;      ///< s from the rest pose to a motion's first pose
-  double pin_top = 0;      ///< m below the garment's highest vertex that move with the body
-  double scale = 1;        ///< of the garment's file, to metres; of several the same
-  double move_x = 0;       ///< m, of the scaled garment; of several all of them
-  double move_y = 0;       ///< m
-  double move_z = 0;       ///< m
-  bool flat_rest = false;  ///< texture coordinates are the flat rest shape, in metres
-  bool relax = false;      ///< the garment is captured: its weight has stretched it
+  double fps = 60;           ///< simulated frames a second, 1 to 10000
+  int settle = 60;           ///< frames on the first body before it moves
+  int length = 0;            ///< frames in all; 0: as long as the body moves
+  double body_fps = 0;       ///< of body meshes, 0: what they say, else `fps`
+  double fall_in = 1;        ///< s from the rest pose to a motion's first pose
+  std::string holding = "";  ///< what holds the garments: "" as the scene says, none, or a file
+  double pin_top = 0;        ///< m below the garment's highest vertex that move with the body
+  double scale = 1;          ///< of the garment's file, to metres; of several the same
+  double move_x = 0;         ///< m, of the scaled garment; of several all of them
+  double move_y = 0;         ///< m
+  double move_z = 0;         ///< m
+  bool flat_rest = false;    ///< texture coordinates are the flat rest shape, in metres
+  bool relax = false;        ///< the garment is captured: its weight has stretched it
   RelaxGravityOptions relaxing;
   bool sewn = true;                            ///< seams of the garment are closed before it moves
   ClothOptions cloth;                          ///< with `relax`, rest angles are the template's
@@ -61,18 +63,24 @@ struct ScenePaths {
   std::vector<std::filesystem::path> garments;  ///< from the inside out
   std::filesystem::path body;    ///< mesh, folder of meshes, sequence, body model, "female", "male"
   std::filesystem::path motion;  ///< of a body model
+  std::filesystem::path holding;   ///< what holds the garments (holding.toml)
+  std::filesystem::path captured;  ///< where they were captured, a sequence at the body's frames
 };
 
-/// The files of a scene in a folder: garment.*, body.* or body/, motion.*. Throws DataError.
+/// The files of a scene in a folder: garment.*, body.* or body/, motion.*, holding.toml, captured/.
+/// Throws DataError.
 ScenePaths scene_in(const std::filesystem::path& folder);
 
 /// Garments of one material and the body that they hang on.
 struct SimulationScene {
-  std::vector<Garment> garments;   ///< from the inside out; each named by its file
-  std::vector<std::string> names;  ///< of each, short and different: "skirt"
-  std::vector<Index> first;        ///< first vertex of each in the cloth, and the end
-  Points start;                    ///< [V,3] m, where they begin
-  Triangles body_faces;            ///< no rows: no body
+  std::vector<Garment> garments;               ///< from the inside out; each named by its file
+  std::vector<std::string> names;              ///< of each, short and different: "skirt"
+  std::vector<Index> first;                    ///< first vertex of each in the cloth, and the end
+  Points start;                                ///< [V,3] m, where they begin
+  std::vector<std::vector<HeldRing>> holding;  ///< of each garment, or none at all
+  std::vector<RingPlace> places;               ///< of all rings, in the cloth of all
+  HeldCloth held;                              ///< of the cloth of all
+  Triangles body_faces;                        ///< no rows: no body
   Index frame_count = 0;
   std::function<Points(Index frame)> body;  ///< vertices at the end of a simulated frame; 0: start
   double thickness = -1;                    ///< m kept from the body; below 0: the material's

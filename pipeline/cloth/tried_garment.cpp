@@ -6,8 +6,8 @@
 #include <map>
 
 #include "core/remesh/isotropic_remeshing.h"
-#include "core/topology.h"
 #include "core/tree.h"
+#include "pipeline/outfit/held_cloth.h"
 #include "simulation/cloth/median_rest.h"
 
 namespace atelier {
@@ -73,6 +73,27 @@ void cut_patches(TriedGarment& tried) {
   tried.patch_count = static_cast<int>(cells.size());
 }
 
+/// Attaches the vertices of a coarser garment that lie on bands of the fine one.
+/// @param fine  [V,3] m, where the fine one starts
+void hold(Garment& coarse, const std::vector<HeldRing>& rings, const Points& fine,
+          double edge_length, const Points& start, const Points& body,
+          const Triangles& body_faces) {
+  constexpr double kReach = 0.4;  // of an edge's length
+  for (const HeldRing& ring : rings) {
+    HeldRing near = ring;
+    near.vertices.clear();
+    for (Index v = 0; v < start.rows(); ++v) {
+      const bool on_it = std::any_of(ring.vertices.begin(), ring.vertices.end(), [&](int held) {
+        return (fine.row(held) - start.row(v)).norm() < kReach * edge_length;
+      });
+      if (on_it) {
+        near.vertices.push_back(static_cast<int>(v));
+      }
+    }
+    attach_bands({near}, start, body, body_faces, coarse);
+  }
+}
+
 }  // namespace
 
 TriedGarment tried_garment(const RegisteredGarmentSequence& garment, const MovingBody& moving,
@@ -96,9 +117,8 @@ TriedGarment tried_garment(const RegisteredGarmentSequence& garment, const Movin
   tried.velocities = smooth_velocities(tried.targets, moving.motion.fps);
   tried.worn.start = tried.targets.front();
   tried.worn.velocity = tried.velocities.front();
-  coarse.attachments = held_by_body(
-      garment.label, boundary_loops(topology_of(coarse.mesh.faces, coarse.mesh.vertices.rows())),
-      tried.worn.start, body, body_faces);
+  hold(coarse, garment.holding, registered_mesh(garment, frames.front()).vertices, edge_length,
+       tried.worn.start, body, body_faces);
   rest_on_median_lengths(coarse, tried.targets);
   cut_patches(tried);
   return tried;

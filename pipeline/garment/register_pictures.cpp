@@ -6,12 +6,14 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "core/io/image_file.h"
 #include "core/io/json.h"
 #include "core/io/json_place.h"
 #include "core/render/color_map.h"
 #include "core/render/contact_sheet.h"
 #include "core/sequence_archive.h"
 #include "core/tree.h"
+#include "pipeline/garment/register_holding.h"
 #include "pipeline/pictures/named_views.h"
 #include "pipeline/pictures/report_drawings.h"
 #include "pipeline/pictures/report_page.h"
@@ -102,11 +104,19 @@ std::string register_plots(const fs::path& result) {
   return html;
 }
 
+std::string holding_html(const fs::path& result) {
+  const fs::path file = result / kHoldingPicture;
+  return fs::exists(file) ? figure_html(read_image(file),
+                                        "What holds the garments: bands red, "
+                                        "what rests on the body blue")
+                          : "";
+}
+
 }  // namespace
 
 std::string register_pictures(const StageStatus& own, const ReportPlaces& places) {
   const fs::path result = result_folder_of(own, places);
-  return distance_pictures(result, places) + register_plots(result);
+  return holding_html(result) + distance_pictures(result, places) + register_plots(result);
 }
 
 }  // namespace atelier

@@ -12,6 +12,7 @@
 #include "capture/label_taxonomy.h"
 #include "core/error.h"
 #include "core/garment_archive.h"
+#include "core/io/image_file.h"
 #include "core/io/mesh_obj.h"
 #include "core/normals.h"
 #include "core/printable.h"
@@ -22,7 +23,9 @@
 #include "core/store/result.h"
 #include "pipeline/capture/reconstruct_stage.h"
 #include "pipeline/garment/kept_frames.h"
+#include "pipeline/garment/register_holding.h"
 #include "registration/flattening/rest_surface.h"
+#include "registration/tracking/holding_file.h"
 #include "registration/tracking/tracking_failure.h"
 
 namespace atelier {
@@ -91,6 +94,8 @@ class RegisteredOutfit {
   double fps() const { return fps_; }
   std::vector<Worn>& garments() { return garments_; }
   bool has_truth() const { return truth_ != nullptr; }
+  const Triangles& body_faces() const { return bodies_.faces; }
+  Points body_in(Index row) const { return body(row); }
 
   /// Faces of all garments, one behind the other.
   Triangles faces() const {
@@ -436,6 +441,34 @@ void write_garments(StageRun& run, const std::vector<Worn>& garments, const Join
   }
 }
 
+/// Writes what holds the garments, and its picture.
+void write_holding(StageRun& run, const RegisteredOutfit& outfit, const std::vector<Worn>& garments,
+                   const JoinedFrames& joined) {
+  const std::vector<int>& ids = outfit.frame_ids();
+  const Index shown = garments.front().template_row;
+  std::vector<HeldRing> all;
+  std::vector<ShownGarment> pictured;
+  for (const Worn& worn : garments) {
+    const auto part = [&](Index row) {
+      return part_of(joined.at(ids[static_cast<std::size_t>(row)]).mesh, worn).vertices;
+    };
+    const std::vector<HeldRing> rings = tell_holding(
+        run, {worn.name, worn.garment.mesh.faces, worn.garment.boundaries,
+              worn.garment.boundary_names, outfit.body_faces(), static_cast<Index>(ids.size()),
+              part, [&](Index row) { return outfit.body_in(row); }});
+    all.insert(all.end(), rings.begin(), rings.end());
+    ShownGarment& one = pictured.emplace_back();
+    one.mesh.vertices = part(shown);
+    one.mesh.faces = worn.garment.mesh.faces;
+    one.rings = rings;
+  }
+  run.output_text(kHoldingFile, holding_text(all));
+  Mesh body;
+  body.vertices = outfit.body_in(shown);
+  body.faces = outfit.body_faces();
+  run.output_text(kHoldingPicture, image_bytes(holding_picture(pictured, body), ImageFormat::Png));
+}
+
 /// How far two ways to the same frame come out apart, m.
 struct Drift {
   double forward_backward = 0;
@@ -570,6 +603,7 @@ void run_register(StageRun& run) {
     joined[id] = memory.take(id, [&] { return read_joined_frame(run.frame_file(id)); });
   }
   write_garments(run, garments, joined);
+  write_holding(run, outfit, garments, joined);
   write_figures(run, outfit, garments, joined);
 }
 

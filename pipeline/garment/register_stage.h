@@ -37,8 +37,9 @@ inline constexpr std::array kRegisterMetrics = {
 
 /// Templates, bodies, scans and images -> where every garment is in every clothed frame:
 /// registered/<label>/ (core/sequence_archive.h, with template.h5, the mesh in its own frame),
-/// sequence.h5 and frames/ (all garments as one mesh, which `refine` reads) and figures.json: what
-/// each frame says of itself, and drift. Held-out cameras are not opened.
+/// sequence.h5 and frames/ (all garments as one mesh, which `refine` reads), holding.toml and
+/// holding.png (what holds the garments, find_holding), and figures.json: what each frame says of
+/// itself, and drift. Held-out cameras are not opened.
 void run_register(StageRun& run);
 
 /// Refuses a choice of frames that holds none that the stage would follow, as its run would. Throws

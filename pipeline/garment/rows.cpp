@@ -58,7 +58,7 @@ const StageRow& template_row() {
 const StageRow& register_row() {
   static const StageRow row{
       .stage = {.name = "register",
-                .version = 10,
+                .version = 11,
                 .summary = "each garment's template registered to every frame",
                 .inputs = {"capture", "template", "scans", "bodies"},
                 .outputs = {"registered"},

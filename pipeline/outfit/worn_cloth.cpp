@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "core/mesh_statistics.h"
 #include "pipeline/outfit/dressing.h"
+#include "pipeline/outfit/held_cloth.h"
 #include "registration/attach_to_body.h"
 #include "registration/remove_slivers.h"
 #include "simulation/contact/contact_distance.h"
@@ -50,8 +51,12 @@ WornCloth worn_cloth(const std::vector<WornGarment>& garments, const WornClothOp
     worn.meshes.push_back(std::move(mesh));
     worn.first.push_back(worn.first.back() + one.start.rows());
     cloths.push_back(make_cloth(one.garment, {}, cloth_options(options)));
+    add_held(one.holding, one.garment, worn.first[worn.first.size() - 2], worn.held);
   }
   worn.cloth = cloths.size() == 1 ? cloths.front() : join_cloths(cloths);
+  if (!worn.held.bands.empty()) {
+    worn.cloth.attachments.clear();  // their vertices go where `held` has them
+  }
   worn.state = rest_state(worn.cloth);
   for (std::size_t g = 0; g < garments.size(); ++g) {
     const Index count = garments[g].start.rows();
@@ -95,8 +100,9 @@ WornGarment worn_in_frame(const RegisteredGarmentSequence& garment, int frame_id
                                    .vertices;
   worn.garment.material = material;
   worn.start = registered_mesh(garment, frame_id).vertices;
-  worn.garment.attachments =
-      held_by_body(garment.label, garment.garment.boundaries, worn.start, body, body_faces);
+  worn.holding = garment.holding;
+  worn.garment.attachments.clear();  // the template's are those of all vertices
+  attach_bands(worn.holding, worn.start, body, body_faces, worn.garment);
   return worn;
 }
 

@@ -7,6 +7,7 @@
 #include "bodymodel/retarget/moving_body.h"
 #include "core/device.h"
 #include "core/options.h"
+#include "pipeline/outfit/held_cloth.h"
 #include "registration/tracking/registered_outfit.h"
 #include "simulation/relax_gravity.h"
 #include "simulation/solver.h"
@@ -38,7 +39,8 @@ struct WornCloth {
   std::vector<std::string> names;
   std::vector<Mesh> meshes;  ///< faces and texture coordinates of each
   std::vector<Index> first;  ///< first vertex of each in the cloth, and the end
-  Cloth cloth;
+  Cloth cloth;               ///< without attachments where `held` has bands
+  HeldCloth held;            ///< what the body holds of it
   ClothState state;
   SolverOptions solver;
 };
@@ -46,17 +48,18 @@ struct WornCloth {
 /// A garment as it is simulated.
 struct WornGarment {
   std::string name;
-  Garment garment;  ///< rest shape, material, attachments of what is held
-  Points start;     ///< [V,3] m
-  Points velocity;  ///< [V,3] m/s, or no rows: at rest
+  Garment garment;                ///< rest shape, material, attachments of what is held
+  std::vector<HeldRing> holding;  ///< its bands have attachments
+  Points start;                   ///< [V,3] m
+  Points velocity;                ///< [V,3] m/s, or no rows: at rest
 };
 
 /// One cloth of all garments, from the inside out. Throws as make_cloth.
 WornCloth worn_cloth(const std::vector<WornGarment>& garments, const WornClothOptions& options);
 
 /// A registered garment in a frame: its rest shape is how it was registered in its template's own
-/// frame, its start where it is in frame `frame_id`, at rest. `body` is the body's surface in that
-/// frame. Throws as registered_mesh.
+/// frame, its start where it is in frame `frame_id`, at rest, attached to the body by its bands.
+/// `body` is the body's surface in that frame. Throws as registered_mesh.
 WornGarment worn_in_frame(const RegisteredGarmentSequence& garment, int frame_id,
                           const Points& body, const Triangles& body_faces,
                           const Material& material);

@@ -1,9 +1,7 @@
 #include "pipeline/pictures/template_pictures.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <string>
 
 #include "core/render/contact_sheet.h"
@@ -11,12 +9,12 @@
 #include "core/render/studio.h"
 #include "core/topology.h"
 #include "pipeline/pictures/named_views.h"
+#include "pipeline/pictures/ring_tube.h"
 
 namespace atelier {
 namespace {
 
 constexpr int kPicture = 520;
-constexpr double kRingRadius = 0.005;  // m
 
 const std::array<Eigen::Vector3f, 6> kRingColors = {{{0.8F, 0.05F, 0.05F},
                                                      {0.05F, 0.25F, 0.8F},
@@ -24,34 +22,6 @@ const std::array<Eigen::Vector3f, 6> kRingColors = {{{0.8F, 0.05F, 0.05F},
                                                      {0.8F, 0.45F, 0.02F},
                                                      {0.5F, 0.05F, 0.6F},
                                                      {0.02F, 0.5F, 0.55F}}};
-
-/// A triangular tube along a closed line.
-Mesh tube(const Mesh& mesh, const std::vector<int>& loop) {
-  const auto count = static_cast<Index>(loop.size());
-  Mesh ring;
-  ring.vertices.resize(3 * count, 3);
-  ring.faces.resize(6 * count, 3);
-  for (Index i = 0; i < count; ++i) {
-    const auto at = [&](Index k) -> Eigen::Vector3d {
-      return mesh.vertices.row(loop[static_cast<std::size_t>((k + count) % count)]).transpose();
-    };
-    const Eigen::Vector3d along = (at(i + 1) - at(i - 1)).normalized();
-    const Eigen::Vector3d u = along.cross(Eigen::Vector3d(0.3, 0.5, 0.81)).normalized();
-    const Eigen::Vector3d w = along.cross(u);
-    for (int k = 0; k < 3; ++k) {
-      const double turn = 2 * M_PI * k / 3;
-      ring.vertices.row(3 * i + k) =
-          (at(i) + kRingRadius * (std::cos(turn) * u + std::sin(turn) * w)).transpose();
-      const auto a = static_cast<int>(3 * i + k);
-      const auto b = static_cast<int>(3 * i + (k + 1) % 3);
-      const auto c = static_cast<int>((3 * (i + 1) + k) % (3 * count));
-      const auto d = static_cast<int>((3 * (i + 1) + (k + 1) % 3) % (3 * count));
-      ring.faces.row(6 * i + 2 * k) << a, c, b;
-      ring.faces.row(6 * i + 2 * k + 1) << b, c, d;
-    }
-  }
-  return ring;
-}
 
 /// Outlines of the charts in the unit square.
 Image charts_picture(const Mesh& mesh) {
@@ -95,7 +65,7 @@ Image template_picture(const std::vector<GarmentTemplate>& made, const ClothedFr
     std::vector<RenderMesh> scene = {body, cloth};
     std::string caption = one.garment.name + ", frame " + std::to_string(one.frame_id) + ":";
     for (std::size_t b = 0; b < one.garment.boundaries.size(); ++b) {
-      RenderMesh ring{tube(one.garment.mesh, one.garment.boundaries[b]), {}};
+      RenderMesh ring{ring_tube(one.garment.mesh.vertices, one.garment.boundaries[b]), {}};
       ring.look.color = kRingColors[b % kRingColors.size()];
       scene.push_back(std::move(ring));
       caption += (b == 0 ? " " : ", ") + one.garment.boundary_names[b];

@@ -10,7 +10,6 @@
 #include "core/io/json.h"
 #include "core/io/json_place.h"
 #include "core/sequence_archive.h"
-#include "registration/attach_to_body.h"
 
 namespace atelier {
 namespace {
@@ -83,38 +82,6 @@ std::vector<int> common_frames(const std::vector<RegisteredGarmentSequence>& out
     frames = std::move(both);
   }
   return frames;
-}
-
-std::vector<Attachment> held_by_body(Label label, const std::vector<std::vector<int>>& openings,
-                                     const Points& vertices, const Points& body,
-                                     const Triangles& body_faces) {
-  if (label != Label::Lower) {
-    return {};
-  }
-  const std::vector<int>* waist = nullptr;
-  double highest = 0;
-  for (const std::vector<int>& loop : openings) {
-    double y = 0;
-    for (const int v : loop) {
-      y += vertices(v, 1) / static_cast<double>(loop.size());
-    }
-    if (!loop.empty() && (waist == nullptr || y > highest)) {
-      highest = y;
-      waist = &loop;
-    }
-  }
-  if (waist == nullptr) {
-    return {};
-  }
-  Points places(static_cast<Index>(waist->size()), 3);
-  for (std::size_t i = 0; i < waist->size(); ++i) {
-    places.row(static_cast<Index>(i)) = vertices.row((*waist)[i]);
-  }
-  std::vector<Attachment> held = attach_to_body(places, body, body_faces);
-  for (Attachment& attachment : held) {
-    attachment.vertex = (*waist)[static_cast<std::size_t>(attachment.vertex)];
-  }
-  return held;
 }
 
 }  // namespace atelier

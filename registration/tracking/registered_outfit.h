@@ -7,6 +7,7 @@
 #include "core/garment.h"
 #include "core/label.h"
 #include "core/sequence.h"
+#include "registration/tracking/holding.h"
 
 namespace atelier {
 
@@ -17,6 +18,7 @@ struct RegisteredGarmentSequence {
   Garment garment;         ///< the template; every vertex moves with the body by an attachment
   int template_frame = 0;  ///< in whose pose the template is
   Sequence registered;
+  std::vector<HeldRing> holding;  ///< what holds it, where it was read
 };
 
 /// Reads them from the results of `template` and `register`. Throws DataError where the two do not
@@ -29,12 +31,5 @@ Mesh registered_mesh(const RegisteredGarmentSequence& garment, int frame_id);
 
 /// Frames that every garment is registered in, increasing.
 std::vector<int> common_frames(const std::vector<RegisteredGarmentSequence>& outfit);
-
-/// The part of a garment that the body holds: the waist of what is worn on the hips (its highest
-/// opening), which rides where it is; nothing of what hangs from the shoulders.
-/// @param openings  its loops of boundary vertices
-std::vector<Attachment> held_by_body(Label label, const std::vector<std::vector<int>>& openings,
-                                     const Points& vertices, const Points& body,
-                                     const Triangles& body_faces);
 
 }  // namespace atelier

@@ -27,6 +27,7 @@ using fixtures::run_child;
 using fixtures::Simulate;
 using fixtures::vertices_of;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 TEST_F(Simulate, EveryFrame_IsWrittenAndReportedAsTextAndJson) {
   ChildResult result = on_body({"--format", "ply", "--xpbd.intersection_interval", "2"});
@@ -120,6 +121,31 @@ TEST_F(Simulate, StrainTriangles_ReportTheirResidual) {
     }
   }
   EXPECT_EQ(frames, 5);
+}
+
+TEST_F(Simulate, SheetThatSceneHolds_StaysAndWithoutItsBandIsSaidToHaveLeft) {
+  write_hanging(scene() / "garment.obj");  // 20 cm beside the body
+  const std::string head = "[[held]]\ngarment = \"garment\"\nopening = \"top\"\nclosed = false\n";
+  const auto hold = [&](const std::string& kind, const std::string& vertices) {
+    std::ofstream(scene() / "holding.toml")
+        << head << "kind = \"" << kind << "\"\nvertices = [" << vertices << "]\n";
+  };
+  hold("band", "0, 1, 2, 3");
+  ChildResult result = stage("ws", {"--settle", "30"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, Not(HasSubstr("left its place")));
+  hold("rest", "0, 1, 2, 3");
+  result = stage("ws", {"--settle", "30"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("garment top: "));
+  EXPECT_THAT(result.err, HasSubstr("left its place"));
+  hold("band", "0, 1, 2, 99");
+  result = stage("ws", {"--settle", "30"});
+  EXPECT_EQ(result.exit_code, 3);
+  EXPECT_THAT(result.err, HasSubstr("vertex 99"));
+  result = alone({"--holding", (scene() / "holding.toml").string()});
+  EXPECT_EQ(result.exit_code, 2);
+  EXPECT_THAT(result.err, HasSubstr("give --body"));
 }
 
 TEST_F(Simulate, RelaxedCapturedGarment_HangsAsCaptured) {
