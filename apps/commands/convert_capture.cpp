@@ -8,6 +8,7 @@
 #include "apps/console/interrupt.h"
 #include "apps/console/option_flags.h"
 #include "capture/layouts/frame_files.h"
+#include "capture/layouts/join_datasets.h"
 #include "capture/layouts/open_dataset.h"
 #include "capture/layouts/write_layout.h"
 #include "core/atomic_file.h"
@@ -29,6 +30,8 @@ namespace {
 struct ConvertCaptureArguments {
   std::string in;
   std::string out;
+  std::vector<std::string> further;  // with --join: captures, then OUT
+  std::vector<std::string> join;     // kinds
   std::string to = "native";
   std::string cameras;
 };
@@ -128,23 +131,56 @@ LayoutReport write_or_end(const Dataset& dataset, const std::string& layout,
   }
 }
 
+/// What is read, and what is written: IN and OUT, or with --join all but the last and the last.
+struct ConvertedPlaces {
+  std::vector<std::string> in;
+  std::string out;
+};
+
+ConvertedPlaces places_of(const ConvertCaptureArguments& arguments) {
+  ConvertedPlaces places{{arguments.in}, arguments.out};
+  for (const std::string& path : arguments.further) {
+    places.in.push_back(places.out);
+    places.out = path;
+  }
+  if (arguments.join.empty() && !arguments.further.empty()) {
+    throw UsageError(
+        "convert-capture takes IN and OUT; --join makes one capture of several: "
+        "atelier convert-capture A B OUT --join clothed,minimal");
+  }
+  if (!arguments.join.empty() && places.in.size() != arguments.join.size()) {
+    throw UsageError("--join " + std::to_string(arguments.join.size()) +
+                     " kinds takes as many captures and OUT: atelier convert-capture A B OUT "
+                     "--join clothed,minimal");
+  }
+  for (const std::string& in : places.in) {
+    if (is_inside(places.out, capture_folder(in))) {
+      throw UsageError(
+          "OUT lies in the capture IN, which is not changed; name a folder outside of it");
+    }
+  }
+  return places;
+}
+
 int run(const ConvertCaptureArguments& arguments, const DatasetOptions& options) {
   if (arguments.in.empty() || arguments.out.empty()) {
     throw UsageError("convert-capture takes IN and OUT: atelier convert-capture IN OUT");
   }
-  if (is_inside(arguments.out, capture_folder(arguments.in))) {
-    throw UsageError(
-        "OUT lies in the capture IN, which is not changed; name a folder outside of it");
+  const ConvertedPlaces places = places_of(arguments);
+  require_new_place(places.out, "OUT");
+  require_folder_place(std::filesystem::absolute(places.out).parent_path());
+  std::vector<Dataset> parts;
+  std::string name;
+  for (const std::string& in : places.in) {
+    parts.push_back(open_dataset(in, options));
+    name += (name.empty() ? "" : " and ") + in;
   }
-  require_new_place(arguments.out, "OUT");
-  require_folder_place(std::filesystem::absolute(arguments.out).parent_path());
-  Dataset dataset = open_dataset(arguments.in, options);
+  Dataset dataset = arguments.join.empty() ? parts.front() : join_datasets(parts, arguments.join);
   if (!arguments.cameras.empty()) {
     dataset = with_cameras(std::move(dataset), arguments.cameras);
   }
-  std::cout << printable(arguments.in) << ": " << dataset.layout << " ("
-            << printable(dataset.evidence) << "), "
-            << counted(static_cast<std::int64_t>(dataset.cameras.size()), "camera") << ", "
+  std::cout << printable(name) << ": " << dataset.layout << " (" << printable(dataset.evidence)
+            << "), " << counted(static_cast<std::int64_t>(dataset.cameras.size()), "camera") << ", "
             << counted(static_cast<std::int64_t>(frame_ids(dataset).size()), "frame") << "\n";
   for (const Finding& finding : dataset.findings) {
     std::cout << "  " << printable(to_string(finding)) << "\n";
@@ -152,7 +188,7 @@ int run(const ConvertCaptureArguments& arguments, const DatasetOptions& options)
       throw DataError(finding.place, "", finding.what, "the file itself");
     }
   }
-  const LayoutReport report = write_or_end(dataset, arguments.to, arguments.out);
+  const LayoutReport report = write_or_end(dataset, arguments.to, places.out);
   for (const std::string& sentence : report.lost) {
     std::cout << "  " << arguments.to << ": " << sentence << "\n";
   }
@@ -175,6 +211,13 @@ Action add_convert_capture(CLI::App& parser) {
   add_option(parser, "IN", arguments->in, "Capture to read: a folder, or a calibration file in it")
       .required();
   add_option(parser, "OUT", arguments->out, "New folder to write").required();
+  add_option(parser, "FURTHER", arguments->further, "With --join: further captures, and OUT last");
+  add_option(parser, "--join", arguments->join,
+             "Kinds of the sequences of several captures of one rig, which become one: "
+             "A B OUT --join clothed,minimal")
+      .delimiter(',')
+      .once_a_flag()
+      .type_name("clothed|minimal,...");
   add_option(parser, "--to", arguments->to, "Layout to write [native]")
       .check(one_of(layout_names()))
       .type_name(layout_choices());

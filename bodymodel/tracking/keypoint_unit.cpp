@@ -6,6 +6,7 @@
 
 #include "bodymodel/tracking/track.h"
 #include "core/error.h"
+#include "core/listed_frames.h"
 
 namespace atelier {
 namespace {

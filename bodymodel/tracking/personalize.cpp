@@ -17,6 +17,7 @@
 #include "bodymodel/tracking/thickness.h"
 #include "core/error.h"
 #include "core/laplacian.h"
+#include "core/listed_frames.h"
 #include "core/normals.h"
 #include "core/parallel.h"
 

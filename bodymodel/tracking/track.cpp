@@ -10,6 +10,7 @@
 #include "bodymodel/tracking/scan_agreement.h"
 #include "bodymodel/tracking/start_pose.h"
 #include "core/error.h"
+#include "core/listed_frames.h"
 #include "core/normals.h"
 #include "core/parallel.h"
 
@@ -548,16 +549,6 @@ OptionTable describe(TrackOptions& options) {
   table.add("fingers", options.fingers,
             "Estimation of finger poses; requires keypoints of hands or close-ups");
   return table;
-}
-
-std::string listed_frames(const std::vector<int>& ids) {
-  constexpr std::size_t kShown = 8;
-  std::string text;
-  for (std::size_t i = 0; i < std::min(kShown, ids.size()); ++i) {
-    text += (i > 0 ? ", " : "") + std::to_string(ids[i]);
-  }
-  return ids.size() > kShown ? text + " and " + std::to_string(ids.size() - kShown) + " others"
-                             : text;
 }
 
 Tracking track(const BodyModel& model, const TrackInput& input, const TrackOptions& options) {

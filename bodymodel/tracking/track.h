@@ -58,9 +58,6 @@ struct Tracking {
                                   ///< "labels-absent"
 };
 
-/// The frame numbers of a finding, such as "3, 5, 8"; beyond eight, only their number.
-std::string listed_frames(const std::vector<int>& ids);
-
 /// Estimates a person's pose in every frame of a sequence (after Xiang et al. 2021 and the
 /// supplement of "Dressing Avatars"):
 ///  - every frame is initialised from its keypoints alone, in any pose; where detectors confused

@@ -197,6 +197,7 @@ Dataset dataset_of_model(const fs::path& path, const std::map<std::uint32_t, Cam
 struct WrittenModel {
   std::vector<Camera> cameras;
   std::vector<ColmapImage> images;
+  std::string held_out;  ///< names of images, a line each
 };
 
 WrittenModel write_pictures(const LayoutSource& source, const fs::path& out) {
@@ -218,6 +219,7 @@ WrittenModel write_pictures(const LayoutSource& source, const fs::path& out) {
       if (!extension.empty()) {
         write_mask(source, index, frame, out / "masks" / (stem + extension + ".png"));
         add(stem + extension);
+        model.held_out += is_held_out(source, index, frame) ? stem + extension + "\n" : "";
         any = true;
       }
     }
@@ -226,6 +228,13 @@ WrittenModel write_pictures(const LayoutSource& source, const fs::path& out) {
     }
   }
   return model;
+}
+
+/// The images that a training leaves closed, as 3D Gaussian splatting reads them beside the model.
+void write_held_out(const WrittenModel& written, const fs::path& sparse) {
+  if (!written.held_out.empty()) {
+    write_file_atomically(sparse / "test.txt", written.held_out);
+  }
 }
 
 std::vector<std::string> losses(const LayoutSource& source) {
@@ -510,6 +519,7 @@ std::vector<std::string> write_colmap_text(const LayoutSource& source, const fs:
   write_file_atomically(sparse / "points3D.txt", "# 3D point list: none\n");
   write_file_atomically(sparse / "cameras.txt", cameras);
   write_file_atomically(sparse / "images.txt", images);
+  write_held_out(written, sparse);
   return losses(source);
 }
 
@@ -544,6 +554,7 @@ std::vector<std::string> write_colmap_binary(const LayoutSource& source, const f
   Bytes().add(std::uint64_t{0}).write(sparse / "points3D.bin");
   cameras.write(sparse / "cameras.bin");
   images.write(sparse / "images.bin");
+  write_held_out(written, sparse);
   return losses(source);
 }
 

@@ -1,5 +1,6 @@
 #include "capture/layouts/layout.h"
 
+#include <algorithm>
 #include <system_error>
 
 #include "capture/camera_conventions.h"
@@ -17,6 +18,15 @@ FrameReader& LayoutSource::frames() const {
     throw StopRequested();
   }
   return *reader;
+}
+
+bool is_held_out(const LayoutSource& source, Index camera_idx, int frame_id) {
+  const CaptureInfo& info = source.dataset().info;
+  const std::string& camera = source.cameras()[static_cast<std::size_t>(camera_idx)].id;
+  const auto& cameras = info.held_out_cameras;
+  const auto& frames = info.held_out_frames;
+  return std::find(cameras.begin(), cameras.end(), camera) != cameras.end() ||
+         std::find(frames.begin(), frames.end(), frame_id) != frames.end();
 }
 
 std::string write_picture(const LayoutSource& source, Index camera_idx, int frame_id,

@@ -38,7 +38,13 @@ struct Layout {
                   const Limits& limits);
   /// Writes under `out`, which is there and empty; returns what is lost.
   std::vector<std::string> (*write)(const LayoutSource& source, const std::filesystem::path& out);
+  /// Where `write` says which images are held out, for a training to leave them closed; null: the
+  /// layout has no place for it.
+  const char* held_out = nullptr;
 };
+
+/// True for an image of a held-out camera or frame.
+bool is_held_out(const LayoutSource& source, Index camera_idx, int frame_id);
 
 /// Writes the image of a frame, its bytes as they are, to `stem` with the extension of its bytes;
 /// returns that extension, "" if there is none. A copy: a link would share the capture's own file.

@@ -1,7 +1,11 @@
 #include "capture/layouts/nerfstudio.h"
 
+#include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <utility>
 
 #include "capture/camera_conventions.h"
 #include "capture/layouts/frame_files.h"
@@ -111,6 +115,41 @@ Camera intrinsics_of(const JsonPlace& frame, const JsonPlace& root) {
   return camera;
 }
 
+/// Cameras and frames all of whose images are held out.
+void take_held_out(Dataset& dataset, const std::set<fs::path>& held) {
+  const auto is_held = [&](const DataPlace& place) { return held.contains(place.file); };
+  const std::size_t all = held.size();
+  std::size_t told = 0;
+  std::map<int, std::pair<int, int>> frames;  // held, all of other cameras
+  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
+    const auto& images = dataset.frames[c].images;
+    const auto count = std::count_if(images.begin(), images.end(),
+                                     [&](const auto& one) { return is_held(one.second); });
+    if (count > 0 && count == std::ssize(images)) {
+      dataset.info.held_out_cameras.push_back(dataset.cameras[c].id);
+      told += images.size();
+      continue;
+    }
+    for (const auto& [frame, place] : images) {
+      frames[frame].first += is_held(place) ? 1 : 0;
+      ++frames[frame].second;
+    }
+  }
+  for (const auto& [frame, counts] : frames) {
+    if (counts.first > 0 && counts.first == counts.second) {
+      dataset.info.held_out_frames.push_back(frame);
+      told += static_cast<std::size_t>(counts.first);
+    }
+  }
+  if (told < all) {
+    dataset.findings.push_back({Severity::Warning, "held-out-single", "transforms.json",
+                                std::to_string(all - told) +
+                                    " images of test_filenames or val_filenames are neither all of "
+                                    "a camera nor all of a frame",
+                                "stages open them: cameras and frames can be held out"});
+  }
+}
+
 }  // namespace
 
 std::string recognize_nerfstudio(const fs::path& path) {
@@ -150,6 +189,21 @@ std::vector<NerfFrame> parse_transforms(std::string_view text, const std::string
   if (frames.empty()) {
     root.fail("no frames", "at least one");
   }
+  const auto named = [&](const char* list) {
+    std::set<std::string> names;
+    if (const std::optional<JsonPlace> place = root.find(list)) {
+      for (const JsonPlace& name : place->items()) {
+        names.insert(name.text());
+      }
+    }
+    return names;
+  };
+  const std::set<std::string> train = named("train_filenames");
+  std::set<std::string> held = named("test_filenames");
+  held.merge(named("val_filenames"));
+  for (NerfFrame& frame : frames) {
+    frame.held_out = held.contains(frame.file_path) && !train.contains(frame.file_path);
+  }
   if (masks != 0 && masks != frames.size()) {
     root.fail(
         "masks of " + std::to_string(masks) + " of " + std::to_string(frames.size()) + " frames",
@@ -166,6 +220,7 @@ Dataset read_nerfstudio(const fs::path& path, const DatasetOptions& /*options*/,
   }
   const fs::path root = file.parent_path().empty() ? fs::path(".") : file.parent_path();
   std::vector<PosedImage> posed;
+  std::set<fs::path> held;
   ImageHeader first;  // NeRF's images all have one size
   for (NerfFrame& frame :
        parse_transforms(read_file_text(file, limits.text_file_bytes), file.string(), limits)) {
@@ -189,11 +244,15 @@ Dataset read_nerfstudio(const fs::path& path, const DatasetOptions& /*options*/,
       }
       entry.mask.file = path_under(root, frame.mask_path, file.string(), "mask_path");
     }
+    if (frame.held_out) {
+      held.insert(entry.image.file);
+    }
     posed.push_back(std::move(entry));
   }
   Dataset dataset = dataset_of(posed, file.string());
   dataset.root = root;
   dataset.file_world = kNerfstudioWorld;
+  take_held_out(dataset, held);
   return dataset;
 }
 
@@ -202,6 +261,8 @@ std::vector<std::string> write_nerfstudio(const LayoutSource& source, const fs::
       "keypoints and labels are left out (masks of the person are kept)"};
   nlohmann::ordered_json root;
   root["frames"] = nlohmann::ordered_json::array();
+  nlohmann::ordered_json splits;
+  bool any_held_out = false;
   const std::vector<Camera> cameras = cameras_in(source, kNerfstudioWritten);
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const Camera& camera = cameras[c];
@@ -257,7 +318,14 @@ std::vector<std::string> write_nerfstudio(const LayoutSource& source, const fs::
         entry["time"] = static_cast<double>(number++) / source.sequence.fps;
       }
       root["frames"].push_back(entry);
+      const bool held_out = is_held_out(source, index, frame);
+      any_held_out = any_held_out || held_out;
+      splits[held_out ? "test_filenames" : "train_filenames"].push_back(entry["file_path"]);
     }
+  }
+  if (any_held_out) {  // what is judged during a training is held out as well
+    splits["val_filenames"] = splits["test_filenames"];
+    root.update(splits);
   }
   write_file_atomically(out / "transforms.json", root.dump(1) + "\n");
   return lost;

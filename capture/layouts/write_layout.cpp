@@ -6,6 +6,7 @@
 #include "capture/layouts/open_dataset.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/listed_frames.h"
 #include "core/store/consent_file.h"
 
 namespace atelier {
@@ -21,6 +22,36 @@ const std::vector<std::string>& layout_names() {
   }();
   return names;
 }
+
+namespace {
+
+/// What becomes of held-out cameras and frames that the capture has; "" where there are none.
+std::string held_out_sentence(const Dataset& dataset, const Layout& target) {
+  std::string cameras;
+  for (const std::string& id : dataset.info.held_out_cameras) {
+    if (camera_index(dataset, id) >= 0) {
+      cameras += (cameras.empty() ? "" : ",") + id;
+    }
+  }
+  std::vector<int> frames = dataset.info.held_out_frames;
+  const std::vector<int> all = frame_ids(dataset);
+  std::erase_if(frames, [&](int id) { return !std::binary_search(all.begin(), all.end(), id); });
+  if (cameras.empty() && frames.empty()) {
+    return "";
+  }
+  std::string what = cameras.empty() ? "" : "held-out cameras " + cameras;
+  what += what.empty() || frames.empty() ? "" : " and ";
+  what += frames.empty() ? "" : "held-out frames " + listed_frames(frames);
+  if (target.held_out != nullptr) {
+    return what + " are named in " + target.held_out +
+           "; programs that do not read it open them in training";
+  }
+  return what + " are written like the rest, which has no place to tell them apart: a training " +
+         "opens them" +
+         (cameras.empty() ? "" : "; --leave-out " + cameras + " leaves the cameras out");
+}
+
+}  // namespace
 
 LayoutReport write_layout(const Dataset& dataset, const std::string& layout, const fs::path& out,
                           const std::function<bool()>& stop) {
@@ -52,6 +83,9 @@ LayoutReport write_layout(const Dataset& dataset, const std::string& layout, con
     for (const CaptureSequence& sequence : dataset.info.sequences) {
       write(sequence, out / sequence.name);
     }
+  }
+  if (std::string held = held_out_sentence(dataset, target); layout != "native" && !held.empty()) {
+    report.lost.push_back(std::move(held));
   }
   if (layout != "native" && !dataset.info.consent.empty()) {
     report.consent = out / kConsentFile;

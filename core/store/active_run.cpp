@@ -21,6 +21,7 @@
 #include "core/parallel.h"
 #include "core/printable.h"
 #include "core/store/commit.h"
+#include "core/store/frame_left_out.h"
 #include "core/store/input_digest.h"
 #include "core/store/manifest_limits.h"
 #include "core/store/utc_time.h"
@@ -215,8 +216,9 @@ void ActiveRun::drop_damaged_frames() {
     for (Index i = begin; i < end; ++i) {
       const auto at = static_cast<std::size_t>(i);
       const FrameRecord& record = frames_.at(ids[at]);
-      sound[at] = is_sound(record.output) &&
-                  std::all_of(record.beside.begin(), record.beside.end(), is_sound);
+      sound[at] =
+          record.left_out || (is_sound(record.output) &&
+                              std::all_of(record.beside.begin(), record.beside.end(), is_sound));
     }
   });
   for (std::size_t i = 0; i < ids.size(); ++i) {
@@ -296,16 +298,25 @@ void ActiveRun::one_frame(int frame_id, const std::vector<std::string>& paths,
   const Clock::time_point start = Clock::now();
   FrameRecord record;
   record.frame_id = frame_id;
-  record.beside = write_files(paths, [&](std::span<const std::filesystem::path> files) {
-    frame_warnings = &record.warnings;
-    try {
-      write(frame_id, files);
-    } catch (...) {
+  try {
+    record.beside = write_files(paths, [&](std::span<const std::filesystem::path> files) {
+      frame_warnings = &record.warnings;
+      try {
+        write(frame_id, files);
+      } catch (...) {
+        frame_warnings = nullptr;
+        throw;
+      }
       frame_warnings = nullptr;
-      throw;
+    });
+  } catch (const FrameLeftOut&) {
+    record.left_out = true;
+    for (const std::string& path : paths) {
+      std::error_code ignored;  // of a run that was killed before it had logged the frame
+      std::filesystem::remove(plan_.staging_folder / path, ignored);
+      record.beside.push_back({path, 0, {}});
     }
-    frame_warnings = nullptr;
-  });
+  }
   record.output = record.beside.front();
   record.beside.erase(record.beside.begin());
   record.seconds = seconds_since(start);
@@ -469,9 +480,11 @@ Manifest ActiveRun::finished_manifest() const {
   manifest.peak_memory_bytes = peak_memory();
   manifest.work_seconds = seconds_since(start_) - frame_loop_;
   for (const auto& [frame_id, record] : frames_) {
-    sorted[record.output.path] = record.output;
-    for (const ManifestOutput& output : record.beside) {
-      sorted[output.path] = output;
+    if (!record.left_out) {
+      sorted[record.output.path] = record.output;
+      for (const ManifestOutput& output : record.beside) {
+        sorted[output.path] = output;
+      }
     }
     warnings.insert(warnings.end(), record.warnings.begin(), record.warnings.end());
     manifest.work_seconds += record.seconds;

@@ -115,6 +115,9 @@ void FrameLog::append(const FrameRecord& record) {
   json["seconds"] = record.seconds;
   json["peak"] = record.peak_memory_bytes;
   json["warnings"] = record.warnings;
+  if (record.left_out) {
+    json["left_out"] = true;
+  }
   for (const ManifestOutput& output : record.beside) {
     json["beside"].push_back(json_of(output));
   }
@@ -160,13 +163,20 @@ void add_frame_records(std::string_view text, std::map<int, FrameRecord>& record
     const std::optional<std::vector<std::string>> warnings = warnings_of(json);
     const std::optional<std::vector<ManifestOutput>> beside = beside_of(json);
     constexpr auto kMost = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
-    if (!warnings || !beside || frame->get<std::uint64_t>() > 2'000'000'000u ||
+    const auto left_out = json.find("left_out");
+    const bool known = left_out == json.end() || *left_out == true;
+    if (!warnings || !beside || !known || frame->get<std::uint64_t>() > 2'000'000'000u ||
         peak->get<std::uint64_t>() > kMost || !(seconds->get<double>() >= 0)) {
       continue;
     }
     const int frame_id = frame->get<int>();
-    records[frame_id] = {
-        frame_id, *output, *beside, seconds->get<double>(), peak->get<std::int64_t>(), *warnings};
+    records[frame_id] = {.frame_id = frame_id,
+                         .output = *output,
+                         .beside = *beside,
+                         .seconds = seconds->get<double>(),
+                         .peak_memory_bytes = peak->get<std::int64_t>(),
+                         .warnings = *warnings,
+                         .left_out = left_out != json.end()};
   }
 }
 

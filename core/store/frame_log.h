@@ -19,6 +19,7 @@ struct FrameRecord {
   double seconds = 0;                  ///< that the frame took
   std::int64_t peak_memory_bytes = 0;  ///< of the process, so far
   std::vector<std::string> warnings;   ///< that the frame gave cause for
+  bool left_out = false;               ///< it has no files: core/store/frame_left_out.h
 };
 
 /// The list of finished frames that a run keeps in its staging folder: one line of JSON for each,

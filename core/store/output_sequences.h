@@ -24,6 +24,9 @@ struct OutputSequence {
 /// archive_of(mesh)); it is called, and its archives are kept, as in StageRun::each_frame, and the
 /// headers follow when every frame is there. Returns what each_frame does.
 ///
+/// Where all sequences are without a header, `make` may leave a frame out
+/// (core/store/frame_left_out.h).
+///
 /// Throws LogicError where there are not as many archives as sequences, or the frames of a header
 /// are not `frame_ids`.
 bool output_sequences(StageRun& run, const std::vector<OutputSequence>& sequences,

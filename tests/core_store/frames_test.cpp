@@ -124,6 +124,44 @@ TEST_F(Frames, WarningsOfInterruptedRun_AreKept) {
             report.manifest.warnings);
 }
 
+TEST_F(Frames, LeftOutFrame_IsFinishedWithoutFiles) {
+  behaviour().left_out_frames = {2, 3};
+  behaviour().warned_frames = {2};
+  const StageReport report = run(request());
+  EXPECT_EQ(report.end, End::Done);
+  EXPECT_EQ(report.frames_done, 6);
+  EXPECT_EQ(result(), "frame 0\nframe 1\nframe 5\nframe 8\n");
+  EXPECT_EQ(report.manifest.outputs.size(), 5U);
+  EXPECT_THAT(report.manifest.warnings, ElementsAre("frame 2 is doubtful"));
+  EXPECT_EQ(
+      status_of(workspace_status(kTestStages, root_ / "work", Check::Digests), "frames").state,
+      StageStatus::State::Done);
+  EXPECT_EQ(run(request()).end, End::AlreadyDone);
+}
+
+TEST_F(Frames, LeftOutFrameOfInterruptedRun_IsNotTriedAgain) {
+  behaviour().left_out_frames = {1};
+  behaviour().warned_frames = {1};
+  behaviour().before_frame = [](int at) {
+    if (at == 3) {
+      throw EnvironmentError("disk", "gone");
+    }
+  };
+  EXPECT_THROW(run(request()), EnvironmentError);
+  behaviour() = {};
+  const StageReport report = run(request());
+  EXPECT_THAT(behaviour().written, ElementsAre(3, 5, 8));
+  EXPECT_EQ(result(), "frame 0\nframe 2\nframe 3\nframe 5\nframe 8\n");
+  EXPECT_THAT(report.manifest.warnings, ElementsAre("frame 1 is doubtful"));
+}
+
+TEST_F(Frames, ShardWithLeftOutFrame_IsKnownToTheOthers) {
+  behaviour().left_out_frames = {1, 8};
+  EXPECT_EQ(run(request(shard(0, 2))).end, End::Partial);
+  EXPECT_EQ(run(request(shard(1, 2))).end, End::Done);
+  EXPECT_EQ(result(), "frame 0\nframe 2\nframe 3\nframe 5\n");
+}
+
 TEST_F(Frames, TooManyWarnings_EndWithACount) {
   behaviour().frame_ids.resize(1003);
   std::iota(behaviour().frame_ids.begin(), behaviour().frame_ids.end(), 0);

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/io/file_bytes.h"
+#include "core/store/frame_left_out.h"
 #include "core/store/stage.h"
 #include "core/store/workspace_status.h"
 #include "core/store/write_text.h"
@@ -26,6 +27,7 @@ struct Behaviour {
   bool asks_to_stop = false;
   std::vector<int> frame_ids = {0, 1, 2, 3, 5, 8};
   std::vector<int> warned_frames;
+  std::vector<int> left_out_frames;
   std::vector<int> written;  ///< frames, in order
   std::mutex mutex;
 
@@ -38,6 +40,7 @@ struct Behaviour {
     asks_to_stop = other.asks_to_stop;
     frame_ids = other.frame_ids;
     warned_frames = other.warned_frames;
+    left_out_frames = other.left_out_frames;
     written = other.written;
     return *this;
   }
@@ -119,6 +122,9 @@ inline void run_frames(StageRun& run) {
                        if (std::ranges::count(behaviour().warned_frames, frame_id) > 0) {
                          run.warn("frame " + std::to_string(frame_id) + " is doubtful");
                        }
+                       if (std::ranges::count(behaviour().left_out_frames, frame_id) > 0) {
+                         throw FrameLeftOut();
+                       }
                        write_text(file, "frame " + std::to_string(frame_id));
                      });
   if (!complete) {
@@ -126,7 +132,9 @@ inline void run_frames(StageRun& run) {
   }
   std::string all;
   for (const int frame_id : behaviour().frame_ids) {
-    all += read_file_text(run.frame_file(frame_id), 1000) + "\n";
+    if (std::filesystem::exists(run.frame_file(frame_id))) {
+      all += read_file_text(run.frame_file(frame_id), 1000) + "\n";
+    }
   }
   run.output_text("all.txt", all);
 }
