@@ -1,5 +1,7 @@
+#include <cctype>
 #include <cmath>
 #include <numbers>
+#include <set>
 
 #include "bodymodel/euler.h"
 #include "bodymodel/formats/motion_bvh.h"
@@ -12,6 +14,8 @@ namespace atelier {
 namespace {
 
 constexpr double kDegrees = 180 / std::numbers::pi;
+constexpr double kShortestTip = 1e-3;  // m, below which a bone is none
+constexpr double kTip = 0.05;          // m, of a joint without any bone
 
 std::string decimal(double value) {
   char text[40];
@@ -33,11 +37,33 @@ void visit(const Skeleton& skeleton, int joint, std::vector<int>& order) {
   }
 }
 
+// Names that every reader takes: letters, digits, '_', '-' and '.'. Others part words at blanks and
+// read ':' and '/' as paths (three.js), so that the joint never turns. Each once.
+std::vector<std::string> bvh_names(const std::vector<std::string>& names) {
+  std::set<std::string> taken;
+  std::vector<std::string> result;
+  for (const std::string& name : names) {
+    std::string plain;
+    for (const char c : name) {
+      const auto u = static_cast<unsigned char>(c);
+      plain += u < 128 && (std::isalnum(u) != 0 || c == '_' || c == '-' || c == '.') ? c : '_';
+    }
+    plain = plain.empty() ? "joint" : plain;
+    std::string unique = plain;
+    for (int number = 2; !taken.insert(unique).second; ++number) {
+      unique = plain + "_" + std::to_string(number);
+    }
+    result.push_back(unique);
+  }
+  return result;
+}
+
 class Writer {
  public:
   Writer(const MotionClip& clip, const BvhWriteOptions& options)
       : clip_(clip),
         options_(options),
+        names_(bvh_names(clip.skeleton.names)),
         rest_(forward_kinematics(clip.skeleton, rest_pose(clip.skeleton))) {}
 
   std::string text() {
@@ -48,20 +74,35 @@ class Writer {
   }
 
  private:
+  // From its parent. The root's is 0: its position channels say where it is, and programs do not
+  // agree on whether these replace its OFFSET or add to it.
   Eigen::Vector3d offset(int j) const {
     const int parent = clip_.skeleton.parents[static_cast<std::size_t>(j)];
-    Eigen::Vector3d offset = rest_.positions.row(j);
-    if (parent >= 0) {
-      offset -= rest_.positions.row(parent).transpose();
+    if (parent < 0) {
+      return Eigen::Vector3d::Zero();
     }
-    return offset / options_.metres_per_unit;
+    return (rest_.positions.row(j) - rest_.positions.row(parent)).transpose() /
+           options_.metres_per_unit;
+  }
+
+  // Where a leaf's bone ends. Where nobody says: a third of the bone before it, straight on, since
+  // Blender makes bones of 1 mm of end sites without a length. Our choice.
+  Eigen::Vector3d tip(int j) const {
+    for (const EndSite& site : clip_.end_sites) {
+      if (site.joint == j && site.offset.norm() > kShortestTip) {
+        return rest_.rotations[static_cast<std::size_t>(j)] * site.offset /
+               options_.metres_per_unit;
+      }
+    }
+    const Eigen::Vector3d bone = offset(j) * options_.metres_per_unit / 3;
+    return (bone.norm() > kShortestTip ? bone : Eigen::Vector3d(0, kTip, 0)) /
+           options_.metres_per_unit;
   }
 
   void joint(int j, int depth) {
     const std::string tabs(static_cast<std::size_t>(depth), '\t');
-    const std::size_t index = static_cast<std::size_t>(j);
-    text_ += tabs + (depth == 0 ? "ROOT " : "JOINT ") + clip_.skeleton.names[index] + "\n" + tabs +
-             "{\n" + tabs + "\tOFFSET " + triple(offset(j)) + "\n" + tabs + "\tCHANNELS " +
+    text_ += tabs + (depth == 0 ? "ROOT " : "JOINT ") + names_[static_cast<std::size_t>(j)] + "\n" +
+             tabs + "{\n" + tabs + "\tOFFSET " + triple(offset(j)) + "\n" + tabs + "\tCHANNELS " +
              (depth == 0 ? "6 Xposition Yposition Zposition" : "3");
     for (const char axis : options_.order) {
       text_ += std::string(" ") + axis + "rotation";
@@ -75,14 +116,8 @@ class Writer {
       }
     }
     if (leaf) {
-      Eigen::Vector3d tip = Eigen::Vector3d::Zero();
-      for (const EndSite& site : clip_.end_sites) {
-        if (site.joint == j) {
-          tip = rest_.rotations[index] * site.offset / options_.metres_per_unit;
-        }
-      }
-      text_ += tabs + "\tEnd Site\n" + tabs + "\t{\n" + tabs + "\t\tOFFSET " + triple(tip) + "\n" +
-               tabs + "\t}\n";
+      text_ += tabs + "\tEnd Site\n" + tabs + "\t{\n" + tabs + "\t\tOFFSET " + triple(tip(j)) +
+               "\n" + tabs + "\t}\n";
     }
     text_ += tabs + "}\n";
   }
@@ -117,6 +152,7 @@ class Writer {
 
   const MotionClip& clip_;
   const BvhWriteOptions& options_;
+  const std::vector<std::string> names_;
   const JointFrames rest_;
   std::string text_;
 };

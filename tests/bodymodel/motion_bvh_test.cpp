@@ -144,6 +144,38 @@ TEST(Bvh, WrittenClip_ReadsBackEqual) {
   }
 }
 
+TEST(Bvh, WrittenRoot_StandsWhereItsChannelsSayInEveryReader) {
+  // Babylon, assimp and Blender replace the root's OFFSET by its positions, three.js adds both.
+  MotionClip clip;
+  clip.skeleton = fixtures::synthetic_body().skeleton;
+  clip.skeleton.offsets.row(0) = Eigen::RowVector3d(0.1, 0.92, 0);
+  clip.motion.fps = 30;
+  clip.motion.frame_ids = {0};
+  clip.motion.poses = {rest_pose(clip.skeleton)};
+  const std::string text = bvh_text(clip);
+  EXPECT_THAT(text, HasSubstr("{\n\tOFFSET 0.000000 0.000000 0.000000\n\tCHANNELS 6"));
+  EXPECT_THAT(text, HasSubstr("\n10.000000 92.000000 0.000000 "));
+}
+
+TEST(Bvh, WrittenNames_HaveNoPathsAndNoBlanksAndAreUnique) {
+  MotionClip clip = parse_bvh(good_arm());
+  clip.skeleton.names = {"mixamorig:Hips", "mixamorig Hips"};
+  const std::string text = bvh_text(clip);
+  EXPECT_THAT(text, HasSubstr("ROOT mixamorig_Hips\n"));
+  EXPECT_THAT(text, HasSubstr("JOINT mixamorig_Hips_2\n"));
+  clip.skeleton.names = {"upperarm01.L", "\xC3\x84rm"};
+  EXPECT_THAT(bvh_text(clip), AllOf(HasSubstr("ROOT upperarm01.L\n"), HasSubstr("JOINT __rm\n")));
+}
+
+TEST(Bvh, WrittenEndSites_HaveALength) {
+  MotionClip clip = parse_bvh(good_arm());
+  EXPECT_THAT(bvh_text(clip), HasSubstr("\t\t\tOFFSET 25.000000 0.000000 0.000000\n"));
+  clip.end_sites.clear();
+  EXPECT_THAT(bvh_text(clip), HasSubstr("\t\t\tOFFSET 10.000000 0.000000 0.000000\n"));
+  clip.end_sites = {{1, Eigen::Vector3d::Zero()}};
+  EXPECT_THAT(bvh_text(clip), HasSubstr("\t\t\tOFFSET 10.000000 0.000000 0.000000\n"));
+}
+
 TEST(Bvh, EveryRealFile_IsRead) {
   const std::filesystem::path root = fixtures::test_data_root();
   if (!std::filesystem::exists(root / "mocap_bvh")) {
