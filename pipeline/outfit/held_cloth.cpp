@@ -12,12 +12,16 @@ namespace atelier {
 
 std::vector<HeldRing> chosen_holding(const std::string& option, const std::filesystem::path& found,
                                      const std::vector<HeldGarment>& garments) {
-  if (option == "none") {
+  const bool none = option == "none";
+  if (none && !std::filesystem::exists(found)) {
     return {};
   }
-  const std::filesystem::path file = option.empty() ? found : std::filesystem::path(option);
+  const std::filesystem::path file = option.empty() || none ? found : std::filesystem::path(option);
   std::vector<HeldRing> rings = read_holding(file);
   require_holding(rings, garments, file.string());
+  for (HeldRing& ring : rings) {
+    ring.kind = none ? HoldingKind::Rest : ring.kind;
+  }
   return rings;
 }
 

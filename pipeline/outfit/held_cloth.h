@@ -16,8 +16,9 @@ inline constexpr const char* kHoldingHelp =
     "What holds the garments: a file as holding.toml of register, edited, or none; empty: as "
     "register found it";
 
-/// What holds garments by an option `--holding`: nothing for "none", the file that it names, or
-/// where it is empty `found` (the file of register). Throws DataError for a file that is none or
+/// What holds garments by an option `--holding`: the file that it names, or where it is empty
+/// `found` (the file of register); for "none" nothing does, and the rings of `found` are only
+/// watched. Throws DataError for a file that is none or
 /// that is about other garments.
 std::vector<HeldRing> chosen_holding(const std::string& option, const std::filesystem::path& found,
                                      const std::vector<HeldGarment>& garments);

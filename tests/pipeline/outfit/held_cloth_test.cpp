@@ -104,7 +104,8 @@ TEST(HeldCloth, ChosenHolding_IsTheFoundFileOrTheNamedOneOrNone) {
   };
   EXPECT_EQ(chosen("").at(0).kind, HoldingKind::Band);
   EXPECT_EQ(chosen((root.path() / "edited.toml").string()).at(0).kind, HoldingKind::Rest);
-  EXPECT_THAT(chosen("none"), IsEmpty());
+  EXPECT_EQ(chosen("none").at(0).kind, HoldingKind::Rest) << "watched, as before an edit";
+  EXPECT_THAT(chosen_holding("none", "", {}), IsEmpty());
   EXPECT_THROW(chosen("", "upper"), DataError);
   EXPECT_THROW(chosen((root.path() / "missing.toml").string()), DataError);
 }
