@@ -123,7 +123,8 @@ void add_layer(Cast& cast, const std::string& name, const fs::path& networks, bo
 
 void add_meshes(Cast& cast, const std::string& name, const fs::path& meshes,
                 const fs::path& networks) {
-  MeshSequenceFile read = read_mesh_sequence(meshes, false);
+  MeshSequenceFile read =
+      read_mesh_sequence(meshes, name == "body" ? SequenceOf::Body : SequenceOf::Cloth);
   // A folder of meshes has faces in each; read.sequence then has none.
   add_layer(cast, name, networks, name != "body", std::move(read.shared.faces),
             std::move(read.sequence));

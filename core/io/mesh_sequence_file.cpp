@@ -23,25 +23,47 @@ namespace fs = std::filesystem;
 constexpr const char* kArrays[] = {"vertices", "faces",  "uv",          "fps",          "frame_ids",
                                    "labels",   "joints", "joint_names", "joint_parents"};
 
-std::map<std::string, Tensor> arrays_of(const fs::path& path, const Limits& limits) {
+/// The name of an array in a file that keeps body and cloth together: "body_vertices". Labels are
+/// asked for by their own name alone, since theirs may count otherwise. "": there is none.
+std::string name_beside(const std::string& name, SequenceOf what) {
+  const bool own = name == "vertices" || name == "faces" || name == "uv";
+  return own ? (what == SequenceOf::Cloth ? "cloth_" : "body_") + name : "";
+}
+
+std::map<std::string, Tensor> arrays_of(const fs::path& path, SequenceOf what,
+                                        const Limits& limits) {
+  std::map<std::string, std::string> wanted;  // by the name in the file
+  const auto want = [&](const auto& has) {
+    const bool alone = has("vertices");
+    for (const char* name : kArrays) {
+      const std::string beside = alone ? "" : name_beside(name, what);
+      if (const std::string& there = beside.empty() ? name : beside; has(there)) {
+        wanted[there] = name;
+      }
+    }
+  };
   std::map<std::string, Tensor> arrays;
   if (lower_extension(path) == ".npz") {
     const Npz npz(path, limits);
-    for (const char* name : kArrays) {
-      if (npz.contains(name)) {
-        arrays[name] = npz.read(name);
-      }
+    want([&](const std::string& name) { return npz.contains(name); });
+    for (const auto& [there, name] : wanted) {
+      arrays[name] = npz.read(there);
     }
     return arrays;
   }
   const ForeignHdf5Contents contents = foreign_hdf5_contents(path, limits);
-  std::vector<std::string> wanted;
-  for (const char* name : kArrays) {
-    if (contents.datasets.contains(name)) {
-      wanted.emplace_back(name);
-    }
+  want([&](const std::string& name) { return contents.datasets.contains(name); });
+  if (wanted.empty()) {
+    return arrays;
   }
-  return wanted.empty() ? arrays : read_foreign_hdf5(path, wanted, limits);
+  std::vector<std::string> names;
+  for (const auto& [there, name] : wanted) {
+    names.push_back(there);
+  }
+  for (auto& [there, tensor] : read_foreign_hdf5(path, names, limits)) {
+    arrays[wanted.at(there)] = std::move(tensor);
+  }
+  return arrays;
 }
 
 /// [F,R,3] of numbers that a mesh may have as F matrices.
@@ -182,11 +204,17 @@ MeshSequenceFile mesh_sequence_of(const std::map<std::string, Tensor>& arrays,
                       std::to_string(vertices->size()));
     }
     const auto names = arrays.find("joint_names");
-    if (names == arrays.end() || names->second.type != ElementType::Text ||
-        static_cast<Index>(names->second.strings.size()) != result.joints.front().rows()) {
-      throw DataError(file, "joint_names", "missing or of another length", "a name for each joint");
+    const auto count_of_joints = result.joints.front().rows();
+    if (names != arrays.end() &&
+        (names->second.type != ElementType::Text ||
+         static_cast<Index>(names->second.strings.size()) != count_of_joints)) {
+      throw DataError(file, "joint_names", shape_text(names->second.shape),
+                      "a name for each of " + counted(count_of_joints, "joint"));
     }
-    result.names = names->second.strings;
+    for (Index j = 0; names == arrays.end() && j < count_of_joints; ++j) {
+      result.names.push_back("joint_" + std::to_string(j));
+    }
+    result.names = names == arrays.end() ? result.names : names->second.strings;
     if (const auto parents = arrays.find("joint_parents"); parents != arrays.end()) {
       for (const std::int64_t parent : integers_of(parents->second, file, "joint_parents")) {
         result.parents.push_back(static_cast<int>(std::clamp<std::int64_t>(parent, -1, 1 << 20)));
@@ -213,11 +241,11 @@ MeshSequenceFile mesh_sequence_of(const std::map<std::string, Tensor>& arrays,
   return result;
 }
 
-MeshSequenceFile read_mesh_sequence(const fs::path& path, bool is_body, const Limits& limits) {
+MeshSequenceFile read_mesh_sequence(const fs::path& path, SequenceOf what, const Limits& limits) {
   MeshSequenceFile result;
   const std::string extension = lower_extension(path);
   if (extension == ".npz" || extension == ".h5" || extension == ".hdf5") {
-    result = mesh_sequence_of(arrays_of(path, limits), path.string(), limits);
+    result = mesh_sequence_of(arrays_of(path, what, limits), path.string(), limits);
   } else {
     result.sequence =
         fs::exists(path / "sequence.h5") ? open_sequence(path, limits) : read_frames(path, limits);
@@ -234,7 +262,7 @@ MeshSequenceFile read_mesh_sequence(const fs::path& path, bool is_body, const Li
   }
   const Points first = frame(result.sequence, 0).vertices;
   const double height = first.col(1).maxCoeff() - first.col(1).minCoeff();
-  if (is_body && !(height > 0.5 && height < 2.5)) {
+  if (what == SequenceOf::Person && !(height > 0.5 && height < 2.5)) {
     throw DataError(path.string(), "", std::to_string(height) + " tall along y",
                     "a person of 0.5 to 2.5 metres, Y up");
   }

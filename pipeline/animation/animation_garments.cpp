@@ -222,7 +222,7 @@ void wear_pattern(StageRun& run, Animation& animation) {
 
 void wear_foreign(const AnimateOptions& options, const AnimationSource& source,
                   Animation& animation) {
-  const MeshSequenceFile file = read_mesh_sequence(options.cloth_sequence, false);
+  const MeshSequenceFile file = read_mesh_sequence(options.cloth_sequence, SequenceOf::Cloth);
   WornCloth& worn = animation.worn;
   worn.first.push_back(0);
   Index faces = 0;

@@ -295,7 +295,7 @@ void require_named(const AnimateOptions& options, const fs::path& capture) {
   require_motion(options);
   if (!options.cloth_sequence.empty()) {
     if (missing(options.cloth_sequence)) {
-      read_mesh_sequence(options.cloth_sequence, false);
+      read_mesh_sequence(options.cloth_sequence, SequenceOf::Cloth);
     }
   } else if (options.garment != "auto" && options.garment != "none") {
     for (const auto& [name, label] : outfit_garments(options.garment)) {

@@ -142,7 +142,7 @@ Sequence body_sequence(const std::filesystem::path& body) {
     return open_sequence(body);
   }
   if (lower_extension(body) == ".h5") {
-    return read_mesh_sequence(body, false).sequence;
+    return read_mesh_sequence(body, SequenceOf::Body).sequence;
   }
   if (!std::filesystem::exists(body)) {
     throw DataError(body.string(), "", "no such file or folder",

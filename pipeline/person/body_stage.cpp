@@ -18,6 +18,7 @@
 #include "core/error.h"
 #include "core/io/image_file.h"
 #include "core/io/mesh_sequence_file.h"
+#include "core/listed_frames.h"
 #include "core/normals.h"
 #include "core/sequence_archive.h"
 #include "core/store/manifest.h"
@@ -394,7 +395,7 @@ struct FrameGarments {
 
 FrameGarments frame_garments(const fs::path& input, const BodySource& source) {
   FrameGarments garment;
-  const MeshSequenceFile file = read_mesh_sequence(input, false);
+  const MeshSequenceFile file = read_mesh_sequence(input, SequenceOf::Cloth);
   if (equal_arrays(file.shared.faces, source.person.model.mesh.faces)) {
     throw DataError(input.string(), "faces", "those of the body itself",
                     "a sequence of the garment's meshes, as register makes them");

@@ -15,6 +15,7 @@
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/ground_truth_archive.h"
+#include "core/listed_frames.h"
 #include "core/parallel.h"
 #include "core/sequence_archive.h"
 #include "core/store/result.h"

@@ -1,5 +1,6 @@
 #include "pipeline/person/person_measures.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -59,6 +60,40 @@ struct JointErrors {
   double constant = 0;  // mean length of the offsets that were removed
 };
 
+/// World from rest of each joint's parent, for a person of whom joints alone are known: the trunk's
+/// by hips and neck, and turned on by the least that brings the bone to where it is. Along its bone
+/// a limb's turn is not known. Our choice.
+std::vector<Eigen::Matrix3d> bone_rotations(const Skeleton& skeleton, const Points& joints) {
+  const Humanoid who = recognised_humanoid(skeleton);
+  const auto trunk = [&](const Points& at) -> Eigen::Matrix3d {
+    const Eigen::Vector3d left =
+        (at.row(who.legs[0].hip) - at.row(who.legs[1].hip)).transpose().normalized();
+    const Eigen::Vector3d up = (at.row(who.arms[0].shoulder) + at.row(who.arms[1].shoulder) -
+                                at.row(who.legs[0].hip) - at.row(who.legs[1].hip))
+                                   .transpose()
+                                   .normalized();
+    Eigen::Matrix3d axes;
+    axes.col(0) = left;
+    axes.col(2) = left.cross(up).normalized();
+    axes.col(1) = axes.col(2).cross(left);
+    return axes;
+  };
+  const Eigen::Matrix3d turn = trunk(joints) * trunk(rest_positions(skeleton)).transpose();
+  std::vector<Eigen::Matrix3d> rotations(skeleton.names.size(), turn);
+  for (std::size_t j = 0; j < rotations.size(); ++j) {
+    if (skeleton.parents[j] < 0) {
+      continue;
+    }
+    const auto row = static_cast<Index>(j);
+    const Eigen::Vector3d before = turn * skeleton.offsets.row(row).transpose();
+    const Eigen::Vector3d now = (joints.row(row) - joints.row(skeleton.parents[j])).transpose();
+    if (before.norm() > 1e-6 && now.norm() > 1e-6) {
+      rotations[j] = Eigen::Quaterniond::FromTwoVectors(before, now).toRotationMatrix() * turn;
+    }
+  }
+  return rotations;
+}
+
 JointErrors joint_errors(const TrackedMotion& tracked, const fs::path& capture,
                          const GroundTruth& truth) {
   const NamedJoints found = named_joints(tracked.skeleton);
@@ -73,17 +108,18 @@ JointErrors joint_errors(const TrackedMotion& tracked, const fs::path& capture,
     const bool posed = frame.pose.rotations.rows() == frame.joints.rows();
     const JointFrames frames =
         posed ? forward_kinematics(truth.skeleton, frame.pose) : JointFrames{};
+    const std::vector<Eigen::Matrix3d> bones =
+        posed ? std::vector<Eigen::Matrix3d>{} : bone_rotations(truth.skeleton, frame.joints);
     for (std::size_t j = 0; j < count; ++j) {
       if (found.all[j] < 0 || real.all[j] < 0) {
         continue;
       }
       const Eigen::Vector3d gap =
           (tracked.joints[f].row(found.all[j]) - frame.joints.row(real.all[j])).transpose();
-      const int parent = std::max(0, truth.skeleton.parents[static_cast<std::size_t>(real.all[j])]);
-      gaps[j].push_back(
-          posed ? Eigen::Vector3d(frames.rotations[static_cast<std::size_t>(parent)].transpose() *
-                                  gap)
-                : gap);
+      const auto joint = static_cast<std::size_t>(real.all[j]);
+      const auto parent = static_cast<std::size_t>(std::max(0, truth.skeleton.parents[joint]));
+      const Eigen::Matrix3d& turn = posed ? frames.rotations[parent] : bones[joint];
+      gaps[j].push_back(turn.transpose() * gap);
     }
   }
   JointErrors errors;
@@ -226,8 +262,22 @@ bool wears(const GroundTruth& truth, const std::vector<Label>& labels) {
 
 }  // namespace
 
+std::string track_problem(const fs::path& workspace, const fs::path& capture) {
+  if (!fs::exists(workspace / "track" / "current") ||
+      !read_ground_truth(capture).skeleton.names.empty()) {
+    return "";
+  }
+  return "the ground truth has no joints: its bodies come from a sequence without joints that "
+         "match "
+         "a person";
+}
+
 std::string personalize_problem(const fs::path& workspace, const fs::path& capture) {
   const fs::path file = workspace / "personalize" / "current" / "person.npz";
+  if (fs::exists(file) && read_ground_truth(capture).skin_weights.rows() == 0) {
+    return "the ground truth's body comes from a sequence and is not at rest; track and body are "
+           "measured in the frames";
+  }
   if (!fs::exists(file) ||
       read_personal_body(file).model.skeleton.names == read_ground_truth(capture).skeleton.names) {
     return "";

@@ -8,8 +8,13 @@
 
 namespace atelier {
 
+/// Why a result of `track` cannot be measured; "" if it can, or is not there. The bodies of a
+/// sequence may have no joints that match a person.
+std::string track_problem(const std::filesystem::path& workspace,
+                          const std::filesystem::path& capture);
+
 /// Why a result of `personalize` cannot be measured; "" if it can, or is not there. A body model
-/// other than the ground truth's rests in another pose.
+/// other than the ground truth's rests in another pose, and a sequence's body nowhere.
 std::string personalize_problem(const std::filesystem::path& workspace,
                                 const std::filesystem::path& capture);
 

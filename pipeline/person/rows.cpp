@@ -97,6 +97,7 @@ const StageRow& track_row() {
           },
       .chain = ChainPlace{.lacks = lacks_keypoints, .cost = {.seconds = 1, .per_frame = 0.25}},
       .measure = measure_track,
+      .problem = track_problem,
       .targets = kTrackTargets,
       .rules = &person_rules(),
       .pictures = track_pictures,

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "capture/keypoint_schema.h"
 #include "core/error.h"
 #include "core/printable.h"
 
@@ -21,34 +20,35 @@ Index file_frame(const FilePerformance& performance, const SynthesisOptions& opt
   return rate > 0 ? static_cast<Index>(std::llround(i * rate / options.fps)) : i;
 }
 
-/// Joints that are keypoints by their name, in the schemas' words.
-std::vector<std::pair<std::string, Index>> named_keypoints(const MeshSequenceFile& body) {
-  std::vector<std::pair<std::string, Index>> result;
-  for (std::size_t j = 0; j < body.names.size(); ++j) {
-    const std::string name = body.names[j] == "pelvis" ? "mid_hip" : body.names[j];
-    if (find_keypoint(body_25_schema(), name) >= 0 ||
-        find_keypoint(coco_wholebody_schema(), name) >= 0) {
-      result.emplace_back(name, static_cast<Index>(j));
-    }
+/// [V,3] the garment's vertices in a frame of the file.
+Points garment_vertices(const FilePerformance& performance, Index at) {
+  const Points all = frame(performance.cloth.sequence, at).vertices;
+  Points vertices(static_cast<Index>(performance.garment.rows.size()), 3);
+  for (Index v = 0; v < vertices.rows(); ++v) {
+    vertices.row(v) = all.row(performance.garment.rows[static_cast<std::size_t>(v)]);
   }
-  return result;
+  return vertices;
 }
 
 /// Velocities by the difference to the next frame of the file, or from the one before the last.
 void add_velocities(PerformedFrame& result, const FilePerformance& performance,
                     const SynthesisOptions& options, Index at) {
-  const auto velocity = [&](const Sequence& sequence, Index rows) -> Points {
+  const auto velocity = [&](const Sequence& sequence, Index rows, const auto& vertices) -> Points {
     const Index count = frame_count(sequence);
     if (count < 2 || rows == 0) {
       return Points::Zero(rows, 3);
     }
     const Index first = std::min(at, count - 2);
     const double rate = sequence.fps > 0 ? sequence.fps : options.fps;
-    return rate * (frame(sequence, first + 1).vertices - frame(sequence, first).vertices);
+    return rate * (vertices(first + 1) - vertices(first));
   };
-  result.body_velocity = velocity(performance.body.sequence, result.truth.body.rows());
+  result.body_velocity =
+      velocity(performance.body.sequence, result.truth.body.rows(),
+               [&](Index f) -> Points { return frame(performance.body.sequence, f).vertices; });
   for (const Points& garment : result.truth.garments) {
-    result.garment_velocities.push_back(velocity(performance.cloth.sequence, garment.rows()));
+    result.garment_velocities.push_back(
+        velocity(performance.cloth.sequence, garment.rows(),
+                 [&](Index f) { return garment_vertices(performance, f); }));
   }
 }
 
@@ -67,13 +67,23 @@ Label label_by_place(const Points& cloth, const Points& body) {
 
 FilePerformance read_performance(const SynthesisOptions& options) {
   FilePerformance performance;
-  performance.body = read_mesh_sequence(options.body_sequence, true);
+  performance.body = read_mesh_sequence(options.body_sequence, SequenceOf::Person);
+  const std::vector<std::uint8_t>& labels = performance.body.shared.labels;
+  const bool background = std::all_of(labels.begin(), labels.end(), [](std::uint8_t label) {
+    return label == static_cast<std::uint8_t>(Label::Background);
+  });
+  if (!labels.empty() && background) {
+    throw DataError(options.body_sequence, "labels", "nothing but 0, the background",
+                    "labels of a person's parts (1 is skin), or none: all is skin then");
+  }
   const Points first = frame(performance.body.sequence, 0).vertices;
   const Eigen::RowVector3d middle = first.colwise().mean();
   performance.shift = {-middle.x(), -first.col(1).minCoeff(), -middle.z()};
   if (!options.cloth_sequence.empty()) {
-    performance.cloth = read_mesh_sequence(options.cloth_sequence, false);
-    performance.label = label_by_place(frame(performance.cloth.sequence, 0).vertices, first);
+    performance.cloth = read_mesh_sequence(options.cloth_sequence, SequenceOf::Cloth);
+    performance.garment = sequence_garment(performance.cloth);
+    performance.garment.truth.label =
+        label_by_place(frame(performance.cloth.sequence, 0).vertices, first);
   }
   const Index have = options.cloth_sequence.empty()
                          ? frame_count(performance.body.sequence)
@@ -85,6 +95,7 @@ FilePerformance read_performance(const SynthesisOptions& options) {
     throw DataError(options.body_sequence, "", counted(have, "frame"),
                     "at least " + std::to_string(want) + ", or a smaller --frames");
   }
+  performance.person = sequence_person(performance.body);
   return performance;
 }
 
@@ -94,17 +105,13 @@ GroundTruth truth_of(const FilePerformance& performance, const SynthesisOptions&
   truth.body.vertices = frame(performance.body.sequence, 0).vertices;
   truth.body.vertices.rowwise() += performance.shift;
   if (performance.cloth.shared.faces.rows() > 0) {
-    GroundTruthGarment garment;
-    garment.garment.name = "cloth";
-    garment.garment.mesh = performance.cloth.shared;
-    garment.garment.mesh.labels.clear();
-    garment.garment.mesh.vertices = frame(performance.cloth.sequence, 0).vertices;
+    GroundTruthGarment garment = performance.garment.truth;
     garment.garment.mesh.vertices.rowwise() += performance.shift;
-    garment.label = performance.label;
     truth.garments.push_back(garment);
   }
-  for (const auto& [name, joint] : named_keypoints(performance.body)) {
-    truth.keypoint_names.push_back(name);
+  truth.skeleton = performance.person.skeleton;
+  for (const SequenceKeypoint& keypoint : performance.person.keypoints) {
+    truth.keypoint_names.push_back(keypoint.name);
   }
   truth.numbers = {{"seed", static_cast<double>(options.seed)},
                    {"exposure", options.sensor.exposure}};
@@ -122,19 +129,20 @@ PerformedFrame performed_frame(const FilePerformance& performance, const Synthes
   if (cloth) {
     result.truth.garments.emplace_back(0, 3);
     if (clothed) {
-      result.truth.garments[0] = frame(performance.cloth.sequence, at).vertices;
+      result.truth.garments[0] = garment_vertices(performance, at);
       result.truth.garments[0].rowwise() += performance.shift;
     }
   }
   if (options.shutter > 0) {
     add_velocities(result, performance, options, at);
   }
-  const auto named = named_keypoints(performance.body);
-  result.truth.keypoints.resize(static_cast<Index>(named.size()), 3);
-  for (std::size_t k = 0; k < named.size(); ++k) {
-    result.truth.keypoints.row(static_cast<Index>(k)) =
-        performance.body.joints[static_cast<std::size_t>(at)].row(named[k].second) +
-        performance.shift;
+  const SequencePerson& person = performance.person;
+  if (!performance.body.joints.empty()) {
+    Points joints = performance.body.joints[static_cast<std::size_t>(at)];
+    joints.rowwise() += performance.shift;
+    result.truth.joints = person_joints(person, joints);
+    result.truth.keypoints =
+        person_keypoints(person, joints, result.truth.body, performance.body.shared.faces);
   }
   return result;
 }

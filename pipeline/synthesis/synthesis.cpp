@@ -27,10 +27,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kSynthesisVersion = 6;  // raised whenever the same options give other bytes
+// Raised whenever the same options give other bytes.
+constexpr int kSynthesisVersion = 6;
+constexpr int kFilesVersion = 7;  // of sequences from files
 
 std::string key_of(SynthesisOptions options) {
-  return "{\"synthesis\":" + std::to_string(kSynthesisVersion) +
+  const int version = options.body_sequence.empty() ? kSynthesisVersion : kFilesVersion;
+  return "{\"synthesis\":" + std::to_string(version) +
          ",\"options\":" + canonical_json(describe(options)) + "}\n";
 }
 
@@ -223,9 +226,20 @@ SynthesisStage played(const Work& work, const SynthesisOptions& options,
 }
 
 /// Reads a performance that another program made.
-SynthesisStage taken_from_files(const Work& work, const SynthesisOptions& options) {
+SynthesisStage taken_from_files(const Work& work, const SynthesisOptions& options,
+                                const SynthesisEvents& events) {
   const FilePerformance performance = read_performance(options);
   claim(work, key_of(options));
+  for (const std::string& line : sequence_person_lines(performance.person, options.keypoints)) {
+    events.say(line);
+  }
+  if (const GroundTruthGarment& cloth = performance.garment.truth;
+      !performance.cloth.sequence.frame_ids.empty()) {
+    events.say(cloth.seams.empty()
+                   ? "the cloth's texture tells no sewn panels: flatten cannot be judged by them"
+                   : "panels: " + counted(std::ssize(cloth.garment.panel_names), "panel") + ", " +
+                         counted(std::ssize(cloth.seams), "seam"));
+  }
   SynthesisStage stage = set_stage(truth_of(performance, options), {}, options);
   for (int id = 0; id < options.frames + options.minimal_frames; ++id) {
     const bool clothed = id < options.frames;
@@ -271,8 +285,9 @@ bool synthesize_capture(const fs::path& folder, const SynthesisOptions& options,
       fs::remove(lock_file);
       return true;
     }
-    const SynthesisStage stage = options.body_sequence.empty() ? played(work, options, events)
-                                                               : taken_from_files(work, options);
+    const SynthesisStage stage = options.body_sequence.empty()
+                                     ? played(work, options, events)
+                                     : taken_from_files(work, options, events);
     events.say("performed " + counted(options.frames + options.minimal_frames, "frame"));
     make_folders(work, stage.cameras, options);
     write_archive(folder / "truth" / "truth.h5", archive_of(stage.truth));

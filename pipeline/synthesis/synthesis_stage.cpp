@@ -224,7 +224,7 @@ SynthesisStage set_stage(GroundTruth truth, const std::vector<WornLayer>& layers
   painted.mesh = truth.body;
   painted.skin = {truth.skin_joints, truth.skin_weights};
   Mesh colored;
-  if (truth.skeleton.names.empty()) {
+  if (truth.skin_weights.rows() == 0) {
     stage.skin.color = {0.5F, 0.32F, 0.24F};  // a body from a file: nothing says where its face is
     stage.skin.roughness = 0.48F;
   } else {

@@ -581,6 +581,11 @@ TEST(SynthesizeRefuses, ImpossibleOptions_AreRefused) {
   }
   numbered({4, 5, 9});
   refused({"--body_sequence", npz}, 3, "tall along y");  // its numbers are good
+  write_npz(
+      npz, {{"vertices", tensor_of(std::vector<float>{0, 0, 0, 1, 0, 0, 0, 1.7F, 0.2F}, {1, 3, 3})},
+            {"faces", tensor_of(std::vector<int>{0, 1, 2}, {1, 3})},
+            {"labels", tensor_of(std::vector<int>{0, 0, 0}, {3})}});
+  refused({"--body_sequence", npz}, 3, "labels: nothing but 0, the background");
 }
 
 TEST(SynthesizeRefuses, GarmentThatCannotBeWorn_IsRefused) {
