@@ -66,7 +66,7 @@ class Dxf {
   void label(const std::string& value, const Eigen::Vector2d& at, double height) {
     entity("TEXT", kAnnotation);
     point(10, at);
-    number(40, height);
+    number(40, height * kMillimetres);
     pair(1, value);
   }
   std::string take() { return std::move(text_); }
@@ -100,7 +100,45 @@ std::string plain(const std::string& text) {
   return result;
 }
 
+/// Of the control square, so that whoever opens the drawing can measure its unit: programs take
+/// $INSUNITS, the text UNITS or neither.
+constexpr double kControlSquare = 0.1;  // m
+constexpr double kTextHeight = 0.01;    // m
+constexpr double kUnder = -0.03;        // m, the first line of text under the fabric
+constexpr double kLine = 0.02;          // m, between lines
+
+/// The control square's lower left corner.
+Eigen::Vector2d control_corner() {
+  return {0, kUnder - 2 * kLine - kControlSquare};
+}
+
+Points2 control_square() {
+  const Eigen::RowVector2d at = control_corner();
+  Points2 square(4, 2);
+  square << at, at + Eigen::RowVector2d(kControlSquare, 0),
+      at + Eigen::RowVector2d(kControlSquare, kControlSquare),
+      at + Eigen::RowVector2d(0, kControlSquare);
+  return square;
+}
+
+/// Smallest and largest corner of everything drawn, texts by their first letter. Rows.
+Points2 extents(const PatternLayout& layout) {
+  Points2 box(2, 2);
+  box.row(0) = control_corner();
+  box.row(1) = Eigen::RowVector2d(kControlSquare, kUnder + kTextHeight);
+  for (const PatternPiece& piece : layout.pieces) {
+    for (const Points2* line : {&piece.cut_line, &piece.sew_line}) {
+      if (line->rows() > 0) {
+        box.row(0) = box.row(0).cwiseMin(line->colwise().minCoeff());
+        box.row(1) = box.row(1).cwiseMax(line->colwise().maxCoeff());
+      }
+    }
+  }
+  return box;
+}
+
 void header(Dxf& dxf, const PatternLayout& layout) {
+  const Points2 box = extents(layout);
   dxf.pair(0, "SECTION");
   dxf.pair(2, "HEADER");
   dxf.pair(9, "$ACADVER");
@@ -110,9 +148,9 @@ void header(Dxf& dxf, const PatternLayout& layout) {
   dxf.pair(9, "$INSUNITS");  // millimetres, for readers of later versions
   dxf.integer(70, 4);
   dxf.pair(9, "$EXTMIN");
-  dxf.point(10, {0, 0});
+  dxf.point(10, box.row(0).transpose());
   dxf.pair(9, "$EXTMAX");
-  dxf.point(10, {layout.width, layout.length});
+  dxf.point(10, box.row(1).transpose());
   dxf.pair(0, "ENDSEC");
 }
 
@@ -159,8 +197,9 @@ void block(Dxf& dxf, const PatternPiece& piece, const std::string& name) {
     dxf.line(notch.position, notch.position + kNotchLength * notch.outwards, kNotches);
   }
   const Eigen::Vector2d middle = (piece.grain_from + piece.grain_to) / 2;
-  dxf.label("PIECE NAME: " + plain(piece.name), middle, 10);
-  dxf.label("QUANTITY: 1", middle - Eigen::Vector2d(0, 0.015), 10);
+  dxf.label("PIECE NAME: " + plain(piece.name), middle, kTextHeight);
+  dxf.label("QUANTITY: 1", middle - Eigen::Vector2d(0, 0.015), kTextHeight);
+  dxf.label("ANNOTATION: UNIT MM", middle - Eigen::Vector2d(0, 0.03), kTextHeight);
   dxf.entity("ENDBLK", "0");
 }
 
@@ -186,9 +225,11 @@ std::string pattern_dxf(const PatternLayout& layout, const std::string& title) {
     dxf.pair(2, name);
     dxf.point(10, {0, 0});
   }
-  const double below = -0.03;
-  dxf.label("STYLE NAME: " + plain(title), {0, below}, 10);
-  dxf.label("UNITS: METRIC", {0, below - 0.02}, 10);
+  dxf.label("STYLE NAME: " + plain(title), {0, kUnder}, kTextHeight);
+  dxf.label("UNITS: METRIC", {0, kUnder - kLine}, kTextHeight);
+  dxf.polyline(control_square(), true, kAnnotation);
+  dxf.label("CONTROL SQUARE: 100 MM", control_corner() + Eigen::Vector2d(0.005, 0.005),
+            kTextHeight);
   dxf.pair(0, "ENDSEC");
   dxf.pair(0, "EOF");
   return dxf.take();

@@ -54,7 +54,8 @@ PatternLayout lay_out_pattern(const FlatPattern& pattern, const PatternPieceOpti
 std::string pattern_svg(const PatternLayout& layout, const std::string& title);
 
 /// The layout as ASCII DXF R12 in millimetres, in the layers of AAMA (ASTM D6673): 1 cut line, 4
-/// notches, 7 grain, 14 sew line, 15 text; one block for each piece, inserted where it lies.
+/// notches, 7 grain, 14 sew line, 15 text; one block for each piece, inserted where it lies. Under
+/// them, in layer 15, a control square of 100 mm, since programs do not agree on a drawing's unit.
 std::string pattern_dxf(const PatternLayout& layout, const std::string& title);
 
 }  // namespace atelier
