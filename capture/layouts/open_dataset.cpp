@@ -227,26 +227,44 @@ void measure_pictures(Dataset& dataset, const Limits& limits) {
   }
 }
 
-/// Links in a capture's folder, which may lead out of it: stages do not follow them
-/// (core/store/input_digest.h), so that no capture with one is of use.
-void find_links(const fs::path& folder, std::vector<Finding>& findings) {
-  fs::path first;
-  int links = 0;
+/// Symbolic links in a capture's folder: a note of those that lead somewhere, an error of the
+/// others, which stages refuse (core/store/input_digest.h).
+void find_links(const fs::path& folder, bool refuse, std::vector<Finding>& findings) {
+  std::vector<fs::path> links;
+  std::vector<fs::path> broken;
   std::error_code error;  // what cannot be listed is told of by whoever reads it
   auto walk = fs::recursive_directory_iterator(folder, error);
   for (; !error && walk != fs::recursive_directory_iterator(); walk.increment(error)) {
     if (walk->path().filename().string().starts_with(".")) {
       walk.disable_recursion_pending();
     } else if (walk->is_symlink(error)) {
-      ++links;
-      first = first.empty() || walk->path() < first ? walk->path() : first;
+      std::error_code unreachable;
+      (fs::exists(walk->path(), unreachable) ? links : broken).push_back(walk->path());
     }
   }
-  if (!first.empty()) {
-    findings.push_back({Severity::Error, "symbolic-link", first.string(),
-                        std::string("a symbolic link, which may lead out of the folder") +
-                            (links > 1 ? "; it is not the only one" : ""),
-                        "put the file itself there"});
+  const auto told = [](const std::vector<fs::path>& some) {
+    std::error_code ignored;
+    const fs::path& first = *std::min_element(some.begin(), some.end());
+    const std::string more =
+        some.size() > 1 ? "; it is the first of " + std::to_string(some.size()) : "";
+    return std::pair(first.string(),
+                     "a symbolic link to " + fs::read_symlink(first, ignored).string() + more);
+  };
+  if (refuse && !(links.empty() && broken.empty())) {
+    const auto [place, what] = told(links.empty() ? broken : links);
+    throw DataError(place, "", what,
+                    "the file itself, as --capture.links refuse asks; --capture.links follow reads "
+                    "what links lead to");
+  }
+  if (!broken.empty()) {
+    const auto [place, what] = told(broken);
+    findings.push_back({Severity::Error, "symbolic-link", place, what + ", where nothing is",
+                        "correct or remove the link"});
+  }
+  if (!links.empty()) {
+    const auto [place, what] = told(links);
+    findings.push_back({Severity::Note, "symbolic-link", place, what + ", which is followed",
+                        "keep what it leads to as long as results are to be made again"});
   }
 }
 
@@ -385,7 +403,7 @@ double mean_stretch(const std::string& schema, const std::vector<Keypoints2d>& p
   return count > 0 ? sum / count : 0;
 }
 
-/// What the layout claims of the order of keypoints, held against the detections.
+/// Compares the order of keypoints that the layout claims with the detections.
 void settle_keypoints(Dataset& dataset, const DatasetOptions& options, const Limits& limits) {
   std::string& schema = dataset.info.keypoint_schema;
   if (options.keypoint_schema != "auto") {
@@ -452,6 +470,9 @@ OptionTable describe(DatasetOptions& options) {
            "Numbering of the classes of label images; auto: as the layout has it")
       .add("subject", options.subject, std::vector<std::string>{},
            "Name of the person, in layouts with several; auto: the first")
+      .add("links", options.links, {"follow", "refuse"},
+           "Treatment of symbolic links in the folder of the capture")
+      .not_keyed()
       .add(describe(options.corrections));
   return table;
 }
@@ -484,7 +505,7 @@ Dataset open_dataset(const fs::path& path, const DatasetOptions& options, const 
   }
   correct_cameras(dataset, options.corrections);
   settle_world(dataset, options);
-  find_links(path, dataset.findings);
+  find_links(path, options.links == "refuse", dataset.findings);
   measure_pictures(dataset, limits);
   settle_cameras(dataset);
   correct_frames(dataset, options.corrections);

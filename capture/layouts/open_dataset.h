@@ -20,6 +20,7 @@ struct DatasetOptions {
       "auto";                           ///< order of the 2D keypoints; "auto": told by their number
   std::string label_taxonomy = "auto";  ///< numbers of label images; "auto": as the layout
   std::string subject = "auto";         ///< of layouts with several (Human3.6M); "auto": the first
+  std::string links = "follow";         ///< symbolic links in the folder; "refuse": DataError
   CorrectionOptions corrections;        ///< what is wrong in the files, under names of its own
 };
 OptionTable describe(DatasetOptions& options);

@@ -21,6 +21,7 @@
 #include "core/parallel.h"
 #include "core/printable.h"
 #include "core/store/commit.h"
+#include "core/store/flag_command.h"
 #include "core/store/frame_left_out.h"
 #include "core/store/input_digest.h"
 #include "core/store/manifest_limits.h"
@@ -412,18 +413,19 @@ void ActiveRun::metric(const std::string& name, double value) {
 void ActiveRun::say(const std::string& line) {
   if (events_.say) {
     const std::lock_guard lock(mutex_);  // frames may speak while others report progress
-    events_.say(line);
+    events_.say(with_command(line, stage_.name, request_.options.table));
   }
 }
 
 void ActiveRun::warn(const std::string& line) {
   say(line);
+  std::string told = printable(with_command(line, stage_.name, request_.options.table));
   if (frame_warnings != nullptr) {
-    frame_warnings->push_back(printable(line));
+    frame_warnings->push_back(std::move(told));
     return;
   }
   const std::lock_guard lock(mutex_);
-  warnings_.push_back(printable(line));
+  warnings_.push_back(std::move(told));
 }
 
 void ActiveRun::progress(std::int64_t done, std::int64_t total, const std::string& unit,

@@ -30,6 +30,69 @@ struct Entry {
   std::string name;  ///< relative, with "/"
 };
 
+/// Gathers the files below a folder; symbolic links are followed.
+class Gathering {
+ public:
+  explicit Gathering(const std::filesystem::path& root) : root_(root) {}
+
+  /// @param real  the same folder without links
+  void folder(const std::filesystem::path& folder, const std::filesystem::path& real) {
+    if (std::find(above_.begin(), above_.end(), real) != above_.end()) {
+      throw DataError(folder.string(), "", "a symbolic link that leads in a circle",
+                      "a link to a folder that does not contain it");
+    }
+    above_.push_back(real);
+    std::error_code error;
+    auto walk = std::filesystem::directory_iterator(folder, error);
+    for (; !error && walk != std::filesystem::directory_iterator(); walk.increment(error)) {
+      if (!walk->path().filename().string().starts_with(".")) {
+        add(walk->path(), real);
+      }
+    }
+    if (error) {
+      throw EnvironmentError(folder.string(),
+                             "cannot list the folder: " + system_reason(error.value()));
+    }
+    above_.pop_back();
+  }
+
+  std::vector<Entry> sorted() {
+    std::sort(entries_.begin(), entries_.end(),
+              [](const Entry& a, const Entry& b) { return a.name < b.name; });
+    return std::move(entries_);
+  }
+
+ private:
+  void add(const std::filesystem::path& path, const std::filesystem::path& real_folder) {
+    using std::filesystem::file_type;
+    const bool link = link_kind(path) == file_type::symlink;
+    const file_type kind = file_kind(path);
+    if (kind == file_type::directory) {
+      folder(path, link ? std::filesystem::canonical(path) : real_folder / path.filename());
+    } else if (kind == file_type::regular) {
+      std::string name = path.lexically_relative(root_).generic_string();
+      if (name != kConsentFile) {  // consent is no content
+        entries_.push_back({path, std::move(name)});
+      }
+    } else if (link && kind == file_type::not_found) {
+      throw DataError(path.string(), "",
+                      "a symbolic link to " + std::filesystem::read_symlink(path).string() +
+                          ", where nothing is",
+                      "a link to a file or folder that is there");
+    } else {
+      throw DataError(path.string(), "", "neither file nor folder", "files and folders alone");
+    }
+    if (static_cast<std::int64_t>(entries_.size()) > kMaxFiles) {
+      throw DataError(root_.string(), "", "more than " + std::to_string(kMaxFiles) + " files",
+                      "a smaller folder");
+    }
+  }
+
+  const std::filesystem::path& root_;
+  std::vector<std::filesystem::path> above_;  ///< folders on the way to the current one
+  std::vector<Entry> entries_;
+};
+
 std::vector<Entry> entries_of(const std::filesystem::path& root) {
   using std::filesystem::file_type;
   const file_type status = file_kind(root);
@@ -42,48 +105,22 @@ std::vector<Entry> entries_of(const std::filesystem::path& root) {
   if (status != file_type::directory) {
     throw DataError(root.string(), "", "not a regular file", "a file or a folder");
   }
-  std::vector<Entry> entries;
   std::error_code error;
-  auto walk = std::filesystem::recursive_directory_iterator(root, error);
+  const std::filesystem::path real = std::filesystem::canonical(root, error);
   if (error) {
     throw EnvironmentError(root.string(),
                            "cannot list the folder: " + system_reason(error.value()));
   }
-  while (walk != std::filesystem::recursive_directory_iterator()) {
-    const std::filesystem::path path = walk->path();
-    const auto kind = walk->symlink_status(error);
-    if (path.filename().string().starts_with(".")) {
-      walk.disable_recursion_pending();
-    } else if (std::filesystem::is_symlink(kind)) {
-      throw DataError(path.string(), "", "a symbolic link, which may lead out of the folder",
-                      "the file itself");
-    } else if (std::filesystem::is_regular_file(kind)) {
-      std::string name = path.lexically_relative(root).generic_string();
-      if (name != kConsentFile) {  // consent is no content
-        entries.push_back({path, std::move(name)});
-      }
-    } else if (!std::filesystem::is_directory(kind)) {
-      throw DataError(path.string(), "", "neither file nor folder", "files and folders alone");
-    }
-    if (static_cast<std::int64_t>(entries.size()) > kMaxFiles) {
-      throw DataError(root.string(), "", "more than " + std::to_string(kMaxFiles) + " files",
-                      "a smaller folder");
-    }
-    walk.increment(error);
-    if (error) {
-      throw EnvironmentError(path.string(),
-                             "cannot list the folder: " + system_reason(error.value()));
-    }
-  }
+  Gathering gathering(root);
+  gathering.folder(root, real);
+  std::vector<Entry> entries = gathering.sorted();
   if (entries.empty()) {
     throw DataError(root.string(), "", "an empty folder", "files");
   }
-  std::sort(entries.begin(), entries.end(),
-            [](const Entry& a, const Entry& b) { return a.name < b.name; });
   return entries;
 }
 
-/// What the file system says of the files, without reading one.
+/// Sizes and times of the files, without reading one.
 struct Look {
   Digest stamp{};
   std::int64_t bytes = 0;
@@ -119,12 +156,12 @@ FileDigest digest_without_consent(const std::filesystem::path& path, DigestMeter
   return {static_cast<std::int64_t>(rest.size()), sha256(rest)};
 }
 
-/// What is stated of an input, inside of it or beside it, joined to a digest of it.
+/// Consent stated inside of an input or beside it, joined to a digest of it.
 Digest with_consent(const Digest& digest, const std::filesystem::path& path) {
   return sha256(hex(digest) + "\n" + consent_toml(read_consent(path)));
 }
 
-/// What a line of TOML is to its tables.
+/// Kind of a line of TOML.
 enum class LineKind { ConsentTable, OtherTable, Other };
 
 LineKind kind_of_line(std::string_view line) {
@@ -203,7 +240,7 @@ InputDigest digest_of_input(const std::filesystem::path& path, const StageEvents
       const auto at = static_cast<std::size_t>(i);
       digests[at] = !single && entries[at].name == "capture.toml"
                         ? digest_without_consent(entries[at].path, meter)
-                        : read_digest(entries[at].path, single ? 0 : O_NOFOLLOW, meter);
+                        : read_digest(entries[at].path, 0, meter);
     }
   });
   Sha256 hash;

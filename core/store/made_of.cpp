@@ -42,16 +42,49 @@ std::vector<ResultName> named_in(const std::string& note) {
   return names;
 }
 
+/// Whether a folder was made of results by a run.
+bool has_note(const fs::path& folder) {
+  return link_kind(folder / kMadeOfFile) == fs::file_type::regular;
+}
+
 }  // namespace
 
-std::vector<ResultName> results_behind(const fs::path& workspace, const fs::path& input) {
+fs::path place_now(const fs::path& workspace, const fs::path& input) {
+  std::error_code error;
+  const fs::path root = fs::canonical(workspace, error);
+  if (error) {
+    return input;
+  }
+  try {
+    const fs::path place = resolved(input);
+    if (*place.lexically_relative(root).begin() != "..") {
+      return input;
+    }
+    const bool gone = link_kind(place) == fs::file_type::not_found;
+    const fs::path folder = place.parent_path();
+    if (is_folder_name(place.filename().string())) {  // the result of a stage
+      const fs::path result = root / folder.filename() / place.filename();
+      return link_kind(result) == fs::file_type::directory ? result : input;
+    }
+    if (has_note(root / place.filename()) && (gone || has_note(place))) {
+      return root / place.filename();
+    }
+    if (has_note(root / folder.filename()) && (gone || has_note(folder))) {
+      return root / folder.filename() / place.filename();
+    }
+  } catch (const EnvironmentError&) {  // what cannot be looked at is left as it is
+  }
+  return input;
+}
+
+std::vector<ResultName> results_behind(const fs::path& workspace, const fs::path& named) {
   std::error_code error;
   const fs::path root = fs::canonical(workspace, error);
   if (error) {
     return {};
   }
   try {
-    const fs::path place = resolved(input);
+    const fs::path place = resolved(place_now(root, named));
     if (const fs::path result = result_around(place); !result.empty()) {
       const fs::path stage = result.parent_path();
       return stage.parent_path() == root

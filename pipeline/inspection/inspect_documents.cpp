@@ -289,17 +289,6 @@ std::vector<std::filesystem::path> meshes_in(const std::filesystem::path& folder
   return meshes;
 }
 
-/// The stages read no file that a link leads to: what it is today says nothing of tomorrow.
-std::set<std::string> linked_frames(const std::filesystem::path& folder) {
-  std::set<std::string> linked;
-  for (const std::filesystem::path& file : meshes_in(folder)) {
-    if (link_kind(file) == std::filesystem::file_type::symlink) {
-      linked.insert(file.filename().string());
-    }
-  }
-  return linked;
-}
-
 /// Numbered meshes. Of many the first, a middle and the last are read: a scan takes a second.
 void inspect_frames(const std::filesystem::path& folder, const Sequence& sequence,
                     Inspection& inspection) {
@@ -312,15 +301,6 @@ void inspect_frames(const std::filesystem::path& folder, const Sequence& sequenc
   std::set<Index> read = {0, frames / 2, frames - 1};
   for (Index i = 0; i < frames && frames <= kMaxRead; ++i) {
     read.insert(i);
-  }
-  const std::set<std::string> linked = linked_frames(folder);
-  if (!linked.empty()) {  // where they lead is nobody's business here: none is opened
-    inspection.findings.push_back(
-        {Severity::Error, "frames-linked", (folder / *linked.begin()).string(),
-         counted(std::ssize(linked), "frame") + " of symbolic links, which stages refuse",
-         "copy the files there that they lead to"});
-    add_stated_consent(read_consent(folder), folder, inspection);
-    return;
   }
   for (const Index i : read) {
     frame(sequence, i);

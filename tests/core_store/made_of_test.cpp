@@ -54,6 +54,29 @@ TEST_F(MadeOf, FileOfStageResult_HasTheSameOrigin) {
   EXPECT_EQ(behind(work(), work() / "scene" / "mine.obj"), "") << "somebody put it there";
 }
 
+TEST_F(MadeOf, CopiedOrMovedWorkspace_HasItsOwnInputs) {
+  const fs::path copy = root_ / "copy";
+  fs::copy(work(), copy, fs::copy_options::recursive);
+  write(copy / "scene" / kMadeOfFile, "3\nregister ffffffffffffffff\nbody.obj 01\n");
+  const std::string changed = "register ffffffffffffffff";
+  EXPECT_EQ(behind(copy, work() / "scene"), changed) << "not those of the original";
+  EXPECT_EQ(behind(copy, work() / "scene" / "body.obj"), changed);
+  EXPECT_EQ(place_now(copy, work() / "scene"), fs::canonical(copy) / "scene");
+  EXPECT_EQ(behind(work(), work() / "scene"), made_);
+  fs::rename(work(), root_ / "elsewhere");
+  EXPECT_EQ(behind(copy, work() / "scene"), changed);
+}
+
+TEST_F(MadeOf, InputOutsideOfEveryWorkspace_StaysWhereItIs) {
+  const fs::path outside = root_ / "outside" / "scene";
+  write(outside / "body.obj", "");
+  EXPECT_EQ(place_now(work(), outside), outside);
+  EXPECT_EQ(behind(work(), outside), "");
+  const fs::path result = root_ / "other" / "template" / "0123456789abcdef";
+  fs::create_directories(result);
+  EXPECT_EQ(place_now(work(), result), result);
+}
+
 TEST_F(MadeOf, RemovedResult_IsRecognizedByItsPath) {
   const fs::path gone = work() / "template" / "0123456789abcdef";
   for (const fs::path& input : {gone, gone / "", gone / "garments" / "upper.obj",

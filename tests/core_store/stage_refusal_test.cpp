@@ -30,10 +30,36 @@ TEST_F(RunStage, EmptyInputFolder_IsRefused) {
   EXPECT_THAT(refusal<DataError>("count", what), HasSubstr("an empty folder"));
 }
 
-TEST_F(RunStage, LinkInsideInput_IsRefused) {
-  std::filesystem::create_symlink("/etc/passwd", root_ / "in/link.txt");
+TEST_F(RunStage, LinksInsideInput_AreFollowed) {
+  std::filesystem::create_directories(root_ / "far/deep");
+  write(root_ / "far/deep/c.txt", "c");
+  std::filesystem::copy(root_ / "far", root_ / "in/far", std::filesystem::copy_options::recursive);
+  ASSERT_EQ(run("count").end, End::Done);
+  std::filesystem::remove_all(root_ / "in/far");
+  std::filesystem::create_directory_symlink(root_ / "far", root_ / "in/far");
+  EXPECT_EQ(run("count").end, End::AlreadyDone) << "as if what it leads to lay there";
+  write(root_ / "far/deep/c.txt", "d");
+  EXPECT_EQ(run("count").end, End::Done);
+}
+
+TEST_F(RunStage, LinkThatLeadsNowhereOrInACircle_IsRefused) {
+  std::filesystem::create_symlink("gone.txt", root_ / "in/link.txt");
   EXPECT_THAT(refusal<DataError>("count", request("count")),
-              HasSubstr("a symbolic link, which may lead out of the folder"));
+              HasSubstr("link.txt: a symbolic link to gone.txt, where nothing is"));
+  std::filesystem::remove(root_ / "in/link.txt");
+  std::filesystem::create_symlink("link.txt", root_ / "in/link.txt");
+  EXPECT_THAT(refusal<DataError>("count", request("count")), HasSubstr("neither file nor folder"));
+  std::filesystem::remove(root_ / "in/link.txt");
+  std::filesystem::create_directory(root_ / "other");
+  std::filesystem::create_directory_symlink(root_ / "in", root_ / "other/back");
+  std::filesystem::create_directory_symlink(root_ / "other", root_ / "in/there");
+  EXPECT_THAT(refusal<DataError>("count", request("count")),
+              HasSubstr("there/back: a symbolic link that leads in a circle"));
+}
+
+TEST_F(RunStage, LinkToADevice_IsRefused) {
+  std::filesystem::create_symlink("/dev/zero", root_ / "in/link.txt");
+  EXPECT_THAT(refusal<DataError>("count", request("count")), HasSubstr("neither file nor folder"));
 }
 
 TEST_F(RunStage, PipeInsideInput_IsRefused) {
