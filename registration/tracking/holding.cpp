@@ -376,7 +376,10 @@ std::vector<HeldRing> find_holding(const FollowedGarment& garment, const Holding
   const Candidate* highest = highest_of(best_rings(candidates, [&](const Candidate& one) {
     return one.goes_round() && one.gap() < options.far;
   }));
-  std::vector<const Candidate*> held = best_rings(candidates, steady);
+  if (on_shoulders && highest == nullptr) {  // a hood or a cowl stands far off
+    highest = highest_of(best_rings(candidates, [](const Candidate&) { return true; }));
+  }
+  const std::vector<const Candidate*> held = best_rings(candidates, steady);
   const Candidate* first = on_shoulders ? nullptr : highest_of(held);
   // What is steady far below the top, as a cuff is, does not hold a garment whose top is free.
   if (!on_shoulders && highest != nullptr &&

@@ -67,8 +67,8 @@ struct HoldingOptions {
 /// - Where the freest tenth of the vertices deviates by `moving` or more, rings that deviate by
 ///   less than `steady` and keep within `near` of the skin are held. The highest of a garment that
 ///   does not lie on the shoulders is its band; others that are `tight`, as cuffs, rest there.
-/// - A garment lies on the shoulders where the skin under cloth of its upper third looks up. Its
-///   highest opening then rests on the body, and is no band.
+/// - A garment lies on the shoulders where the skin under cloth of its upper 15 cm looks up. Its
+///   highest opening then rests on the body, wherever it is, and is no band.
 /// - Nothing found and nothing to lie on: the highest ring that goes round the body and keeps
 ///   within `far` of it is the band, as without it the garment would have fallen. So a take without
 ///   motion has one, too.

@@ -199,6 +199,22 @@ TEST(Holding, DressOnShoulders_RestsAndHasNoBandAtItsHem) {
   }
 }
 
+TEST(Holding, CowlFarOffTheNeck_RestsOnTheShouldersAllTheSame) {
+  std::vector<std::pair<double, double>> profile;
+  for (int i = 0; i <= 20; ++i) {
+    profile.emplace_back(0.22 - 0.003 * i, 0.6 + 0.04 * i);
+  }
+  for (int i = 0; i <= 5; ++i) {
+    profile.emplace_back(0.158 - 0.016 * i, 1.408 + 0.009 * i);
+  }
+  profile.emplace_back(0.14, 1.48);
+  profile.emplace_back(0.2, 1.5);
+  Worn worn{.garment = revolved(profile, 40), .hung_at = 1.41, .swing = 0.1};
+  const std::vector<HeldRing> rings = worn.found();
+  ASSERT_THAT(rings, SizeIs(1));
+  EXPECT_EQ(rings[0].kind, HoldingKind::Rest);
+}
+
 TEST(Holding, HandAtTheHipInSomeFrames_WaistIsFoundAllTheSame) {
   Worn worn{.garment = cone_skirt()};
   const Index torso = worn.body.vertices.rows();

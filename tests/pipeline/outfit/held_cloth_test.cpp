@@ -16,7 +16,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::SizeIs;
 
-/// A skirt of 24 by 4 quads, 1 cm off a column of radius 0.12 m, its upper ring at y = 0.
+/// A skirt of 24 by 4 quads, 2 cm off a column of radius 0.12 m, its upper ring at y = 0.
 struct Dressed {
   Mesh body = tube(24, 20, 2);
   Garment skirt;
@@ -27,8 +27,8 @@ struct Dressed {
     body.vertices.col(2) *= 0.12;
     body.vertices.col(1).array() -= 1;
     skirt.mesh = tube(24, 4, 1);
-    skirt.mesh.vertices.col(0) *= 0.13;
-    skirt.mesh.vertices.col(2) *= 0.13;
+    skirt.mesh.vertices.col(0) *= 0.14;
+    skirt.mesh.vertices.col(2) *= 0.14;
     skirt.mesh.vertices.col(1) = 0.3 * skirt.mesh.vertices.col(1).array() - 0.3;
     for (int i = 0; i < 24; ++i) {
       waist.vertices.push_back(4 * 24 + i);
@@ -56,8 +56,8 @@ TEST(HeldCloth, Bands_AreAttachedWhereTheGarmentStarts) {
   const Points there = pin_targets(held, dressed.body.vertices, dressed.body.faces);
   ASSERT_EQ(there.rows(), 2 * first);
   for (const int v : dressed.waist.vertices) {  // drawn in a little, not moved along
-    EXPECT_LT((there.row(first + v) - skirt.mesh.vertices.row(v)).norm(), 0.008);
-    EXPECT_GT((there.row(first + v) - skirt.mesh.vertices.row(v)).norm(), 1e-4);
+    EXPECT_LT((there.row(first + v) - skirt.mesh.vertices.row(v)).norm(), 0.01);
+    EXPECT_GT((there.row(first + v) - skirt.mesh.vertices.row(v)).norm(), 1e-3);
   }
   attach_bands({dressed.waist}, skirt.mesh.vertices, dressed.body.vertices, dressed.body.faces,
                skirt);
