@@ -82,11 +82,23 @@ int run(const CalibrateColorArguments& arguments, const CalibrateColorOptions& o
   std::vector<ColorSample> samples;
   const auto wanted = std::min<std::size_t>(all.size(), static_cast<std::size_t>(options.frames));
   int first_point = 0;
+  std::size_t used = 0;
   for (std::size_t i = 0; i < wanted; ++i) {
     const int frame = all[i * all.size() / wanted];
     const std::vector<InstantView> views = instant_of(dataset, frame);
+    std::vector<ColorSample> found;
+    try {
+      found = color_samples(views, options.reconstruct, options.samples);
+    } catch (const DataError& error) {
+      if (!error.file.empty() || (used == 0 && i + 1 == wanted)) {
+        throw;
+      }
+      standard_error() << "frame " << frame << " is left out: " << printable(error.what()) << "\n";
+      continue;
+    }
+    ++used;
     int last_point = 0;
-    for (ColorSample sample : color_samples(views, options.reconstruct, options.samples)) {
+    for (ColorSample sample : found) {
       last_point = std::max(last_point, sample.point + 1);
       sample.point += first_point;
       sample.camera = static_cast<int>(
@@ -100,7 +112,7 @@ int run(const CalibrateColorArguments& arguments, const CalibrateColorOptions& o
   std::vector<Camera> cameras = dataset.cameras;
   nlohmann::ordered_json json = {{"schema", "atelier-color-calibration"},
                                  {"version", 1},
-                                 {"frames", wanted},
+                                 {"frames", used},
                                  {"samples", samples.size()},
                                  {"spread", gains.spread}};
   json["cameras"] = nlohmann::ordered_json::array();

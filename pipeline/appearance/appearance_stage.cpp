@@ -294,6 +294,11 @@ void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
   const NetworkOptions network = network_options(known);
   const ReadPicture picture = [&](std::size_t camera, int frame_id) {
     const Index idx = seen.camera_idx[camera];
+    const ByteImage mask = reader.mask(idx, frame_id).value_or(ByteImage());
+    if (!mask.data.empty() && std::none_of(mask.data.begin(), mask.data.end(),
+                                           [](std::uint8_t pixel) { return pixel != 0; })) {
+      return TakenPicture{};  // nobody is in it: what the geometry has there is background
+    }
     return TakenPicture{in_colors(reader.byte_image(idx, frame_id).value_or(ByteImage())),
                         reader.labels(idx, frame_id).value_or(ByteImage())};
   };

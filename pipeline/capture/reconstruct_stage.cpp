@@ -1,6 +1,7 @@
 #include "pipeline/capture/reconstruct_stage.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -17,8 +18,10 @@
 #include "capture/surface/holes.h"
 #include "core/error.h"
 #include "core/io/ground_truth_archive.h"
+#include "core/listed_frames.h"
 #include "core/mesh_statistics.h"
 #include "core/sequence_archive.h"
+#include "core/store/frame_left_out.h"
 #include "core/store/output_sequences.h"
 
 namespace atelier {
@@ -67,16 +70,19 @@ Dataset without_held_out(Dataset dataset) {
   return rest;
 }
 
-/// True if a camera's label image says of a pixel what it is; masks say only where the person is.
-bool has_labels(const Dataset& dataset, int frame) {
+/// True if a label image of these frames says of a pixel what it is; masks say only where the
+/// person is. The first frames may show nobody.
+bool has_labels(const Dataset& dataset, const std::vector<int>& frames) {
   FrameReader reader(dataset);
-  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
-    const auto labels = reader.labels(static_cast<Index>(c), frame);
-    if (labels && std::any_of(labels->data.begin(), labels->data.end(), [](std::uint8_t label) {
-          return label != static_cast<std::uint8_t>(Label::Background) &&
-                 label != static_cast<std::uint8_t>(Label::Unknown);
-        })) {
-      return true;
+  for (const int frame : frames) {
+    for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
+      const auto labels = reader.labels(static_cast<Index>(c), frame);
+      if (labels && std::any_of(labels->data.begin(), labels->data.end(), [](std::uint8_t label) {
+            return label != static_cast<std::uint8_t>(Label::Background) &&
+                   label != static_cast<std::uint8_t>(Label::Unknown);
+          })) {
+        return true;
+      }
     }
   }
   return false;
@@ -178,6 +184,19 @@ std::optional<Finding> missing_of(const std::string& camera, const CameraFrames&
                  "its other frames are used");
 }
 
+/// Frames that a camera has an image or a mask of.
+std::vector<int> taken_frames(const Dataset& dataset) {
+  std::vector<int> frames = frame_ids(dataset);
+  std::erase_if(frames, [&](int frame) {
+    return std::none_of(dataset.frames.begin(), dataset.frames.end(),
+                        [&](const CameraFrames& camera) {
+                          return camera.images.contains(frame) || camera.masks.contains(frame) ||
+                                 camera.labels.contains(frame);
+                        });
+  });
+  return frames;
+}
+
 /// Missing parts of the capture's frames, as far as they are worked on: views without an image or a
 /// mask, and frames that have too few of them.
 std::vector<Finding> missing_views(const Dataset& dataset, const std::vector<int>& frames) {
@@ -187,22 +206,86 @@ std::vector<Finding> missing_views(const Dataset& dataset, const std::vector<int
       findings.push_back(std::move(*finding));
     }
   }
-  std::vector<int> dropped;
-  for (const int frame : frame_ids(dataset)) {
-    if (!std::binary_search(frames.begin(), frames.end(), frame) &&
-        std::any_of(dataset.frames.begin(), dataset.frames.end(),
-                    [&](const CameraFrames& camera) { return camera.images.contains(frame); })) {
-      dropped.push_back(frame);
-    }
-  }
+  std::vector<int> dropped = taken_frames(dataset);
+  std::erase_if(dropped,
+                [&](int frame) { return std::binary_search(frames.begin(), frames.end(), frame); });
   if (!dropped.empty() && !frames.empty()) {
-    findings.push_back({Severity::Warning, "frame-without-masks",
-                        "frame " + std::to_string(dropped.front()),
-                        std::to_string(dropped.size()) +
-                            " frames have images with masks or labels in fewer than two views",
-                        "they get no surface; atelier masks creates masks"});
+    const bool one = dropped.size() == 1;
+    findings.push_back(
+        {Severity::Warning, "frame-without-masks",
+         (one ? "frame " : "frames ") + listed_frames(dropped),
+         "fewer than two views have an image with a mask or labels",
+         std::string(one ? "it gets" : "they get") + " no surface; atelier masks creates masks"});
   }
   return findings;
+}
+
+/// Counts frames that get no surface, from several threads, and refuses more than the option
+/// allows.
+class LeftOutFrames {
+ public:
+  /// @param before  frames that are known to have too few views
+  LeftOutFrames(std::string capture, std::size_t before, std::size_t all, double max_share)
+      : capture_(std::move(capture)), left_out_(before), all_(all), max_share_(max_share) {}
+
+  /// One more, and why. Throws DataError where it is one too many.
+  void add(int frame, const DataError& reason) {
+    require_few(++left_out_, "frame " + std::to_string(frame) + ", " + reason.where,
+                reason.found + "; ", reason.expected + "; ");
+  }
+
+  /// All of them, with those of other runs.
+  void require_few(std::size_t count, const std::string& where = "frames",
+                   const std::string& reason = "", const std::string& advice = "") const {
+    if (count > 0 &&
+        (count == all_ || static_cast<double>(count) > max_share_ * static_cast<double>(all_))) {
+      char expected[80];
+      std::snprintf(expected, sizeof(expected), "at most a share of %.3g (--max-left-out)",
+                    max_share_);
+      throw DataError(capture_, where,
+                      reason + std::to_string(count) + " of " + std::to_string(all_) +
+                          (all_ == 1 ? " frame" : " frames") + (count == 1 ? " gets" : " get") +
+                          " no surface",
+                      advice + (count == all_ ? "one surface at least" : expected));
+    }
+  }
+
+ private:
+  std::string capture_;
+  std::atomic<std::size_t> left_out_;
+  std::size_t all_;
+  double max_share_;
+};
+
+/// The surface of a frame, or the finding that there is none.
+Mesh frame_surface(StageRun& run, const Dataset& dataset, int frame, int halvings, bool by_color,
+                   LeftOutFrames& left_out) {
+  const auto& options = run.options<ReconstructStageOptions>();
+  const std::string whose = "frame " + std::to_string(frame) + ": ";
+  try {
+    ReconstructedScan scan =
+        reconstruct_scan(instant_of(dataset, frame, halvings), options.scan, run.device());
+    std::optional<ColorSplit> split;
+    if (by_color) {
+      split = split_by_color(scan.scan, options.split);
+    }
+    tell(run, scan.findings, whose);
+    if (split) {
+      tell(run, split->findings, whose);
+      scan.scan.labels = std::move(split->labels);
+    }
+    return std::move(scan.scan);
+  } catch (const DataError& error) {
+    if (!error.file.empty()) {
+      throw;
+    }
+    left_out.add(frame, error);
+    run.warn(
+        to_string(Finding{Severity::Warning, "frame-left-out", "frame " + std::to_string(frame),
+                          error.where + ": " + error.found + " (expected: " + error.expected + ")",
+                          "it gets no surface"}));
+    throw FrameLeftOut();
+  }
 }
 
 /// Where each scan is open: its loops' centres, lengths and areas, the largest first.
@@ -335,6 +418,9 @@ OptionTable describe(ReconstructStageOptions& options) {
   table.add("label_by_color", options.label_by_color,
             "Segmentation into skin and clothing by colour where there are no label images");
   table.add("split", describe(options.split));
+  table.add("max_left_out", options.max_left_out, 0, 1, "",
+            "Maximum share of the frames that may be left without a surface (no subject, too few "
+            "views or masks); 0 refuses the first");
   table.add("memory", options.memory, 0.01, 4096, "GiB",
             "Memory for one frame, of which --jobs frames are processed at once; images are halved "
             "in size until it suffices");
@@ -354,43 +440,36 @@ void run_reconstruct(StageRun& run) {
   if (frames.empty()) {
     run.warn("no frame has masks or labels in two views: no surfaces");
   }
-  const bool by_color =
-      options.label_by_color && !frames.empty() && !has_labels(dataset, frames[0]);
+  const bool by_color = options.label_by_color && !frames.empty() && !has_labels(dataset, frames);
   tell(run, missing_views(dataset, frames));
+  const std::size_t taken = taken_frames(dataset).size();
+  const std::size_t without_masks = taken - frames.size();
+  LeftOutFrames left_out(run.input("capture").string(), without_masks, taken, options.max_left_out);
+  if (!frames.empty()) {
+    left_out.require_few(without_masks, "frames", "", "images with masks in two views of each; ");
+  }
   const int halvings = halvings_for(dataset, options.memory);
   if (halvings > 0) {
     run.say(halvings_text(halvings, options.memory));
   }
   if (!output_sequences(run, {{"scans", std::nullopt}}, frames, [&](int frame) {
-        const ReconstructedScan scan = [&] {
-          try {
-            return reconstruct_scan(instant_of(dataset, frame, halvings), options.scan,
-                                    run.device());
-          } catch (const DataError& error) {
-            if (!error.file.empty()) {
-              throw;
-            }
-            throw DataError(run.input("capture").string(),
-                            "frame " + std::to_string(frame) + ", " + error.where, error.found,
-                            error.expected);
-          }
-        }();
-        tell(run, scan.findings, "frame " + std::to_string(frame) + ": ");
-        if (by_color) {
-          Mesh labelled = scan.scan;
-          ColorSplit split = split_by_color(labelled, options.split);
-          tell(run, split.findings, "frame " + std::to_string(frame) + ": ");
-          labelled.labels = std::move(split.labels);
-          return std::vector<Archive>{archive_of(labelled)};
-        }
-        return std::vector<Archive>{archive_of(scan.scan)};
+        return std::vector<Archive>{
+            archive_of(frame_surface(run, dataset, frame, halvings, by_color, left_out))};
       })) {
     return;
   }
+  std::vector<int> scanned = frames;
+  std::erase_if(scanned,
+                [&](int frame) { return !std::filesystem::exists(run.frame_file(frame)); });
+  const std::size_t without = without_masks + frames.size() - scanned.size();
+  if (!frames.empty()) {
+    left_out.require_few(without);
+  }
   reconstruct_keypoints(run, dataset, options.keypoints);
-  map_holes(run, frames);
+  map_holes(run, scanned);
   run.metric("labels_by_color", by_color ? 1 : 0);
-  run.metric("scans", static_cast<double>(frames.size()));
+  run.metric("scans", static_cast<double>(scanned.size()));
+  run.metric("frames_left_out", frames.empty() ? 0 : static_cast<double>(without));
   run.metric("cameras", static_cast<double>(dataset.cameras.size()));
 }
 

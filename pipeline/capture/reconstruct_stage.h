@@ -18,7 +18,8 @@ struct ReconstructStageOptions {
   ReconstructOptions scan;
   bool label_by_color = true;  ///< where no label image says what is what
   ColorSplitOptions split;
-  double memory = 8;  ///< GiB: images are halved until the work on one frame fits
+  double max_left_out = 0.5;  ///< share of the frames that may be without a surface, 0 to 1
+  double memory = 8;          ///< GiB: images are halved until the work on one frame fits
 };
 OptionTable describe(ReconstructStageOptions& options);
 
@@ -43,13 +44,17 @@ inline constexpr std::array kReconstructMetrics = {
     StageMetric{"hole_share", "of the surface"},
     StageMetric{"labels_by_color", ""},
     StageMetric{"scans", ""},
+    StageMetric{"frames_left_out", ""},
     StageMetric{"cameras", ""},
 };
 
 /// A capture -> scans/<frame>.h5 (schema "atelier.mesh": a coloured, labelled surface) and
 /// keypoints3d/<frame>.json (EasyMocap's form). Labels come from label images, else from colours
 /// alone, which the metric `labels_by_color` says. Held-out cameras are not opened. Without masks
-/// there are no scans, without detections no keypoints; it says so.
+/// there are no scans, without detections no keypoints; it says so. A frame of which nothing can be
+/// made (no subject, one view, views that do not meet) has no scan, which is a finding; where more
+/// of the frames than `max_left_out` are so, it is a DataError. A file that cannot be read always
+/// is.
 void run_reconstruct(StageRun& run);
 
 }  // namespace atelier

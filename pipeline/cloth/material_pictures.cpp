@@ -1,7 +1,9 @@
 #include "pipeline/cloth/material_pictures.h"
 
 #include <cstdlib>
+#include <filesystem>
 
+#include "core/io/image_file.h"
 #include "core/renamed_options.h"
 #include "pipeline/pictures/report_drawings.h"
 #include "pipeline/pictures/report_page.h"
@@ -44,6 +46,12 @@ std::string material_pictures(const StageStatus& own, const ReportPlaces& places
             " % (likelihood width)</th><th>90% credible interval</th><th>estimate</th></tr>\n" +
             row("stretching", "N/m", &Stiffness::stretch, found.material.stretch_warp) +
             row("bending", "N m", &Stiffness::bending, found.material.bending) + "</table>\n";
+  }
+  const std::filesystem::path grid = result_folder_of(own, places) / "grid.png";
+  if (std::filesystem::exists(grid)) {
+    html += figure_html(read_image(grid),
+                        "Trials beside what the capture shows of the frame: stretching over "
+                        "columns, bending over rows");
   }
   return html.empty()
              ? ""

@@ -3,13 +3,16 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <optional>
+#include <string>
 #include <vector>
 
+#include "capture/layouts/open_dataset.h"
+#include "core/error.h"
 #include "core/io/image_file.h"
 #include "core/parallel.h"
-#include "core/render/contact_sheet.h"
+#include "pipeline/cloth/material_grid.h"
 #include "pipeline/outfit/held_cloth.h"
-#include "pipeline/pictures/animation_pictures.h"
 #include "simulation/files/material_file.h"
 
 namespace atelier {
@@ -22,36 +25,19 @@ std::string ranges_text(double low, double high, const StiffnessRange& tenth,
          " within 10 % of the nearest trial, " + range_text(range) + " do as well";
 }
 
-/// The last frame of the coarse grid's scenes, stretching over columns, bending over rows.
-Image grid_picture(const Trials& trials, const std::vector<std::vector<Stiffness>>& scenes,
-                   const std::vector<SceneResult>& results, int columns) {
-  Mesh body;
-  body.vertices = trials.bodies[static_cast<std::size_t>(trials.steps.back())];
-  body.faces = trials.body_faces;
-  PictureOptions picture{.width = 200, .height = 300, .samples = 4, .framing = {}};
-  std::vector<CaptionedImage> pictures;
-  for (std::size_t n = 0; n < scenes.size(); ++n) {
-    std::vector<RenderMesh> meshes = {{body, skin_look()}};
-    Index first = 0;
-    double distance = 0;
-    for (std::size_t g = 0; g < trials.garments.size() && results[n].end.rows() > 0; ++g) {
-      Mesh mesh = trials.garments[g].worn.garment.mesh;
-      mesh.vertices = results[n].end.middleRows(first, mesh.vertices.rows());
-      mesh.normals.resize(0, 3);
-      first += mesh.vertices.rows();
-      distance += results[n].distances[g] / static_cast<double>(trials.garments.size());
-      meshes.push_back({std::move(mesh), cloth_look(g)});
+/// What the capture shows of the last frame; nothing, with a word, where it shows nothing.
+std::optional<TakenGarments> taken_beside(StageRun& run, const Trials& trials) {
+  std::string why = "no camera has a picture of frame " + std::to_string(trials.frame_ids.back());
+  try {
+    const auto& options = run.options<MaterialStageOptions>();
+    if (auto taken = taken_garments(open_dataset(run.input("capture"), options.capture), trials)) {
+      return taken;
     }
-    pictures.push_back({picture_of(meshes, kThreeQuarter, picture),
-                        number_text(scenes[n][0].stretch) + " N/m, " +
-                            number_text(scenes[n][0].bending) + " N m\n" +
-                            number_text(1e3 * distance) + " mm"});
+  } catch (const DataError& error) {
+    why = error.what();
   }
-  ContactSheetOptions sheet;
-  sheet.columns = columns;
-  sheet.text_height = 8;
-  sheet.title = "Stretching over columns, bending over rows";
-  return contact_sheet(pictures, sheet);
+  run.warn("grid.png has no picture of the capture beside it: " + why);
+  return std::nullopt;
 }
 
 void give_fit_metrics(StageRun& run, const std::vector<StiffnessFit>& fits) {
@@ -81,6 +67,7 @@ std::vector<StiffnessFit> fit_garments(StageRun& run, const Trials& trials) {
   std::atomic<bool> stopped = false;
   std::atomic<std::int64_t> done = 0;
   Image grid;
+  const std::optional<TakenGarments> taken = taken_beside(run, trials);
   const auto start = std::chrono::steady_clock::now();
   run.progress(0, expected, "simulations");
   const StiffnessObjective objective = [&](const std::vector<std::vector<Stiffness>>& scenes) {
@@ -94,7 +81,7 @@ std::vector<StiffnessFit> fit_garments(StageRun& run, const Trials& trials) {
       }
     });
     if (grid.data.empty() && !stopped) {
-      grid = grid_picture(trials, scenes, results, options.search.coarse);
+      grid = material_grid(trials, scenes, results, options.search.coarse, taken);
     }
     std::vector<std::vector<double>> distances;
     distances.reserve(results.size());

@@ -18,7 +18,7 @@ inline constexpr std::array kMaterialMetrics = {
 
 /// Registered garments, bodies and the tracked motion -> material.json
 /// (simulation/files/material_file.h); grid.png: the garments at the end of the coarse grid's
-/// scenes.
+/// scenes, beside the capture's own picture of that frame (material_grid.h).
 void run_material(StageRun& run);
 
 }  // namespace atelier

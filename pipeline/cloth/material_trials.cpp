@@ -95,6 +95,7 @@ OptionTable describe(MaterialStageOptions& options) {
   names.insert(names.begin(), "fitted");
   table.add("material", describe_material(options.material, std::move(names)));
   table.add("search", describe(options.search));
+  table.add("capture", describe(options.capture));
   table.add("use_prior", options.use_prior,
             "Prior from published fabrics for what the capture does not determine; off: a uniform "
             "prior over the range");
@@ -148,6 +149,7 @@ Trials read_trials(StageRun& run, const std::vector<RegisteredGarmentSequence>& 
   }
   Trials trials;
   trials.body_faces = body.model.mesh.faces;
+  trials.frame_ids = body.motion.frame_ids;
   const int per_frame = static_cast<int>(std::ceil(kRate / body.motion.fps - 1e-9));
   const double step_seconds = 1 / (body.motion.fps * per_frame);
   const int steps = per_frame * static_cast<int>(body.motion.poses.size() - 1);

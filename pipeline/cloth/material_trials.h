@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "capture/layouts/open_dataset.h"
 #include "core/store/stage.h"
 #include "pipeline/cloth/tried_garment.h"
 #include "simulation/material/resolve_material.h"
@@ -12,6 +13,7 @@
 namespace atelier {
 
 struct MaterialStageOptions {
+  DatasetOptions capture;  ///< whose picture is beside the grid
   /// "fitted", or a fabric, whose values are then taken as they are.
   Material material = fabrics_own_material("fitted");
   StiffnessSearchOptions search = {.likelihood_width = 0.2, .prior = {}};
@@ -32,6 +34,7 @@ struct Trials {
   Triangles body_faces;
   std::vector<Points> bodies;  ///< after each simulated frame, the start first
   std::vector<int> steps;      ///< after which the frames are compared
+  std::vector<int> frame_ids;  ///< of these frames
   double tracking_rate = 0;    ///< 1/s
   WornClothOptions options;
 };

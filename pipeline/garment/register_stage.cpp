@@ -14,6 +14,7 @@
 #include "core/garment_archive.h"
 #include "core/io/image_file.h"
 #include "core/io/mesh_obj.h"
+#include "core/listed_frames.h"
 #include "core/normals.h"
 #include "core/printable.h"
 #include "core/sequence_archive.h"
@@ -152,10 +153,10 @@ class RegisteredOutfit {
 
   /// Before there are frames: a run that goes on does not open those that were followed before.
   void tell_missing_scans() {
-    for (const int id : ids_) {
-      if (!fs::exists(scan_file(id))) {
-        run_.warn("frame " + std::to_string(id) + ": no scan: body and images alone");
-      }
+    std::vector<int> without = ids_;
+    std::erase_if(without, [&](int id) { return fs::exists(scan_file(id)); });
+    if (!without.empty()) {
+      run_.warn("no-scan [frames " + listed_frames(without) + "]: body and images alone");
     }
   }
 

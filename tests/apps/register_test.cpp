@@ -330,7 +330,7 @@ TEST_F(Register, FrameWithoutScan_IsPredictedAndReportedAsFailure) {
   missing.scan = 1;
   const ChildResult done = registered();
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.out + done.err, HasSubstr("frame 1: no scan: body and images alone"));
+  EXPECT_THAT(done.out + done.err, HasSubstr("no-scan [frames 1]: body and images alone"));
   EXPECT_THAT(done.out + done.err, HasSubstr("warning tracking-failure [lower]: lost in"));
   EXPECT_EQ(manifest()["metrics"]["frames"], 3);
 }
