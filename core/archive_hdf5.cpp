@@ -199,7 +199,9 @@ class Hdf5File {
       default: {
         Handle text(H5Tcopy(H5T_C_S1), H5Tclose, path_, "H5Tcopy");
         check(H5Tset_size(text.id(), text_bytes), "H5Tset_size");
-        check(H5Tset_strpad(text.id(), H5T_STR_NULLPAD), "H5Tset_strpad");
+        check(H5Tset_strpad(text.id(),
+                            text_bytes == H5T_VARIABLE ? H5T_STR_NULLTERM : H5T_STR_NULLPAD),
+              "H5Tset_strpad");
         check(H5Tset_cset(text.id(), H5T_CSET_UTF8), "H5Tset_cset");
         return text;
       }
@@ -214,11 +216,11 @@ class Hdf5File {
     attribute.close();
   }
 
+  /// Of variable length: h5py gives these as str, others as bytes.
   void write_text(hid_t file, const std::string& name, const std::string& text) const {
-    // HDF5 has no strings of no bytes.
-    const std::string padded = text.empty() ? std::string(1, '\0') : text;
-    Handle type = type_of(ElementType::Text, padded.size());
-    write_attribute(file, name, type.id(), padded.data());
+    Handle type = type_of(ElementType::Text, H5T_VARIABLE);
+    const char* value = text.c_str();
+    write_attribute(file, name, type.id(), &value);
   }
 
   void write_attributes(hid_t file, const Archive& archive) const {

@@ -11,6 +11,7 @@
 #include "apps/console/command.h"
 #include "apps/console/option_flags.h"
 #include "apps/console/stage_console.h"
+#include "apps/console/standard_streams.h"
 #include "capture/layouts/open_dataset.h"
 #include "capture/layouts/write_layout.h"
 #include "core/archive.h"
@@ -22,6 +23,7 @@
 #include "core/io/one_file_sequence.h"
 #include "core/io/usd_sequence.h"
 #include "core/new_folders.h"
+#include "core/normals.h"
 #include "core/printable.h"
 #include "core/regular_file.h"
 #include "core/sequence_archive.h"
@@ -56,6 +58,7 @@ struct ExportOptions {
   std::string stage = kEveryStage;
   ExportFormat format = ExportFormat::Ply;
   std::string cameras = kNone;  ///< a layout of captures, or none
+  bool ended_consent = false;   ///< export what is of people whose consent is over
 };
 
 /// Layouts that cameras are exported in.
@@ -83,7 +86,9 @@ OptionTable describe(ExportOptions& options) {
            "file for a sequence of one topology (usda and h5 leave single meshes as ply)")
       .add("cameras", options.cameras, camera_layouts(),
            "Layout in which the capture's cameras and the images of one instant are exported too; "
-           "the capture must still be at its place");
+           "the capture must still be at its place")
+      .add("ended_consent", options.ended_consent,
+           "Export of results whose consent has ended, which is refused otherwise");
 }
 
 /// Of single meshes, which USD files are not written of.
@@ -101,26 +106,45 @@ const char* mesh_extension(ExportFormat format) {
   return ".ply";
 }
 
+/// What of a scene is not exact, a line each.
+std::string notes_of(const GltfScene& scene) {
+  std::string lines;
+  for (const Finding& finding : scene.findings) {
+    lines += "  " + printable(finding.place + ": " + finding.what + "; " + finding.advice) + "\n";
+  }
+  return lines;
+}
+
+/// How meshes are written, and whose consent goes with them.
+struct MeshExport {
+  ExportFormat format = ExportFormat::Ply;
+  std::string consent;
+};
+
 /// Writes one sequence, `out` with an extension or as a folder; says what it wrote.
-std::string export_sequence(const Sequence& sequence, const fs::path& out, ExportFormat format) {
+std::string export_sequence(const Sequence& sequence, const fs::path& out, const MeshExport& how) {
+  const ExportFormat format = how.format;
   const Index count = frame_count(sequence);
   const bool one_topology = sequence.faces.rows() > 0;
   make_private_directory(out.parent_path());
   if (format == ExportFormat::Usda && one_topology) {
     write_usd_sequence(out.string() + ".usda", sequence, out.filename().string());
-    return out.string() + ".usda, " + counted(count, "frame");
+    return printable(out.string() + ".usda") + ", " + counted(count, "frame") + "\n";
   }
   if (format == ExportFormat::Hdf5 && one_topology) {
     write_one_file_sequence(out.string() + ".h5", sequence);
-    return out.string() + ".h5, " + counted(count, "frame");
+    return printable(out.string() + ".h5") + ", " + counted(count, "frame") + "\n";
   }
   if (format == ExportFormat::Glb && one_topology) {
     std::vector<Mesh> frames;
     for (Index i = 0; i < count; ++i) {
       frames.push_back(frame(sequence, i));
     }
-    write_gltf(out.string() + ".glb", gltf_morph_sequence(frames, sequence.fps));
-    return out.string() + ".glb, " + counted(count, "frame");
+    GltfScene scene = gltf_morph_sequence(frames, sequence.fps, out.filename().string());
+    scene.consent = how.consent;
+    write_gltf(out.string() + ".glb", scene);
+    std::string said = printable(out.string() + ".glb") + ", " + counted(count, "frame") + "\n";
+    return said + notes_of(scene);
   }
   const std::string extension = mesh_extension(format);
   make_private_directory(out);
@@ -129,11 +153,26 @@ std::string export_sequence(const Sequence& sequence, const fs::path& out, Expor
     std::snprintf(name, sizeof name, "%06d", sequence.frame_ids[static_cast<std::size_t>(i)]);
     write_mesh(out / (name + extension), frame(sequence, i));
   }
-  return out.string() + ", " + counted(count, extension + " file");
+  return printable(out.string()) + ", " + counted(count, extension + " file") + "\n";
+}
+
+/// Writes a mesh that is no frame, `to` with an extension.
+void export_mesh(Mesh mesh, fs::path to, const MeshExport& how) {
+  to.replace_extension(mesh_extension(how.format));
+  if (how.format != ExportFormat::Glb) {
+    write_mesh(to, mesh);
+    return;
+  }
+  if (mesh.normals.rows() == 0) {  // or programs show every triangle flat
+    mesh.normals = vertex_normals(mesh.vertices, mesh.faces);
+  }
+  GltfScene scene = gltf_scene(mesh, to.stem().string());
+  scene.consent = how.consent;
+  write_gltf(to, scene);
 }
 
 /// Exports every sequence of a result, and takes its files from `rest`.
-void export_sequences(const fs::path& result, const fs::path& place, ExportFormat format,
+void export_sequences(const fs::path& result, const fs::path& place, const MeshExport& how,
                       std::set<fs::path>& rest) {
   const std::set<fs::path> all = rest;
   for (const fs::path& header : all) {
@@ -148,7 +187,7 @@ void export_sequences(const fs::path& result, const fs::path& place, ExportForma
     }
     // One that lies at the result's root has no name of its own.
     const fs::path out = place / (folder.empty() ? fs::path("sequence") : folder);
-    std::cout << printable(export_sequence(sequence, out, format)) << "\n";
+    std::cout << export_sequence(sequence, out, how);
   }
 }
 
@@ -213,9 +252,30 @@ std::string consent_warnings(const StageStatus& status) {
   return lines;
 }
 
+/// Refuses results of people whose consent is over, a line each; true unless that is allowed.
+bool consent_allows(const std::vector<const StageStatus*>& chosen, const ExportOptions& options) {
+  std::set<std::string> ended;
+  for (const StageStatus* status : chosen) {
+    for (const Finding& finding : status->findings) {
+      if (finding.code == "consent-ended") {
+        ended.insert(finding.what);
+      }
+    }
+  }
+  for (const std::string& sentence : options.ended_consent ? std::set<std::string>() : ended) {
+    standard_error() << "error: " << printable(sentence) << "; nothing is exported\n";
+  }
+  if (!ended.empty() && !options.ended_consent) {
+    standard_error()
+        << "Renew the consent where the capture states it and run the stages again, or "
+           "export all the same with --ended-consent.\n";
+  }
+  return ended.empty() || options.ended_consent;
+}
+
 /// Motions as BVH too, and what `animate` made as one scene.
-void export_motions(const fs::path& result, const fs::path& networks, const fs::path& place,
-                    ExportFormat format, const std::set<fs::path>& files) {
+void export_motions(const fs::path& result, const Manifest& manifest, const fs::path& workspace,
+                    const fs::path& place, ExportFormat format, const std::set<fs::path>& files) {
   std::set<fs::path> tracked;  // `track` keeps each motion as an .npz, too: one BVH of both
   for (const fs::path& file : files) {
     if (file.extension() == ".h5" && is_motion_result(result / file)) {
@@ -232,9 +292,12 @@ void export_motions(const fs::path& result, const fs::path& networks, const fs::
     }
   }
   if (is_animation_result(result)) {
-    write_gltf(place / "avatar.glb", avatar_scene(result, networks));
+    GltfScene avatar = avatar_scene(result, networks_of(manifest, workspace));
+    avatar.consent = to_string(manifest.consent);
+    write_gltf(place / "avatar.glb", avatar);
     std::cout << printable((place / "avatar.glb").string())
-              << ", body with skin and garments, animated\n";
+              << ", body with skin and garments, animated\n"
+              << notes_of(avatar);
     if (format == ExportFormat::Usda) {
       write_usd_sequences(place / "avatar.usda", avatar_sequences(result));
       std::cout << printable((place / "avatar.usda").string()) << ", body and garments, animated\n";
@@ -285,14 +348,14 @@ void export_result(const StageStatus& status, const fs::path& workspace, const f
   for (const ManifestOutput& output : manifest.outputs) {
     rest.insert(output.path);
   }
-  export_motions(result, networks_of(manifest, workspace), place, format, rest);
-  export_sequences(result, place, format, rest);
+  export_motions(result, manifest, workspace, place, format, rest);
+  export_sequences(result, place, {format, consent}, rest);
   std::int64_t meshes = 0;
   for (const fs::path& file : rest) {
     fs::path to = place / file;
     make_private_directory(to.parent_path());
     if (is_mesh_archive(result / file)) {
-      write_mesh(to.replace_extension(mesh_extension(format)), read_mesh_archive(result / file));
+      export_mesh(read_mesh_archive(result / file), to, {format, consent});
       ++meshes;
     } else {
       copy_bytes(result / file, to);
@@ -354,6 +417,9 @@ int run(const ExportArguments& arguments, const ExportOptions& options) {
   require_outside_captures(out, "OUT");
   const std::vector<const StageStatus*> chosen =
       chosen_results(all, arguments.workspace, options.stage);
+  if (!consent_allows(chosen, options)) {
+    return kExitCheckFailed;
+  }
   // Whatever would be refused is, before any work.
   for (const StageStatus* status : chosen) {
     require_new_place(out / status->stage, "OUT");

@@ -40,6 +40,9 @@ int run(const ReportArguments& arguments, const ReportOptions& options) {
     if (status.manifest) {
       std::cout << status.stage << ": " << state_name(status.state)
                 << ", consent: " << printable(to_string(status.manifest->consent)) << "\n";
+      if (status.state == StageStatus::State::Damaged) {
+        std::cout << "  error: its files are not what the stage wrote; run the stage again\n";
+      }
       for (const Finding& finding : status.findings) {
         if (finding.code == "consent-ended" || finding.code == "consent-changed") {
           std::cout << "  warning: " << printable(finding.what) << "\n";

@@ -154,6 +154,8 @@ GltfBody read_gltf_body(const std::filesystem::path& path, const Limits& limits)
 
 namespace {
 
+constexpr int kGltfSlots = 4;  // influences a vertex: three.js and others cut off what goes beyond
+
 // A node for each joint, at rest.
 void add_joint_nodes(const Skeleton& skeleton, GltfScene& scene) {
   for (Index j = 0; j < static_cast<Index>(skeleton.names.size()); ++j) {
@@ -236,11 +238,12 @@ GltfScene gltf_body(const BodyModel& model, const Eigen::VectorXd& shape, const 
   primitive.mesh.normals = vertex_normals(body.vertices, model.mesh.faces);
   primitive.mesh.uvs = model.mesh.uvs;
   primitive.mesh.uv_faces = model.mesh.uv_faces;
-  const Index slots = 4 * ((model.skin.weights.cols() + 3) / 4);
-  primitive.joints.setZero(vertex_count(model), slots);
-  primitive.weights.setZero(vertex_count(model), slots);
-  primitive.joints.leftCols(model.skin.joints.cols()) = model.skin.joints;
-  primitive.weights.leftCols(model.skin.weights.cols()) = model.skin.weights;
+  const SkinWeights skin =
+      repair_skin_weights(model.skin, joint_count(model), {.max_slots = kGltfSlots}).skin;
+  primitive.joints.setZero(vertex_count(model), kGltfSlots);
+  primitive.weights.setZero(vertex_count(model), kGltfSlots);
+  primitive.joints.leftCols(skin.joints.cols()) = skin.joints;
+  primitive.weights.leftCols(skin.weights.cols()) = skin.weights;
   scene.meshes.push_back({model.name, {primitive}, {}, {}});
   if (!motion.poses.empty()) {
     scene.animations.push_back(animation_of(body.skeleton, motion));

@@ -38,9 +38,9 @@ MotionClip read_gltf_motion(const std::filesystem::path& path, const MotionOptio
 
 /// A body at a shape as a glTF scene: mesh with normals, skin, a node for each joint and, if
 /// `motion` has poses, an animation with linear keys. Pose correctives have no place in glTF and
-/// are left out; so are shape parameters, whose joints no morph target moves. More than four
-/// influences go into JOINTS_1, which few viewers show: pack_skin_weights to four before, for
-/// those. Throws LogicError for poses of another skeleton.
+/// are left out; so are shape parameters, whose joints no morph target moves. The four largest
+/// influences of a vertex are kept, scaled to sum 1, since few programs show more. Throws
+/// LogicError for poses of another skeleton.
 GltfScene gltf_body(const BodyModel& model, const Eigen::VectorXd& shape = {},
                     const Motion& motion = {});
 

@@ -294,41 +294,31 @@ GltfScene gltf_scene(const Mesh& mesh, const std::string& name) {
   return scene;
 }
 
-GltfScene gltf_morph_sequence(const std::vector<Mesh>& frames, double fps,
-                              const std::string& name) {
-  ATELIER_CHECK(!frames.empty(), "a sequence without frames");
-  ATELIER_CHECK(fps > 0 && std::isfinite(fps), "fps must be positive");
-  GltfScene scene = gltf_scene(frames.front(), name);
-  GltfPrimitive& primitive = scene.meshes[0].primitives[0];
-  const Index count = std::ssize(frames);
-  GltfChannel channel;
-  channel.node = 0;
-  channel.path = GltfPath::Weights;
-  channel.values = Eigen::MatrixXd::Zero(count, count - 1);
-  for (Index f = 0; f < count; ++f) {
-    const Mesh& frame = frames[f];
-    ATELIER_CHECK(frame.faces.rows() == frames.front().faces.rows() &&
-                      frame.faces == frames.front().faces &&
-                      frame.vertices.rows() == frames.front().vertices.rows(),
-                  "frame " + std::to_string(f) + " has another topology");
-    channel.times.push_back(static_cast<double>(f) / fps);
-    if (f == 0) {
-      continue;
-    }
-    channel.values(f, f - 1) = 1;
-    GltfMorphTarget target;
-    target.positions = frame.vertices - frames.front().vertices;
-    if (frame.normals.rows() > 0 && frame.normals.rows() == frames.front().normals.rows()) {
-      target.normals = frame.normals - frames.front().normals;
-    }
-    primitive.targets.push_back(std::move(target));
-    scene.meshes[0].target_names.push_back("frame " + std::to_string(f));
+void show_first_keys(GltfScene& scene) {
+  check_gltf(scene);
+  if (scene.animations.empty()) {
+    return;
   }
-  if (count > 1) {
-    scene.meshes[0].weights.assign(static_cast<std::size_t>(count - 1), 0.0);
-    scene.animations.push_back({.name = name, .channels = {std::move(channel)}});
+  for (const GltfChannel& channel : scene.animations.front().channels) {
+    // A cubic spline's first row is the tangent into its first key.
+    const Index row = channel.interpolation == GltfInterpolation::CubicSpline ? 1 : 0;
+    const Eigen::VectorXd value = channel.values.row(row);
+    GltfNode& node = scene.nodes[static_cast<std::size_t>(channel.node)];
+    switch (channel.path) {
+      case GltfPath::Translation:
+        node.translation = value;
+        break;
+      case GltfPath::Rotation:
+        node.rotation = value;
+        break;
+      case GltfPath::Scale:
+        node.scale = value;
+        break;
+      case GltfPath::Weights:
+        node.weights.assign(value.begin(), value.end());
+        break;
+    }
   }
-  return scene;
 }
 
 }  // namespace atelier

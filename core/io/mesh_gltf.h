@@ -90,7 +90,10 @@ struct GltfScene {
   std::vector<GltfMaterial> materials;  ///< of those that primitives name; others are white
   std::vector<GltfSkin> skins;
   std::vector<GltfAnimation> animations;
-  std::vector<Finding> findings;  ///< what was skipped
+  /// Whom it shows and what for, "" where nobody says: asset.copyright, asset.extras.consent. Not
+  /// read.
+  std::string consent;
+  std::vector<Finding> findings;  ///< what was skipped; of one that was made: what is not exact
 };
 
 /// Reads glTF 2.0, .gltf or .glb (told apart by the first bytes). All component types, normalized
@@ -127,15 +130,45 @@ Mesh rest_mesh(const GltfScene& scene, const std::string& file = "", const Limit
 /// One mesh, one node.
 GltfScene gltf_scene(const Mesh& mesh, const std::string& name = "mesh");
 
-/// A sequence over one topology as morph targets, frame by frame: the only way to carry cloth that
-/// no skeleton moves. One target a frame (12 bytes a vertex), linear in between. Throws LogicError
-/// if there is no frame, fps is not positive, or the frames have different topology.
+/// Frames of a surface as sums of morph targets, on top of the first frame.
+struct GltfMorphs {
+  std::vector<GltfMorphTarget> targets;
+  std::vector<std::string> names;  ///< of the targets
+  Eigen::MatrixXd weights;         ///< [F,T], within -1 to 1; of the first frame zero
+  double error = 0;                ///< m, by which a vertex is off at most; 0: each frame is kept
+};
+
+/// Morph targets a program plays without slowing down; our choice.
+inline constexpr int kMostMorphTargets = 60;
+
+/// One target a frame beside the first, where these are at most `most_targets`; else so many
+/// principal components of the frames (Alexa and Müller, "Representing animations by principal
+/// components", Eurographics 2000) as bring every vertex within 0.1 mm, at most `most_targets`.
+/// @param positions  [F] of [V,3] metres
+/// @param normals    the same, or empty; their targets are those of the same weights
+GltfMorphs gltf_morphs(const std::vector<Points>& positions, const std::vector<Points>& normals,
+                       int most_targets = kMostMorphTargets);
+
+/// Gives the mesh of a node these targets, and the scene's first animation (a new one where there
+/// is none) a channel of their weights, linear in between. The Note "gltf-shapes" says how far off
+/// frames are. Throws LogicError as check_gltf, when written.
+void add_gltf_morphs(GltfScene& scene, int node, GltfMorphs morphs, double fps);
+
+/// A sequence over one topology by morph targets (gltf_morphs), with normals: the only way to carry
+/// cloth that no skeleton moves. Throws LogicError if there is no frame, fps is not positive, or
+/// the frames have different topology.
 GltfScene gltf_morph_sequence(const std::vector<Mesh>& frames, double fps,
                               const std::string& name = "sequence");
 
+/// Gives nodes the transforms and weights of the first keys of the first animation: that is what
+/// programs show which play none. Throws as `check_gltf`.
+void show_first_keys(GltfScene& scene);
+
 /// A .glb file. Positions, normals and uvs are stored as float, colours as float, joints as bytes
-/// or shorts; vertices are split where one has several texture coordinates. Labels and confidence
-/// have no place in glTF. Throws as `check_gltf`, and DataError for a number that no float holds.
+/// or shorts; vertices are split where one has several texture coordinates. Materials are no metal
+/// (glTF's default is) and seen from both sides, those of primitives that name none, too. Labels
+/// and confidence have no place in glTF. Throws as `check_gltf`, and DataError for a number that no
+/// float holds.
 std::string glb_bytes(const GltfScene& scene);
 
 /// Writes .glb, or .gltf with its buffer inside, replacing the file as a whole. Throws LogicError

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <sstream>
 #include <utility>
@@ -21,6 +22,11 @@ class GltfWriter {
     check_gltf(scene);
     model_.asset.version = "2.0";
     model_.asset.generator = "Atelier";
+    if (!scene.consent.empty()) {
+      model_.asset.copyright = "Consent: " + scene.consent;
+      model_.asset.extras =
+          tinygltf::Value(tinygltf::Value::Object{{"consent", tinygltf::Value(scene.consent)}});
+    }
     model_.buffers.emplace_back();
     for (const GltfMesh& mesh : scene.meshes) {
       add_mesh(mesh);
@@ -120,6 +126,20 @@ Rows gathered(const Rows& rows, const std::vector<int>& from) {
   return result;
 }
 
+/// glTF wants unit normals: up where there is none, as at vertices without a face.
+Points unit_rows(const Points& normals) {
+  constexpr double kRounded = 1e-3;  // what is as near to 1 stays as it is
+  Points unit = normals;
+  for (Index v = 0; v < unit.rows(); ++v) {
+    const double length = unit.row(v).norm();
+    if (std::abs(length - 1) > kRounded) {
+      unit.row(v) = length > 0 ? Eigen::RowVector3d(unit.row(v) / length)
+                               : Eigen::RowVector3d(Eigen::RowVector3d::UnitY());
+    }
+  }
+  return unit;
+}
+
 /// The same primitive with one texture coordinate a vertex: vertices that have several are doubled,
 /// those that no face uses go.
 GltfPrimitive split_at_seams(const GltfPrimitive& source) {
@@ -174,7 +194,8 @@ tinygltf::Primitive GltfWriter::primitive_of(const GltfPrimitive& unsplit) {
   primitive.attributes["POSITION"] =
       add_rows(source.mesh.vertices, TINYGLTF_TYPE_VEC3, kVertices, true);
   if (source.mesh.normals.rows() > 0) {
-    primitive.attributes["NORMAL"] = add_rows(source.mesh.normals, TINYGLTF_TYPE_VEC3, kVertices);
+    primitive.attributes["NORMAL"] =
+        add_rows(unit_rows(source.mesh.normals), TINYGLTF_TYPE_VEC3, kVertices);
   }
   if (source.mesh.uvs.rows() > 0) {
     Points2 uvs = source.mesh.uvs;
@@ -219,14 +240,12 @@ tinygltf::Primitive GltfWriter::primitive_of(const GltfPrimitive& unsplit) {
     primitive.indices =
         add(corners, corners.size(), TINYGLTF_TYPE_SCALAR, TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
   }
-  if (!source.material.empty()) {
-    const auto [place, fresh] =
-        materials_.try_emplace(source.material, static_cast<int>(materials_.size()));
-    if (fresh) {
-      add_material(source.material);
-    }
-    primitive.material = place->second;
+  const auto [place, fresh] =
+      materials_.try_emplace(source.material, static_cast<int>(materials_.size()));
+  if (fresh) {
+    add_material(source.material);
   }
+  primitive.material = place->second;
   return primitive;
 }
 
@@ -234,13 +253,13 @@ void GltfWriter::add_material(const std::string& name) {
   tinygltf::Material material;
   material.name = name;
   material.doubleSided = true;
+  material.pbrMetallicRoughness.metallicFactor = 0;
   for (const GltfMaterial& look : scene_.materials) {
     if (look.name != name) {
       continue;
     }
     tinygltf::PbrMetallicRoughness& surface = material.pbrMetallicRoughness;
     surface.baseColorFactor = {look.color.x(), look.color.y(), look.color.z(), 1};
-    surface.metallicFactor = 0;
     if (!look.texture.empty()) {
       std::vector<unsigned char>& data = model_.buffers[0].data;
       tinygltf::BufferView view;

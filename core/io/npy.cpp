@@ -7,6 +7,7 @@
 
 #include "core/io/byte_reader.h"
 #include "core/io/file_bytes.h"
+#include "core/utf8.h"
 
 namespace atelier {
 namespace {
@@ -394,6 +395,26 @@ Tensor read_npy(const std::filesystem::path& path, const Limits& limits) {
 
 namespace {
 
+/// The code points of a text, for NumPy's unicode arrays: names in byte arrays are found by nobody
+/// who looks for a str.
+std::vector<std::uint32_t> code_points(const std::string& text) {
+  ATELIER_CHECK(
+      find_malformed_utf8(text) == std::string::npos && text.find('\0') == std::string::npos,
+      "only UTF-8 without NUL is written: " + text);
+  std::vector<std::uint32_t> codes;
+  for (const char c : text) {
+    const auto byte = static_cast<std::uint8_t>(c);
+    if (byte < 0x80) {
+      codes.push_back(byte);
+    } else if (byte < 0xC0) {
+      codes.back() = (codes.back() << 6) | (byte & 0x3Fu);
+    } else {
+      codes.push_back(byte & (byte < 0xE0 ? 0x1Fu : byte < 0xF0 ? 0x0Fu : 0x07u));
+    }
+  }
+  return codes;
+}
+
 std::string npy_type(const Tensor& tensor) {
   switch (tensor.type) {
     case ElementType::Bool:
@@ -431,9 +452,9 @@ std::string npy_type(const Tensor& tensor) {
   ATELIER_CHECK(tensor.type == ElementType::Text, "NumPy has no bfloat16");
   std::size_t longest = 1;
   for (const std::string& text : tensor.strings) {
-    longest = std::max(longest, text.size());
+    longest = std::max(longest, code_points(text).size());
   }
-  return "|S" + std::to_string(longest);
+  return "<U" + std::to_string(longest);
 }
 
 void append(std::vector<std::byte>& bytes, std::string_view text) {
@@ -467,11 +488,10 @@ std::vector<std::byte> npy_bytes(const Tensor& tensor) {
   }
   const std::size_t width = std::stoul(type.substr(2));
   for (const std::string& text : tensor.strings) {
-    std::string padded = text;
-    ATELIER_CHECK(std::none_of(text.begin(), text.end(), [](char c) { return c <= 0; }),
-                  "only ASCII strings are written: " + text);
-    padded.resize(width, '\0');
-    append(bytes, padded);
+    std::vector<std::uint32_t> padded = code_points(text);
+    padded.resize(width, 0);
+    const auto view = std::as_bytes(std::span(padded));
+    bytes.insert(bytes.end(), view.begin(), view.end());
   }
   return bytes;
 }

@@ -25,7 +25,8 @@ Tensor parse_npy(std::span<const std::byte> bytes, const std::string& file = "",
 /// Reads a .npy file.
 Tensor read_npy(const std::filesystem::path& path, const Limits& limits = {});
 
-/// The npy bytes (version 1.0) of a tensor. BFloat16, which NumPy does not have, is LogicError.
+/// The npy bytes (version 1.0) of a tensor; texts as unicode, so that NumPy finds names by str.
+/// LogicError for BFloat16, which NumPy does not have, and texts that are no UTF-8 without NUL.
 std::vector<std::byte> npy_bytes(const Tensor& tensor);
 
 }  // namespace atelier

@@ -29,10 +29,28 @@ void append_point(std::string& text, const Eigen::RowVector3d& p) {
   }
 }
 
-/// The prim of one sequence, written as its frames are read.
+void append_points(std::string& text, const Points& points) {
+  text += '[';
+  for (Index v = 0; v < points.rows(); ++v) {
+    text += v > 0 ? ", " : "";
+    append_point(text, points.row(v));
+  }
+  text += ']';
+}
+
+/// Smallest and largest corner.
+Points extent_of(const Points& points) {
+  Points extent(2, 3);
+  extent << points.colwise().minCoeff(), points.colwise().maxCoeff();
+  return extent;
+}
+
+/// The prim of one sequence, written as its frames are read. The first frame is its default, too:
+/// programs that play nothing show that.
 void write_prim(AtomicFile& file, const Sequence& sequence, const std::string& name) {
   std::string text = "\n    def Mesh \"" + name + "\"\n    {\n";
   text += "        uniform token subdivisionScheme = \"none\"\n";
+  text += "        uniform bool doubleSided = 1\n";
   text += "        int[] faceVertexCounts = [";
   for (Index f = 0; f < sequence.faces.rows(); ++f) {
     text += f > 0 ? ", 3" : "3";
@@ -44,20 +62,26 @@ void write_prim(AtomicFile& file, const Sequence& sequence, const std::string& n
       append_number(text, sequence.faces(f, c));
     }
   }
-  text += "]\n        point3f[] points.timeSamples = {\n";
+  const Points first = frame(sequence, 0).vertices;
+  text += "]\n        float3[] extent = ";
+  append_points(text, extent_of(first));
+  text += "\n        point3f[] points = ";
+  append_points(text, first);
+  text += "\n        point3f[] points.timeSamples = {\n";
+  std::string extents = "        float3[] extent.timeSamples = {\n";
   for (Index i = 0; i < frame_count(sequence); ++i) {
     const Points points = frame(sequence, i).vertices;
-    append_number(text, sequence.frame_ids[static_cast<std::size_t>(i)]);
-    text += ": [";
-    for (Index v = 0; v < points.rows(); ++v) {
-      text += v > 0 ? ", " : "";
-      append_point(text, points.row(v));
-    }
-    text += "],\n";
+    const std::string time = number_text(sequence.frame_ids[static_cast<std::size_t>(i)]) + ": ";
+    text += time;
+    append_points(text, points);
+    text += ",\n";
     file.write(text);
     text.clear();
+    extents += time;
+    append_points(extents, extent_of(points));
+    extents += ",\n";
   }
-  file.write("        }\n    }\n");
+  file.write("        }\n" + extents + "        }\n    }\n");
 }
 
 }  // namespace

@@ -15,8 +15,9 @@ struct NamedSequence {
 };
 
 /// Writes sequences over one topology each as one USD text file (.usda): below the Xform "root" a
-/// Mesh prim of triangles for each, whose points are time samples, in metres, Y up, one time code a
-/// frame, with normals left to the reader and no subdivision. Other programs open it as animated
+/// Mesh prim of triangles for each, whose points and extent are time samples (and by default those
+/// of the first frame), in metres, Y up, one time code a frame, seen from both sides, with normals
+/// left to the reader and no subdivision. Other programs open it as animated
 /// meshes. Numbers are the shortest that read back to the same float, the precision of USD's
 /// points.
 ///

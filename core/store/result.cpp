@@ -121,6 +121,17 @@ std::optional<std::vector<Consent>> consent_today(const std::filesystem::path& f
   return today;
 }
 
+/// "consent-ended" for each that is over.
+void note_ended_consent(const std::filesystem::path& folder, const Manifest& manifest,
+                        const std::vector<Consent>& consent, std::vector<Finding>& findings) {
+  for (const std::string& sentence :
+       ended_consent(consent, static_cast<double>(std::time(nullptr)))) {
+    findings.push_back({Severity::Warning, "consent-ended", folder.string(), sentence,
+                        "renew it in " + consent_place(manifest) +
+                            " and run the stage again, or delete what was made from it"});
+  }
+}
+
 /// "consent-changed" where the inputs state another consent today than the manifest.
 void check_consent_today(const std::filesystem::path& folder, const Manifest& manifest,
                          std::vector<Finding>& findings) {
@@ -134,6 +145,13 @@ void check_consent_today(const std::filesystem::path& folder, const Manifest& ma
       note("the consent has changed since: it was '" + to_string(manifest.consent) +
                "', today it says '" + to_string(*today) + "'",
            "run the stage again, which takes it over, or delete what was made from it");
+      std::vector<Consent> others;  // than the manifest's, which are told of anyway
+      std::copy_if(today->begin(), today->end(), std::back_inserter(others),
+                   [&](const Consent& one) {
+                     return std::find(manifest.consent.begin(), manifest.consent.end(), one) ==
+                            manifest.consent.end();
+                   });
+      note_ended_consent(folder, manifest, others, findings);
     }
   } catch (const DataError& error) {
     note(std::string("what the consent says today cannot be read: ") + error.what(),
@@ -248,11 +266,7 @@ std::vector<Finding> check_outputs(const std::filesystem::path& folder, const Ma
         finding(Severity::Warning, "manifest-time", folder / "manifest.json",
                 "finished at '" + manifest.finished + "', which is not in the past"));
   }
-  for (const std::string& sentence : ended_consent(manifest.consent, now)) {
-    findings.push_back({Severity::Warning, "consent-ended", folder.string(), sentence,
-                        "renew it in " + consent_place(manifest) +
-                            " and run the stage again, or delete what was made from it"});
-  }
+  note_ended_consent(folder, manifest, manifest.consent, findings);
   check_consent_today(folder, manifest, findings);
   return findings;
 }

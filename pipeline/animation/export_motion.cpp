@@ -16,6 +16,7 @@
 #include "core/io/image_file.h"
 #include "core/io/npz.h"
 #include "core/io/safetensors.h"
+#include "core/normals.h"
 #include "core/sequence_archive.h"
 
 namespace atelier {
@@ -64,6 +65,7 @@ GltfScene joined_scenes(GltfScene scene, const GltfScene& other) {
   }
   scene.meshes.insert(scene.meshes.end(), other.meshes.begin(), other.meshes.end());
   scene.materials.insert(scene.materials.end(), other.materials.begin(), other.materials.end());
+  scene.findings.insert(scene.findings.end(), other.findings.begin(), other.findings.end());
   for (GltfSkin skin : other.skins) {
     for (int& joint : skin.joints) {
       joint += nodes;
@@ -137,30 +139,26 @@ void add_surfaces(GltfScene& scene, const BodyModel& body, const MotionClip& cli
     return;
   }
   const ShapedBody shaped = shape_body(body);
-  std::vector<GltfMorphTarget> targets;
+  std::vector<Points> rest;
+  std::vector<Points> normals;
   double most = 0;
   for (Index i = 0; i < count; ++i) {
-    const Points rest = unposed_vertices(body, shaped, poses[static_cast<std::size_t>(i)],
-                                         frame(surfaces, i).vertices);
-    targets.push_back({rest - shaped.vertices, {}});
-    most = std::max(most, targets.back().positions.cwiseAbs().maxCoeff());
+    rest.push_back(unposed_vertices(body, shaped, poses[static_cast<std::size_t>(i)],
+                                    frame(surfaces, i).vertices));
+    normals.push_back(vertex_normals(rest.back(), primitive.mesh.faces));
+    most = std::max(most, (rest.back() - shaped.vertices).cwiseAbs().maxCoeff());
   }
   if (most < kLeast) {
     return;
   }
-  GltfChannel channel;
-  channel.path = GltfPath::Weights;
-  channel.values = Eigen::MatrixXd::Identity(count, count);
-  for (Index i = 0; i < count; ++i) {
-    channel.times.push_back(static_cast<double>(i) / clip.motion.fps);
-    scene.meshes[0].target_names.push_back("frame " + std::to_string(i));
-  }
+  primitive.mesh.vertices = rest.front();
+  primitive.mesh.normals = normals.front();
   for (std::size_t n = 0; n < scene.nodes.size(); ++n) {
-    channel.node = scene.nodes[n].mesh == 0 ? static_cast<int>(n) : channel.node;
+    if (scene.nodes[n].mesh == 0) {
+      add_gltf_morphs(scene, static_cast<int>(n), gltf_morphs(rest, normals), clip.motion.fps);
+      return;
+    }
   }
-  primitive.targets = std::move(targets);
-  scene.meshes[0].weights.assign(static_cast<std::size_t>(count), 0.0);
-  scene.animations.at(0).channels.push_back(std::move(channel));
 }
 
 }  // namespace
@@ -186,6 +184,7 @@ GltfScene avatar_scene(const fs::path& result, const fs::path& networks) {
                     "the motion of this one; run 'atelier animate' again");
   }
   body.name = "body";
+  // As it is written, so that surfaces are off that skin, not off one of more influences.
   body.skin = repair_skin_weights(body.skin, joint_count(body), {.max_slots = 4}).skin;
   GltfScene scene = gltf_body(body, {}, clip.motion);
   for (GltfMesh& mesh : scene.meshes) {
@@ -213,6 +212,7 @@ GltfScene avatar_scene(const fs::path& result, const fs::path& networks) {
     cloth.materials.push_back(std::move(look));
     scene = joined_scenes(std::move(scene), cloth);
   }
+  show_first_keys(scene);
   return scene;
 }
 

@@ -25,9 +25,10 @@ bool is_animation_result(const std::filesystem::path& result);
 std::filesystem::path networks_of(const Manifest& manifest, const std::filesystem::path& workspace);
 
 /// Such a result as one scene: the body with its skin, four influences a vertex, moved by its
-/// joints, with what each frame's surface is off that as morph targets; each garment as morph
-/// targets, a frame each, with the texture that does not change of what `appearance` learnt
-/// (joined_scenes, image inside). Throws DataError for damaged files.
+/// joints, with what each frame's surface is off that as morph targets (gltf_morphs); each garment
+/// as morph targets, with normals and the texture that does not change of what `appearance` learnt
+/// (joined_scenes, image inside). Nodes and weights are those of the first frame, which programs
+/// show that play nothing. Throws DataError for damaged files.
 /// @param networks  the result of `appearance` that it was drawn by; "": one colour each
 GltfScene avatar_scene(const std::filesystem::path& result, const std::filesystem::path& networks);
 

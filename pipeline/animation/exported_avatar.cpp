@@ -18,8 +18,10 @@ fs::path exported_avatar(const fs::path& workspace) {
   }
   return derived_folder(workspace, "export", results, [&](const fs::path& folder) {
     const fs::path& animated = results.front();
-    write_gltf(folder / "avatar.glb",
-               avatar_scene(animated, networks_of(read_manifest(animated, "animate"), workspace)));
+    const Manifest manifest = read_manifest(animated, "animate");
+    GltfScene avatar = avatar_scene(animated, networks_of(manifest, workspace));
+    avatar.consent = to_string(manifest.consent);
+    write_gltf(folder / "avatar.glb", avatar);
     export_bvh(animated / "motion.npz", folder / "motion.bvh");
     for (std::size_t i = 1; i < results.size(); ++i) {
       for (const auto& entry : fs::recursive_directory_iterator(results[i])) {

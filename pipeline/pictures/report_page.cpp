@@ -245,6 +245,12 @@ std::string section_of(const StageStatus& status, const std::filesystem::path& w
     return html + "<p class=\"quiet\">" + html_text(state_name(status.state)) + "</p>\n";
   }
   const Manifest& manifest = *status.manifest;
+  if (status.state == StageStatus::State::Damaged) {
+    html +=
+        "<p class=\"error\">This result is damaged: its files are not what the stage wrote, and "
+        "nothing of them is shown. The figures are those of the day it was made. Run the stage "
+        "again.</p>\n";
+  }
   std::string facts = row("state", state_name(status.state));
   facts += row("consent", to_string(manifest.consent));
   facts += row("finished", manifest.finished);

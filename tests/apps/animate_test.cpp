@@ -1,6 +1,7 @@
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL)
 
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include <gmock/gmock.h>
@@ -13,13 +14,17 @@
 #include "core/io/file_bytes.h"
 #include "core/io/image_file.h"
 #include "core/io/mesh_file.h"
+#include "core/io/mesh_gltf.h"
+#include "core/sequence_archive.h"
 #include "simulation/files/material_file.h"
 #include "tests/apps/animate_fixture.h"
+#include "tests/support/outside_judge.h"
 
 namespace atelier::fixtures {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 /// What a sequence in one file holds.
@@ -214,6 +219,54 @@ TEST_F(Animate, Exports_OpenWithTheSameContent) {
               HasSubstr("points.timeSamples"));
   EXPECT_THAT(read_file_text(root_ / "usd" / "animate" / "avatar.usda", 1 << 24),
               AllOf(HasSubstr("def Mesh \"body\""), HasSubstr("def Mesh \"lower\"")));
+}
+
+std::vector<double> box_of(const Points& points) {
+  const Eigen::RowVector3d low = points.colwise().minCoeff();
+  const Eigen::RowVector3d high = points.colwise().maxCoeff();
+  return {low[0], low[1], low[2], high[0], high[1], high[2]};
+}
+
+void expect_box(const std::vector<double>& found, const Points& points) {
+  const std::vector<double> box = box_of(points);
+  ASSERT_EQ(found.size(), box.size());
+  for (std::size_t k = 0; k < box.size(); ++k) {
+    EXPECT_NEAR(found[k], box[k], 1e-5) << k;
+  }
+}
+
+TEST_F(Animate, AvatarAtRest_IsTheFirstFrameOfBodyAndGarments) {
+  write_dressed_workspace(capture(), workspace());
+  ASSERT_EQ(animate().exit_code, 0);
+  const fs::path out = root_ / "out";
+  ASSERT_EQ(run({"export", workspace().string(), out.string(), "--stage", "animate"}).exit_code, 0);
+  const fs::path file = out / "animate" / "avatar.glb";
+  const std::map<std::string, Sequence> shown = {
+      {"body", open_sequence(result() / "body")},
+      {"lower", open_sequence(result() / "garments" / "lower")}};
+  const Points rest = rest_mesh(read_gltf(file)).vertices;
+  Points first(0, 3);
+  for (const auto& [name, sequence] : shown) {
+    const Points there = frame(sequence, 0).vertices;
+    first.conservativeResize(first.rows() + there.rows(), 3);
+    first.bottomRows(there.rows()) = there;
+  }
+  expect_box(box_of(rest), first);
+  EXPECT_THAT(read_file_text(file, 1 << 26),
+              AllOf(HasSubstr("\"copyright\":\"Consent: "), HasSubstr("\"consent\":")));
+  ATELIER_NEEDS_JUDGE("gltf-validator");
+  const Judgement valid = judged("gltf_validator.mjs", {file.string()});
+  EXPECT_EQ(valid.at("errors")[0], 0) << ::testing::PrintToString(valid);
+  EXPECT_EQ(valid.at("warnings")[0], 0) << ::testing::PrintToString(valid);
+  ATELIER_NEEDS_JUDGE("three");
+  const Judgement three = judged("three.mjs", {"gltf", file.string(), "0", "0.16666667"});
+  for (const auto& [name, sequence] : shown) {
+    EXPECT_EQ(three.at("mesh:" + name)[0], 0) << "no metal";
+    EXPECT_EQ(three.at("mesh:" + name)[1], 2) << "both sides";
+    expect_box(three.at(name + "@rest"), frame(sequence, 0).vertices);
+    expect_box(three.at(name + "@0"), frame(sequence, 0).vertices);
+    expect_box(three.at(name + "@0.16666667"), frame(sequence, 2).vertices);
+  }
 }
 
 TEST_F(Animate, Run_ExportsTheAvatarAndRemakesADamagedOne) {

@@ -71,6 +71,9 @@ TEST_F(Report, ResultDamage_IsShownFirst) {
   const std::string text = page();
   EXPECT_LT(text.find("the result is damaged"), text.find("<h2"));
   EXPECT_THAT(text, AllOf(HasSubstr("output-size"), Not(HasSubstr("--force"))));
+  EXPECT_GT(text.find("This result is damaged: its files are not what the stage wrote"),
+            text.find("id=\"statistics\""))
+      << "where its figures stand, too";
   run_child(statistics());
   report();
   EXPECT_THAT(page(), Not(HasSubstr("damaged"))) << "as the page advised";
@@ -114,6 +117,27 @@ TEST_F(Report, ExportedResult_CarriesConsent) {
   EXPECT_THAT(read_file_text(out / "statistics" / "consent.txt", 1000), HasSubstr("research"));
   EXPECT_EQ(read_file_text(out / "statistics" / "statistics.json", 1 << 20),
             read_file_text(stage_folder() / "current" / "statistics.json", 1 << 20));
+}
+
+TEST_F(Report, ExportAfterTheEndOfConsent_IsRefusedUnlessAllowed) {
+  write_consent("2020-01-01");
+  const fs::path out = root_ / "out";
+  const ChildResult refused = export_to(out);
+  EXPECT_EQ(refused.exit_code, kExitCheckFailed);
+  EXPECT_THAT(refused.err,
+              AllOf(HasSubstr("the consent of P. <b>Doe</b> (research) ended with 2020-01-01"),
+                    HasSubstr("--ended-consent")));
+  EXPECT_FALSE(fs::exists(out));
+  const ChildResult allowed = export_to(out, {"--ended-consent"});
+  EXPECT_EQ(allowed.exit_code, 0) << allowed.err;
+  EXPECT_THAT(read_file_text(out / "statistics" / "consent.txt", 1000), HasSubstr("ended with"));
+}
+
+TEST_F(Report, ExportAfterConsentWasCutShort_IsRefused) {
+  write_consent("2999-12-31");
+  std::ofstream(input() / "capture.toml")
+      << "[consent]\nwho = \"P. Doe\"\nscope = \"research\"\nuntil = \"2020-01-01\"\n";
+  EXPECT_EQ(export_to(root_ / "out").exit_code, kExitCheckFailed);
 }
 
 TEST_F(Report, ExportWithoutConsent_IsReported) {

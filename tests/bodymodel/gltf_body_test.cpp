@@ -95,6 +95,24 @@ TEST(GltfBody, WrittenBody_ReadsBackEqual) {
   }
 }
 
+TEST(GltfBody, MoreThanFourInfluences_BecomeTheFourLargestOfSumOne) {
+  BodyModel model = plain_gltf_body();
+  const Index joints = joint_count(model);
+  ASSERT_GE(joints, 6);
+  model.skin.joints.resize(vertex_count(model), 6);
+  model.skin.weights.resize(vertex_count(model), 6);
+  for (Index v = 0; v < vertex_count(model); ++v) {
+    model.skin.joints.row(v) << 0, 1, 2, 3, 4, 5;
+    model.skin.weights.row(v) << 0.05, 0.3, 0.25, 0.2, 0.15, 0.05;
+  }
+  const GltfScene scene = gltf_body(model);
+  const GltfPrimitive& primitive = scene.meshes[0].primitives[0];
+  ASSERT_EQ(primitive.weights.cols(), 4);
+  EXPECT_LT((primitive.weights.rowwise().sum().array() - 1).abs().maxCoeff(), 1e-12);
+  EXPECT_NEAR(primitive.weights(0, 0), 0.3 / 0.9, 1e-12);
+  EXPECT_EQ(primitive.joints(0, 0), 1);
+}
+
 TEST(GltfBody, Scene_ShowsTheSameAsItsBody) {
   const BodyModel model = plain_gltf_body();
   const GltfScene scene = gltf_body(model);

@@ -192,6 +192,96 @@ TEST(GltfRoundTrip, MorphSequence_ReproducesEveryFrame) {
   }
 }
 
+/// The positions that weights of a channel's key give.
+Points at_key(GltfScene scene, Index key) {
+  const Eigen::VectorXd weights = scene.animations.at(0).channels.at(0).values.row(key);
+  scene.nodes[0].weights.assign(weights.begin(), weights.end());
+  return rest_mesh(scene).vertices;
+}
+
+TEST(GltfMorphs, LongSequence_IsFewShapesWithinTheStatedError) {
+  // A ball that swings: three shapes at most.
+  std::vector<Mesh> frames(200, fixtures::sphere(2));
+  for (std::size_t f = 0; f < frames.size(); ++f) {
+    const double t = 0.1 * static_cast<double>(f);
+    frames[f].vertices.col(0).array() += std::sin(t) * frames[f].vertices.col(1).array().square();
+    frames[f].vertices.col(2).array() += 0.5 * t + 0.2 * std::cos(t);
+  }
+  const GltfScene scene = gltf_morph_sequence(frames, 25, "cloth");
+  ASSERT_EQ(scene.animations.size(), 1u);
+  EXPECT_LE(scene.meshes[0].primitives[0].targets.size(), 4u);
+  EXPECT_EQ(scene.meshes[0].target_names[0], "shape 1");
+  EXPECT_LE(scene.animations[0].channels[0].values.cwiseAbs().maxCoeff(), 1 + 1e-12);
+  for (const Index f : {0, 1, 77, 199}) {
+    EXPECT_LT((at_key(scene, f) - frames[static_cast<std::size_t>(f)].vertices)
+                  .rowwise()
+                  .norm()
+                  .maxCoeff(),
+              1e-4)
+        << f;
+  }
+  EXPECT_EQ(at_key(scene, 0), frames[0].vertices);
+  ASSERT_EQ(scene.findings.size(), 1u);
+  EXPECT_EQ(scene.findings[0].code, "gltf-shapes");
+  EXPECT_THAT(scene.findings[0].what, HasSubstr("200 frames as sums of"));
+}
+
+TEST(GltfMorphs, FramesWithoutCommonShapes_SayHowFarTheyAreOff) {
+  std::vector<Points> frames;
+  std::srand(3);
+  for (int f = 0; f < 20; ++f) {
+    frames.emplace_back(Points::Random(12, 3));
+  }
+  EXPECT_EQ(gltf_morphs(frames, {}).error, 0) << "a target a frame";
+  const GltfMorphs few = gltf_morphs(frames, {}, 5);
+  ASSERT_EQ(few.targets.size(), 5u);
+  double most = 0;
+  for (Index f = 0; f < 20; ++f) {
+    Points points = frames[0];
+    for (Index t = 0; t < 5; ++t) {
+      points += few.weights(f, t) * few.targets[static_cast<std::size_t>(t)].positions;
+    }
+    most =
+        std::max(most, (points - frames[static_cast<std::size_t>(f)]).rowwise().norm().maxCoeff());
+  }
+  EXPECT_NEAR(few.error, most, 1e-12);
+  EXPECT_GT(most, 0.1);
+  const std::vector<Points> still(20, frames[0]);
+  EXPECT_TRUE(gltf_morphs(still, {}, 5).targets.empty());
+}
+
+TEST(GltfMorphs, FramesWithoutNormals_GetThem) {
+  const std::vector<Mesh> frames(3, fixtures::sphere(1));
+  const GltfScene back = parse(glb_bytes(gltf_morph_sequence(frames, 25)));
+  const GltfPrimitive& primitive = back.meshes[0].primitives[0];
+  EXPECT_LT((primitive.mesh.normals - vertex_normals(frames[0].vertices, frames[0].faces))
+                .cwiseAbs()
+                .maxCoeff(),
+            1e-6);
+  EXPECT_EQ(primitive.targets[1].normals.rows(), frames[0].vertices.rows());
+}
+
+TEST(ShowFirstKeys, Nodes_StandAsTheAnimationBegins) {
+  GltfScene scene = bent_arm();
+  scene.animations[0].channels[0].values.row(0) =
+      Eigen::RowVector4d(0, 0, std::sqrt(0.5), std::sqrt(0.5));
+  scene.nodes[1].rotation = {0, 0, 0, 1};
+  show_first_keys(scene);
+  const Eigen::RowVector3d hand = rest_mesh(scene).vertices.bottomRows(4).colwise().mean();
+  EXPECT_LT((hand - Eigen::RowVector3d(1, 1, 0)).norm(), 1e-12);
+}
+
+TEST(WriteGltf, ConsentAndMaterial_AreInTheFile) {
+  GltfScene scene = gltf_scene(fixtures::tetrahedron());
+  scene.consent = "P. Doe, research, until 2030-12-31";
+  const std::string text = glb_bytes(scene);
+  EXPECT_THAT(text, HasSubstr("\"copyright\":\"Consent: P. Doe, research, until 2030-12-31\""));
+  EXPECT_THAT(text, HasSubstr("{\"consent\":\"P. Doe, research, until 2030-12-31\"}"));
+  // glTF's default material is a metal whose back is not drawn.
+  EXPECT_THAT(text, HasSubstr("\"doubleSided\":true"));
+  EXPECT_THAT(text, HasSubstr("\"metallicFactor\":0.0"));
+}
+
 TEST(GltfRoundTrip, EveryPathAndInterpolation_RoundTrips) {
   GltfScene scene = bent_arm();
   scene.nodes[0].matrix = Eigen::Matrix4d::Identity();

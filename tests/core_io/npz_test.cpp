@@ -56,10 +56,13 @@ TEST(Npy, ScalarsAndEmptyArrays_RoundTrip) {
   EXPECT_THAT(parse_npy(npy_bytes(empty)).shape, ElementsAre(0, 3));
 }
 
-TEST(Npy, AsciiText_RoundTrips) {
-  const Tensor tensor{ElementType::Text, {2}, {}, {"female", ""}};
-  EXPECT_THAT(parse_npy(npy_bytes(tensor)).strings, ElementsAre("female", ""));
-  EXPECT_THROW(npy_bytes(Tensor{ElementType::Text, {1}, {}, {"\xC3\xA9"}}), LogicError);
+TEST(Npy, Text_RoundTripsAsUnicode) {
+  const Tensor tensor{ElementType::Text, {3}, {}, {"female", "", "\xC3\xA9\xF0\x9F\x98\x80"}};
+  EXPECT_THAT(parse_npy(npy_bytes(tensor)).strings,
+              ElementsAre("female", "", "\xC3\xA9\xF0\x9F\x98\x80"));
+  for (const std::string& text : {std::string("\xC3"), std::string("a\0b", 3)}) {
+    EXPECT_THROW(npy_bytes(Tensor{ElementType::Text, {1}, {}, {text}}), LogicError);
+  }
   EXPECT_THROW(npy_bytes(Tensor{ElementType::BFloat16, {0}, {}, {}}), LogicError);
 }
 
@@ -130,6 +133,16 @@ TEST(Npy, NumpyStrings_AreRead) {
               ElementsAre("female", "\xC3\xA9\xF0\x9F\x98\x80"));
   EXPECT_THAT(read_npy(folder / "s.npy").strings, ElementsAre("male"));
   EXPECT_THAT(read_npy(folder / "b.npy").strings, ElementsAre("xy"));
+}
+
+TEST(Npy, WrittenNames_AreFoundByStrInNumpy) {
+  ATELIER_NEEDS_NUMPY();
+  const fixtures::TemporaryDirectory folder;
+  write_npz(folder / "a.npz",
+            {{"names", Tensor{ElementType::Text, {3}, {}, {"spine", "pelvis", "\xC3\xA9"}}}});
+  EXPECT_TRUE(run_numpy("names = np.load('" + (folder / "a.npz").string() +
+                        "')['names']\nassert list(names).index('pelvis') == 1\n"
+                        "assert names[2] == chr(0xe9)"));
 }
 
 TEST(Npy, WrittenNpz_IsReadByNumpy) {

@@ -46,7 +46,8 @@ class UsdText {
     std::string name;
     std::map<std::string, std::string> tokens;
     std::map<std::string, std::vector<double>> arrays;
-    std::map<int, std::vector<double>> samples;
+    std::map<int, std::vector<double>> samples;  ///< points
+    std::map<int, std::vector<double>> extents;
   };
   std::map<std::string, std::string> layer;
   std::vector<Prim> prims;
@@ -104,15 +105,15 @@ class UsdText {
     }
     const std::string name = word();
     expect("=");
-    if (name == "points.timeSamples") {
+    if (name.ends_with(".timeSamples")) {
       expect("{");
       while (!take("}")) {
         const int time = std::stoi(word());
         expect(":");
-        prim.samples[time] = numbers();
+        (name == "points.timeSamples" ? prim.samples : prim.extents)[time] = numbers();
         expect(",");
       }
-    } else if (type == "token") {
+    } else if (type == "token" || type == "bool") {
       prim.tokens[name] = word();
     } else {
       prim.arrays[name] = numbers();
@@ -151,6 +152,11 @@ TEST(UsdSequence, WrittenSequence_HasUnitsTimesAndPoints) {
   EXPECT_EQ(prim.tokens.at("subdivisionScheme"), "\"none\"");
   EXPECT_EQ(prim.arrays.at("faceVertexCounts"), (std::vector<double>{3, 3}));
   EXPECT_EQ(prim.arrays.at("faceVertexIndices"), (std::vector<double>{0, 1, 2, 0, 2, 3}));
+  EXPECT_EQ(prim.tokens.at("doubleSided"), "1");
+  EXPECT_EQ(prim.arrays.at("points"), prim.samples.at(7)) << "what programs show that play nothing";
+  EXPECT_EQ(prim.arrays.at("extent"), prim.extents.at(7));
+  EXPECT_EQ(prim.extents.at(7)[1], 0);
+  EXPECT_EQ(prim.extents.at(9)[3], 2);
   ASSERT_EQ(prim.samples.size(), 2U);
   for (const int i : {0, 1}) {
     const Points expected = frame(sequence, i).vertices;
