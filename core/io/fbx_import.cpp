@@ -18,6 +18,7 @@
 #include <assimp/scene.h>
 
 #include "core/error.h"
+#include "core/io/fbx_binds.h"
 #include "core/io/fbx_mesh.h"
 #include "core/io/text_scanner.h"
 #include "core/io/text_writer.h"
@@ -28,6 +29,7 @@ namespace {
 
 constexpr std::size_t kMaxNodes = 65'536;
 constexpr double kShear = 1e-5;  // how far axes may be from right angles and still be turned alone
+constexpr double kRounded = 1e-4;  // of a matrix: libassimp holds floats
 constexpr double kAway = 1e-4;  // of a skeleton's size: how far a root may stand from its bind pose
 
 /// A name as UTF-8, which glTF wants: of one that is none, plain letters stay.
@@ -79,8 +81,9 @@ void set_transform(const Eigen::Matrix4d& transform, GltfNode& node) {
 /// first. "The file's space" is below node 0.
 class FbxImport {
  public:
-  FbxImport(const aiScene& source, const std::string& name, const Limits& limits)
-      : source_(source), name_(name), limits_(limits) {}
+  FbxImport(const aiScene& source, std::vector<FbxBind> binds, const std::string& name,
+            const Limits& limits)
+      : source_(source), binds_(std::move(binds)), name_(name), limits_(limits) {}
 
   GltfScene scene() {
     add_axes();
@@ -105,6 +108,7 @@ class FbxImport {
   void add_static_meshes();
   void find_joints();
   void add_joints_between(const std::vector<int>& seeds);
+  Eigen::Matrix4d bound_place(const Place& place) const;
   void set_bind_poses();
   void add_skin();
   void add_part(const Place& place, GltfMesh& mesh);
@@ -121,6 +125,7 @@ class FbxImport {
   }
 
   const aiScene& source_;
+  std::vector<FbxBind> binds_;
   std::string name_;
   Limits limits_;
   GltfScene scene_;
@@ -249,8 +254,8 @@ void FbxImport::add_part(const Place& place, GltfMesh& mesh) {
   for (unsigned b = 0; place.node >= 0 && b < place.mesh->mNumBones; ++b) {
     joint_of_bone.push_back(slot_[static_cast<std::size_t>(node_of(place.mesh->mBones[b]->mName))]);
   }
-  const Eigen::Matrix4d frame = place.node < 0 ? Eigen::Matrix4d::Identity().eval()
-                                               : rest_[static_cast<std::size_t>(place.node)];
+  const Eigen::Matrix4d frame =
+      place.node < 0 ? Eigen::Matrix4d::Identity().eval() : bound_place(place);
   FbxPrimitive part = fbx_primitive(*place.mesh, frame, joint_of_bone, name_);
   if (part.left_out > 0) {
     note(Severity::Note, "fbx-faces",
@@ -289,7 +294,7 @@ void FbxImport::find_joints() {
       seeds.push_back(node_of(place.mesh->mBones[b]->mName));
     }
   }
-  for (unsigned a = 0; skinned_.empty() && a < std::min(source_.mNumAnimations, 1U); ++a) {
+  for (unsigned a = 0; skinned_.empty() && a < source_.mNumAnimations; ++a) {
     for (unsigned c = 0; c < source_.mAnimations[a]->mNumChannels; ++c) {
       const auto found =
           node_by_name_.find(source_.mAnimations[a]->mChannels[c]->mNodeName.C_Str());
@@ -346,15 +351,41 @@ void FbxImport::add_joints_between(const std::vector<int>& seeds) {
   }
 }
 
+/// Where a mesh stood when it was bound, file's space from mesh: as its clusters say, which is not
+/// where its node stands in a file that was saved in the middle of a motion; else its node.
+Eigen::Matrix4d FbxImport::bound_place(const Place& place) const {
+  const auto same = [](const Eigen::Matrix4d& a, const Eigen::Matrix4d& b) {
+    return (a - b).cwiseAbs().maxCoeff() <= kRounded * std::max(1.0, a.cwiseAbs().maxCoeff());
+  };
+  std::vector<Eigen::Matrix4d> places;  // that all bones allow; clusters may be alike by chance
+  for (unsigned b = 0; b < place.mesh->mNumBones; ++b) {
+    const Eigen::Matrix4d offset = matrix_of(place.mesh->mBones[b]->mOffsetMatrix);
+    std::vector<Eigen::Matrix4d> here;
+    for (const FbxBind& bind : binds_) {
+      if (same(bind.joint_from_mesh, offset)) {
+        here.push_back(bind.world_from_joint * bind.joint_from_mesh);
+      }
+    }
+    if (b == 0) {
+      places = here;
+    }
+    std::erase_if(places, [&](const Eigen::Matrix4d& one) {
+      return std::none_of(here.begin(), here.end(),
+                          [&](const Eigen::Matrix4d& other) { return same(one, other); });
+    });
+  }
+  return places.empty() ? rest_[static_cast<std::size_t>(place.node)] : places.front();
+}
+
 void FbxImport::set_bind_poses() {
   bind_.resize(scene_.nodes.size());
   double apart = 0;
   double size = 0;
   for (const Place& place : skinned_) {
+    const Eigen::Matrix4d mesh_place = bound_place(place);
     for (unsigned b = 0; b < place.mesh->mNumBones; ++b) {
       const aiBone& bone = *place.mesh->mBones[b];
-      const Eigen::Matrix4d bind =
-          rest_[static_cast<std::size_t>(place.node)] * matrix_of(bone.mOffsetMatrix).inverse();
+      const Eigen::Matrix4d bind = mesh_place * matrix_of(bone.mOffsetMatrix).inverse();
       if (!bind.allFinite()) {
         fail("bone " + in_quotes(bone.mName.C_Str()), "a bind matrix without an inverse",
              "a rotation, a translation and one scale");
@@ -527,7 +558,7 @@ GltfScene import_fbx(std::span<const std::byte> bytes, const std::string& name,
   if (scene == nullptr) {
     throw DataError(name, "", complaint(importer.GetErrorString()), "a sound FBX file");
   }
-  return FbxImport(*scene, name, limits).scene();
+  return FbxImport(*scene, fbx_binds(bytes), name, limits).scene();
 }
 
 }  // namespace atelier

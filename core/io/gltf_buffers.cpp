@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/io/byte_reader.h"
 #include "core/io/file_bytes.h"
+#include "core/io/gltf_meshopt.h"
 #include "core/io/text_scanner.h"
 
 namespace atelier {
@@ -16,6 +17,7 @@ namespace {
 
 constexpr std::int64_t kMost = std::int64_t{1} << 40;
 constexpr std::int64_t kFreeNumbers = 8 << 20;  // decoded numbers that nobody asks about
+constexpr std::int64_t kDecodedPerByte = 64;    // of compressed views, as meshopt at its densest
 constexpr std::int64_t kNumbersPerByte = 32;    // above that: shared views read again and again
 
 enum ComponentType { Byte = 5120, UnsignedByte, Short, UnsignedShort, UnsignedInt = 5125, Float };
@@ -245,16 +247,42 @@ std::filesystem::path file_below(const std::filesystem::path& folder, const Json
   return path;
 }
 
+namespace {
+
+/// What EXT_meshopt_compression, or KHR's of the same bitstreams, says of a buffer or a view.
+std::optional<JsonPlace> meshopt_of(const JsonPlace& place) {
+  const std::optional<JsonPlace> extensions = place.find("extensions");
+  for (const char* name : {"EXT_meshopt_compression", "KHR_meshopt_compression"}) {
+    if (std::optional<JsonPlace> found = extensions ? extensions->find(name) : std::nullopt) {
+      return found;
+    }
+  }
+  return std::nullopt;
+}
+
+bool is_fallback(const JsonPlace& buffer) {
+  const std::optional<JsonPlace> meshopt = meshopt_of(buffer);
+  return meshopt && meshopt->boolean_or("fallback", false);
+}
+
+}  // namespace
+
 GltfBuffers::GltfBuffers(const JsonPlace& root,
                          const std::optional<std::span<const std::byte>>& binary,
                          const std::optional<std::filesystem::path>& folder, const Limits& limits)
-    : views_(root.items("bufferViews")), accessors_(root.items("accessors")) {
+    : views_(root.items("bufferViews")),
+      decoded_(views_.size()),
+      accessors_(root.items("accessors")) {
   std::int64_t total = 0;
   for (const JsonPlace& buffer : root.items("buffers")) {
     const auto length =
         static_cast<std::size_t>(buffer.at("byteLength").integer(0, limits.mesh_file_bytes));
     const std::optional<JsonPlace> uri = buffer.find("uri");
     std::span<const std::byte> bytes;
+    if (!uri && is_fallback(buffer)) {
+      buffers_.emplace_back();  // of those who cannot read the compressed one
+      continue;
+    }
     if (!uri) {
       if (!binary || !buffers_.empty()) {
         buffer.fail("no \"uri\"", "one, but for the first buffer of a GLB file with a BIN chunk");
@@ -282,11 +310,29 @@ GltfBuffers::GltfBuffers(const JsonPlace& root,
     }
   }
   budget_ = kFreeNumbers + kNumbersPerByte * total;
+  to_decode_ = std::min(limits.mesh_file_bytes, kFreeNumbers + kDecodedPerByte * total);
 }
 
-GltfBuffers::View GltfBuffers::view(const JsonPlace& index) const {
+GltfBuffers::View GltfBuffers::view(const JsonPlace& index) {
   const std::int64_t last = std::ssize(views_) - 1;
-  const JsonPlace& place = views_[static_cast<std::size_t>(index.integer(0, last))];
+  const auto number = static_cast<std::size_t>(index.integer(0, last));
+  const std::optional<JsonPlace> meshopt = meshopt_of(views_[number]);
+  std::span<const std::byte> bytes;
+  if (meshopt) {
+    std::optional<std::vector<std::byte>>& decoded = decoded_[number];
+    if (!decoded) {
+      decoded = decode_meshopt(*meshopt, stored_bytes(*meshopt), to_decode_);
+      to_decode_ -= std::ssize(*decoded);
+      budget_ += std::ssize(*decoded);
+    }
+    bytes = *decoded;
+  } else {
+    bytes = stored_bytes(views_[number]);
+  }
+  return {bytes, static_cast<std::size_t>(views_[number].integer_or("byteStride", 0, 4, 252))};
+}
+
+std::span<const std::byte> GltfBuffers::stored_bytes(const JsonPlace& place) const {
   const std::int64_t buffer = place.at("buffer").integer(0, std::ssize(buffers_) - 1);
   const std::span<const std::byte> bytes = buffers_[static_cast<std::size_t>(buffer)];
   const auto offset = static_cast<std::size_t>(place.integer_or("byteOffset", 0, 0, kMost));
@@ -296,8 +342,7 @@ GltfBuffers::View GltfBuffers::view(const JsonPlace& index) const {
                    " of a buffer of " + std::to_string(bytes.size()),
                "bytes inside the buffer");
   }
-  return {bytes.subspan(offset, length),
-          static_cast<std::size_t>(place.integer_or("byteStride", 0, 4, 252))};
+  return bytes.subspan(offset, length);
 }
 
 const JsonPlace& GltfBuffers::accessor(const JsonPlace& place) const {
@@ -351,7 +396,7 @@ Eigen::MatrixXd GltfBuffers::read(const JsonPlace& place,
 }
 
 void GltfBuffers::fill_sparse(const JsonPlace& accessor, int component, bool normalized,
-                              Eigen::MatrixXd& values) const {
+                              Eigen::MatrixXd& values) {
   const std::optional<JsonPlace> sparse = accessor.find("sparse");
   if (!sparse) {
     return;

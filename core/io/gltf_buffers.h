@@ -57,14 +57,17 @@ class GltfBuffers {
   };
 
   const JsonPlace& accessor(const JsonPlace& place) const;
-  View view(const JsonPlace& index) const;
+  View view(const JsonPlace& index);
+  std::span<const std::byte> stored_bytes(const JsonPlace& place) const;
   void fill_sparse(const JsonPlace& accessor, int component_type, bool normalized,
-                   Eigen::MatrixXd& values) const;
+                   Eigen::MatrixXd& values);
   void pay(const JsonPlace& accessor, std::int64_t count, std::int64_t components);
 
   std::vector<std::vector<std::byte>> owned_;
   std::vector<std::span<const std::byte>> buffers_;
   std::vector<JsonPlace> views_;
+  std::vector<std::optional<std::vector<std::byte>>> decoded_;  ///< [views] of compressed ones
+  std::int64_t to_decode_ = 0;                                  ///< bytes that may still be decoded
   std::vector<JsonPlace> accessors_;
   std::int64_t budget_ = 0;  ///< numbers that may still be decoded
 };

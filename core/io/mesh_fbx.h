@@ -18,9 +18,10 @@ bool reads_fbx();
 /// centimetres, UpAxis, FrontAxis, CoordAxis), so that the rest keeps the file's numbers.
 ///
 /// - All meshes with a skin become one mesh of one skin, a primitive for each mesh and material, in
-///   the pose in which they were bound. Its joints are the nodes that move vertices, those between
-///   them, the nearest node above all of them, and those below without a mesh (ends of limbs). A
-///   file without skins but with an animation gets a skin of the nodes that it moves.
+///   the pose in which they were bound, wherever nodes stood when the file was saved. Its joints
+///   are the nodes that move vertices, those between them, the nearest node above all of them, and
+///   those below without a mesh (ends of limbs). A file without skins but with an animation gets a
+///   skin of the nodes that it moves.
 /// - Polygons are triangulated; corners that agree in position, texture coordinate, weights and
 ///   blend shapes are one vertex.
 /// - Blend shapes become morph targets, by name; animations become channels with linear keys that

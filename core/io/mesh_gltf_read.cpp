@@ -18,10 +18,11 @@
 namespace atelier {
 namespace {
 
-/// Extensions that leave shapes and motion as they are, and quantization, which any reader of all
-/// component types understands.
+/// Extensions that leave shapes and motion as they are, quantization, which any reader of all
+/// component types understands, and meshopt's compression, which buffers undo.
 bool is_known_extension(std::string_view name) {
-  return name == "KHR_mesh_quantization" || name == "KHR_lights_punctual" ||
+  return name == "KHR_mesh_quantization" || name == "EXT_meshopt_compression" ||
+         name == "KHR_meshopt_compression" || name == "KHR_lights_punctual" ||
          name == "KHR_texture_transform" || name == "KHR_texture_basisu" ||
          name == "EXT_texture_webp" || name == "EXT_texture_avif" || name == "KHR_xmp_json_ld" ||
          name.starts_with("KHR_materials_");

@@ -6,6 +6,7 @@
 #include <cctype>
 #include <cmath>
 #include <span>
+#include <string_view>
 #include <utility>
 
 #include "core/cross.h"
@@ -19,12 +20,22 @@ struct Unit {
   double metres;
 };
 
+constexpr std::size_t kCutName = 4;  // letters that tell long names apart
+
 constexpr Unit kUnits[] = {{"m", 1},
                            {"dm", 0.1},
                            {"cm", 0.01},
                            {"mm", 0.001},
                            {"in", 0.0254},
                            {"ft", 0.3048},
+                           {"ins", 0.0254},
+                           {"yd", 0.9144},
+                           {"km", 1000},
+                           {"um", 1e-6},
+                           {"mtr", 1},
+                           {"mtrs", 1},
+                           {"cms", 0.01},
+                           {"mms", 0.001},
                            {"metre", 1},
                            {"metres", 1},
                            {"meter", 1},
@@ -44,7 +55,9 @@ constexpr Unit kUnits[] = {{"m", 1},
                            {"inch", 0.0254},
                            {"inches", 0.0254},
                            {"foot", 0.3048},
-                           {"feet", 0.3048}};
+                           {"feet", 0.3048},
+                           {"yard", 0.9144},
+                           {"yards", 0.9144}};
 
 using Corner = int;  // of a polygon, from 0
 using Ear = std::array<Corner, 3>;
@@ -373,8 +386,17 @@ OptionTable describe(MeshConvention& convention) {
 }
 
 double metres_of_unit(const std::string& name) {
+  std::string plain;
+  for (const char c : name) {
+    if (std::isalpha(static_cast<unsigned char>(c)) != 0) {
+      plain += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    } else if (std::string_view(" \t\r.()[]\"'").find(c) == std::string_view::npos) {
+      return 0;
+    }
+  }
   for (const Unit& unit : kUnits) {
-    if (name == unit.name) {
+    const bool cut = plain.size() >= kCutName && std::string_view(unit.name).starts_with(plain);
+    if (plain == unit.name || cut) {
       return unit.metres;
     }
   }

@@ -72,7 +72,9 @@ PolygonMesh polygons_of(const Mesh& mesh);
 /// The mesh in metres with Y up. Where the file does not say, `otherwise` counts.
 Mesh in_metres_y_up(Mesh mesh, const MeshConvention& said, const MeshConvention& otherwise);
 
-/// Metres of a unit's name: "m", "dm", "cm", "mm", "in", "ft" and their long names; 0 if unknown.
+/// Metres of a unit's name: "m", "dm", "cm", "mm", "in", "ft" and their long names, in any case and
+/// with blanks, full stops, quotes or brackets around them ("MM", "Millimeters", "[cm]", "in."),
+/// long ones cut behind four letters or more ("mete"); 0 if unknown.
 double metres_of_unit(const std::string& name);
 
 /// "units: m" and "up: y" as lines behind `prefix`; nothing for what is not said.

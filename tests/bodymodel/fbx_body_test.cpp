@@ -169,9 +169,12 @@ TEST(FbxBody, FileSavedInOtherPose_RestsInItsBindPose) {
   FbxTextOptions options;
   options.moved.topLeftCorner<3, 3>() << 0, 0, 1, 0, 1, 0, -1, 0, 0;
   options.moved.topRightCorner<3, 1>() << 30, -20, 10;
-  const GltfBody body = body_of(fbx_text(person, options));
-  EXPECT_LT((body.model.mesh.vertices - person.mesh.vertices).cwiseAbs().maxCoeff(), 1e-6);
-  EXPECT_LT((rest_positions(body.model.skeleton) - rest_positions(person.skeleton)).norm(), 1e-5);
+  for (const bool carried : {false, true}) {  // the mesh's node by the root's, which has moved
+    options.mesh_below_root = carried;
+    const GltfBody body = body_of(fbx_text(person, options));
+    EXPECT_LT((body.model.mesh.vertices - person.mesh.vertices).cwiseAbs().maxCoeff(), 1e-6);
+    EXPECT_LT((rest_positions(body.model.skeleton) - rest_positions(person.skeleton)).norm(), 1e-5);
+  }
 }
 
 TEST(FbxBody, JointsWithoutSkin_AreKept) {
@@ -240,8 +243,8 @@ TEST(FbxMotion, Animation_IsRead) {
   const BodyModel person = fixtures::person_body(fixtures::person_skeleton());
   const fs::path path = fs::path(::testing::TempDir()) / "atelier_fbx_motion.fbx";
   std::ofstream(path) << with_animation(fbx_text(person));
-  MotionOptions options;
-  options.fps = 10;
+  MotionFileOptions options;
+  options.motion.fps = 10;
   const MotionClip clip = read_motion_file(path, options);
   fs::remove(path);
   ASSERT_EQ(clip.motion.poses.size(), 11u);

@@ -19,6 +19,7 @@ struct FbxTextOptions {
   bool unweighted = true;  ///< clusters also for joints that move nothing
   Eigen::Matrix4d moved =
       Eigen::Matrix4d::Identity();  ///< the root's node, away from its bind pose
+  bool mesh_below_root = false;     ///< the mesh's node is carried by the root's
 };
 
 template <class Numbers>
@@ -98,9 +99,19 @@ inline std::string fbx_text(const BodyModel& model, const FbxTextOptions& option
         "}\nLayer: 0 {\nVersion: 100\nLayerElement: {\nType: \"LayerElementUV\"\nTypedIndex: "
         "0\n}\n}\n";
   }
-  objects += "}\nModel: 200, \"Model::body\", \"Mesh\" {\nVersion: 232\n}\n";
+  // Where the mesh's node stands when it is bound: at the root's, or at the origin.
+  const Eigen::Matrix4d below = Eigen::Matrix4d(frames[0].inverse());
+  objects +=
+      "}\nModel: 200, \"Model::body\", \"Mesh\" {\nVersion: 232\n" +
+      (options.mesh_below_root
+           ? "Properties70: {\n" +
+                 fbx_property("Lcl Translation", below(0, 3), below(1, 3), below(2, 3)) + "}\n"
+           : std::string()) +
+      "}\n";
   objects += "Deformer: 300, \"Deformer::\", \"Skin\" {\nVersion: 101\n}\n";
-  std::string connections = "C: \"OO\",200,0\nC: \"OO\",100,200\nC: \"OO\",300,100\n";
+  std::string connections = std::string("C: \"OO\",200,") +
+                            (options.mesh_below_root ? "1000" : "0") +
+                            "\nC: \"OO\",100,200\nC: \"OO\",300,100\n";
   const auto connect = [&](std::size_t from, std::size_t to) {
     connections += "C: \"OO\"," + std::to_string(from) + "," + std::to_string(to) + "\n";
   };
