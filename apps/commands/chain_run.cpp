@@ -414,7 +414,9 @@ void ChainRun::stage(std::size_t i) {
     one.end = report.end == StageReport::End::AlreadyDone ? "done already" : "done";
     show_end(console, report, one);
     if (report.input_errors) {
-      one.why = "the capture has errors (see its page in the report); what follows may be wrong";
+      one.why =
+          "the capture has errors, or shows too little (see the warnings and its page in the "
+          "report); what follows may be wrong";
       exit_code_ = kExitBadData;
     }
   } catch (const std::exception& error) {

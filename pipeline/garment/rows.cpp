@@ -33,7 +33,7 @@ constexpr std::array kRegisterTargets = {
 const StageRow& template_row() {
   static const StageRow row{
       .stage = {.name = "template",
-                .version = 8,
+                .version = 9,
                 .summary = "each garment as a clean mesh with named openings, in one frame's pose",
                 .inputs = {"capture", "scans", "person", "bodies"},
                 .outputs = {"template"},

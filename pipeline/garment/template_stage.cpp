@@ -239,6 +239,7 @@ std::vector<Label> wanted_garments(const std::string& text, const Wardrobe& worn
 struct Sums {
   double vertices = 0, boundaries = 0, holes = 0, area = 0, unseen = 0, dynamic = 0, crossing = 0;
   double edges = 0, length = 0, squares = 0, stretch = 0;
+  double carried = 0, beyond = 0, not_whole = 0;
 };
 
 void add(Sums& sums, const GarmentTemplate& made) {
@@ -248,6 +249,9 @@ void add(Sums& sums, const GarmentTemplate& made) {
   sums.holes += made.holes_closed;
   sums.area += face_areas(mesh.vertices, mesh.faces).sum();
   sums.unseen += made.area_unseen;
+  sums.carried += made.area_carried;
+  sums.beyond = std::max(sums.beyond, made.beyond);
+  sums.not_whole += made.whole ? 0 : 1;
   sums.dynamic += static_cast<double>(std::count(made.dynamic.begin(), made.dynamic.end(), 1));
   sums.crossing += static_cast<double>(self_intersections(mesh.vertices, mesh.faces).size());
   const Topology topology = topology_of(mesh.faces, mesh.vertices.rows());
@@ -270,6 +274,9 @@ void give_metrics(StageRun& run, const Sums& sums, std::size_t garments, bool tr
   run.metric("holes_closed", sums.holes);
   run.metric("area", sums.area);
   run.metric("unseen_share", sums.unseen / std::max(1e-9, sums.area));
+  run.metric("carried_share", sums.carried / std::max(1e-9, sums.area));
+  run.metric("beyond_share", sums.beyond);
+  run.metric("not_whole", sums.not_whole);
   run.metric("edge_length", mean);
   run.metric("edge_deviation", std::sqrt(variance) / std::max(1e-9, mean));
   run.metric("dynamic_share", sums.dynamic / std::max(1.0, sums.vertices));
@@ -278,7 +285,8 @@ void give_metrics(StageRun& run, const Sums& sums, std::size_t garments, bool tr
   run.metric("ground_truth_scans", truth ? 1 : 0);
 }
 
-nlohmann::ordered_json json_of(const GarmentTemplate& made, const std::string& label) {
+nlohmann::ordered_json json_of(const GarmentTemplate& made, const std::string& label,
+                               const std::vector<int>& frame_ids) {
   nlohmann::ordered_json dynamic = nlohmann::ordered_json::array();
   for (std::size_t v = 0; v < made.dynamic.size(); ++v) {
     if (made.dynamic[v] != 0) {
@@ -289,6 +297,15 @@ nlohmann::ordered_json json_of(const GarmentTemplate& made, const std::string& l
   for (std::size_t b = 0; b < made.garment.boundaries.size(); ++b) {
     boundaries[made.garment.boundary_names[b]] = made.garment.boundaries[b].size();
   }
+  nlohmann::ordered_json scores = nlohmann::ordered_json::array();
+  for (const FrameScore& score : made.scores) {
+    scores.push_back({{"frame", frame_ids[static_cast<std::size_t>(score.row)]},
+                      {"score", score.score},
+                      {"shown", score.shown},
+                      {"at_hands", score.at_hands},
+                      {"folded", score.folded},
+                      {"facing", score.facing}});
+  }
   return {{"label", label},
           {"file", "garments/" + label + ".h5"},
           {"frame", made.frame_id},
@@ -296,7 +313,12 @@ nlohmann::ordered_json json_of(const GarmentTemplate& made, const std::string& l
           {"vertices", made.garment.mesh.vertices.rows()},
           {"boundaries", std::move(boundaries)},
           {"holes_closed", made.holes_closed},
+          {"whole", made.whole},
+          {"beyond", made.beyond},
+          {"told_rims", made.told_rims},
+          {"area_carried", made.area_carried},
           {"area_unseen", made.area_unseen},
+          {"frames", std::move(scores)},
           {"dynamic", std::move(dynamic)}};
 }
 
@@ -378,7 +400,7 @@ void run_template(StageRun& run) {
       write_text(file, obj_text(polygons_of(one.garment.mesh)));
     });
     add(sums, one);
-    all.push_back(json_of(one, name));
+    all.push_back(json_of(one, name, frames.frame_ids));
     std::string openings;
     for (const std::string& opening : one.garment.boundary_names) {
       openings += openings.empty() ? "" : ", ";
@@ -386,6 +408,11 @@ void run_template(StageRun& run) {
     }
     std::string said = name;
     said += ": frame " + std::to_string(one.frame_id);
+    for (const FrameScore& score : one.scores) {
+      if (frames.frame_ids[static_cast<std::size_t>(score.row)] == one.frame_id) {
+        said += " (" + score_text(score, one.scores) + ")";
+      }
+    }
     said += ", " + std::to_string(one.garment.mesh.vertices.rows()) + " vertices";
     said += ", openings: " + openings;
     run.say(said);

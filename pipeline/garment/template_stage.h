@@ -21,12 +21,21 @@ struct TemplateStageOptions {
 OptionTable describe(TemplateStageOptions& options);
 
 inline constexpr std::array kTemplateMetrics = {
-    StageMetric{"garments", ""},      StageMetric{"vertices", ""},
-    StageMetric{"boundaries", ""},    StageMetric{"holes_closed", ""},
-    StageMetric{"area", "m2"},        StageMetric{"unseen_share", "of the area"},
-    StageMetric{"edge_length", "m"},  StageMetric{"edge_deviation", "of the edge length"},
-    StageMetric{"dynamic_share", ""}, StageMetric{"self_intersections", ""},
-    StageMetric{"atlas_stretch", ""}, StageMetric{"ground_truth_scans", ""},
+    StageMetric{"garments", ""},
+    StageMetric{"vertices", ""},
+    StageMetric{"boundaries", ""},
+    StageMetric{"holes_closed", ""},
+    StageMetric{"area", "m2"},
+    StageMetric{"unseen_share", "of the area"},
+    StageMetric{"edge_length", "m"},
+    StageMetric{"edge_deviation", "of the edge length"},
+    StageMetric{"dynamic_share", ""},
+    StageMetric{"self_intersections", ""},
+    StageMetric{"atlas_stretch", ""},
+    StageMetric{"ground_truth_scans", ""},
+    StageMetric{"carried_share", "of the area"},
+    StageMetric{"beyond_share", ""},
+    StageMetric{.name = "not_whole", .unit = "garments", .input_errors = true},
 };
 
 /// Refuses lists of garments that name none, no clothing or one twice, and meshes that are not

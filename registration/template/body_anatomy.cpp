@@ -122,11 +122,14 @@ Points limb_axis(const BodyAnatomy& anatomy, Extremity extremity, const Points& 
 }
 
 int crossings(const Points& loop, const Points& line) {
-  const Eigen::Vector3d middle = loop.colwise().mean().transpose();
+  return crossings(loop, line, loop.colwise().mean().transpose());
+}
+
+int crossings(const Points& loop, const Points& line, const Eigen::Vector3d& tip) {
   int sum = 0;
   for (Index s = 0; s + 1 < line.rows(); ++s) {
     for (Index i = 0; i < loop.rows(); ++i) {
-      sum += crossing(middle, loop.row(i).transpose(), loop.row((i + 1) % loop.rows()).transpose(),
+      sum += crossing(tip, loop.row(i).transpose(), loop.row((i + 1) % loop.rows()).transpose(),
                       line.row(s).transpose(), line.row(s + 1).transpose());
     }
   }

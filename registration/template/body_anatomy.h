@@ -39,4 +39,7 @@ Points limb_axis(const BodyAnatomy& anatomy, Extremity extremity, const Points& 
 /// each the other way.
 int crossings(const Points& loop, const Points& line);
 
+/// The same with the fan's tip elsewhere than in the middle.
+int crossings(const Points& loop, const Points& line, const Eigen::Vector3d& tip);
+
 }  // namespace atelier

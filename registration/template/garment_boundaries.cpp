@@ -5,9 +5,11 @@
 #include <cmath>
 #include <map>
 
+#include "core/error.h"
 #include "core/normals.h"
 #include "core/topology.h"
 #include "core/tree.h"
+#include "core/winding_number.h"
 
 namespace atelier {
 namespace {
@@ -39,14 +41,93 @@ bool is_round_arm(const Points& loop, const BodyAnatomy& anatomy, std::size_t ar
   return 2 * on_arm >= loop.rows();
 }
 
-Passing passing_of(const Points& loop, const std::array<Points, 5>& axes,
-                   const BodyAnatomy& anatomy, const TriangleTree& body) {
+/// The leading points that the lines to the head and to both hands share.
+Points trunk_of(const std::array<Points, 5>& axes) {
+  Index shared = 0;
+  const Index most =
+      std::min({axes[kHead].rows(), axes[kLeftHand].rows(), axes[kRightHand].rows()});
+  while (shared < most && axes[kHead].row(shared) == axes[kLeftHand].row(shared) &&
+         axes[kHead].row(shared) == axes[kRightHand].row(shared)) {
+    ++shared;
+  }
+  return axes[kHead].topRows(shared);
+}
+
+/// The lines through a body, and its points.
+struct WornBody {
+  std::array<Points, 5> axes;
+  Points trunk;
+  TriangleTree points;
+  Points tips;  ///< of the fans over the loops
+};
+
+/// The cloth closed by a fan over each loop winds round a point of what it is worn by.
+bool closes_round(const Points& vertices, const Triangles& faces,
+                  const std::vector<std::vector<int>>& loops, const Points& tips,
+                  const Eigen::RowVector3d& point) {
+  Index fans = 0;
+  for (const std::vector<int>& loop : loops) {
+    fans += static_cast<Index>(loop.size());
+  }
+  Points closed(vertices.rows() + tips.rows(), 3);
+  closed << vertices, tips;
+  Triangles all(faces.rows() + fans, 3);
+  all.topRows(faces.rows()) = faces;
+  Index f = faces.rows();
+  for (std::size_t b = 0; b < loops.size(); ++b) {
+    for (std::size_t i = 0; i < loops[b].size(); ++i) {
+      // A face across a rim runs along it the other way.
+      all.row(f++) << loops[b][(i + 1) % loops[b].size()], loops[b][i],
+          static_cast<int>(vertices.rows() + static_cast<Index>(b));
+    }
+  }
+  return std::abs(winding_numbers(build_winding_tree(closed, all), point).front()) > 0.5;
+}
+
+/// The tip of the fan over each loop: its middle. A garment that is open in front or behind has one
+/// rim all along, the middle of which may lie on the wrong side of the body: it is moved forwards
+/// or backwards until the garment, closed by fans, is round the body.
+Points fan_tips(const Points& vertices, const Triangles& faces,
+                const std::vector<std::vector<int>>& loops, const Eigen::RowVector3d& inside,
+                const Eigen::Vector3d& facing) {
+  constexpr double kMoved = 2;  // m: nearly along the way that the body faces
+  Points tips(static_cast<Index>(loops.size()), 3);
+  Index longest = 0;
+  for (std::size_t b = 0; b < loops.size(); ++b) {
+    tips.row(static_cast<Index>(b)) = vertices(loops[b], Eigen::all).colwise().mean();
+    longest = loops[b].size() > loops[static_cast<std::size_t>(longest)].size()
+                  ? static_cast<Index>(b)
+                  : longest;
+  }
+  if (loops.empty() || closes_round(vertices, faces, loops, tips, inside)) {
+    return tips;
+  }
+  for (const double way : {kMoved, -kMoved}) {
+    Points moved = tips;
+    moved.row(longest) += way * facing.transpose();
+    if (closes_round(vertices, faces, loops, moved, inside)) {
+      return moved;
+    }
+  }
+  return tips;
+}
+
+Passing passing_of(const Points& loop, const Eigen::Vector3d& tip, const WornBody& body,
+                   const BodyAnatomy& anatomy) {
   Passing passing;
-  for (std::size_t e = 0; e < axes.size(); ++e) {
+  for (std::size_t e = 0; e < body.axes.size(); ++e) {
     // The loop runs with the surface on its left: its fan looks into the garment.
-    passing.through[e] = -crossings(loop, axes[e]);
-    if ((e == kLeftHand || e == kRightHand) && passing.through[e] != 0) {
-      passing.round_arm = is_round_arm(loop, anatomy, e, body);
+    passing.through[e] = -crossings(loop, body.axes[e], tip);
+  }
+  if (const int trunk = -crossings(loop, body.trunk, tip); trunk != 0) {
+    // Hands that come back past the loop are beyond it all the same.
+    for (const std::size_t e : {kHead, kLeftHand, kRightHand}) {
+      passing.through[e] = trunk;
+    }
+  }
+  for (const std::size_t e : {kLeftHand, kRightHand}) {
+    if (passing.through[e] != 0) {
+      passing.round_arm = is_round_arm(loop, anatomy, e, body.points);
     }
   }
   for (Index i = 0; i < loop.rows(); ++i) {
@@ -71,6 +152,9 @@ std::string name_of(const Passing& passing) {
   if (in) {  // the pelvis lies beyond
     return head && !feet ? "hem" : left_foot && right_foot && !head ? "waist" : "opening";
   }
+  if (left_foot && right_foot) {
+    return head ? "free edge" : "hem";
+  }
   if (head && !feet) {
     return left_hand && right_hand ? "waist" : "neck";
   }
@@ -78,9 +162,31 @@ std::string name_of(const Passing& passing) {
     return std::string(passing.round_arm ? "cuff" : "armhole") + (left_hand ? " left" : " right");
   }
   if (!head && !left_hand && !right_hand && feet) {
-    return left_foot && right_foot ? "hem" : left_foot ? "ankle left" : "ankle right";
+    return left_foot ? "ankle left" : "ankle right";
   }
   return "opening";
+}
+
+constexpr const char* kHole = "";  // instead of a name
+
+/// What a loop is in one pose.
+std::string told_by(const Passing& passing, double largest_hole) {
+  const bool nothing = std::all_of(passing.through.begin(), passing.through.end(),
+                                   [](int through) { return through == 0; });
+  return nothing && passing.length <= largest_hole ? kHole : name_of(passing);
+}
+
+/// What comes most often; the first of equals.
+std::string most_often(const std::vector<std::string>& names) {
+  std::string most;
+  std::ptrdiff_t votes = 0;
+  for (const std::string& name : names) {
+    if (const auto count = std::count(names.begin(), names.end(), name); count > votes) {
+      votes = count;
+      most = name;
+    }
+  }
+  return most;
 }
 
 }  // namespace
@@ -88,11 +194,26 @@ std::string name_of(const Passing& passing) {
 GarmentBoundaries garment_boundaries(const Points& vertices, const Triangles& faces,
                                      const BodyAnatomy& anatomy, const Points& body,
                                      const Triangles& body_faces, double largest_hole) {
-  std::array<Points, 5> axes;
-  for (const Extremity extremity : kExtremities) {
-    axes[static_cast<std::size_t>(extremity)] = limb_axis(anatomy, extremity, body, body_faces);
+  return garment_boundaries(faces, anatomy, body_faces, {{vertices, body}}, largest_hole);
+}
+
+GarmentBoundaries garment_boundaries(const Triangles& faces, const BodyAnatomy& anatomy,
+                                     const Triangles& body_faces,
+                                     const std::vector<WornPose>& poses, double largest_hole) {
+  ATELIER_CHECK(!poses.empty(), "a pose");
+  std::vector<std::vector<int>> loops =
+      boundary_loops(topology_of(faces, poses.front().vertices.rows()));
+  std::vector<WornBody> bodies(poses.size());
+  for (std::size_t p = 0; p < poses.size(); ++p) {
+    for (const Extremity extremity : kExtremities) {
+      bodies[p].axes[static_cast<std::size_t>(extremity)] =
+          limb_axis(anatomy, extremity, poses[p].body, body_faces);
+    }
+    bodies[p].trunk = trunk_of(bodies[p].axes);
+    bodies[p].points = build_point_tree(poses[p].body);
+    bodies[p].tips = fan_tips(poses[p].vertices, faces, loops, bodies[p].trunk.row(0),
+                              body_facing(anatomy, poses[p].body));
   }
-  const TriangleTree body_points = build_point_tree(body);
   struct Opening {
     std::vector<int> loop;
     std::string name;
@@ -100,18 +221,34 @@ GarmentBoundaries garment_boundaries(const Points& vertices, const Triangles& fa
   };
   GarmentBoundaries boundaries;
   std::vector<Opening> openings;
-  for (std::vector<int>& loop : boundary_loops(topology_of(faces, vertices.rows()))) {
-    Points points(static_cast<Index>(loop.size()), 3);
-    for (std::size_t i = 0; i < loop.size(); ++i) {
-      points.row(static_cast<Index>(i)) = vertices.row(loop[i]);
+  for (std::size_t b = 0; b < loops.size(); ++b) {
+    std::vector<int>& loop = loops[b];
+    std::vector<std::string> names;
+    double length = 0;
+    for (std::size_t p = 0; p < poses.size(); ++p) {
+      const Passing passing =
+          passing_of(poses[p].vertices(loop, Eigen::all),
+                     bodies[p].tips.row(static_cast<Index>(b)).transpose(), bodies[p], anatomy);
+      names.push_back(told_by(passing, largest_hole));
+      length = p == 0 ? passing.length : length;
     }
-    const Passing passing = passing_of(points, axes, anatomy, body_points);
-    const bool nothing = std::all_of(passing.through.begin(), passing.through.end(),
-                                     [](int through) { return through == 0; });
-    if (nothing && passing.length <= largest_hole) {
+    std::string name = most_often(names);
+    if (name == kHole) {
       boundaries.holes.push_back(std::move(loop));
     } else {
-      openings.push_back({std::move(loop), name_of(passing), passing.length});
+      openings.push_back({std::move(loop), std::move(name), length});
+    }
+  }
+  // Hands that leave by openings of their own do not leave with the head, however low a neck is
+  // cut.
+  const auto has = [&](const char* end) {
+    return std::any_of(openings.begin(), openings.end(),
+                       [&](const Opening& one) { return one.name.ends_with(end); });
+  };
+  if (has("cuff left") + has("armhole left") > 0 && has("cuff right") + has("armhole right") > 0 &&
+      !has("neck")) {
+    for (Opening& opening : openings) {
+      opening.name = opening.name == "waist" ? "neck" : opening.name;
     }
   }
   std::stable_sort(openings.begin(), openings.end(),

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <optional>
 
 #include "core/error.h"
@@ -17,10 +18,12 @@
 #include "registration/part_crossings.h"
 #include "registration/remove_handles.h"
 #include "registration/remove_slivers.h"
+#include "registration/template/followed_surface.h"
 #include "registration/template/garment_boundaries.h"
 #include "registration/template/garment_cover.h"
 #include "registration/template/surface_through_points.h"
 #include "registration/template/template_points.h"
+#include "registration/template/told_rims.h"
 #include "registration/template/trim_surface.h"
 #include "registration/tracking/cut_rim_folds.h"
 #include "registration/tracking/register_garment.h"
@@ -28,13 +31,16 @@
 namespace atelier {
 namespace {
 
-constexpr double kMinArea = 0.01;      // m2
-constexpr double kMaxUnseen = 0.6;     // of the surface
-constexpr double kMuchUnseen = 0.2;    // from here on it is said
-constexpr double kFacingLimb = 0.05;   // m
-constexpr double kFacingWeight = 1.0;  // of the share that faces a limb, against that of the area
-constexpr double kSlideWeight = 0.02;  // of a frame that follows: what slides adds up
-constexpr Index kMaxFollow = 24;       // frames, as in a window
+constexpr double kMinArea = 0.01;     // m2
+constexpr double kMaxUnseen = 0.6;    // of the surface
+constexpr double kMuchUnseen = 0.2;   // from here on it is said
+constexpr double kMuchBeyond = 0.04;  // of what frames show
+constexpr double kFewTold = 0.75;     // of the length of rims
+constexpr double kFollowEdge = 0.03;  // m, of the mesh that is followed
+constexpr int kFollowed = 9;          // frames that are followed, at most
+constexpr int kMoreHandles = 6;       // than the surface of one frame: sheets that do not fit
+constexpr int kTakeRounds = 2;        // of taking from other frames what one lacks
+constexpr double kGain = 0.01;        // of the area: less is no reason to go on
 constexpr int kPushRounds = 3;
 constexpr double kCoarsest = 0.03;  // m: coarser edges are made of a surface as fine as for these
 constexpr double kBridge = 0.15;  // m round it: longer ones carry isotropic triangles, or are none
@@ -57,44 +63,11 @@ std::vector<Index> chosen_rows(Index count, int most) {
   return rows;
 }
 
-double label_area(const Mesh& scan, std::uint8_t label) {
-  const Eigen::VectorXd areas = face_areas(scan.vertices, scan.faces);
-  double sum = 0;
-  for (Index f = 0; f < scan.faces.rows(); ++f) {
-    bool all = true;
-    for (int k = 0; k < 3; ++k) {
-      all = all && scan.labels[static_cast<std::size_t>(scan.faces(f, k))] == label;
-    }
-    sum += all ? areas[f] : 0;
-  }
-  return sum;
-}
-
-/// Share of the covered vertices of a body before which there is another limb.
-double facing_share(const Points& body, const Triangles& faces, const Eigen::VectorXd& covered) {
-  const Points normals = vertex_normals(body, faces);
-  std::vector<Ray> rays;
-  for (Index v = 0; v < body.rows(); ++v) {
-    if (covered[v] > 0 && normals.row(v).squaredNorm() > 0.5) {
-      rays.push_back({body.row(v).transpose(), normals.row(v).transpose(), 0.005, kFacingLimb});
-    }
-  }
-  if (rays.empty()) {
-    return 1;
-  }
-  double count = 0;
-  for (const char hit : any_hits(build_tree(body, faces), rays)) {
-    count += hit;
-  }
-  return count / static_cast<double>(rays.size());
-}
-
-/// What all frames say before one is chosen.
+/// What all frames say before one is chosen, and that one.
 struct Overview {
   std::vector<Index> rows;
-  GarmentCover cover;
+  TakeOverview take;
   Index best = -1;
-  double area = 0;  // m2, most of all frames
 };
 
 Overview overview_of(const ClothedFrames& frames, std::uint8_t label,
@@ -111,36 +84,18 @@ Overview overview_of(const ClothedFrames& frames, std::uint8_t label,
       all.rows.push_back(all.best);
     }
   }
-  GarmentVotes votes;
-  std::vector<double> areas;
-  std::vector<double> facing;
-  for (const Index row : all.rows) {
-    const ClothedFrame frame = frames.load(row);
-    const GarmentVotes own = garment_votes(frame.scan, label, frame.body, frames.body_faces);
-    add_votes(votes, own);
-    areas.push_back(label_area(frame.scan, label));
-    facing.push_back(facing_share(frame.body, frames.body_faces, own.covered));
-    all.area = std::max(all.area, areas.back());
-  }
-  all.cover = garment_cover(votes, frames.load(all.rows.front()).body, frames.body_faces);
-  double best = -1e300;
-  for (std::size_t i = 0; i < areas.size() && options.frame < 0; ++i) {
-    const Index last = static_cast<Index>(frames.frame_ids.size()) - 1;
-    const Index follow = std::min(kMaxFollow, std::max(all.rows[i], last - all.rows[i]));
-    const double score = areas[i] / std::max(all.area, 1e-9) - kFacingWeight * facing[i] -
-                         kSlideWeight * static_cast<double>(follow);
-    if (score > best) {
-      best = score;
-      all.best = all.rows[i];
-    }
+  all.take = take_overview(frames, all.rows, label);
+  if (all.best < 0) {
+    all.best = best_of(all.take.scores).row;
   }
   return all;
 }
 
 /// Throws DataError where no frame shows enough of the label: nothing could follow the garment.
 void require_seen(const Overview& all, const std::string& name) {
-  if (all.area < kMinArea) {
-    throw DataError("", name, of_area("%.0f cm2 of its label at most in a frame", 1e4 * all.area),
+  if (all.take.area < kMinArea) {
+    throw DataError("", name,
+                    of_area("%.0f cm2 of its label at most in a frame", 1e4 * all.take.area),
                     "100 cm2: labels that cover the garment, or leave it out");
   }
 }
@@ -363,6 +318,154 @@ std::optional<Finding> lost_openings(const std::string& name, const Points& vert
                  of_area("--edge-length %.3f or less", std::floor(1000 * safe) / 1000)};
 }
 
+/// Handles of all pieces together.
+int handles_of(const Mesh& mesh) {
+  const Topology topology = topology_of(mesh.faces, mesh.vertices.rows());
+  return connected_components(topology).count -
+         (euler_characteristic(topology) + static_cast<int>(boundary_loops(topology).size())) / 2;
+}
+
+/// A surface of the points of a frame, and of the others where that one shows nothing.
+struct TakenSurface {
+  TrimmedSurface trimmed;
+  FollowedSurface followed;  ///< through the other frames; none where one frame is all
+};
+
+TakenSurface taken_surface(const ClothedFrames& frames, const ClothedFrame& frame,
+                           const Overview& all, std::uint8_t label,
+                           const GarmentTemplateOptions& options) {
+  // Where the garment ends is a matter of its openings, not of the mesh that is made of it.
+  const double fine = std::min(options.edge_length, kCoarsest);
+  const double spacing = fine / 4;
+  const GarmentPoints own =
+      garment_points(frame.scan, label, frame.body, frames.body_faces, spacing);
+  const auto trimmed_through = [&](GarmentPoints points) {
+    add_covered(points, frame.body, frames.body_faces, all.take.cover, spacing);
+    const Mesh through = surface_through_points(
+        points.points, points.normals, points.weights,
+        {.cell = fine / 2, .reach = options.reach, .stiffness = options.stiffness});
+    // A step of points and half a diagonal of their cubes lie between neighbours.
+    return trim_surface(through, points, 1.9 * spacing, frame.body, frames.body_faces,
+                        all.take.cover);
+  };
+  // What the cut leaves open is closed with the holes.
+  const auto without_handles = [](TrimmedSurface trimmed) {
+    trimmed.mesh = remove_handles(std::move(trimmed.mesh), kBridge).mesh;
+    return trimmed;
+  };
+  TrimmedSurface first = trimmed_through(own);
+  const int handles = handles_of(first.mesh);
+  TakenSurface taken{without_handles(std::move(first)), {}};
+  if (options.source == TemplateSource::Frame || all.rows.size() < 2 ||
+      taken.trimmed.mesh.faces.rows() == 0) {
+    return taken;
+  }
+  std::vector<Index> followed_rows;
+  for (const Index at : chosen_rows(static_cast<Index>(all.rows.size()), kFollowed)) {
+    followed_rows.push_back(all.rows[static_cast<std::size_t>(at)]);
+  }
+  for (int round = 0;; ++round) {
+    const GarmentBoundaries rims =
+        garment_boundaries(taken.trimmed.mesh.vertices, taken.trimmed.mesh.faces, frames.anatomy,
+                           frame.body, frames.body_faces);
+    Mesh coarse = isotropic_remeshing(
+        taken.trimmed.mesh,
+        {.edge_length = std::max(kFollowEdge, options.edge_length), .holes = rims.holes});
+    push_out(coarse, frame.body, frames.body_faces, options.clearance);
+    taken.followed = followed_surface(coarse, all.best, frames, followed_rows, label);
+    if (round == kTakeRounds) {
+      return taken;
+    }
+    GarmentPoints points = own;
+    const double added =
+        add_carried(points, frame, all.take.cover, taken.followed, frames, spacing);
+    const double area = face_areas(coarse.vertices, coarse.faces).sum();
+    if (added < taken.trimmed.area_carried + kGain * area) {
+      return taken;
+    }
+    TrimmedSurface more = trimmed_through(std::move(points));
+    if (handles_of(more.mesh) > handles + kMoreHandles) {  // frames that do not fit
+      return taken;
+    }
+    taken.trimmed = without_handles(std::move(more));
+  }
+}
+
+/// A mesh in the pose of a followed surface, in all its poses, its own first.
+std::vector<WornPose> worn_poses(const Mesh& mesh, const Points& body,
+                                 const FollowedSurface& followed) {
+  std::vector<WornPose> poses = {{mesh.vertices, body}};
+  const Points normals = vertex_normals(mesh.vertices, mesh.faces);
+  for (const FollowedSurface::Frame& frame : followed.frames) {
+    poses.push_back({carried({mesh.vertices, normals}, followed.mesh.faces, followed.mesh.vertices,
+                             frame.vertices)
+                         .points,
+                     frame.body});
+  }
+  return poses;
+}
+
+/// Limbs that a garment closes over in more than half of its poses: a hand in a fold is in one.
+std::vector<std::string> closed_in_most(const Triangles& faces, const ClothedFrames& frames,
+                                        const std::vector<WornPose>& poses) {
+  std::map<std::string, std::size_t> count;
+  for (const WornPose& pose : poses) {
+    for (const std::string& limb :
+         limbs_closed_over(pose.vertices, faces, frames.anatomy, pose.body, frames.body_faces)) {
+      ++count[limb];
+    }
+  }
+  std::vector<std::string> closed;
+  for (const auto& [limb, times] : count) {
+    if (2 * times > poses.size()) {
+      closed.push_back(limb);
+    }
+  }
+  return closed;
+}
+
+double median_beyond(const FollowedSurface& followed) {
+  std::vector<double> shares;
+  for (const FollowedSurface::Frame& frame : followed.frames) {
+    shares.push_back(frame.beyond);
+  }
+  return shares.empty() ? 0 : median(shares);
+}
+
+/// Whether a template is all of its garment, with a warning where it is not.
+void tell_whole(GarmentTemplate& made) {
+  std::string lacks;
+  const auto say = [&](const std::string& sentence) {
+    lacks += (lacks.empty() ? "" : "; ") + sentence;
+  };
+  if (made.beyond > kMuchBeyond) {
+    say(of_area("%.0f%% of what frames show of it lies past its rims", 100 * made.beyond));
+  }
+  if (made.told_rims < kFewTold) {
+    say(of_area("%.0f%% of its rims lie where no frame shows that cloth ends",
+                100 * (1 - made.told_rims)));
+  }
+  const double area = face_areas(made.garment.mesh.vertices, made.garment.mesh.faces).sum();
+  if (made.area_unseen > kMuchUnseen * area) {
+    say(of_area("%.0f%% of it is seen in no frame", 100 * made.area_unseen / area));
+  }
+  if (std::any_of(made.findings.begin(), made.findings.end(),
+                  [](const Finding& finding) { return finding.code == "opening-lost"; })) {
+    say("an opening is lost");
+  }
+  if (std::any_of(made.garment.boundary_names.begin(), made.garment.boundary_names.end(),
+                  [](const std::string& opening) { return opening.starts_with("opening"); })) {
+    say("an opening has no name");
+  }
+  made.whole = lacks.empty();
+  if (!made.whole) {
+    made.findings.push_back({Severity::Warning, "not-whole", made.garment.name,
+                             "the template is not the whole garment: " + lacks,
+                             "look at template.png; another --template.frame, cameras and labels "
+                             "that show all of it, or an imported template"});
+  }
+}
+
 }  // namespace
 
 OptionTable describe(GarmentTemplateOptions& options) {
@@ -374,6 +477,10 @@ OptionTable describe(GarmentTemplateOptions& options) {
       "Frame in whose pose the template is made; -1: the one that shows most of the garments");
   table.add("frames", options.frames, 1, 10000, "",
             "Number of frames examined, evenly spread over the sequence");
+  table.add("source", options.source,
+            {{"frame", TemplateSource::Frame}, {"take", TemplateSource::Take}},
+            "Scans that the surface is made of: take (what its frame hides is taken from the other "
+            "frames) or frame (one frame alone)");
   table.add("reach", options.reach, 0.01, 0.5, "m",
             "Half the width of the largest unseen patch that is closed");
   table.add("stiffness", options.stiffness, 1e-6, 1e3, "",
@@ -395,27 +502,18 @@ GarmentTemplate garment_template(const ClothedFrames& frames, std::uint8_t label
   GarmentTemplate made;
   made.garment.name = name;
   made.frame_id = frames.frame_ids[static_cast<std::size_t>(all.best)];
+  made.scores = all.take.scores;
   const ClothedFrame frame = frames.load(all.best);
-  // Where the garment ends is a matter of its openings, not of the mesh that is made of it.
-  const double fine = std::min(options.edge_length, kCoarsest);
-  const double spacing = fine / 4;
-  const GarmentPoints points =
-      garment_points(frame.scan, label, frame.body, frames.body_faces, all.cover, spacing);
-  const Mesh through = surface_through_points(
-      points.points, points.normals, points.weights,
-      {.cell = fine / 2, .reach = options.reach, .stiffness = options.stiffness});
-  // A step of points and half a diagonal of their cubes lie between neighbours.
-  TrimmedSurface trimmed =
-      trim_surface(through, points, 1.9 * spacing, frame.body, frames.body_faces, all.cover);
+  const TakenSurface taken = taken_surface(frames, frame, all, label, options);
+  const TrimmedSurface& trimmed = taken.trimmed;
   if (trimmed.mesh.faces.rows() == 0) {
     throw DataError("", name,
                     "no surface through its label in frame " + std::to_string(made.frame_id),
                     "a frame that shows it; --template.frame takes another");
   }
-  // What the cut leaves open is closed with the holes.
-  trimmed.mesh = remove_handles(std::move(trimmed.mesh), kBridge).mesh;
-  const GarmentBoundaries seen = garment_boundaries(trimmed.mesh.vertices, trimmed.mesh.faces,
-                                                    frames.anatomy, frame.body, frames.body_faces);
+  const GarmentBoundaries seen =
+      garment_boundaries(trimmed.mesh.faces, frames.anatomy, frames.body_faces,
+                         worn_poses(trimmed.mesh, frame.body, taken.followed));
   made.holes_closed = trimmed.holes_closed + static_cast<int>(seen.holes.size());
   made.garment.mesh =
       isotropic_remeshing(trimmed.mesh, {.edge_length = options.edge_length, .holes = seen.holes});
@@ -432,29 +530,34 @@ GarmentTemplate garment_template(const ClothedFrames& frames, std::uint8_t label
   const double area = face_areas(made.garment.mesh.vertices, made.garment.mesh.faces).sum();
   const double seen_area = face_areas(trimmed.mesh.vertices, trimmed.mesh.faces).sum() -
                            trimmed.area_closed - trimmed.area_made_up;
+  made.area_carried = trimmed.area_carried;
   made.area_unseen = std::max(0.0, area - seen_area);
   if (made.area_unseen > kMaxUnseen * area) {
     throw DataError(
         "", name,
-        of_area("%.0f%% of the surface unseen in its best frame", 100 * made.area_unseen / area),
+        of_area("%.0f%% of the surface unseen in all frames", 100 * made.area_unseen / area),
         "60% at most: cameras all round, or an imported template");
   }
   if (made.area_unseen > kMuchUnseen * area) {
     made.findings.push_back({Severity::Warning, "much-unseen", name,
-                             of_area("%.0f%% of the surface is not seen in its frame and made up",
+                             of_area("%.0f%% of the surface is not seen in any frame and made up",
                                      100 * made.area_unseen / area),
                              "look at the template; more cameras, or an imported template"});
   }
   const Mesh& mesh = made.garment.mesh;
+  const std::vector<WornPose> poses = worn_poses(mesh, frame.body, taken.followed);
   const GarmentBoundaries boundaries =
-      garment_boundaries(mesh.vertices, mesh.faces, frames.anatomy, frame.body, frames.body_faces);
+      garment_boundaries(mesh.faces, frames.anatomy, frames.body_faces, poses);
   if (auto lost = lost_openings(name, trimmed.mesh.vertices, seen, boundaries,
-                                limbs_closed_over(mesh.vertices, mesh.faces, frames.anatomy,
-                                                  frame.body, frames.body_faces),
-                                options.edge_length)) {
+                                closed_in_most(mesh.faces, frames, poses), options.edge_length)) {
     made.findings.push_back(std::move(*lost));
   }
   dress(made, boundaries, frames, all.rows, frame.body, label, options);
+  made.beyond = median_beyond(taken.followed);
+  if (!taken.followed.frames.empty()) {
+    made.told_rims = told_rims(taken.followed, all.best, frames, label);
+  }
+  tell_whole(made);
   return made;
 }
 
@@ -519,6 +622,7 @@ GarmentTemplate imported_template(const Mesh& mesh, const ClothedFrames& frames,
   }
   GarmentTemplate made;
   made.frame_id = frames.frame_ids[static_cast<std::size_t>(all.best)];
+  made.scores = all.take.scores;
   if (auto far = far_from_scan(mesh, frame.scan, label, made.frame_id, file)) {
     made.findings.push_back(std::move(*far));
   }

@@ -1,69 +1,72 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <vector>
 
 #include "core/finding.h"
 #include "core/garment.h"
 #include "core/options.h"
-#include "registration/template/body_anatomy.h"
+#include "registration/template/clothed_frames.h"
+#include "registration/template/frame_scores.h"
 #include "registration/template/texture_atlas.h"
 
 namespace atelier {
 
-/// A clothed person at one instant.
-struct ClothedFrame {
-  Mesh scan;    ///< labelled surface, triangles counter-clockwise from outside
-  Points body;  ///< [V,3] m, vertices of the body under the clothes
-};
-
-/// Frames of a clothed person, loaded when asked for.
-struct ClothedFrames {
-  Triangles body_faces;
-  BodyAnatomy anatomy;
-  std::vector<int> frame_ids;
-  std::function<ClothedFrame(Index frame_idx)> load;
+/// What a template is made of.
+enum class TemplateSource {
+  Frame,  ///< the scan of one frame, and the cover of the body by the others
+  Take    ///< also what that frame hides and others show
 };
 
 struct GarmentTemplateOptions {
   double edge_length = 0.018;  ///< m, 0.003 to 0.1; an opening needs a perimeter of 12 edges
   int frame = -1;              ///< the frame that gives the template its pose; -1: the best
   int frames = 16;             ///< number of frames used, evenly spaced, 1 to 10000
-  double reach = 0.05;         ///< m, half the width of unseen gaps that are closed, 0.01 to 0.5
-  double stiffness = 0.02;     ///< smoothness of the surface against its points, 1e-6 to 1e3
-  double clearance = 0.002;    ///< m, minimum distance from the body, 0 to 0.1
-  double dynamic = 0.03;       ///< m, error of moving with the body above which cloth is free
+  TemplateSource source = TemplateSource::Take;
+  double reach = 0.05;       ///< m, half the width of unseen gaps that are closed, 0.01 to 0.5
+  double stiffness = 0.02;   ///< smoothness of the surface against its points, 1e-6 to 1e3
+  double clearance = 0.002;  ///< m, minimum distance from the body, 0 to 0.1
+  double dynamic = 0.03;     ///< m, error of moving with the body above which cloth is free
   TextureAtlasOptions atlas;
 };
 OptionTable describe(GarmentTemplateOptions& options);
 
 /// A garment as registration needs it.
 struct GarmentTemplate {
-  Garment garment;   ///< mesh in the pose of the frame, boundaries, attachments, uvs
-  int frame_id = 0;  ///< the frame of its pose
+  Garment garment;                 ///< mesh in the pose of the frame, boundaries, attachments, uvs
+  int frame_id = 0;                ///< the frame of its pose
+  std::vector<FrameScore> scores;  ///< of the frames among which it was chosen
   /// Horizontal unit vector that the body faces in it; zero for a person lying down (body_facing).
   Eigen::Vector3d facing = Eigen::Vector3d::Zero();
   std::vector<char> dynamic;  ///< [V] 1: hangs freely, 0: moves with the body
   int holes_closed = 0;       ///< number of closed gaps of the observations
-  double area_unseen = 0;     ///< m2 of the surface that this frame's scan does not show
+  double area_carried = 0;    ///< m2 of the surface that was taken from other frames' scans
+  double area_unseen = 0;     ///< m2 of the surface that no scan shows
+  double beyond = 0;          ///< share of what frames show of the garment that it lacks, median
+  double told_rims = 1;       ///< share of its rims where frames show that it ends (told_rims)
+  bool whole = true;          ///< nothing is missing that the take shows, no opening without a name
   int pushed_out = 0;         ///< vertices that were inside the body or nearer than `clearance`
   std::vector<Finding> findings;
 };
 
 /// A clean single-layer mesh of the garment with one label, from labelled scans.
 ///
-/// The frame is the one that shows most of the garment's area and in which fewest covered points of
-/// the body face another limb within 5 cm (arms away, legs apart). A smooth surface
-/// (surface_through_points) is fitted to its points and, where it shows nothing, to the distances
-/// of cloth from the body in all frames (garment_points). It is trimmed at the garment's ends
-/// (trim_surface), and bridges between its parts are cut (remove_handles, loops up to 15 cm).
-/// Remaining loops that no limb passes through are closed (garment_boundaries). The mesh is
-/// remeshed (isotropic_remeshing, remove_slivers.h) and moved out of the body. Vertices are
-/// attached to the nearest triangles of the body (attach_to_body); where this motion misses the
-/// scans of the frames by more than `dynamic` (median), or the body is twice as far away, the
-/// garment hangs freely. Warns (`opening-lost`) where the mesh is too coarse for an opening.
+/// The frame is the one of the best score (take_overview): it shows most of the garment, with
+/// fewest hands at it, folds, and limbs that face each other. A smooth surface
+/// (surface_through_points) is fitted to its points and, where nothing is shown, to the distances
+/// of cloth from the body in all frames (garment_points, add_covered). It is trimmed at the
+/// garment's ends (trim_surface), and bridges between its parts are cut (remove_handles, loops up
+/// to 15 cm). That surface is followed through the other frames (followed_surface), what they show
+/// and it lacks is carried to its pose (add_carried), and it is made again, twice at most, until
+/// under 1% of its area is gained. Loops that no limb passes through in most frames are closed
+/// (garment_boundaries). The mesh is remeshed (isotropic_remeshing, remove_slivers.h) and moved out
+/// of the body. Vertices are attached to the nearest triangles of the body (attach_to_body); where
+/// this motion misses the scans of the frames by more than `dynamic` (median), or the body is twice
+/// as far away, the garment hangs freely. Warns (`opening-lost`) where the mesh is too coarse for
+/// an opening, and (`not-whole`) where more than 4% of what the frames show lies past its rims, a
+/// quarter of those ends where no frame shows that cloth ends (told_rims), or an opening has no
+/// name.
 ///
 /// Throws DataError where no frame shows 0.01 m2 of the label, where more than 0.6 of the surface
 /// was not seen, and where `frame` is none of the frames; LogicError as check_anatomy.

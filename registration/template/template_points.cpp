@@ -178,8 +178,7 @@ void append(GarmentPoints& cloud, const std::vector<Eigen::Vector3d>& points,
 }  // namespace
 
 GarmentPoints garment_points(const Mesh& scan, std::uint8_t label, const Points& body,
-                             const Triangles& body_faces, const GarmentCover& cover,
-                             double spacing) {
+                             const Triangles& body_faces, double spacing) {
   ATELIER_CHECK(spacing > 0, "a spacing above 0");
   ATELIER_CHECK(static_cast<Index>(scan.labels.size()) == scan.vertices.rows(), "a labelled scan");
   GarmentPoints cloud;
@@ -188,9 +187,15 @@ GarmentPoints garment_points(const Mesh& scan, std::uint8_t label, const Points&
   drop_insides(cloud, scan, faces, body, body_faces);
   thin(cloud, spacing);
   cloud.seen = cloud.points.rows();
+  cloud.observed = cloud.seen;
   cloud.weights = Eigen::VectorXd::Ones(cloud.seen);
-  if (cloud.seen == 0) {
-    return cloud;
+  return cloud;
+}
+
+void add_covered(GarmentPoints& cloud, const Points& body, const Triangles& body_faces,
+                 const GarmentCover& cover, double spacing) {
+  if (cloud.observed == 0) {
+    return;
   }
   const TriangleTree own = build_point_tree(cloud.points);
   const Points smooth = vertex_normals(body, body_faces);
@@ -208,7 +213,6 @@ GarmentPoints garment_points(const Mesh& scan, std::uint8_t label, const Points&
     }
   }
   append(cloud, points, outwards);
-  return cloud;
 }
 
 }  // namespace atelier

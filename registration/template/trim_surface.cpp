@@ -20,7 +20,7 @@
 namespace atelier {
 namespace {
 
-enum class Support : char { None, Kept, Cut, MadeUp };
+enum class Support : char { None, Kept, Carried, Cut, MadeUp };
 
 constexpr double kOffPoint = 0.015;     // m along the normal
 constexpr double kBeyondRim = 0.5;      // of the spacing
@@ -65,10 +65,10 @@ Supports supports(const Mesh& surface, const GarmentPoints& cloud, double spacin
       const double height = away.dot(cloud.normals.row(p));
       const double beside = (away - height * cloud.normals.row(p)).norm();
       // Invented surface stands on vertices of the body, as far apart as these are.
-      const bool made_up = p >= cloud.seen;
+      const bool made_up = p >= cloud.observed;
       if (beside <= (made_up ? 3 * spacing : spacing) && std::abs(height) <= kOffPoint &&
           normals.row(v).dot(cloud.normals.row(p)) > kSameWay) {
-        result[at] = made_up ? Support::MadeUp : Support::Kept;
+        result[at] = made_up ? Support::MadeUp : p < cloud.seen ? Support::Kept : Support::Carried;
         all.between[at] = !made_up && beside > kBeyondRim * spacing ? 1 : 0;
         continue;
       }
@@ -289,7 +289,8 @@ void close_gaps(std::vector<Support>& support, const std::vector<Support>& own, 
   std::vector<double> costs(places.size());
   for (std::size_t i = 0; i < places.size(); ++i) {
     // Points end there: what the other frames say does not make them go on.
-    const bool seen = own[static_cast<std::size_t>(places[i])] == Support::Kept;
+    const Support said = own[static_cast<std::size_t>(places[i])];
+    const bool seen = said == Support::Kept || said == Support::Carried;
     costs[i] = 2 / (over[i] != 0 && !seen ? kWidestOnCloth : kWidestOnBare);
   }
   const std::vector<char> kept = kept_by_rim(surface, topology, support, places, costs, areas);
@@ -432,6 +433,9 @@ TrimmedSurface trim_surface(const Mesh& surface, const GarmentPoints& points, do
     Support& place = support[static_cast<std::size_t>(v)];
     if (place == Support::MadeUp) {
       trimmed.area_made_up += areas[v];
+      place = Support::Kept;
+    } else if (place == Support::Carried) {
+      trimmed.area_carried += areas[v];
       place = Support::Kept;
     }
   }

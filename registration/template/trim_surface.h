@@ -11,7 +11,8 @@ struct TrimmedSurface {
   Mesh mesh;
   int holes_closed = 0;     ///< patches without points that were kept, those under 1 cm2 aside
   double area_closed = 0;   ///< m2 of them
-  double area_made_up = 0;  ///< m2 that other frames' cover of the body supports, not this one
+  double area_carried = 0;  ///< m2 that points of other frames support (add_carried)
+  double area_made_up = 0;  ///< m2 that the frames' cover of the body supports, and no point does
 };
 
 /// Cuts a surface through points (surface_through_points) off where the garment ends, along a

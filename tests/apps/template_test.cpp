@@ -192,8 +192,10 @@ TEST_F(TemplateStage, WornGarments_GiveOneCleanMeshEach) {
     EXPECT_EQ(garment.mesh.uv_faces.rows(), garment.mesh.faces.rows());
     EXPECT_EQ(read_mesh(result() / "garments" / (label + ".obj")).faces, garment.mesh.faces);
     EXPECT_NEAR(one.at("facing").at(2).get<double>(), 1, 0.01);
+    EXPECT_TRUE(one.at("whole"));
+    EXPECT_EQ(one.at("frames").size(), 3U);
     if (label == "upper") {
-      EXPECT_EQ(one.at("frame"), 2);  // arms highest
+      EXPECT_NE(one.at("frame"), 0);  // arms lowest
     }
   }
 }
@@ -211,8 +213,11 @@ TEST_F(TemplateStage, FrameWithoutScan_IsSkipped) {
 TEST_F(TemplateStage, GarmentLeavingTheView_GivesAnUnnamedOpening) {
   seen.where = [](const Eigen::Vector3d& middle) { return middle.x() > -0.1; };
   const ChildResult done = made({"--labels", "upper"});
-  ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.out + done.err, HasSubstr("opening-unnamed"));
+  ASSERT_EQ(done.exit_code, 3) << done.err;  // made, but no success
+  EXPECT_THAT(done.out + done.err, AllOf(HasSubstr("opening-unnamed"), HasSubstr("not-whole")));
+  const nlohmann::json said =
+      nlohmann::json::parse(read_file_text(result() / "template.json", 1 << 24));
+  EXPECT_FALSE(said.at("garments")[0].at("whole"));
   const Garment garment = read_garment_archive(result() / "garments" / "upper.h5");
   EXPECT_THAT(garment.boundary_names, Not(::testing::Contains("cuff right")));
 }
@@ -220,7 +225,7 @@ TEST_F(TemplateStage, GarmentLeavingTheView_GivesAnUnnamedOpening) {
 TEST_F(TemplateStage, GarmentMostlyOutsideTheView_IsReported) {
   seen.where = [](const Eigen::Vector3d& middle) { return middle.x() > 0.12; };
   const ChildResult done = made({"--labels", "upper"});
-  ASSERT_EQ(done.exit_code, 0) << done.err;
+  ASSERT_EQ(done.exit_code, 3) << done.err;
   EXPECT_THAT(done.out + done.err, HasSubstr("much-unseen"));
 }
 

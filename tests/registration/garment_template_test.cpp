@@ -497,6 +497,7 @@ TrimmedSurface tube_with_gap(double width, bool covered) {
   }
   points.points.conservativeResize(points.seen, 3);
   points.normals.conservativeResize(points.seen, 3);
+  points.observed = points.seen;
   points.weights = Eigen::VectorXd::Ones(points.seen);
   GarmentCover cover{Eigen::VectorXd::Zero(body.vertices.rows()),
                      Eigen::VectorXd::Zero(body.vertices.rows())};
