@@ -146,9 +146,15 @@ std::vector<Measure> measure_capture(const fs::path& capture) {
       }
       for (const Camera& camera : truth.cameras) {
         const std::string name = frame_name(id);
-        add_detections(detections, capture / "keypoints2d" / camera.id / (name + ".json"), schema,
-                       truth, frame, camera);
+        // A frame may have been taken out since, as a bad one is.
+        const fs::path points = capture / "keypoints2d" / camera.id / (name + ".json");
+        if (fs::exists(points)) {
+          add_detections(detections, points, schema, truth, frame, camera);
+        }
         const fs::path labels = capture / "labels" / camera.id / (name + ".png");
+        if (!fs::exists(labels)) {
+          continue;
+        }
         iou += mean_iou(read_labels(labels),
                         read_labels(capture / "truth" / "labels" / camera.id / (name + ".png")),
                         labels.string());
@@ -156,8 +162,10 @@ std::vector<Measure> measure_capture(const fs::path& capture) {
       }
     }
   }
-  measures.push_back({"capture.keypoint_median_px", median(detections.errors), "px", 0,
-                      Measure::Side::None, "found points, at 1000 rows"});
+  if (!detections.errors.empty()) {
+    measures.push_back({"capture.keypoint_median_px", median(detections.errors), "px", 0,
+                        Measure::Side::None, "found points, at 1000 rows"});
+  }
   measures.push_back(
       {"capture.keypoint_found",
        static_cast<double>(detections.errors.size()) / std::max(1, detections.in_picture), "", 0,
