@@ -9,6 +9,7 @@
 namespace atelier {
 namespace {
 
+constexpr double kStage = 1000;        // metres from the origin
 constexpr double kAdultHeight = 1.65;  // metres; skeletons end a little below the skin
 constexpr double kAdultLegs = 0.83;    // metres, hip to knee to ankle (Drillis and Contini 1966:
                                        // 0.491 of a stature of 1.70)
@@ -49,6 +50,9 @@ OptionTable describe(MotionOptions& options) {
             "Up axis of the motion file; auto: guessed from the position of the head");
   table.add("fps", options.fps, 0, 1000, "1/s",
             "Frame rate of motion files that do not state it; 0: as the file says");
+  table.add("animation", options.animation, {},
+            "Animation of a glTF or FBX file that holds several, by name or number from 1; empty: "
+            "the first that moves a joint");
   return table;
 }
 
@@ -81,6 +85,27 @@ void check_motion_clip(const MotionClip& clip, const std::string& file) {
     }
     if (!pose.rotations.allFinite() || !pose.root_translation.allFinite()) {
       throw DataError(file, where, "a number that is not finite", "finite numbers");
+    }
+  }
+}
+
+void check_on_stage(const MotionClip& clip, const std::string& file) {
+  const Points& offsets = clip.skeleton.offsets;
+  for (Index j = 1; j < offsets.rows(); ++j) {
+    if (!(offsets.row(j).norm() <= kStage)) {
+      throw DataError(file, "joint " + clip.skeleton.names[static_cast<std::size_t>(j)],
+                      "a bone of " + text(offsets.row(j).norm()) + " m",
+                      "a person's; set the unit by --motion.metres-per-unit");
+    }
+  }
+  for (std::size_t i = 0; i < clip.motion.poses.size(); ++i) {
+    const Eigen::Vector3d root = offsets.row(0).transpose() + clip.motion.poses[i].root_translation;
+    if (!(root.norm() <= kStage)) {
+      throw DataError(file, "frame " + std::to_string(clip.motion.frame_ids[i]),
+                      "a root " + text(root.norm()) + " m from the origin",
+                      "a stage: at most " + text(kStage) +
+                          " m; move the motion to the origin, or set its unit by "
+                          "--motion.metres-per-unit");
     }
   }
 }

@@ -30,6 +30,8 @@ struct MotionOptions {
   double metres_per_unit = 0;  ///< 0: guess_metres_per_unit; set it for children and animals
   char up = 0;                 ///< 'y' or 'z'; 0: guess_up_axis
   double fps = 0;              ///< frames per second; 0: what the file says
+  std::string animation = {};  ///< of a file of several (glTF, FBX): name, or number from 1; "":
+                               ///< the first that moves a joint
 };
 
 OptionTable describe(MotionOptions& options);
@@ -37,6 +39,10 @@ OptionTable describe(MotionOptions& options);
 /// Throws DataError unless the skeleton is valid, every pose has its joints, numbers are finite,
 /// the frame rate is positive and frame ids increase.
 void check_motion_clip(const MotionClip& clip, const std::string& file = "");
+
+/// Throws DataError for what is beyond any stage: a root farther than 1 km from the origin, a bone
+/// longer than that. What moves is simulated where it stands, in steps that its speed asks for.
+void check_on_stage(const MotionClip& clip, const std::string& file = "");
 
 /// Extent of the rest pose along x, y and z, with end sites; the skeleton's own unit.
 Eigen::Vector3d rest_extent(const MotionClip& clip);

@@ -141,8 +141,11 @@ int convert_motion(const BodyArguments& arguments, const BodyOptions& options) {
                      "': a motion becomes .bvh, .npz, .glb or .gltf; body-model pose puts it on a "
                      "body");
   }
-  const MotionClip clip =
-      read_motion_file(arguments.body, options.motion, options.asf, options.markers);
+  const MotionClip clip = read_motion_file(arguments.body, {.motion = options.motion,
+                                                            .asf = options.asf,
+                                                            .markers = options.markers,
+                                                            .body = nullptr,
+                                                            .shape = {}});
   print(clip.findings);
   write_motion_file(arguments.out, clip);
   std::cout << printable(arguments.out) << ": " << clip.skeleton.names.size() << " joints, "
@@ -243,8 +246,11 @@ int pose(const BodyArguments& arguments, const BodyOptions& options) {
   require_picture_size(options.picture, sheet_wanted ? options.pictures : 1);
   const auto [read_model, shape] = read_body_input(arguments, options);
   const BodyModel& model = read_model;  // lambdas take no structured bindings
-  const MotionClip clip =
-      read_motion_file(arguments.motion, options.motion, options.asf, options.markers);
+  const MotionClip clip = read_motion_file(arguments.motion, {.motion = options.motion,
+                                                              .asf = options.asf,
+                                                              .markers = options.markers,
+                                                              .body = &model,
+                                                              .shape = shape});
   print(clip.findings);
   RetargetOptions retargeting = options.retarget;
   if (extension == ".mp4" && retargeting.fps == 0) {

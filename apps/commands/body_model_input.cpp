@@ -196,7 +196,14 @@ bool holds_motion(const std::string& file) {
     for (const GltfNode& node : scene.nodes) {
       skinned = skinned || (node.mesh >= 0 && node.skin >= 0);
     }
-    return !skinned && !scene.skins.empty() && !scene.animations.empty();
+    bool moves = false;  // joints of a skin, or nodes of a scene without one
+    for (const GltfAnimation& animation : scene.animations) {
+      for (const GltfChannel& channel : animation.channels) {
+        moves =
+            moves || channel.path == GltfPath::Rotation || channel.path == GltfPath::Translation;
+      }
+    }
+    return !skinned && moves;
   }
   return false;
 }

@@ -1,6 +1,8 @@
 #include "bodymodel/formats/gltf_body.h"
 
 #include <Eigen/LU>
+#include <cmath>
+#include <utility>
 
 #include "bodymodel/formats/body_seams.h"
 #include "bodymodel/formats/gltf_skeleton.h"
@@ -15,16 +17,69 @@
 namespace atelier {
 namespace {
 
-// Points by a 4x4 transform, one by one, so that equal points stay equal to the last bit.
-Points transformed(const Points& points, const Eigen::Matrix4d& transform) {
-  const Eigen::Matrix3d linear = transform.topLeftCorner<3, 3>();
-  const Eigen::Vector3d offset = transform.topRightCorner<3, 1>();
-  Points result(points.rows(), 3);
-  for (Index i = 0; i < points.rows(); ++i) {
-    const Eigen::Vector3d point = points.row(i);
-    result.row(i) = linear * point + offset;
+// Where the vertices of a mesh stand in the bind pose, or how far displacements of them go there.
+class MeshPlace {
+ public:
+  explicit MeshPlace(const Eigen::Matrix4d& world_from_mesh) : whole_(world_from_mesh) {}
+  explicit MeshPlace(std::vector<Eigen::Matrix4d> each) : each_(std::move(each)) {}
+
+  // One by one, so that equal points stay equal to the last bit. `first`: of the mesh's vertices.
+  Points points(const Points& points, Index first) const { return moved(points, first, 1); }
+  Points displacements(const Points& points, Index first) const { return moved(points, first, 0); }
+
+ private:
+  Points moved(const Points& points, Index first, double shift) const {
+    Points result(points.rows(), 3);
+    for (Index i = 0; i < points.rows(); ++i) {
+      const Eigen::Matrix4d& frame =
+          each_.empty() ? whole_ : each_[static_cast<std::size_t>(first + i)];
+      const Eigen::Matrix3d linear = frame.topLeftCorner<3, 3>();
+      const Eigen::Vector3d offset = frame.topRightCorner<3, 1>();
+      const Eigen::Vector3d point = points.row(i);
+      result.row(i) = linear * point + shift * offset;
+    }
+    return result;
   }
-  return result;
+
+  Eigen::Matrix4d whole_ = Eigen::Matrix4d::Identity();
+  std::vector<Eigen::Matrix4d> each_;
+};
+
+// Where a mesh stands whose skin says no bind pose. As the standard has it, each vertex is in the
+// frame of its joint and is moved by the joint's node; some files have it where it is seen, with
+// the matrices forgotten. The vertices are near their joints in one of the two.
+MeshPlace unbound_place(const GltfMesh& source, const GltfSkeleton& tree, const std::string& file,
+                        std::vector<Finding>& findings) {
+  std::vector<Eigen::Matrix4d> frames;
+  double moved = 0;
+  double standing = 0;
+  for (const GltfPrimitive& primitive : source.primitives) {
+    for (Index v = 0; v < primitive.joints.rows(); ++v) {
+      const Eigen::Vector3d point = primitive.mesh.vertices.row(v);
+      Eigen::Matrix4d frame = Eigen::Matrix4d::Zero();
+      double sum = 0;
+      for (Index k = 0; k < primitive.joints.cols(); ++k) {
+        const double weight = primitive.weights(v, k);
+        const int slot = primitive.joints(v, k);
+        if (weight > 0 && slot >= 0 && slot < static_cast<int>(tree.unbound.size())) {
+          const Eigen::Matrix4d& joint = tree.unbound[static_cast<std::size_t>(slot)];
+          frame += weight * joint;
+          sum += weight;
+          moved += weight * point.norm() * std::cbrt(joint.topLeftCorner<3, 3>().determinant());
+          standing += weight * (point - joint.topRightCorner<3, 1>()).norm();
+        }
+      }
+      frames.push_back(sum > 0 ? Eigen::Matrix4d(frame / sum) : Eigen::Matrix4d::Identity());
+    }
+  }
+  const bool by_joints = moved <= standing;
+  findings.push_back({Severity::Warning, "gltf-binds", file,
+                      "the skin has no inverse bind matrices; its joints are taken as their nodes "
+                      "stand",
+                      by_joints ? "the mesh is moved by them, as the standard says"
+                                : "the mesh is taken as standing on them, which viewers show torn: "
+                                  "export it with inverse bind matrices"});
+  return by_joints ? MeshPlace(std::move(frames)) : MeshPlace(Eigen::Matrix4d::Identity().eval());
 }
 
 template <class Matrix>
@@ -34,11 +89,29 @@ void append(Matrix& all, const Matrix& more) {
   all = std::move(joined);
 }
 
-int skinned_node(const GltfScene& scene, const std::string& file) {
+// The first mesh that wears a skin; what others wear one is said.
+int skinned_node(const GltfScene& scene, const std::string& file, std::vector<Finding>& findings) {
+  int first = -1;
+  std::string others;
   for (std::size_t n = 0; n < scene.nodes.size(); ++n) {
-    if (scene.nodes[n].mesh >= 0 && scene.nodes[n].skin >= 0) {
-      return static_cast<int>(n);
+    if (scene.nodes[n].mesh < 0 || scene.nodes[n].skin < 0) {
+      continue;
     }
+    if (first < 0) {
+      first = static_cast<int>(n);
+    } else {
+      others += (others.empty() ? "'" : ", '") + scene.nodes[n].name.substr(0, 40) + "'";
+    }
+  }
+  if (!others.empty()) {
+    findings.push_back({Severity::Note, "gltf-meshes", file,
+                        "several meshes with a skin: '" +
+                            scene.nodes[static_cast<std::size_t>(first)].name.substr(0, 40) +
+                            "' is read as the body",
+                        "left out: " + others.substr(0, 200)});
+  }
+  if (first >= 0) {
+    return first;
   }
   throw DataError(file, "nodes", "no mesh with a skin", "a skinned mesh");
 }
@@ -66,9 +139,7 @@ void append_rows(Mesh& mesh, const Mesh& part, bool uvs) {
   }
 }
 
-void add_shape(const GltfMesh& source, const Eigen::Matrix4d& transform, BodyModel& model) {
-  Eigen::Matrix4d turn = transform;
-  turn.topRightCorner<3, 1>().setZero();
+void add_shape(const GltfMesh& source, const MeshPlace& place, BodyModel& model) {
   const std::size_t targets = source.primitives[0].targets.size();
   for (std::size_t t = 0; t < targets; ++t) {
     ShapeParameter parameter;
@@ -83,7 +154,7 @@ void add_shape(const GltfMesh& source, const Eigen::Matrix4d& transform, BodyMod
     for (const GltfPrimitive& primitive : source.primitives) {
       const Points& moved = primitive.targets[t].positions;
       if (moved.rows() > 0) {
-        parameter.surface.offsets.middleRows(row, moved.rows()) = transformed(moved, turn);
+        parameter.surface.offsets.middleRows(row, moved.rows()) = place.displacements(moved, row);
       }
       row += primitive.mesh.vertices.rows();
     }
@@ -95,14 +166,15 @@ void add_shape(const GltfMesh& source, const Eigen::Matrix4d& transform, BodyMod
 }  // namespace
 
 GltfBody read_gltf_body(const GltfScene& scene, const std::string& file) {
-  const GltfNode& node = scene.nodes[static_cast<std::size_t>(skinned_node(scene, file))];
+  GltfBody body;
+  const GltfNode& node =
+      scene.nodes[static_cast<std::size_t>(skinned_node(scene, file, body.findings))];
   const GltfMesh& source = scene.meshes[static_cast<std::size_t>(node.mesh)];
   if (source.primitives.empty()) {
     throw DataError(file, "mesh " + source.name, "no triangles with positions", "a skinned mesh");
   }
   const GltfSkeleton tree = gltf_skeleton(scene, node.skin, file);
-  GltfBody body;
-  body.findings = tree.findings;
+  body.findings.insert(body.findings.end(), tree.findings.begin(), tree.findings.end());
   BodyModel& model = body.model;
   model.name = source.name.empty() ? "gltf" : source.name;
   model.skeleton = tree.skeleton;
@@ -132,13 +204,15 @@ GltfBody read_gltf_body(const GltfScene& scene, const std::string& file) {
       influences.push_back(std::move(row));
     }
   }
-  model.mesh.vertices = transformed(model.mesh.vertices, tree.world_from_mesh);
+  const MeshPlace place = tree.unbound.empty() ? MeshPlace(tree.world_from_mesh)
+                                               : unbound_place(source, tree, file, body.findings);
+  model.mesh.vertices = place.points(model.mesh.vertices, 0);
   SkinPackOptions pack;
   pack.tolerance = 1e-2;  // bytes and shorts do not sum to 1 exactly
   PackedSkin packed = pack_skin_weights(influences, joint_count(model), pack, file);
   model.skin = std::move(packed.skin);
   body.findings.insert(body.findings.end(), packed.findings.begin(), packed.findings.end());
-  add_shape(source, tree.world_from_mesh, model);
+  add_shape(source, place, model);
   check_body_model(model, file);
   model = without_seams(std::move(model));
   return body;

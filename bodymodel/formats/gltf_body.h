@@ -14,10 +14,11 @@ namespace atelier {
 /// skin, in its bind pose, as large as the scene shows it. Joint rest frames are those of the
 /// inverse bind matrices; joints of equal name get a number; weights are scaled to sum 1, morph
 /// targets become shape parameters in [0,1], and vertices that were split along texture seams are
-/// joined (body_seams.h). From a path: glTF, or FBX (core/io/mesh_fbx.h). `findings` says what was
-/// repaired. Throws DataError
-/// for a scene without a skin, two roots, joints that hang on one another in a cycle, bind matrices
-/// that shear or are scaled unevenly, and what check_body_model refuses.
+/// joined (body_seams.h). A skin without inverse bind matrices, or with none but the identity, is
+/// bound as its nodes stand ("gltf-binds"). Other meshes with a skin are left out ("gltf-meshes").
+/// From a path: glTF, or FBX (core/io/mesh_fbx.h). `findings` says what was repaired. Throws
+/// DataError for a scene without a skin, two roots, joints that hang on one another in a cycle,
+/// bind matrices that shear or are scaled unevenly, and what check_body_model refuses.
 struct GltfBody {
   BodyModel model;
   std::vector<Finding> findings;
@@ -26,13 +27,16 @@ GltfBody read_gltf_body(const GltfScene& scene, const std::string& file = "");
 GltfBody read_gltf_body(const std::filesystem::path& path, const Limits& limits = {});
 
 /// Samples an animation of a scene (glTF or, from a path, FBX) at `options.fps`, if 0 at the rate
-/// of its keys where these are even (30 where they are not), on the skeleton of its first skin.
-/// Step, linear (rotations the short way) and cubic spline keys. A skeleton has fixed bones: what
-/// animated translations and scales move them is dropped with a finding ("motion-stretch"). Throws
-/// DataError for a scene without skin or animations, or an animation that moves no joint.
+/// of its keys where these are even (30 where they are not), on the skeleton of its first skin or,
+/// in a scene without skins, of the nodes that it moves (gltf_skeleton.h). `options.animation` is a
+/// name or a number from 1; without it the first animation that moves a joint is taken, and where
+/// there are others they are named ("motion-animations"). Step, linear (rotations the short way)
+/// and cubic spline keys. A skeleton has fixed bones: what animated translations and scales move
+/// them is dropped with a finding ("motion-stretch"), but for the joint that both legs hang on,
+/// which goes where it and the joints above it take it (path_joint.h). Throws DataError for a scene
+/// without animations, one that moves no joint, and an animation that is not there.
 MotionClip read_gltf_motion(const GltfScene& scene, const std::string& file = "",
-                            std::size_t animation = 0, const MotionOptions& options = {},
-                            const Limits& limits = {});
+                            const MotionOptions& options = {}, const Limits& limits = {});
 MotionClip read_gltf_motion(const std::filesystem::path& path, const MotionOptions& options = {},
                             const Limits& limits = {});
 

@@ -1,11 +1,15 @@
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "bodymodel/formats/gltf_body.h"
 #include "bodymodel/formats/gltf_skeleton.h"
+#include "bodymodel/formats/path_joint.h"
 #include "bodymodel/rotation.h"
 #include "core/error.h"
 #include "core/io/scene_file.h"
+#include "core/io/text_scanner.h"
+#include "core/nearest_name.h"
 
 namespace atelier {
 namespace {
@@ -149,7 +153,7 @@ GltfFrames frames_of(const GltfAnimation& animation, GltfTimeSpan span,
   return frames;
 }
 
-// Moves the nodes to where the animation has them; they lose their matrices, meshes and skins.
+// Moves the nodes to where the animation has them; those lose their matrices.
 void pose_nodes(const GltfAnimation& animation, double time, std::vector<GltfNode>& nodes) {
   for (const GltfChannel& channel : animation.channels) {
     if (channel.times.empty() || channel.node < 0 || channel.path == GltfPath::Weights) {
@@ -157,7 +161,6 @@ void pose_nodes(const GltfAnimation& animation, double time, std::vector<GltfNod
     }
     GltfNode& node = nodes[static_cast<std::size_t>(channel.node)];
     node.matrix.reset();
-    node.mesh = node.skin = -1;
     const Eigen::VectorXd value = sampled(channel, time);
     if (channel.path == GltfPath::Translation) {
       node.translation = value;
@@ -166,10 +169,6 @@ void pose_nodes(const GltfAnimation& animation, double time, std::vector<GltfNod
     } else {
       node.scale = value;
     }
-  }
-  for (GltfNode& node : nodes) {
-    node.mesh = node.skin = -1;
-    node.weights.clear();
   }
 }
 
@@ -182,7 +181,7 @@ struct GltfPose {
 // The skeleton's pose where its joints' nodes are placed like that. Throws DataError where a joint
 // has no axes.
 GltfPose pose_of_nodes(const GltfSkeleton& tree, const std::vector<Eigen::Matrix4d>& world,
-                       const GltfAnimation& animation, const std::string& file) {
+                       const GltfAnimation& animation, int path, const std::string& file) {
   const Skeleton& skeleton = tree.skeleton;
   const Index joints = static_cast<Index>(tree.nodes.size());
   GltfPose posed;
@@ -207,7 +206,7 @@ GltfPose pose_of_nodes(const GltfSkeleton& tree, const std::vector<Eigen::Matrix
     const Eigen::Vector3d position = frame_of_joint.topRightCorner<3, 1>();
     if (parent < 0) {
       posed.pose.root_translation = position - skeleton.offsets.row(0).transpose();
-    } else {
+    } else if (!is_on_path(skeleton, static_cast<int>(j), path)) {
       const Eigen::Vector3d parent_position =
           world[static_cast<std::size_t>(tree.nodes[static_cast<std::size_t>(parent)])]
               .topRightCorner<3, 1>();
@@ -215,37 +214,105 @@ GltfPose pose_of_nodes(const GltfSkeleton& tree, const std::vector<Eigen::Matrix
                                                        skeleton.offsets.row(j).norm()));
     }
   }
+  if (path > 0) {
+    const int node = tree.nodes[static_cast<std::size_t>(path)];
+    carry_by_root(skeleton, path, world[static_cast<std::size_t>(node)].topRightCorner<3, 1>(),
+                  posed.pose);
+  }
   return posed;
+}
+
+bool moves_a_joint(const GltfScene& scene, const GltfAnimation& animation) {
+  std::vector<char> joint(scene.nodes.size(), static_cast<char>(scene.skins.empty()));
+  for (const GltfSkin& skin : scene.skins) {
+    for (const int node : skin.joints) {
+      joint[static_cast<std::size_t>(node)] = 1;
+    }
+  }
+  return std::any_of(animation.channels.begin(), animation.channels.end(), [&](const auto& one) {
+    return one.node >= 0 && joint[static_cast<std::size_t>(one.node)] != 0 &&
+           (one.path == GltfPath::Rotation || one.path == GltfPath::Translation);
+  });
+}
+
+// The animation that is asked for, or the first that moves a joint; others are named.
+std::size_t chosen_animation(const GltfScene& scene, const std::string& wanted,
+                             const std::string& file, std::vector<Finding>& findings) {
+  const std::size_t count = scene.animations.size();
+  if (count == 0) {
+    throw DataError(file, "animations", "none", "a motion");
+  }
+  std::vector<std::string> names;
+  std::string listed;
+  for (std::size_t a = 0; a < count; ++a) {
+    names.push_back(scene.animations[a].name);
+    if (a < 20) {
+      listed += (a > 0 ? ", " : "") + std::to_string(a + 1) + " '" + names[a].substr(0, 40) + "'";
+    }
+  }
+  listed += count > 20 ? ", ..." : "";
+  if (!wanted.empty()) {
+    const auto found = std::find(names.begin(), names.end(), wanted);
+    std::int64_t number = 0;
+    if (found != names.end()) {
+      return static_cast<std::size_t>(found - names.begin());
+    }
+    if (parse_integer(wanted, number) && number >= 1 && std::cmp_less_equal(number, count)) {
+      return static_cast<std::size_t>(number) - 1;
+    }
+    throw DataError(file, "animations", "none called '" + wanted.substr(0, 40) + "'",
+                    listed + did_you_mean(wanted, names));
+  }
+  std::size_t first = 0;
+  while (first + 1 < count && !moves_a_joint(scene, scene.animations[first])) {
+    ++first;
+  }
+  if (count > 1) {
+    findings.push_back({Severity::Warning, "motion-animations", file,
+                        std::to_string(count) + " animations: " + listed,
+                        std::to_string(first + 1) +
+                            " is taken; --motion.animation NAME of body-model takes another"});
+  }
+  return first;
 }
 
 }  // namespace
 
-MotionClip read_gltf_motion(const GltfScene& scene, const std::string& file, std::size_t index,
+MotionClip read_gltf_motion(const GltfScene& scene, const std::string& file,
                             const MotionOptions& options, const Limits& limits) {
-  if (scene.skins.empty()) {
-    throw DataError(file, "skins", "none", "a skeleton that the animation moves");
-  }
-  if (index >= scene.animations.size()) {
-    const std::size_t count = scene.animations.size();
-    throw DataError(file, "animations", count == 0 ? "none" : std::to_string(count),
-                    index == 0 ? "a motion" : "animation " + std::to_string(index));
-  }
-  const GltfSkeleton tree = gltf_skeleton(scene, first_worn_skin(scene), file);
-  const GltfAnimation& animation = scene.animations[index];
-  const GltfFrames frames =
-      frames_of(animation, time_span(animation, tree, file), options, limits, file);
   MotionClip clip;
-  clip.name = animation.name.empty() ? file : animation.name;
-  clip.skeleton = tree.skeleton;
-  clip.findings = tree.findings;
-  clip.motion.fps = frames.fps;
-  double stretch = 0;
+  const GltfAnimation& animation =
+      scene.animations[chosen_animation(scene, options.animation, file, clip.findings)];
   GltfScene posed;
   posed.nodes = scene.nodes;
   posed.roots = scene.roots;
+  for (GltfNode& node : posed.nodes) {
+    node.mesh = node.skin = -1;
+    node.weights.clear();
+  }
+  posed.skins = scene.skins;
+  int skin = first_worn_skin(scene);
+  if (scene.skins.empty()) {
+    posed.skins = {skin_of_animation(scene, animation, file)};
+    skin = 0;
+    if (std::cmp_greater(posed.skins[0].joints.size(), limits.joints)) {
+      throw DataError(file, "animation " + animation.name,
+                      std::to_string(posed.skins[0].joints.size()) + " nodes below it",
+                      "at most " + std::to_string(limits.joints) + " joints");
+    }
+  }
+  const GltfSkeleton tree = gltf_skeleton(posed, skin, file);
+  const GltfFrames frames =
+      frames_of(animation, time_span(animation, tree, file), options, limits, file);
+  clip.name = animation.name.empty() ? file : animation.name;
+  clip.skeleton = tree.skeleton;
+  clip.findings.insert(clip.findings.end(), tree.findings.begin(), tree.findings.end());
+  clip.motion.fps = frames.fps;
+  const int path = path_joint(clip.skeleton);
+  double stretch = 0;
   for (const double time : frames.times) {
     pose_nodes(animation, time, posed.nodes);
-    GltfPose pose = pose_of_nodes(tree, world_from_nodes(posed), animation, file);
+    GltfPose pose = pose_of_nodes(tree, world_from_nodes(posed), animation, path, file);
     stretch = std::max(stretch, pose.stretch);
     clip.motion.frame_ids.push_back(static_cast<int>(clip.motion.frame_ids.size()));
     clip.motion.poses.push_back(std::move(pose.pose));
@@ -262,7 +329,7 @@ MotionClip read_gltf_motion(const GltfScene& scene, const std::string& file, std
 
 MotionClip read_gltf_motion(const std::filesystem::path& path, const MotionOptions& options,
                             const Limits& limits) {
-  MotionClip clip = read_gltf_motion(read_scene(path, limits), path.string(), 0, options, limits);
+  MotionClip clip = read_gltf_motion(read_scene(path, limits), path.string(), options, limits);
   clip.name = path.stem().string();
   return clip;
 }

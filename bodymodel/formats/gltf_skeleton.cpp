@@ -11,6 +11,7 @@
 namespace atelier {
 namespace {
 
+constexpr double kSame = 1e-6;    // of matrices that are equal
 constexpr double kUneven = 1e-2;  // how far a frame may be from a rotation times a scale
 
 // The rotation of a frame whose axes may be scaled evenly.
@@ -35,10 +36,95 @@ std::string unique_name(const std::string& name, std::size_t joint, std::set<std
   return unique;
 }
 
+// Whether bind matrices say nothing of a bind pose although joints stand apart.
+bool says_no_bind_pose(const GltfSkin& skin, const std::vector<Eigen::Matrix4d>& world) {
+  double apart = 0;
+  for (std::size_t s = 0; s < skin.joints.size(); ++s) {
+    if (!skin.inverse_binds[s].isIdentity(kSame)) {
+      return false;
+    }
+    apart = std::max(apart, (world[static_cast<std::size_t>(skin.joints[s])] -
+                             world[static_cast<std::size_t>(skin.joints[0])])
+                                .cwiseAbs()
+                                .maxCoeff());
+  }
+  return apart > kSame;
+}
+
+// Every node behind its parent.
+std::vector<int> parents_first(const GltfScene& scene) {
+  std::vector<std::vector<int>> children(scene.nodes.size());
+  std::vector<int> order;
+  for (std::size_t n = 0; n < scene.nodes.size(); ++n) {
+    if (scene.nodes[n].parent < 0) {
+      order.push_back(static_cast<int>(n));
+    } else {
+      children[static_cast<std::size_t>(scene.nodes[n].parent)].push_back(static_cast<int>(n));
+    }
+  }
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const std::vector<int>& some = children[static_cast<std::size_t>(order[i])];
+    order.insert(order.end(), some.begin(), some.end());
+  }
+  return order;
+}
+
 }  // namespace
 
+GltfSkin skin_of_animation(const GltfScene& scene, const GltfAnimation& animation,
+                           const std::string& file) {
+  const std::vector<int> order = parents_first(scene);
+  std::vector<int> moved(scene.nodes.size(), 0);  // at and below each node
+  std::vector<char> mesh(scene.nodes.size(), 0);
+  for (const GltfChannel& channel : animation.channels) {
+    if (channel.node >= 0 && !channel.times.empty() &&
+        (channel.path == GltfPath::Rotation || channel.path == GltfPath::Translation)) {
+      moved[static_cast<std::size_t>(channel.node)] = 1;
+    }
+  }
+  int all = 0;
+  for (const int n : moved) {
+    all += n;
+  }
+  if (all == 0) {
+    throw DataError(file, "animation " + animation.name, "no channel that turns or shifts a node",
+                    "a motion of a skeleton");
+  }
+  int top = -1;
+  for (auto at = order.rbegin(); at != order.rend(); ++at) {
+    const auto n = static_cast<std::size_t>(*at);
+    const int parent = scene.nodes[n].parent;
+    mesh[n] = static_cast<char>(mesh[n] != 0 || scene.nodes[n].mesh >= 0);
+    top = top < 0 && moved[n] == all ? *at : top;
+    if (parent >= 0) {
+      moved[static_cast<std::size_t>(parent)] += moved[n];
+      mesh[static_cast<std::size_t>(parent)] |= mesh[n];
+    }
+  }
+  if (top < 0) {
+    throw DataError(file, "animation " + animation.name, "moved nodes that hang on no common node",
+                    "one skeleton");
+  }
+  const std::vector<Eigen::Matrix4d> world = world_from_nodes(scene);
+  std::vector<char> joint(scene.nodes.size(), 0);
+  joint[static_cast<std::size_t>(top)] = 1;
+  GltfSkin skin;
+  for (const int node : order) {
+    const auto n = static_cast<std::size_t>(node);
+    const int parent = scene.nodes[n].parent;
+    if (node != top && parent >= 0 && joint[static_cast<std::size_t>(parent)] != 0) {
+      joint[n] = static_cast<char>(moved[n] > 0 || mesh[n] == 0);
+    }
+    if (joint[n] != 0) {
+      skin.joints.push_back(node);
+      skin.inverse_binds.push_back(world[n].inverse());
+    }
+  }
+  return skin;
+}
+
 GltfSkeleton gltf_skeleton(const GltfScene& scene, int skin_index, const std::string& file) {
-  const GltfSkin& skin = scene.skins[static_cast<std::size_t>(skin_index)];
+  GltfSkin skin = scene.skins[static_cast<std::size_t>(skin_index)];
   if (skin.joints.empty()) {
     throw DataError(file, "skin " + skin.name, "no joints", "one or more");
   }
@@ -75,6 +161,13 @@ GltfSkeleton gltf_skeleton(const GltfScene& scene, int skin_index, const std::st
   GltfSkeleton result;
   result.number.resize(count);
   const std::vector<Eigen::Matrix4d> world = world_from_nodes(scene);
+  if (says_no_bind_pose(skin, world)) {
+    for (std::size_t s = 0; s < count; ++s) {
+      const Eigen::Matrix4d& frame = world[static_cast<std::size_t>(skin.joints[s])];
+      result.unbound.push_back(frame);
+      skin.inverse_binds[s] = frame.inverse();
+    }
+  }
   const std::size_t root = order[0];
   result.world_from_mesh =
       world[static_cast<std::size_t>(skin.joints[root])] * skin.inverse_binds[root];

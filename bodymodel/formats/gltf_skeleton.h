@@ -15,10 +15,21 @@ struct GltfSkeleton {
   std::vector<int> nodes;   ///< [J] node of each joint
   std::vector<int> number;  ///< [joints of the skin] joint of each of the skin's joints
   Eigen::Matrix4d world_from_mesh = Eigen::Matrix4d::Identity();  ///< of the bind pose
+  /// World from each of the skin's joints, as the nodes stand, where the skin's bind matrices are
+  /// missing or all the identity, so that they say no bind pose: `skeleton` is then that of the
+  /// nodes. Else empty.
+  std::vector<Eigen::Matrix4d> unbound;
   std::vector<Finding> findings;
 };
 
 /// Throws as read_gltf_body says.
 GltfSkeleton gltf_skeleton(const GltfScene& scene, int skin, const std::string& file);
+
+/// A skin of a scene without one: the nodes that an animation turns or shifts, those between them,
+/// the nearest node above all of them, and those below without a mesh (ends of limbs), bound as
+/// they stand; parents first. Throws DataError where no node is moved, or moved nodes hang on
+/// nothing in common.
+GltfSkin skin_of_animation(const GltfScene& scene, const GltfAnimation& animation,
+                           const std::string& file);
 
 }  // namespace atelier

@@ -7,7 +7,10 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <map>
 #include <numbers>
+#include <set>
+#include <utility>
 
 #include "bodymodel/formats/marker_head.h"
 #include "bodymodel/formats/marker_names.h"
@@ -74,6 +77,113 @@ std::string listed(const std::vector<std::string>& names) {
   return text + (names.size() > 12 ? ", ..." : "");
 }
 
+// Which parts of a person some markers are on.
+struct PersonParts {
+  bool pelvis = false;
+  std::array<bool, 2> legs = {};
+  int places = 0;
+
+  void add(const MarkerPlace& place) {
+    ++places;
+    pelvis = pelvis || place.joint == "pelvis" || place.joint.ends_with("_hip");
+    for (const char* part : {"knee", "ankle", "foot"}) {
+      legs[0] = legs[0] || place.joint == std::string("left_") + part;
+      legs[1] = legs[1] || place.joint == std::string("right_") + part;
+    }
+  }
+  bool whole() const { return pelvis && legs[0] && legs[1] && places >= kFewest; }
+};
+
+// The columns of a clip by the subject that their names begin with.
+using Subjects = std::map<std::string, std::vector<std::size_t>>;
+
+Subjects subjects_of(const MarkerClip& clip) {
+  Subjects subjects;
+  for (std::size_t m = 0; m < clip.markers.size(); ++m) {
+    subjects[marker_subject(clip.markers[m])].push_back(m);
+  }
+  return subjects;
+}
+
+MarkerClip some_markers(const MarkerClip& clip, const std::vector<std::size_t>& columns) {
+  MarkerClip some;
+  some.name = clip.name;
+  some.fps = clip.fps;
+  some.metres_per_unit = clip.metres_per_unit;
+  some.frame_ids = clip.frame_ids;
+  for (const std::size_t m : columns) {
+    some.markers.push_back(clip.markers[m]);
+  }
+  for (std::size_t f = 0; f < clip.positions.size(); ++f) {
+    Points positions(static_cast<Index>(columns.size()), 3);
+    std::vector<bool> seen;
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      positions.row(static_cast<Index>(i)) = clip.positions[f].row(static_cast<Index>(columns[i]));
+      seen.push_back(clip.seen[f][columns[i]]);
+    }
+    some.positions.push_back(std::move(positions));
+    some.seen.push_back(std::move(seen));
+  }
+  return some;
+}
+
+// Whether two subjects have a marker of one name, so that they are no parts of one person.
+bool share_names(const MarkerClip& clip, const Subjects& subjects) {
+  std::set<std::string> names;
+  for (const auto& [subject, columns] : subjects) {
+    for (const std::size_t m : columns) {
+      const std::string name = clip.markers[m].substr(subject.empty() ? 0 : subject.size() + 1);
+      if (marker_place(name) && !names.insert(name).second) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
+// The markers of the one person that is asked for or there.
+MarkerClip one_person(const MarkerClip& clip, const std::string& wanted,
+                      std::vector<Finding>& findings) {
+  const Subjects subjects = subjects_of(clip);
+  std::vector<std::string> all;
+  std::vector<std::string> people;
+  for (const auto& [subject, columns] : subjects) {
+    PersonParts parts;
+    for (const std::size_t m : columns) {
+      if (const std::optional<MarkerPlace> place = marker_place(clip.markers[m])) {
+        parts.add(*place);
+      }
+    }
+    all.push_back(subject.empty() ? "(without a name)" : subject);
+    if (parts.whole()) {
+      people.push_back(subject);
+    }
+  }
+  if (!wanted.empty()) {
+    const auto found = subjects.find(wanted);
+    if (found == subjects.end()) {
+      throw DataError(clip.name, "names of the markers",
+                      "no subject '" + wanted.substr(0, 40) + "' before a colon",
+                      "one of " + listed(all));
+    }
+    return some_markers(clip, found->second);
+  }
+  if (subjects.size() < 2 || (people.empty() && !share_names(clip, subjects))) {
+    return clip;
+  }
+  if (people.size() != 1) {
+    const std::string one = all.front() == "(without a name)" ? all.back() : all.front();
+    throw DataError(clip.name, "names of the markers",
+                    "markers of " + std::to_string(all.size()) + " subjects: " + listed(all),
+                    "one person; --markers.subject '" + one.substr(0, 40) +
+                        "' of body-model takes one of them, and convert writes it as a motion");
+  }
+  findings.push_back({Severity::Note, "motion-subjects", clip.name,
+                      "markers of several subjects: " + listed(all),
+                      "'" + people[0].substr(0, 40) + "' is the person; the others are left out"});
+  return some_markers(clip, subjects.at(people[0]));
+}
+
 Subject recognised_subject(const MarkerClip& clip, MarkerFit& fit) {
   const HumanAnatomy anatomy = human_anatomy({});
   const double k = anatomy.build.stature / 1000;
@@ -81,8 +191,7 @@ Subject recognised_subject(const MarkerClip& clip, MarkerFit& fit) {
   subject.nominal = body_skeleton(anatomy);
   subject.skeleton = subject.nominal;
   std::vector<Eigen::Vector3d> offsets;
-  bool pelvis = false;
-  bool legs[2] = {false, false};
+  PersonParts parts;
   for (std::size_t m = 0; m < clip.markers.size(); ++m) {
     const std::optional<MarkerPlace> place = marker_place(clip.markers[m]);
     if (!place) {
@@ -94,13 +203,9 @@ Subject recognised_subject(const MarkerClip& clip, MarkerFit& fit) {
     subject.centre.push_back(place->centre);
     subject.nominal_markers.joints.push_back(find_joint(subject.nominal, place->joint));
     offsets.push_back(k * place->offset);
-    pelvis = pelvis || place->joint == "pelvis" || place->joint.ends_with("_hip");
-    for (const char* part : {"knee", "ankle", "foot"}) {
-      legs[0] = legs[0] || place->joint == std::string("left_") + part;
-      legs[1] = legs[1] || place->joint == std::string("right_") + part;
-    }
+    parts.add(*place);
   }
-  if (!pelvis || !legs[0] || !legs[1] || offsets.size() < kFewest) {
+  if (!parts.whole()) {
     throw DataError(
         clip.name, "names of the markers",
         std::to_string(fit.used.size()) + " of " + std::to_string(clip.markers.size()) +
@@ -494,6 +599,10 @@ void level_head(const Recorded& all, const std::string& name, Subject& subject,
 
 OptionTable describe(MarkerFitOptions& options) {
   OptionTable table;
+  table.add(
+      "subject", options.subject, {},
+      "Subject whose markers are taken of a file of several people, as its name stands before "
+      "the colon; empty: the one person in it");
   table.add("noise", options.noise, 1e-4, 0.1, "m",
             "Standard deviation of a marker's position; 0.02 for detected keypoints");
   table.add("offset_freedom", options.offset_freedom, 0, 0.2, "m",
@@ -512,8 +621,10 @@ MarkerFit fit_markers(const MarkerClip& original, const MotionOptions& motion,
   ATELIER_CHECK(options.noise > 0 && options.calibration_frames > 0 && options.rounds > 0,
                 "noise, calibration frames and rounds are positive");
   MarkerFit fit;
-  Subject subject = recognised_subject(original, fit);
-  const MarkerClip clip = in_our_axes(original, subject, motion, fit.clip.findings);
+  fit.clip.findings = original.findings;
+  const MarkerClip person = one_person(original, options.subject, fit.clip.findings);
+  Subject subject = recognised_subject(person, fit);
+  const MarkerClip clip = in_our_axes(person, subject, motion, fit.clip.findings);
   const Recorded all = recorded(clip, subject);
   level_head(all, clip.name, subject, fit.clip.findings);
   const std::vector<std::size_t> frames = calibration_frames(all, options.calibration_frames);

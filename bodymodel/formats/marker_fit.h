@@ -3,13 +3,15 @@
 #include <string>
 #include <vector>
 
-#include "bodymodel/formats/motion_trc.h"
+#include "bodymodel/formats/marker_clip.h"
 #include "bodymodel/motion_clip.h"
 #include "core/options.h"
 
 namespace atelier {
 
 struct MarkerFitOptions {
+  std::string subject;            ///< whose markers are taken of a file of several people
+                                  ///< (marker_subject); "": of the one person that there is
   double noise = 0.005;           ///< m, what a marker is trusted to, [1e-4, 0.1]; 0.02 suits
                                   ///< keypoints of a detector
   double offset_freedom = 0.025;  ///< m by which a skin marker may be off its named place, [0, 0.2]
@@ -30,6 +32,7 @@ struct MarkerFit {
 };
 
 /// Inverse kinematics of a recorded person, so that markers become a motion like any other:
+///  - of several subjects ("Ada:LASI", "Ball:1") the one whose markers make a person is taken;
 ///  - names say where each marker is (marker_names.h); which axis is up and, where the header's
 ///    unit gives no person, which unit, are guessed and said in the clip's findings;
 ///  - on some frames bone lengths (equal left and right) and the places of skin markers are
@@ -37,8 +40,9 @@ struct MarkerFit {
 ///  - then every frame is posed by Levenberg-Marquardt within joint limits, starting from the frame
 ///    before, and again from a few plain poses where that fits badly (marker_pose.h).
 /// Frames in which fewer than six markers are seen keep to the frame before. Hands and feet without
-/// markers stay at rest. Throws DataError, with the names, unless there are markers on the pelvis
-/// or hips and on the knee, ankle or foot of both legs. About 2 ms a frame with 40 markers.
+/// markers stay at rest. Throws DataError, with the names, for markers of several people, a subject
+/// that is not there, and unless there are markers on the pelvis or hips and on the knee, ankle or
+/// foot of both legs. About 2 ms a frame with 40 markers.
 MarkerFit fit_markers(const MarkerClip& markers, const MotionOptions& motion = {},
                       const MarkerFitOptions& options = {});
 

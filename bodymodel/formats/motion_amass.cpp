@@ -1,6 +1,8 @@
 #include "bodymodel/formats/motion_amass.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <map>
 #include <numbers>
 
@@ -15,6 +17,12 @@
 
 namespace atelier {
 namespace {
+
+constexpr Index kSmplJoints = 24;
+constexpr std::size_t kBodyNames = 22;  // that the whole family shares
+constexpr double kFlat = 1e-9;          // radians
+constexpr double kLevel = 0.35;         // sine of an arm of a T-pose: an A-pose has more
+constexpr double kSameBeta = 1e-6;
 
 RowMatrix read(const Npz& npz, const char* name, Index columns, Index rows, const Limits& limits) {
   const std::string where = std::string("array '") + name + "'";
@@ -112,12 +120,8 @@ Skeleton average_skeleton(Index joints) {
   return skeleton;
 }
 
-Skeleton shaped_by_file(const Npz& npz, const BodyModel& model, Index joints,
-                        const Limits& limits) {
-  if (joint_count(model) != joints) {
-    throw DataError(npz.file(), "poses", std::to_string(joints) + " joints",
-                    std::to_string(joint_count(model)) + " as body model " + model.name + " has");
-  }
+// A body's shape by the file's betas.
+Eigen::VectorXd shape_of_file(const Npz& npz, const BodyModel& model, const Limits& limits) {
   Eigen::VectorXd shape = neutral_shape(model);
   if (npz.contains("betas")) {
     const Tensor tensor = npz.read("betas");
@@ -130,12 +134,85 @@ Skeleton shaped_by_file(const Npz& npz, const BodyModel& model, Index joints,
       }
     }
   }
+  return shape;
+}
+
+// The skeleton of the user's body at the shape that is asked for; a file of another person is said.
+Skeleton skeleton_of_body(const Npz& npz, const BodyModel& model, const Eigen::VectorXd& shape,
+                          const Limits& limits, std::vector<Finding>& findings) {
+  const Eigen::VectorXd own = shape_of_file(npz, model, limits);
+  if (shape.size() == 0) {
+    return shaped_skeleton(model, own);
+  }
+  std::string values;
+  for (std::size_t s = 0; s < model.shape.size(); ++s) {
+    const auto row = static_cast<Index>(s);
+    if (std::abs(own[row] - shape[row]) > kSameBeta) {
+      char text[80];
+      std::snprintf(text, sizeof text, "%s%s=%.4g", values.empty() ? "" : ",",
+                    model.shape[s].name.substr(0, 40).c_str(), own[row]);
+      values += text;
+    }
+  }
+  if (!values.empty()) {
+    findings.push_back(
+        {Severity::Note, "motion-shape", npz.file(),
+         "the motion is of a person of another shape than the body",
+         "its rotations and path are taken as they are; --shape " + values + " makes that person"});
+  }
   return shaped_skeleton(model, shape);
+}
+
+// Which joint of the file turns each joint of the skeleton, -1 for none.
+std::vector<int> joints_by_name(const Skeleton& skeleton, Index joints, const RowMatrix& poses,
+                                const std::string& file, std::vector<Finding>& findings) {
+  const std::vector<std::string> names = smpl_joint_names(joints);
+  std::vector<int> from(skeleton.names.size(), -1);
+  Index lost = 0;
+  for (Index j = 0; j < joints; ++j) {
+    const int joint = find_joint(skeleton, names[static_cast<std::size_t>(j)]);
+    if (joint >= 0) {
+      from[static_cast<std::size_t>(joint)] = static_cast<int>(j);
+    } else {
+      lost += poses.middleCols(3 * j, 3).isZero(0) ? 0 : 1;
+    }
+  }
+  if (lost > 0) {
+    findings.push_back(
+        {Severity::Note, "motion-joints", file,
+         std::to_string(lost) + " joints that move are not on the body",
+         "they are left out; a body of " + std::to_string(joints) + " joints has them"});
+  }
+  return from;
 }
 
 }  // namespace
 
-MotionClip read_amass(const Npz& npz, const BodyModel* model, const Limits& limits) {
+bool is_smpl_skeleton(const Skeleton& skeleton) {
+  const std::vector<std::string> names = smpl_joint_names(kSmplJoints);
+  const std::vector<int> parents = smpl_parents(kSmplJoints);
+  if (skeleton.names.size() < kBodyNames ||
+      (skeleton.rest_rotations.rows() > 0 && !skeleton.rest_rotations.isZero(kFlat))) {
+    return false;
+  }
+  for (std::size_t j = 0; j < kBodyNames; ++j) {
+    if (skeleton.names[j] != names[j] || skeleton.parents[j] != parents[j]) {
+      return false;
+    }
+  }
+  for (const char* side : {"left_", "right_"}) {
+    const Eigen::RowVector3d arm =
+        skeleton.offsets.row(find_joint(skeleton, side + std::string("elbow"))) +
+        skeleton.offsets.row(find_joint(skeleton, side + std::string("wrist")));
+    if (!(std::abs(arm.y()) < kLevel * arm.norm())) {
+      return false;
+    }
+  }
+  return true;
+}
+
+MotionClip read_amass(const Npz& npz, const BodyModel* model, const Eigen::VectorXd& shape,
+                      const Limits& limits) {
   const RowMatrix path = read(npz, "trans", 3, -1, limits);
   const Index frames = path.rows();
   if (frames < 1 || frames > limits.frames) {
@@ -148,20 +225,28 @@ MotionClip read_amass(const Npz& npz, const BodyModel* model, const Limits& limi
   MotionClip clip;
   clip.name = npz.file();
   clip.motion.fps = read_rate(npz);
-  if (model != nullptr) {
-    clip.skeleton = shaped_by_file(npz, *model, joints, limits);
+  if (model != nullptr && is_smpl_skeleton(model->skeleton)) {
+    clip.skeleton = skeleton_of_body(npz, *model, shape, limits, clip.findings);
   } else {
     clip.skeleton = average_skeleton(joints);
-    clip.findings.push_back({Severity::Note, "motion-skeleton", npz.file(),
-                             "the file has no skeleton, and no body model was given",
-                             "an average adult's is used; give the SMPL model for exact joints"});
+    clip.findings.push_back(
+        {Severity::Note, "motion-skeleton", npz.file(),
+         std::string("the file has no skeleton, and ") +
+             (model == nullptr ? "no body model was given" : "the body is of another family"),
+         "an average adult's is used; the SMPL body that it was made with has exact joints"});
   }
+  const std::vector<int> from =
+      joints_by_name(clip.skeleton, joints, poses, npz.file(), clip.findings);
   // The body is Y up, the world Z up: the world is turned, which turns the root about its joint.
   const Eigen::Matrix3d turn = axis_rotation(0, -std::numbers::pi / 2);
   const Eigen::Vector3d pelvis = clip.skeleton.offsets.row(0);
   for (Index frame = 0; frame < frames; ++frame) {
-    Pose pose;
-    pose.rotations = Eigen::Map<const Points>(poses.data() + frame * poses.cols(), joints, 3);
+    Pose pose = rest_pose(clip.skeleton);
+    for (std::size_t j = 0; j < from.size(); ++j) {
+      if (from[j] >= 0) {
+        pose.rotations.row(static_cast<Index>(j)) = poses.block<1, 3>(frame, 3 * from[j]);
+      }
+    }
     pose.rotations.row(0) = rotation_vector(turn * rotation_matrix(pose.rotations.row(0)));
     pose.root_translation = turn * (pelvis + path.row(frame).transpose()) - pelvis;
     clip.motion.poses.push_back(std::move(pose));
@@ -172,8 +257,8 @@ MotionClip read_amass(const Npz& npz, const BodyModel* model, const Limits& limi
 }
 
 MotionClip read_amass(const std::filesystem::path& path, const BodyModel* model,
-                      const Limits& limits) {
-  MotionClip clip = read_amass(Npz(path, limits), model, limits);
+                      const Eigen::VectorXd& shape, const Limits& limits) {
+  MotionClip clip = read_amass(Npz(path, limits), model, shape, limits);
   clip.name = path.stem().string();
   return clip;
 }

@@ -15,13 +15,21 @@ class Npz;
 /// where there are, pose_jaw, pose_eye; mocap_frame_rate). Also SMPL poses [F,72]. The file's world
 /// is Z up and becomes Y up.
 ///
-/// `model` is the user's SMPL, SMPL-H or SMPL-X body, shaped by the file's betas as far as it has
-/// them; without one, the clip's skeleton is an average adult of our own (Drillis and Contini's
-/// segment lengths), with a finding ("motion-skeleton"): right for retargeting, not for exact joint
-/// positions. Throws DataError naming array, found and expected for missing arrays, wrong shapes,
-/// lengths that disagree, numbers that are not finite, and a model of another family.
-MotionClip read_amass(const Npz& npz, const BodyModel* model = nullptr, const Limits& limits = {});
+/// `model` is the user's SMPL, SMPL-H or SMPL-X body at `shape` (as in skinning.h) or, where that
+/// is empty, at the file's betas as far as it has them; of another member of the family than the
+/// file's, joints follow by name, and those that it lacks are left out with a finding
+/// ("motion-joints"). The motion is then exact: retarget takes it as it is. Without a body of the
+/// family (is_smpl_skeleton) the clip's skeleton is an average adult of our own (Drillis and
+/// Contini's segment lengths), with a finding ("motion-skeleton"): right for retargeting, not for
+/// exact joint positions. Throws DataError naming array, found and expected for missing arrays,
+/// wrong shapes, lengths that disagree, numbers that are not finite.
+MotionClip read_amass(const Npz& npz, const BodyModel* model = nullptr,
+                      const Eigen::VectorXd& shape = {}, const Limits& limits = {});
 MotionClip read_amass(const std::filesystem::path& path, const BodyModel* model = nullptr,
-                      const Limits& limits = {});
+                      const Eigen::VectorXd& shape = {}, const Limits& limits = {});
+
+/// Whether poses of the SMPL family mean on a skeleton what they mean on its own: the names and
+/// parents of its 22 joints of the body, a rest pose without rotations and with level arms.
+bool is_smpl_skeleton(const Skeleton& skeleton);
 
 }  // namespace atelier

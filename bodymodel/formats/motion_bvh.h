@@ -15,15 +15,18 @@ namespace atelier {
 /// channels in the order of the file. Words in any case, names with blanks, tabs, CRLF.
 ///
 /// Positions of the root replace its OFFSET (as Blender reads them), unless they are zero in every
-/// frame. Positions of another joint are offsets from its parent or changes of its OFFSET,
-/// whichever the first frame is nearer to; a skeleton has fixed bones, so what moves them is
-/// dropped with a finding ("motion-stretch") if it is more than 1% of the height. Repeated names
+/// frame. Positions of another joint are places in its parent or changes of its OFFSET, whichever
+/// the first frame is nearer to. A skeleton has fixed bones: places that stay, and those of a joint
+/// whose OFFSET is zero, are its bone (their mean); what else moves a bone is dropped with a
+/// finding
+/// ("motion-stretch") if it is more than 1% of the height. The joint that both legs hang on goes
+/// where its own positions and those of the joints above it take it (path_joint.h). Repeated names
 /// get a number, with a finding ("motion-names").
 ///
 /// Throws DataError, with the line, for: anything out of place, no or two roots, a channel unknown
 /// or repeated, fewer or more values in a frame than channels, fewer or more frames than stated, a
-/// frame time that is not positive, numbers that are not finite, more joints or frames than
-/// `limits`.
+/// frame time that is not positive, numbers that are not finite, lengths beyond
+/// `limits.mesh_coordinate`, more joints or frames than `limits`, several joints without any bone.
 MotionClip read_bvh(std::span<const std::byte> bytes, const std::string& name,
                     const MotionOptions& options = {}, const Limits& limits = {});
 MotionClip read_bvh(const std::filesystem::path& path, const MotionOptions& options = {},

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <numbers>
@@ -5,16 +7,19 @@
 
 #include "bodymodel/euler.h"
 #include "bodymodel/formats/motion_bvh.h"
+#include "bodymodel/formats/path_joint.h"
 #include "bodymodel/rotation.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/text_scanner.h"
+#include "core/io/text_writer.h"
 
 namespace atelier {
 namespace {
 
 constexpr double kRadians = std::numbers::pi / 180;
 constexpr double kStretch = 0.01;  // share of the height that bones may move unsaid
+constexpr double kStays = 1e-3;    // share of its length that a bone moves by rounding
 
 // One column of the motion block.
 struct Channel {
@@ -67,6 +72,15 @@ class Words {
     return value;
   }
 
+  double length(const char* what, const Limits& limits) {
+    const double value = number(what);
+    if (!(std::abs(value) <= limits.mesh_coordinate)) {
+      scanner_.fail(std::string(what) + " " + number_text(value),
+                    "at most " + number_text(limits.mesh_coordinate));
+    }
+    return value;
+  }
+
   std::int64_t integer(const char* what) {
     const std::string_view word = next(what);
     std::int64_t value = 0;
@@ -112,11 +126,11 @@ struct Hierarchy {
   std::vector<Channel> channels;
 };
 
-Eigen::Vector3d read_offset(Words& words) {
+Eigen::Vector3d read_offset(Words& words, const Limits& limits) {
   words.expect("OFFSET");
   Eigen::Vector3d offset;
   for (int i = 0; i < 3; ++i) {
-    offset[i] = words.number("OFFSET");
+    offset[i] = words.length("OFFSET", limits);
   }
   return offset;
 }
@@ -154,7 +168,7 @@ Hierarchy read_hierarchy(Words& words, TextScanner& scanner, const Limits& limit
     tree.names.push_back(words.name());
     tree.parents.push_back(open.empty() ? -1 : open.back());
     words.expect("{");
-    tree.offsets.push_back(read_offset(words));
+    tree.offsets.push_back(read_offset(words, limits));
     open.push_back(joint);
   };
   begin_joint();
@@ -179,7 +193,7 @@ Hierarchy read_hierarchy(Words& words, TextScanner& scanner, const Limits& limit
       if (brace != "{") {
         words.expect("{");
       }
-      tree.end_sites.push_back({open.back(), read_offset(words)});
+      tree.end_sites.push_back({open.back(), read_offset(words, limits)});
       words.expect("}");
     } else {
       scanner.fail(in_quotes(word), "JOINT, End Site, CHANNELS or '}'");
@@ -260,27 +274,160 @@ Eigen::MatrixXd read_frames(Words& words, TextScanner& scanner, Index channels,
   return values;
 }
 
-// How much the positions of a joint other than the root move its bone.
-double bone_motion(const Eigen::MatrixXd& values, const std::vector<Index>& columns,
-                   const Eigen::Vector3d& offset) {
-  Eigen::Vector3d first = Eigen::Vector3d::Zero();
-  for (int axis = 0; axis < 3; ++axis) {
-    if (columns[static_cast<std::size_t>(axis)] >= 0) {
-      first[axis] = values(0, columns[static_cast<std::size_t>(axis)]);
-    }
-  }
-  const bool change = first.norm() < (first - offset).norm();
-  double most = 0;
-  for (Index frame = 0; frame < values.rows(); ++frame) {
-    Eigen::Vector3d position = first;
+// What the position channels of a joint say.
+struct Placement {
+  std::array<Index, 3> columns = {-1, -1, -1};  // of x, y and z
+  bool change = false;                          // of the OFFSET; else a place in the parent
+
+  bool any() const { return columns[0] >= 0 || columns[1] >= 0 || columns[2] >= 0; }
+
+  // Where the joint is in its parent; axes without a channel keep their OFFSET.
+  Eigen::Vector3d at(const Eigen::MatrixXd& values, Index frame,
+                     const Eigen::Vector3d& offset) const {
+    Eigen::Vector3d place = offset;
     for (int axis = 0; axis < 3; ++axis) {
-      if (columns[static_cast<std::size_t>(axis)] >= 0) {
-        position[axis] = values(frame, columns[static_cast<std::size_t>(axis)]);
+      const Index column = columns[static_cast<std::size_t>(axis)];
+      if (column >= 0) {
+        place[axis] = values(frame, column) + (change ? offset[axis] : 0);
       }
     }
-    most = std::max(most, (position - (change ? Eigen::Vector3d::Zero().eval() : offset)).norm());
+    return place;
+  }
+};
+
+std::vector<Placement> placements_of(const Hierarchy& tree, const Eigen::MatrixXd& values) {
+  std::vector<Placement> placements(tree.names.size());
+  for (Index c = 0; c < values.cols(); ++c) {
+    const Channel& channel = tree.channels[static_cast<std::size_t>(c)];
+    if (!channel.rotation) {
+      placements[static_cast<std::size_t>(channel.joint)]
+          .columns[static_cast<std::size_t>(channel.axis)] = c;
+    }
+  }
+  for (std::size_t j = 1; j < placements.size(); ++j) {
+    if (placements[j].any()) {
+      const Eigen::Vector3d first = placements[j].at(values, 0, Eigen::Vector3d::Zero());
+      placements[j].change = first.norm() < (first - tree.offsets[j]).norm();
+    }
+  }
+  // Positions of the root that are zero throughout leave it at its OFFSET.
+  Placement& root = placements[0];
+  root.change = true;
+  for (const Index column : root.columns) {
+    root.change = root.change && (column < 0 || values.col(column).isZero(0));
+  }
+  return placements;
+}
+
+// How far a joint goes from a place in its parent.
+double most_from(const Placement& placement, const Eigen::MatrixXd& values,
+                 const Eigen::Vector3d& offset, const Eigen::Vector3d& from) {
+  double most = 0;
+  for (Index frame = 0; frame < values.rows(); ++frame) {
+    most = std::max(most, (placement.at(values, frame, offset) - from).norm());
   }
   return most;
+}
+
+// Bones as the channels say where they say one: of a joint whose OFFSET is zero, or that stays.
+void set_bones(const Hierarchy& tree, const Eigen::MatrixXd& values,
+               const std::vector<Placement>& placements, Skeleton& skeleton) {
+  for (std::size_t j = 1; j < placements.size(); ++j) {
+    if (!placements[j].any() || placements[j].change) {
+      continue;
+    }
+    const Eigen::Vector3d& offset = tree.offsets[j];
+    Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+    for (Index frame = 0; frame < values.rows(); ++frame) {
+      mean += placements[j].at(values, frame, offset) / static_cast<double>(values.rows());
+    }
+    const bool stays = most_from(placements[j], values, offset, mean) <= kStays * mean.norm();
+    if (offset.isZero(0) || stays) {
+      skeleton.offsets.row(static_cast<Index>(j)) = mean;
+    }
+  }
+  const int path = path_joint(skeleton);
+  for (int j = 1; j <= path; ++j) {
+    if (is_on_path(skeleton, j, path)) {  // they are where a person goes, and no bones
+      skeleton.offsets.row(j) = tree.offsets[static_cast<std::size_t>(j)];
+    }
+  }
+}
+
+void report_stretch(const Hierarchy& tree, const Eigen::MatrixXd& values,
+                    const std::vector<Placement>& placements, int path, MotionClip& clip) {
+  const double height = rest_extent(clip).maxCoeff();
+  if (placements.size() > 1 && !(height > 0)) {
+    throw DataError(clip.name, "HIERARCHY", "every OFFSET 0, and no positions that say bones",
+                    "a skeleton with bones");
+  }
+  Index stretched = 0;
+  double most = 0;
+  for (std::size_t j = 1; j < placements.size(); ++j) {
+    if (!placements[j].any() || is_on_path(clip.skeleton, static_cast<int>(j), path)) {
+      continue;
+    }
+    const double moved = most_from(placements[j], values, tree.offsets[j],
+                                   clip.skeleton.offsets.row(static_cast<Index>(j)));
+    stretched += moved > kStretch * height ? 1 : 0;
+    most = std::max(most, moved);
+  }
+  if (stretched > 0) {
+    clip.findings.push_back({Severity::Warning, "motion-stretch", clip.name,
+                             std::to_string(stretched) + " bones change their length, by up to " +
+                                 std::to_string(100 * most / height) + "% of the height",
+                             "the bones keep one length"});
+  }
+}
+
+// The pose of a frame: rotations by their channels, the root where it and the joints down to
+// `path` take the person.
+Pose pose_of_frame(const Hierarchy& tree, const Eigen::MatrixXd& values, Index frame,
+                   const std::vector<Placement>& placements, int path, const Skeleton& skeleton) {
+  const auto joints = static_cast<Index>(tree.names.size());
+  std::vector<Eigen::Matrix3d> rotations(tree.names.size(), Eigen::Matrix3d::Identity());
+  for (Index c = 0; c < values.cols(); ++c) {
+    const Channel& channel = tree.channels[static_cast<std::size_t>(c)];
+    if (channel.rotation) {
+      Eigen::Matrix3d& rotation = rotations[static_cast<std::size_t>(channel.joint)];
+      rotation = rotation * axis_rotation(channel.axis, kRadians * values(frame, c));
+    }
+  }
+  Pose pose;
+  pose.rotations.resize(joints, 3);
+  for (Index j = 0; j < joints; ++j) {
+    pose.rotations.row(j) = rotation_vector(rotations[static_cast<std::size_t>(j)]);
+  }
+  Eigen::Vector3d place = placements[0].at(values, frame, tree.offsets[0]);
+  pose.root_translation = place - tree.offsets[0];
+  if (path > 0) {
+    Eigen::Matrix3d turn = rotations[0];
+    for (int j = 1; j <= path; ++j) {
+      if (is_on_path(skeleton, j, path)) {
+        const std::size_t row = static_cast<std::size_t>(j);
+        place += turn * placements[row].at(values, frame, tree.offsets[row]);
+        turn = turn * rotations[row];
+      }
+    }
+    carry_by_root(skeleton, path, place, pose);
+  }
+  return pose;
+}
+
+// No coordinate of a stage is that large, and sums of squares must stay finite.
+void check_positions(const Hierarchy& tree, const Eigen::MatrixXd& values, const std::string& name,
+                     const Limits& limits) {
+  for (Index c = 0; c < values.cols(); ++c) {
+    const Channel& channel = tree.channels[static_cast<std::size_t>(c)];
+    Index frame = 0;
+    const double most = values.col(c).cwiseAbs().maxCoeff(&frame);
+    if (!channel.rotation && !(most <= limits.mesh_coordinate)) {
+      throw DataError(name, "frame " + std::to_string(frame + 1),
+                      "a position of " + number_text(most) + " of " +
+                          tree.names[static_cast<std::size_t>(channel.joint)],
+                      "at most " + number_text(limits.mesh_coordinate));
+    }
+  }
 }
 
 }  // namespace
@@ -296,6 +443,7 @@ MotionClip read_bvh(std::span<const std::byte> bytes, const std::string& name,
   }
   double seconds_per_frame = 0;
   const Eigen::MatrixXd values = read_frames(words, scanner, channels, limits, seconds_per_frame);
+  check_positions(tree, values, name, limits);
 
   MotionClip clip;
   clip.name = name;
@@ -308,58 +456,15 @@ MotionClip read_bvh(std::span<const std::byte> bytes, const std::string& name,
     clip.skeleton.offsets.row(j) = tree.offsets[static_cast<std::size_t>(j)];
   }
   clip.end_sites = tree.end_sites;
-  const double height = rest_extent(clip).maxCoeff();
+  const std::vector<Placement> placements = placements_of(tree, values);
+  set_bones(tree, values, placements, clip.skeleton);
+  const int path = path_joint(clip.skeleton);
+  report_stretch(tree, values, placements, path, clip);
 
-  std::vector<std::vector<Index>> positions(static_cast<std::size_t>(joints), {-1, -1, -1});
-  for (Index c = 0; c < channels; ++c) {
-    const Channel& channel = tree.channels[static_cast<std::size_t>(c)];
-    if (!channel.rotation) {
-      positions[static_cast<std::size_t>(channel.joint)][static_cast<std::size_t>(channel.axis)] =
-          c;
-    }
-  }
-  Index stretched = 0;
-  double most = 0;
-  for (Index j = 1; j < joints; ++j) {
-    const std::vector<Index>& columns = positions[static_cast<std::size_t>(j)];
-    if (columns[0] < 0 && columns[1] < 0 && columns[2] < 0) {
-      continue;
-    }
-    Eigen::Vector3d offset = clip.skeleton.offsets.row(j);
-    const double moved = bone_motion(values, columns, offset);
-    stretched += moved > kStretch * height ? 1 : 0;
-    most = std::max(most, moved);
-  }
-  if (stretched > 0) {
-    clip.findings.push_back({Severity::Warning, "motion-stretch", name,
-                             std::to_string(stretched) + " bones change their length, by up to " +
-                                 std::to_string(100 * most / height) + "% of the height",
-                             "the bones keep the length of their OFFSET"});
-  }
-
-  bool root_moves = false;
-  for (const Index column : positions[0]) {
-    root_moves = root_moves || (column >= 0 && !values.col(column).isZero(0));
-  }
   clip.motion.fps = frame_rate(seconds_per_frame);
-  clip.motion.poses.resize(static_cast<std::size_t>(values.rows()));
   for (Index frame = 0; frame < values.rows(); ++frame) {
-    Pose& pose = clip.motion.poses[static_cast<std::size_t>(frame)];
-    std::vector<Eigen::Matrix3d> rotations(static_cast<std::size_t>(joints),
-                                           Eigen::Matrix3d::Identity());
-    for (Index c = 0; c < channels; ++c) {
-      const Channel& channel = tree.channels[static_cast<std::size_t>(c)];
-      if (channel.rotation) {
-        Eigen::Matrix3d& rotation = rotations[static_cast<std::size_t>(channel.joint)];
-        rotation = rotation * axis_rotation(channel.axis, kRadians * values(frame, c));
-      } else if (channel.joint == 0 && root_moves) {
-        pose.root_translation[channel.axis] = values(frame, c) - tree.offsets[0][channel.axis];
-      }
-    }
-    pose.rotations.resize(joints, 3);
-    for (Index j = 0; j < joints; ++j) {
-      pose.rotations.row(j) = rotation_vector(rotations[static_cast<std::size_t>(j)]);
-    }
+    clip.motion.poses.push_back(
+        pose_of_frame(tree, values, frame, placements, path, clip.skeleton));
     clip.motion.frame_ids.push_back(static_cast<int>(frame));
   }
   clip = in_metres_y_up(std::move(clip), options);

@@ -10,7 +10,9 @@
 #include "bodymodel/formats/motion_amc.h"
 #include "bodymodel/formats/motion_bvh.h"
 #include "bodymodel/formats/motion_c3d.h"
+#include "bodymodel/formats/motion_trc.h"
 #include "bodymodel/humanoid.h"
+#include "bodymodel/skinning.h"
 #include "core/error.h"
 #include "core/io/npz.h"
 #include "core/io/scene_file.h"
@@ -66,36 +68,51 @@ MotionClip as_said(MotionClip clip, MotionOptions options) {
   return in_metres_y_up(std::move(clip), options);
 }
 
-}  // namespace
+MotionClip read_npz_motion(const std::filesystem::path& path, const MotionFileOptions& options,
+                           const Limits& limits) {
+  const Npz npz(path, limits);
+  if (!archive_schema(npz).empty()) {
+    return motion_of_arrays(npz, limits);
+  }
+  const BodyModel* body = options.body;
+  const bool neutral = body != nullptr && options.shape.size() == 0;
+  return read_amass(path, body, neutral ? neutral_shape(*body) : options.shape, limits);
+}
 
-MotionClip read_motion_file(const std::filesystem::path& path, const MotionOptions& options,
-                            const std::filesystem::path& asf, const MarkerFitOptions& markers,
-                            const Limits& limits) {
+MotionClip read_by_extension(const std::filesystem::path& path, const MotionFileOptions& options,
+                             const Limits& limits) {
   const std::string extension = extension_of(path);
   if (extension == ".bvh") {
-    return read_bvh(path, options, limits);
+    return read_bvh(path, options.motion, limits);
   }
   if (extension == ".amc") {
-    return read_amc(asf.empty() ? skeleton_of(path) : asf, path, options, limits);
+    return read_amc(options.asf.empty() ? skeleton_of(path) : options.asf, path, options.motion,
+                    limits);
   }
   if (has_scene_extension(path)) {
-    MotionOptions sampled = options;
+    MotionOptions sampled = options.motion;
     sampled.fps = 0;
-    return as_said(read_gltf_motion(path, options, limits), sampled);
+    return as_said(read_gltf_motion(path, options.motion, limits), sampled);
   }
   if (extension == ".trc" || extension == ".c3d") {
     return fit_markers(extension == ".trc" ? read_trc(path, limits) : read_c3d(path, limits),
-                       options, markers)
+                       options.motion, options.markers)
         .clip;
   }
   if (extension == ".npz") {
-    const Npz npz(path, limits);
-    return as_said(archive_schema(npz).empty() ? read_amass(path, nullptr, limits)
-                                               : motion_of_arrays(npz, limits),
-                   options);
+    return as_said(read_npz_motion(path, options, limits), options.motion);
   }
   throw DataError(path.string(), "file name", "extension '" + extension.substr(0, 20) + "'",
                   "a motion: .bvh, .amc, .trc, .c3d, .npz, .glb, .gltf or .fbx");
+}
+
+}  // namespace
+
+MotionClip read_motion_file(const std::filesystem::path& path, const MotionFileOptions& options,
+                            const Limits& limits) {
+  MotionClip clip = read_by_extension(path, options, limits);
+  check_on_stage(clip, path.string());
+  return clip;
 }
 
 void write_motion_file(const std::filesystem::path& path, const MotionClip& clip) {

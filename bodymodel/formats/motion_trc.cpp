@@ -1,7 +1,10 @@
 #include "bodymodel/formats/motion_trc.h"
 
+#include <cctype>
 #include <cmath>
+#include <cstdio>
 #include <set>
+#include <utility>
 
 #include "core/error.h"
 #include "core/io/file_bytes.h"
@@ -13,26 +16,64 @@ namespace {
 
 using Cells = std::vector<std::string_view>;
 
+bool is_blank(char c) {
+  return c == ' ' || c == '\r' || c == '\t';
+}
+
 std::string_view trimmed_cell(std::string_view cell) {
-  while (!cell.empty() && (cell.front() == ' ' || cell.front() == '\r')) {
+  while (!cell.empty() && is_blank(cell.front())) {
     cell.remove_prefix(1);
   }
-  while (!cell.empty() && (cell.back() == ' ' || cell.back() == '\r')) {
+  while (!cell.empty() && is_blank(cell.back())) {
     cell.remove_suffix(1);
   }
   return cell;
 }
 
+Cells cells_between_blanks(std::string_view line) {
+  Cells cells;
+  for (line = trimmed_cell(line); !line.empty(); line = trimmed_cell(line)) {
+    std::size_t end = 0;
+    while (end < line.size() && !is_blank(line[end])) {
+      ++end;
+    }
+    cells.push_back(line.substr(0, end));
+    line.remove_prefix(end);
+  }
+  if (cells.empty()) {
+    cells.emplace_back();  // a blank line has an empty cell
+  }
+  return cells;
+}
+
+// Between tabs; on a line without tabs between commas, as spreadsheets save them, or blanks.
 Cells cells_of(std::string_view line) {
+  const char separator = line.find('\t') != std::string_view::npos ? '\t' : ',';
+  if (line.find(separator) == std::string_view::npos) {
+    return cells_between_blanks(line);
+  }
   Cells cells;
   for (;;) {
-    const std::size_t tab = line.find('\t');
+    const std::size_t tab = line.find(separator);
     cells.push_back(trimmed_cell(line.substr(0, tab)));
     if (tab == std::string_view::npos) {
       return cells;
     }
     line.remove_prefix(tab + 1);
   }
+}
+
+// How programs write that there is no number: nothing, nan in any case and with any sign, as
+// Windows prints it ("-1.#IND", "1.#QNAN", "nan(ind)"), NA, null, none.
+bool is_unseen(std::string_view cell) {
+  std::string word;
+  for (const char c : cell) {
+    if (c != '-' && c != '+' && c != '/') {
+      word += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    }
+  }
+  return word.empty() || word.starts_with("nan") || word == "na" || word == "null" ||
+         word == "none" || word.starts_with("1.#ind") || word.starts_with("1.#qnan");
 }
 
 // Lines of a text with their numbers, and errors that name them. (Empty cells count here, which is
@@ -76,6 +117,14 @@ class Lines {
     return value;
   }
 
+  double metres(std::string_view cell, double metres_per_unit) const {
+    const double value = metres_per_unit * number(cell, "a coordinate");
+    if (!(std::abs(value) < limits_.mesh_coordinate)) {
+      fail(in_quotes(cell), "a coordinate on a stage");
+    }
+    return value;
+  }
+
   /// A count; what a file writes as 10.0 is one too. The range comes before the cast, which has no
   /// meaning beyond it.
   std::int64_t count(std::string_view cell, const char* what, std::int64_t most) const {
@@ -91,7 +140,8 @@ class Lines {
     throw DataError(name_, "line " + std::to_string(number_), found, expected);
   }
 
-  std::size_t left() const { return text_.size() - std::min(at_, text_.size()); }
+  bool at_end() const { return at_ > text_.size(); }  // of a last line without a line end
+  std::int64_t line() const { return number_; }
 
  private:
   std::string_view text_;
@@ -106,6 +156,7 @@ struct TrcHeader {
   std::int64_t frames = 0;
   std::int64_t markers = 0;
   double metres_per_unit = 0;
+  std::int64_t line = 0;  // of the values
 };
 
 TrcHeader read_trc_header(Lines& lines, const Limits& limits) {
@@ -115,6 +166,7 @@ TrcHeader read_trc_header(Lines& lines, const Limits& limits) {
   const Cells keys = lines.row("DataRate, ...");
   const Cells values = lines.row("the header's values");
   TrcHeader header;
+  header.line = lines.line();
   for (std::size_t i = 0; i < keys.size() && i < values.size(); ++i) {
     if (keys[i] == "DataRate") {
       header.fps = lines.number(values[i], "DataRate");
@@ -141,6 +193,92 @@ TrcHeader read_trc_header(Lines& lines, const Limits& limits) {
   return header;
 }
 
+// The names behind "Frame#" and "Time": every third cell between tabs, or one after the other.
+std::vector<std::string> read_marker_names(Lines& lines, const TrcHeader& header) {
+  const Cells cells = lines.row("the names of the markers");
+  std::set<std::string_view> once;
+  std::vector<std::string> names;
+  for (std::size_t i = 2; i < cells.size(); ++i) {
+    if (cells[i].empty()) {
+      continue;
+    }
+    if (!once.insert(cells[i]).second) {
+      lines.fail("marker " + in_quotes(cells[i]) + " twice", "each name once");
+    }
+    names.emplace_back(cells[i]);
+  }
+  if (std::cmp_not_equal(names.size(), header.markers)) {
+    lines.fail(std::to_string(names.size()) + " names of markers",
+               std::to_string(header.markers) + ", as NumMarkers says in line " +
+                   std::to_string(header.line) + "; correct it, or add the names");
+  }
+  return names;
+}
+
+// A frame: number, time, and three coordinates a marker.
+Cells read_row(std::string_view line, std::size_t markers, const Lines& lines) {
+  const std::size_t whole = 2 + 3 * markers;
+  Cells cells = cells_of(line);
+  if (cells.size() != whole) {
+    Cells words = cells_between_blanks(line);
+    cells = words.size() == whole ? words : cells;
+  }
+  while (cells.size() > whole && cells.back().empty()) {
+    cells.pop_back();  // writers end their rows with a tab
+  }
+  // Editors strip tabs at the end of a row: the last markers were not seen.
+  const bool stripped = cells.size() >= 2 && cells.size() < whole && (cells.size() - 2) % 3 == 0 &&
+                        line.find_first_of("\t,") != std::string_view::npos && !lines.at_end();
+  if (cells.size() != whole && !stripped) {
+    lines.fail(std::to_string(cells.size()) + " cells",
+               std::to_string(whole) + ": frame, time and three for each marker (" +
+                   std::to_string(markers) + ", as NumMarkers says)");
+  }
+  cells.resize(whole);
+  return cells;
+}
+
+void add_row(const Cells& cells, const TrcHeader& header, const Lines& lines, MarkerClip& clip) {
+  const std::size_t count = clip.markers.size();
+  Points positions = Points::Zero(static_cast<Index>(count), 3);
+  std::vector<bool> seen(count, true);
+  for (std::size_t m = 0; m < count; ++m) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::string_view cell = cells[2 + 3 * m + i];
+      if (is_unseen(cell)) {
+        seen[m] = false;
+      } else {
+        positions(static_cast<Index>(m), static_cast<Index>(i)) =
+            lines.metres(cell, header.metres_per_unit);
+      }
+    }
+    if (!seen[m]) {
+      positions.row(static_cast<Index>(m)).setZero();
+    }
+  }
+  clip.positions.push_back(std::move(positions));
+  clip.seen.push_back(std::move(seen));
+}
+
+// Times that go on at another rate than the header's, by more than rounding makes of them.
+void compare_rates(const std::vector<double>& times, MarkerClip& clip) {
+  constexpr double kOff = 0.02;
+  constexpr std::size_t kFewRows = 10;
+  const double seconds = times.size() < kFewRows ? 0 : times.back() - times.front();
+  const double frames = times.size() < kFewRows
+                            ? 0
+                            : static_cast<double>(clip.frame_ids.back() - clip.frame_ids.front());
+  if (!(seconds > 0) || std::abs(frames / seconds / clip.fps - 1) < kOff) {
+    return;
+  }
+  char text[120];
+  std::snprintf(text, sizeof text,
+                "the column Time goes on at %.4g frames a second, DataRate says %.4g",
+                frames / seconds, clip.fps);
+  clip.findings.push_back({Severity::Warning, "motion-rate", clip.name, text,
+                           "DataRate is taken; --motion.fps sets another"});
+}
+
 }  // namespace
 
 MarkerClip read_trc(std::span<const std::byte> bytes, const std::string& name,
@@ -151,73 +289,41 @@ MarkerClip read_trc(std::span<const std::byte> bytes, const std::string& name,
   clip.name = name;
   clip.fps = header.fps;
   clip.metres_per_unit = header.metres_per_unit;
-  const Cells names = lines.row("the names of the markers");
-  std::set<std::string_view> seen_names;
-  for (std::size_t i = 2; i < names.size(); i += 3) {
-    if (names[i].empty()) {
-      break;
-    }
-    if (!seen_names.insert(names[i]).second) {
-      lines.fail("marker " + in_quotes(names[i]) + " twice", "each name once");
-    }
-    clip.markers.emplace_back(names[i]);
-  }
-  const std::size_t count = clip.markers.size();
-  if (static_cast<std::int64_t>(count) != header.markers) {
-    lines.fail(std::to_string(count) + " names",
-               std::to_string(header.markers) + ", as NumMarkers says");
-  }
+  clip.markers = read_marker_names(lines, header);
   lines.row("X1, Y1, Z1, ...");
-  // Every frame takes a tab for each coordinate and a line end.
-  if (static_cast<std::uint64_t>(header.frames) * (3 * count + 2) > lines.left() + 2) {
-    lines.fail(std::to_string(lines.left()) + " bytes of motion",
-               std::to_string(header.frames) + " frames (the file is cut off)");
-  }
   std::string_view line;
+  std::int64_t rows = 0;
+  std::vector<double> times;
   while (lines.next(line)) {
-    if (trimmed_cell(line).empty()) {
+    if (line.find_first_not_of(" \t\r,") == std::string_view::npos) {
       continue;
     }
-    Cells cells = cells_of(line);
-    while (cells.size() > 2 + 3 * count && cells.back().empty()) {
-      cells.pop_back();  // writers end their rows with a tab
+    if (++rows > header.frames) {
+      continue;  // counted for the error
     }
-    if (cells.size() != 2 + 3 * count) {
-      lines.fail(std::to_string(cells.size()) + " cells",
-                 std::to_string(2 + 3 * count) + ": frame, time and three for each marker");
-    }
+    const Cells cells = read_row(line, clip.markers.size(), lines);
     const double frame = lines.number(cells[0], "the frame");
     if (!(frame >= 0 && frame <= 2e9) ||
         (!clip.frame_ids.empty() && !(frame > clip.frame_ids.back()))) {
       lines.fail("frame " + in_quotes(cells[0]), "increasing frame numbers");
     }
-    if (static_cast<std::int64_t>(clip.frame_ids.size()) == header.frames) {
-      lines.fail("more frames", std::to_string(header.frames) + ", as NumFrames says");
-    }
     clip.frame_ids.push_back(static_cast<int>(frame));
-    Points positions = Points::Zero(static_cast<Index>(count), 3);
-    std::vector<bool> seen(count, true);
-    for (std::size_t m = 0; m < count; ++m) {
-      for (std::size_t i = 0; i < 3; ++i) {
-        const std::string_view cell = cells[2 + 3 * m + i];
-        if (cell.empty() || cell == "nan" || cell == "NaN") {
-          seen[m] = false;
-        } else {
-          positions(static_cast<Index>(m), static_cast<Index>(i)) =
-              header.metres_per_unit * lines.number(cell, "a coordinate");
-        }
-      }
-      if (!seen[m]) {
-        positions.row(static_cast<Index>(m)).setZero();
-      }
+    double time = 0;
+    if (parse_number(cells[1], time)) {
+      times.push_back(time);
     }
-    clip.positions.push_back(std::move(positions));
-    clip.seen.push_back(std::move(seen));
+    add_row(cells, header, lines, clip);
   }
-  if (static_cast<std::int64_t>(clip.frame_ids.size()) != header.frames) {
-    lines.fail(std::to_string(clip.frame_ids.size()) + " frames",
-               std::to_string(header.frames) + ", as NumFrames says (the file is cut off)");
+  if (rows != header.frames) {
+    lines.fail(std::to_string(rows) + " rows of frames",
+               std::to_string(header.frames) + ", as NumFrames says in line " +
+                   std::to_string(header.line) +
+                   (rows < header.frames ? " (the file is cut off)" : ""));
   }
+  if (std::cmp_equal(times.size(), rows)) {
+    compare_rates(times, clip);
+  }
+  lose_markers_at_origin(clip);
   return clip;
 }
 

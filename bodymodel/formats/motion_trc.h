@@ -3,29 +3,22 @@
 #include <cstddef>
 #include <filesystem>
 #include <span>
-#include <string>
-#include <vector>
 
+#include "bodymodel/formats/marker_clip.h"
 #include "core/limits.h"
-#include "core/types.h"
 
 namespace atelier {
 
-/// Points over time, each with a name: markers on a body or keypoints of a detector.
-struct MarkerClip {
-  std::string name;
-  std::vector<std::string> markers;  ///< [M] unique
-  double fps = 0;                    ///< frames per second
-  double metres_per_unit = 1;        ///< of the file's own unit, as its header says
-  std::vector<int> frame_ids;        ///< [N] increasing
-  std::vector<Points> positions;     ///< [N] of [M,3] metres, axes as in the file; 0 where unseen
-  std::vector<std::vector<bool>> seen;  ///< [N][M]
-};
-
-/// Reads TRC (Motion Analysis, OpenSim, Pose2Sim): tab-separated; empty cells and the words nan are
-/// markers that were not seen. Units m, cm, mm, in as the header says. Throws DataError, with the
-/// line, for a header that is not TRC's, a unit or rate that is none, names that are missing or
-/// repeated, a row with more or fewer cells, frames out of order, fewer or more frames than stated.
+/// Reads TRC (Motion Analysis, OpenSim, Pose2Sim). Cells stand between tabs or, on a line without
+/// tabs, between commas or blanks; empty cells, those that a row leaves out at its end, and the
+/// words nan, NaN, NA, null or none are markers that were not seen, and so is 0, 0, 0 as
+/// lose_markers_at_origin says. Units m, cm, mm, in as the header says, in any spelling
+/// (metres_of_unit). A Time column that is of another rate than DataRate is said ("motion-rate").
+///
+/// Throws DataError, with the line, for a header that is not TRC's, a unit or rate that is none,
+/// names that are missing or repeated, NumMarkers that is not the number of names and columns, a
+/// row with more cells or a part of a marker, frames out of order, and NumFrames that is not the
+/// number of rows.
 MarkerClip read_trc(std::span<const std::byte> bytes, const std::string& name,
                     const Limits& limits = {});
 MarkerClip read_trc(const std::filesystem::path& path, const Limits& limits = {});

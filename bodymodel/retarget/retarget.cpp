@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <utility>
 
 #include "bodymodel/humanoid.h"
 #include "bodymodel/kinematics.h"
@@ -18,6 +19,7 @@ namespace {
 
 constexpr double kMaxScale = 2.5;       // of steps, unsaid: from an adult to a small child
 constexpr double kUprightCosine = 0.7;  // of trunk and legs: below it they lie apart
+constexpr double kSame = 1e-6;          // of legs, and radians: rounding of a file
 constexpr double kSole = 0.03;          // metres above the floor in which rest vertices are soles
 constexpr Index kTouching = 1000;       // vertices sampled for the lowest point, half of them soles
 
@@ -55,6 +57,16 @@ Eigen::Matrix3d followed_turn(const Follow& follow, const JointFrames& now,
     return a;
   }
   return a * rotation_matrix(follow.share * rotation_vector(a.transpose() * turn(follow.b)));
+}
+
+// Throws DataError where legs have no length by which steps could be scaled.
+double checked_legs(const Skeleton& skeleton, const Humanoid& person, const std::string& name) {
+  const double legs = leg_length(skeleton, person);
+  if (!(legs > 0) || !std::isfinite(legs)) {
+    throw DataError(name, "skeleton", legs > 0 ? "legs without end" : "legs of 0 m",
+                    "bones with a length, a person's");
+  }
+  return legs;
 }
 
 // A motion of a person half or twice as large is still one; beyond that a unit is wrong.
@@ -128,6 +140,52 @@ Eigen::Vector3d hip_middle(const Points& joints, const Humanoid& person) {
   return 0.5 * (joints.row(person.legs[0].hip) + joints.row(person.legs[1].hip)).transpose();
 }
 
+// Which reference each target joint turns away from: feet and neck have their own.
+std::vector<const JointFrames*> turned_away_from(const AlignmentReference& reference,
+                                                 const Skeleton& skeleton, const Humanoid& to) {
+  std::vector<const JointFrames*> away(skeleton.names.size(), &reference.frames);
+  for (const int joint : to.neck) {
+    away[static_cast<std::size_t>(joint)] = &reference.neck;
+  }
+  for (std::size_t side = 0; side < 2; ++side) {
+    for (const int joint : {to.legs[side].ankle, to.legs[side].toe}) {
+      if (joint >= 0) {
+        away[static_cast<std::size_t>(joint)] = &reference.feet[side];
+      }
+    }
+  }
+  for (std::size_t j = 0; j < away.size(); ++j) {  // a jaw turns away from where its head does
+    if (skeleton.parents[j] >= 0 && away[j] == &reference.frames) {
+      away[j] = away[static_cast<std::size_t>(skeleton.parents[j])];
+    }
+  }
+  return away;
+}
+
+// The target's poses that follow the clip; the hips go where the clip's go, scaled by the legs.
+std::vector<Pose> followed_poses(const MotionClip& clip, const Humanoid& from,
+                                 const Skeleton& skeleton, const Humanoid& to,
+                                 const std::vector<Eigen::Matrix3d>& aligned,
+                                 const std::vector<const JointFrames*>& away) {
+  const std::vector<Follow> follows = correspondence(clip.skeleton, from, skeleton, to);
+  const double scale = leg_length(skeleton, to) / leg_length(clip.skeleton, from);
+  std::vector<Pose> poses;
+  for (const Pose& source_pose : clip.motion.poses) {
+    const JointFrames now = forward_kinematics(clip.skeleton, source_pose);
+    Pose pose = followed_pose(skeleton, now, follows, away, aligned);
+    if (!poses.empty()) {
+      const Points& before = poses.back().rotations;
+      for (Index j = 0; j < pose.rotations.rows(); ++j) {
+        pose.rotations.row(j) = nearest_equivalent(pose.rotations.row(j), before.row(j));
+      }
+    }
+    const Eigen::Vector3d hips = hip_middle(forward_kinematics(skeleton, pose).positions, to);
+    pose.root_translation = scale * hip_middle(now.positions, from) - hips;
+    poses.push_back(std::move(pose));
+  }
+  return poses;
+}
+
 // The part of a body that may touch the ground, as a small body: its soles and, for those who
 // kneel, lie or stand on their hands, a sample of the rest.
 BodyModel touching_part(const BodyModel& model, const ShapedBody& body) {
@@ -192,6 +250,23 @@ OptionTable describe(RetargetOptions& options) {
   return table;
 }
 
+bool same_skeleton(const Skeleton& a, const Skeleton& b, double legs) {
+  if (a.names != b.names || a.parents != b.parents || a.offsets.rows() != b.offsets.rows() ||
+      !((a.offsets - b.offsets).cwiseAbs().maxCoeff() <= kSame * legs)) {
+    return false;
+  }
+  for (Index j = 0; j < a.offsets.rows(); ++j) {
+    const auto rest = [j](const Skeleton& skeleton) -> Eigen::Matrix3d {
+      return skeleton.rest_rotations.rows() == 0 ? Eigen::Matrix3d::Identity().eval()
+                                                 : rotation_matrix(skeleton.rest_rotations.row(j));
+    };
+    if (!rest(a).isApprox(rest(b), kSame)) {
+      return false;
+    }
+  }
+  return true;
+}
+
 Retargeted retarget(const MotionClip& original, const BodyModel& model,
                     const Eigen::VectorXd& shape, const RetargetOptions& options) {
   MotionClip clip = original;
@@ -201,8 +276,11 @@ Retargeted retarget(const MotionClip& original, const BodyModel& model,
   const Humanoid to = recognised_humanoid(skeleton, model.name);
 
   Retargeted result;
+  const double clip_legs = checked_legs(clip.skeleton, from, clip.name);
+  const double legs = checked_legs(skeleton, to, model.name);
+  const bool own = same_skeleton(clip.skeleton, skeleton, legs);
   const bool t_pose = begins_with_t_pose(clip.motion);
-  result.reference_frame = t_pose ? 0 : reference_frame(clip, from, skeleton, to);
+  result.reference_frame = t_pose ? 0 : own ? -1 : reference_frame(clip, from, skeleton, to);
   const AlignmentReference reference =
       t_pose                       ? standing_reference(clip.skeleton, clip.motion.poses[0])
       : result.reference_frame < 0 ? standing_reference(clip.skeleton, rest_pose(clip.skeleton))
@@ -218,49 +296,18 @@ Retargeted retarget(const MotionClip& original, const BodyModel& model,
     clip.motion = resampled(clip.motion, options.fps);
   }
 
-  const std::vector<Follow> follows = correspondence(clip.skeleton, from, skeleton, to);
   const std::vector<Eigen::Matrix3d> aligned = aligned_rotations(reference, from, skeleton, to);
-  result.scale = leg_length(skeleton, to) / leg_length(clip.skeleton, from);
-  add_scale_finding(leg_length(clip.skeleton, from), leg_length(skeleton, to), clip.name,
-                    result.findings);
+  result.scale = own ? 1 : legs / clip_legs;
+  add_scale_finding(clip_legs, legs, clip.name, result.findings);
   add_posture_finding(clip, from, result.findings);
-  // Which reference each target joint turns away from: feet and neck have their own.
-  std::vector<const JointFrames*> away(skeleton.names.size(), &reference.frames);
-  for (const int joint : to.neck) {
-    away[static_cast<std::size_t>(joint)] = &reference.neck;
-  }
-  for (std::size_t side = 0; side < 2; ++side) {
-    for (const int joint : {to.legs[side].ankle, to.legs[side].toe}) {
-      if (joint >= 0) {
-        away[static_cast<std::size_t>(joint)] = &reference.feet[side];
-      }
-    }
-  }
-  for (std::size_t j = 0; j < away.size(); ++j) {  // a jaw turns away from where its head does
-    if (skeleton.parents[j] >= 0 && away[j] == &reference.frames) {
-      away[j] = away[static_cast<std::size_t>(skeleton.parents[j])];
-    }
-  }
 
   result.motion.fps = clip.motion.fps;
   result.motion.frame_ids = clip.motion.frame_ids;
-  for (const Pose& source_pose : clip.motion.poses) {
-    const JointFrames now = forward_kinematics(clip.skeleton, source_pose);
-    Pose pose = followed_pose(skeleton, now, follows, away, aligned);
-    if (!result.motion.poses.empty()) {
-      const Points& before = result.motion.poses.back().rotations;
-      for (Index j = 0; j < pose.rotations.rows(); ++j) {
-        pose.rotations.row(j) = nearest_equivalent(pose.rotations.row(j), before.row(j));
-      }
-    }
-    // The hips go where the clip's go, scaled by the legs.
-    const Eigen::Vector3d hips = hip_middle(forward_kinematics(skeleton, pose).positions, to);
-    pose.root_translation = result.scale * hip_middle(now.positions, from) - hips;
-    result.motion.poses.push_back(pose);
-  }
-
+  result.motion.poses = own ? clip.motion.poses
+                            : followed_poses(clip, from, skeleton, to, aligned,
+                                             turned_away_from(reference, skeleton, to));
   result.contacts = foot_contacts(clip, from, options);
-  if (options.keep_contacts) {
+  if (options.keep_contacts && !own) {
     result.motion = with_pinned_feet(result.motion, skeleton, to, result.contacts);
   }
   if (options.ground) {

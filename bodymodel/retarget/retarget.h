@@ -32,6 +32,10 @@ struct Retargeted {
   std::vector<Finding> findings;
 };
 
+/// Whether a pose means the same on both: names and parents of all joints, rest rotations, and
+/// offsets to a millionth of the legs.
+bool same_skeleton(const Skeleton& a, const Skeleton& b, double legs);
+
 /// Moves a body by a motion of another skeleton (our choice throughout):
 ///  - joints correspond by role (humanoid.h); spine and neck by their share of the way between
 ///    pelvis, chest and head, however many joints either has; joints without a role keep their
@@ -45,8 +49,10 @@ struct Retargeted {
 ///  - feet that stand in the clip stand on the body: each standing phase gets one place, and the
 ///    leg is bent to reach it (two-bone inverse kinematics), with a soft start and end;
 ///  - frames are resampled last to first: the clip is brought to `fps` before anything else.
-/// `shape` as in skinning.h. Throws DataError if no person is found in either skeleton.
-/// O(frames x joints).
+/// A clip that is on the body's own skeleton (same_skeleton) is taken as it is, rotations and path:
+/// feet are not pinned, since nothing moved them.
+/// `shape` as in skinning.h. Throws DataError if no person is found in either skeleton, or one
+/// whose legs have no length. O(frames x joints).
 Retargeted retarget(const MotionClip& clip, const BodyModel& model,
                     const Eigen::VectorXd& shape = {}, const RetargetOptions& options = {});
 

@@ -302,7 +302,7 @@ double lift_clear_of_trunk(Poser poser, const std::string& motion) {
 
 ContinuousMotion file_motion(const BodyModel& model, const std::string& path, double ground) {
   constexpr double kRate = 120;  // poses a second between which is interpolated
-  const MotionClip clip = read_motion_file(path);
+  const MotionClip clip = read_motion_file(path, of_body(model));
   RetargetOptions options;
   options.fps = kRate;
   const Retargeted moved = retarget(clip, model, {}, options);

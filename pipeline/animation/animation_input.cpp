@@ -33,6 +33,7 @@ namespace fs = std::filesystem;
 constexpr double kMaxRate = 30;        // frames a second of a motion that is not the capture's
 constexpr double kSampleRate = 60;     // of procedural motions
 constexpr double kProceduralTime = 2;  // s, of a procedural motion
+constexpr double kLongestLead = 120;   // s from where clothes are put on to the motion
 
 AnimationSource read_source(StageRun& run, const AnimateOptions& options) {
   AnimationSource source;
@@ -188,7 +189,7 @@ Motion new_motion(StageRun& run, const BodyModel& wearer, const AnimateOptions& 
     return motion;
   }
   require_motion(options);
-  const MotionClip clip = read_motion_file(options.motion);
+  const MotionClip clip = read_motion_file(options.motion, of_body(wearer));
   tell(run, clip.findings);
   return retargeted(run, clip, wearer);
 }
@@ -243,6 +244,14 @@ void set_frames(const AnimateOptions& options, bool own, Animation& animation) {
       static_cast<int>(std::ceil(options.cloth.rate / animation.fps - 1e-9));
   animation.step_seconds = 1 / (animation.fps * animation.steps_per_frame);
   const double lead = lead_seconds(body);
+  if (!(lead <= kLongestLead)) {
+    throw DataError(options.motion, "first frames",
+                    "a start so far away or so fast that the body takes " +
+                        std::to_string(std::lround(std::min(lead, 1e9))) +
+                        " s to it from where its clothes are put on",
+                    "at most " + std::to_string(std::lround(kLongestLead)) +
+                        " s; a frame that jumps is passed by with --start");
+  }
   animation.steps_before = static_cast<int>(std::ceil(lead / animation.step_seconds - 1e-9));
   body.settle += animation.steps_before * animation.step_seconds - lead;
   animation.worn.solver.time_step = animation.step_seconds;

@@ -105,7 +105,7 @@ BodyTrack moving_body(const ScenePaths& paths, double fps, double fall_in,
       throw;
     }
   }();
-  const MotionClip clip = read_motion_file(paths.motion);
+  const MotionClip clip = read_motion_file(paths.motion, of_body(*model));
   RetargetOptions options;
   options.fps = fps;
   Retargeted moved = retarget(clip, *model, {}, options);

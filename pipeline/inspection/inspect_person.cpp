@@ -57,6 +57,7 @@ void inspect_markers(const std::filesystem::path& path, Inspection& inspection) 
   inspection.add("frames", clip.positions.size());
   inspection.add("fps", clip.fps, "1/s");
   inspection.add("metres per unit", clip.metres_per_unit, "m");
+  add_findings(clip.findings, inspection);
   for (std::size_t m = 0; m < clip.markers.size(); ++m) {
     inspection.add_member(clip.markers[m],
                           {{"seen", std::count_if(clip.seen.begin(), clip.seen.end(),

@@ -1,5 +1,6 @@
 #include "bodymodel/formats/motion_amc.h"
 
+#include <algorithm>
 #include <numbers>
 
 #include <gmock/gmock.h>
@@ -12,6 +13,7 @@
 #include "bodymodel/kinematics.h"
 #include "bodymodel/rotation.h"
 #include "core/error.h"
+#include "tests/bodymodel/synthetic_markers.h"
 #include "tests/support/euler_matrix.h"
 #include "tests/support/test_data.h"
 
@@ -160,6 +162,90 @@ TEST(Trc, MetresAndGaps_AreRead) {
   EXPECT_FALSE(clip.seen[1][0]);
   EXPECT_TRUE(clip.seen[1][1]);
   EXPECT_EQ(clip.positions[1].row(0).norm(), 0);
+}
+
+std::string with_cells(const std::string& cells) {
+  std::string text = kTrc;
+  return text.replace(text.find("\t100\t200\t300"), 12, cells);
+}
+
+TEST(Trc, EveryWordForNoNumber_IsUnseen) {
+  for (const char* word :
+       {"", "nan", "NaN", "NAN", "Nan", "-nan", "nan(ind)", "-1.#IND", "1.#QNAN", "NA", "null"}) {
+    SCOPED_TRACE(word);
+    const std::string cell = std::string("\t") + word;
+    const MarkerClip clip = parse_trc(with_cells(cell + cell + cell));
+    EXPECT_FALSE(clip.seen[0][0]);
+    EXPECT_TRUE(clip.seen[0][1]);
+    EXPECT_TRUE(clip.positions[0].row(0).isZero(0));
+  }
+}
+
+TEST(Trc, StrippedTabs_AreMarkersUnseen) {
+  std::string text = kTrc;
+  text.replace(text.find("\t300\t1\t2\t3"), 10, "\t300");
+  const MarkerClip clip = parse_trc(text);
+  EXPECT_TRUE(clip.seen[0][0]);
+  EXPECT_FALSE(clip.seen[0][1]);
+  text.replace(text.find("\t300"), 4, "");  // a part of a marker
+  EXPECT_THAT([&] { parse_trc(text); }, ThrowsMessage<DataError>(HasSubstr("4 cells; expected 8")));
+}
+
+TEST(Trc, LinesOfTabs_AreBlank) {
+  std::string text = kTrc;
+  text.insert(text.find("\n2\t0.1"), "\n\t\t\t\t\t\t\t\t");
+  EXPECT_EQ(parse_trc(text).positions.size(), 2u);
+}
+
+TEST(Trc, Blanks_PartCellsToo) {
+  const MarkerClip clip = parse_trc(
+      "PathFileType 4 (X/Y/Z) a.trc\nDataRate CameraRate NumFrames NumMarkers Units\n"
+      "60   60 2 2 MM\nFrame# Time RHip LHip\n X1 Y1 Z1 X2 Y2 Z2\n"
+      "  1  0  100 200 300  1 2 3\n  2  0.1  NaN NaN NaN  4 5 6 \n");
+  EXPECT_EQ(clip.markers, (std::vector<std::string>{"RHip", "LHip"}));
+  EXPECT_NEAR(clip.positions[0](0, 2), 0.3, 1e-15);
+  EXPECT_FALSE(clip.seen[1][0]);
+  EXPECT_NEAR(clip.positions[1](1, 2), 0.006, 1e-15);
+}
+
+TEST(Trc, CommasOfASpreadsheet_PartCells) {
+  std::string text = kTrc;
+  std::replace(text.begin(), text.end(), '\t', ',');
+  const MarkerClip clip = parse_trc(text + ",,,,,,,\n");
+  EXPECT_EQ(clip.markers, (std::vector<std::string>{"RHip", "LHip"}));
+  EXPECT_FALSE(clip.seen[1][0]);
+  EXPECT_NEAR(clip.positions[1](1, 2), 0.006, 1e-15);
+}
+
+TEST(Trc, MarkersAtExactlyZero_AreUnseen) {
+  const MarkerClip clip = parse_trc(with_cells("\t0\t0\t0"));
+  EXPECT_TRUE(clip.seen[0][0]);  // never anywhere else: keypoints may be relative to it
+  std::string text = with_cells("\t0\t0\t0");
+  text.replace(text.find("\t\t\t\t4"), 4, "\t7\t8\t9");
+  EXPECT_FALSE(parse_trc(text).seen[0][0]);
+}
+
+TEST(Trc, CountsThatDisagree_AreBothNamed) {
+  const auto refused = [](const char* from, const char* to, const char* found,
+                          const char* expected) {
+    std::string text = kTrc;
+    text.replace(text.find(from), std::string(from).size(), to);
+    EXPECT_THAT([&] { parse_trc(text); },
+                ThrowsMessage<DataError>(AllOf(HasSubstr(found), HasSubstr(expected))));
+  };
+  refused("\t2\t2\t", "\t2\t3\t", "2 names of markers", "3, as NumMarkers says in line 3");
+  refused("\t2\t2\t", "\t60\t2\t", "2 rows of frames", "60, as NumFrames says in line 3");
+  refused("\t2\t2\t", "\t1\t2\t", "2 rows of frames", "1, as NumFrames says in line 3");
+}
+
+TEST(Trc, TimesOfAnotherRate_AreReported) {
+  MarkerClip clip = fixtures::marked_person(fixtures::joint_centre_names()).clip;
+  std::string text = fixtures::trc_text(clip);
+  EXPECT_TRUE(parse_trc(text).findings.empty());
+  text.replace(text.find("60\t60"), 2, "30");
+  const MarkerClip back = parse_trc(text);
+  ASSERT_EQ(back.findings.size(), 1u);
+  EXPECT_EQ(back.findings[0].code, "motion-rate");
 }
 
 TEST(Trc, RealFile_IsRead) {

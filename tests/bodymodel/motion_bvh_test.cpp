@@ -1,5 +1,6 @@
 #include "bodymodel/formats/motion_bvh.h"
 
+#include <algorithm>
 #include <numbers>
 
 #include <gmock/gmock.h>
@@ -11,6 +12,7 @@
 #include "core/error.h"
 #include "tests/bodymodel/synthetic_body.h"
 #include "tests/support/euler_matrix.h"
+#include "tests/support/places.h"
 #include "tests/support/test_data.h"
 
 namespace atelier {
@@ -99,6 +101,64 @@ TEST(Bvh, StretchingBone_IsReported) {
                     "0 0 0 0 0 0 0.3 0 0 90 0 0", "0 0 0 0 0 0 0.5 0 0 0 0 0"));
   ASSERT_EQ(clip.findings.size(), 1u);
   EXPECT_EQ(clip.findings[0].code, "motion-stretch");
+}
+
+MotionClip file_clip(const char* name) {
+  return read_bvh(fixtures::source_directory() / "tests/bodymodel/files" / name);
+}
+
+// Joints of `clip` at a frame, those of `other` that have its names.
+double farthest_joint(const MotionClip& clip, const MotionClip& other, std::size_t frame) {
+  const Points a = forward_kinematics(clip.skeleton, clip.motion.poses[frame]).positions;
+  const Points b = forward_kinematics(other.skeleton, other.motion.poses[frame]).positions;
+  double most = 0;
+  for (std::size_t j = 0; j < clip.skeleton.names.size(); ++j) {
+    const int joint = find_joint(other.skeleton, clip.skeleton.names[j]);
+    most = std::max(most, (a.row(static_cast<Index>(j)) - b.row(joint)).norm());
+  }
+  return most;
+}
+
+// plain.bvh, whose bones stand in OFFSET, and the same person's motion with OFFSET 0 throughout and
+// the bones in the position channels; with its path on Hips below a root that stays at 0.
+TEST(Bvh, BonesAndPathWhereverTheyStand_GiveTheSameMotion) {
+  const MotionClip plain = file_clip("plain.bvh");
+  for (const char* name : {"zero_offsets.bvh", "reference.bvh"}) {
+    SCOPED_TRACE(name);
+    const MotionClip clip = file_clip(name);
+    ASSERT_EQ(clip.motion.poses.size(), 12u);
+    for (std::size_t frame = 0; frame < 12; ++frame) {
+      EXPECT_LT(farthest_joint(plain, clip, frame), 1e-6);
+    }
+    for (const Finding& finding : clip.findings) {
+      EXPECT_NE(finding.code, "motion-stretch");
+    }
+  }
+}
+
+TEST(Bvh, RealStretch_IsStillReported) {
+  const std::string text = arm("6 Xposition Yposition Zposition Zrotation Xrotation Yrotation",
+                               "0 1 0 0 0 0 0.3 0 0 0 0 0", "0 1 0 0 0 0 0.6 0 0 0 0 0");
+  const MotionClip clip = parse_bvh(text);
+  ASSERT_FALSE(clip.findings.empty());
+  EXPECT_EQ(clip.findings[0].code, "motion-stretch");
+}
+
+TEST(Bvh, SkeletonWithoutBones_IsRefused) {
+  const std::string flat =
+      "HIERARCHY\nROOT a\n{\nOFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nJOINT b\n{\n"
+      "OFFSET 0 0 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n}\n}\nMOTION\nFrames: 1\n"
+      "Frame Time: 0.1\n0 0 0 0 0 0\n";
+  EXPECT_THAT([&] { parse_bvh(flat); }, ThrowsMessage<DataError>(HasSubstr("every OFFSET 0")));
+}
+
+TEST(Bvh, LengthsBeyondAnyUnit_AreRefused) {
+  std::string text = good_arm();
+  text.replace(text.find("0.3 0 0"), 3, "1e308");
+  EXPECT_THAT([&] { parse_bvh(text); }, ThrowsMessage<DataError>(HasSubstr("OFFSET 1e+308")));
+  text = arm("3 Zrotation Xrotation Yrotation", "0 1 0 0 0 0 0 0 0", "1e200 2 3 0 0 0 0 0 0");
+  EXPECT_THAT([&] { parse_bvh(text); },
+              ThrowsMessage<DataError>(AllOf(HasSubstr("frame 2"), HasSubstr("of shoulder"))));
 }
 
 TEST(Bvh, UnusualFormatting_IsAccepted) {

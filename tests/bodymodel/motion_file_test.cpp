@@ -65,12 +65,24 @@ TEST(MotionFile, GivenUnitAndRate_ApplyToNpz) {
   const fixtures::TemporaryDirectory folder;
   write_motion_file(folder / "m.npz", person_clip());
   EXPECT_TRUE(read_motion_file(folder / "m.npz").findings.empty());
-  MotionOptions options;
-  options.metres_per_unit = 0.5;
-  options.fps = 24;
+  MotionFileOptions options;
+  options.motion.metres_per_unit = 0.5;
+  options.motion.fps = 24;
   const MotionClip child = read_motion_file(folder / "m.npz", options);
   EXPECT_NEAR(legs(child), 0.415, 0.01);
   EXPECT_EQ(child.motion.fps, 24);
+}
+
+TEST(MotionFile, PeopleBeyondAStage_AreRefused) {
+  const fixtures::TemporaryDirectory folder;
+  MotionClip clip = person_clip();
+  clip.motion.poses[2].root_translation.x() = 1e6;
+  for (const char* name : {"far.npz", "far.glb", "far.bvh"}) {
+    SCOPED_TRACE(name);
+    write_motion_file(folder / name, clip);
+    EXPECT_THAT([&] { read_motion_file(folder / name); },
+                ThrowsMessage<DataError>(HasSubstr("m from the origin")));
+  }
 }
 
 TEST(MotionFile, OtherExtensions_AreRefused) {

@@ -210,8 +210,9 @@ TEST(Retarget, PlantedFeet_StayInPlace) {
   }
   RetargetOptions options;
   options.ground = false;
-  const Retargeted result = retarget(clip, person_body(clip.skeleton), {}, options);
-  const Skeleton& skeleton = clip.skeleton;
+  Skeleton skeleton = clip.skeleton;
+  skeleton.offsets *= 1.01;  // another person: what stands on its own skeleton is left alone
+  const Retargeted result = retarget(clip, person_body(skeleton), {}, options);
   Eigen::RowVector3d low = Eigen::RowVector3d::Constant(1e9);
   Eigen::RowVector3d high = -low;
   for (std::size_t i = 0; i < result.motion.poses.size(); ++i) {
@@ -368,6 +369,28 @@ TEST(Retarget, Walk_KeepsItsFeetOnTheGround) {
   }
   EXPECT_GT(standing, 30);
   EXPECT_LT(slide, 0.002);  // metres a frame
+}
+
+TEST(Retarget, OwnSkeleton_IsTakenAsItIsWithContacts) {
+  MotionClip clip = person_clip();
+  for (std::size_t i = 0; i < clip.motion.poses.size(); ++i) {  // a foot that slides
+    clip.motion.poses[i].root_translation.x() = 0.002 * static_cast<double>(i);
+  }
+  RetargetOptions options;
+  options.ground = false;
+  const Retargeted result = retarget(clip, person_body(clip.skeleton), {}, options);
+  EXPECT_EQ(result.scale, 1);
+  for (std::size_t i = 0; i < clip.motion.poses.size(); ++i) {
+    EXPECT_EQ(result.motion.poses[i].rotations, clip.motion.poses[i].rotations);
+    EXPECT_EQ(result.motion.poses[i].root_translation, clip.motion.poses[i].root_translation);
+  }
+}
+
+TEST(Retarget, LegsWithoutLength_AreRefused) {
+  MotionClip clip = person_clip();
+  clip.skeleton.offsets.setZero();
+  EXPECT_THAT([&] { retarget(clip, person_body(person_skeleton())); },
+              ThrowsMessage<DataError>(HasSubstr("legs of 0 m")));
 }
 
 TEST(Retarget, NonHumanMotion_IsRefused) {

@@ -11,6 +11,7 @@
 #include "bodymodel/formats/motion_amass.h"
 #include "bodymodel/humanoid.h"
 #include "bodymodel/kinematics.h"
+#include "bodymodel/retarget/retarget.h"
 #include "bodymodel/rotation.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"
@@ -361,8 +362,17 @@ MotionClip read_motion(const Arrays& arrays, const BodyModel* model = nullptr) {
   return read_amass(Npz(npz_bytes(arrays), "walk_poses.npz"), model);
 }
 
+// The tiny body in a T-pose, as the family's are: level arms.
+BodyModel t_posed(std::int64_t joints, std::int64_t shapes) {
+  BodyModel model = read(smpl_arrays(joints, shapes));
+  for (const char* name : {"left_elbow", "left_wrist", "right_elbow", "right_wrist"}) {
+    model.skeleton.offsets.row(find_joint(model.skeleton, name)) << 0.3, 0, 0;
+  }
+  return model;
+}
+
 TEST(Amass, WorldAxes_AreTurnedAndNothingElse) {
-  const BodyModel model = read(smpl_arrays(52, 16));
+  const BodyModel model = t_posed(52, 16);
   const Arrays arrays = amass_arrays();
   const MotionClip clip = read_motion(arrays, &model);
   EXPECT_EQ(clip.motion.fps, 120);
@@ -444,10 +454,50 @@ TEST(Amass, MalformedFiles_AreRefused) {
           "mocap_framerate", "more than 0");
 }
 
-TEST(Amass, BodyOfAnotherFamily_IsRefused) {
-  const BodyModel model = read(smpl_arrays(24, 10));
-  EXPECT_THAT([&] { read_motion(amass_arrays(156), &model); },
-              ThrowsMessage<DataError>(HasSubstr("24 as body model smpl has")));
+TEST(Amass, BodyAtAShape_KeepsRotationsAndPath) {
+  const BodyModel model = t_posed(55, 20);
+  const Arrays arrays = amass_arrays(165);
+  const Npz npz(npz_bytes(arrays), "walk_stageii.npz");
+  const Eigen::VectorXd shape = neutral_shape(model);
+  const MotionClip clip = read_amass(npz, &model, shape);
+  EXPECT_EQ(clip.skeleton.offsets, shaped_skeleton(model, shape).offsets);
+  ASSERT_EQ(clip.findings.size(), 1u);  // of the file's betas
+  EXPECT_EQ(clip.findings[0].code, "motion-shape");
+  const RowMatrix poses = matrix_of(arrays.at("poses"));
+  const RowMatrix trans = matrix_of(arrays.at("trans"));
+  for (Index frame = 0; frame < 4; ++frame) {
+    const Pose& pose = clip.motion.poses[static_cast<std::size_t>(frame)];
+    EXPECT_EQ(pose.rotations.row(7), (poses.block<1, 3>(frame, 21)));
+  }
+  const Motion moved = retarget(clip, model, shape).motion;  // on the body itself
+  for (std::size_t frame = 0; frame < 4; ++frame) {
+    EXPECT_EQ(moved.poses[frame].rotations, clip.motion.poses[frame].rotations);
+  }
+  EXPECT_NEAR((moved.poses[3].root_translation - moved.poses[0].root_translation).norm(),
+              (trans.row(3) - trans.row(0)).norm(), 1e-12);
+}
+
+TEST(Amass, SiblingOfTheFamily_IsPosedByName) {
+  const BodyModel model = t_posed(24, 10);  // without fingers
+  const Arrays arrays = amass_arrays(156);
+  const MotionClip clip = read_motion(arrays, &model);
+  ASSERT_EQ(clip.skeleton.names.size(), 24u);
+  const RowMatrix poses = matrix_of(arrays.at("poses"));
+  EXPECT_EQ(clip.motion.poses[2].rotations.row(21), (poses.block<1, 3>(2, 63)));
+  EXPECT_TRUE(clip.motion.poses[2].rotations.bottomRows(2).isZero(0));
+  ASSERT_EQ(clip.findings.size(), 1u);
+  EXPECT_EQ(clip.findings[0].code, "motion-joints");
+}
+
+TEST(Amass, BodyOfAnotherFamily_IsNotTakenForOne) {
+  BodyModel model = t_posed(24, 10);
+  for (const char* name : {"left_elbow", "left_wrist"}) {  // an A-pose
+    model.skeleton.offsets.row(find_joint(model.skeleton, name)) << 0.2, -0.2, 0;
+  }
+  EXPECT_FALSE(is_smpl_skeleton(model.skeleton));
+  const MotionClip clip = read_motion(amass_arrays(72), &model);
+  ASSERT_EQ(clip.findings.size(), 1u);
+  EXPECT_EQ(clip.findings[0].code, "motion-skeleton");
 }
 
 }  // namespace
