@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 
+#include "capture/sentence.h"
 #include "core/error.h"
 
 namespace atelier {
@@ -89,10 +91,36 @@ OpencvCamera opencv_of(const Camera& camera) {
   return result;
 }
 
+std::string lens_left_out(const Camera& camera) {
+  Camera alone = camera;
+  alone.camera_from_world_rotation.setIdentity();
+  alone.camera_from_world_translation.setZero();
+  constexpr int kSteps = 32;  // of a grid over the image, its edges included
+  double most = 0;
+  for (int i = 0; i <= kSteps; ++i) {
+    for (int j = 0; j <= kSteps; ++j) {
+      const Eigen::Vector2d pixel(static_cast<double>(camera.width) * i / kSteps,
+                                  static_cast<double>(camera.height) * j / kSteps);
+      const std::optional<Eigen::Vector3d> ray = ray_direction(alone, pixel);
+      if (!ray || !(ray->z() > 0)) {
+        continue;  // no pinhole sees it
+      }
+      const Eigen::Vector2d pinhole(camera.fx * ray->x() / ray->z() + camera.cx,
+                                    camera.fy * ray->y() / ray->z() + camera.cy);
+      most = std::max(most, (pinhole - pixel).norm());
+    }
+  }
+  return sentence(
+      "the %s lens of %s is left out, off by up to %.3g px: the layout has none; undistort the "
+      "images first, or write colmap, nerfstudio, pose2sim or anipose",
+      camera.distortion_model == Distortion::Fisheye ? "fisheye" : "distorted",
+      camera.id.substr(0, 40).c_str(), most);
+}
+
 std::array<double, 5> five_distortion(const Camera& camera, std::vector<std::string>& lost) {
   const auto& d = camera.distortion;
   if (camera.distortion_model == Distortion::Fisheye) {
-    lost.emplace_back("fisheye distortion is left out: the layout has none");
+    lost.push_back(lens_left_out(camera));
     return {};
   }
   if (camera.distortion_model == Distortion::None) {

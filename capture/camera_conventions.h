@@ -36,6 +36,11 @@ void check_numbers(const Camera& camera, const std::string& file);
 /// A camera of ours in OpenCV's terms. `distortion` has 0 (none), 5 or 8 (brown), or 4 numbers.
 OpencvCamera opencv_of(const Camera& camera);
 
+/// One sentence on a lens that a layout has no place for, with the largest distance in pixels
+/// between its image and that of the same rays through a pinhole (over a grid of 33 by 33; our
+/// choice).
+std::string lens_left_out(const Camera& camera);
+
 /// The five numbers k1 k2 p1 p2 k3 that most layouts hold, and one sentence for what they leave
 /// out.
 std::array<double, 5> five_distortion(const Camera& camera, std::vector<std::string>& lost);

@@ -165,8 +165,7 @@ std::vector<std::string> write_actorshq(const LayoutSource& source, const fs::pa
       lost.emplace_back("gains of the cameras are left out");
     }
     if (camera.distortion_model != Distortion::None) {
-      lost.emplace_back(
-          "lens distortion is left out: the layout has none, and images are as taken");
+      lost.push_back(lens_left_out(camera));
     }
     char name[24];
     std::snprintf(name, sizeof(name), "Cam%03d", static_cast<int>(c + 1));

@@ -246,6 +246,15 @@ std::vector<std::string> losses(const LayoutSource& source) {
       break;
     }
   }
+  for (const Camera& camera : source.cameras()) {
+    if (camera.distortion_model == Distortion::Fisheye &&
+        camera.distortion == std::array<double, 8>{}) {
+      lost.emplace_back(
+          "COLMAP 3.8 copies images of an equidistant fisheye (all coefficients 0) instead of "
+          "undistorting them: write 1e-6 for one where you need that");
+      break;
+    }
+  }
   return lost;
 }
 

@@ -264,6 +264,17 @@ std::vector<std::string> write_nerfstudio(const LayoutSource& source, const fs::
   nlohmann::ordered_json splits;
   bool any_held_out = false;
   const std::vector<Camera> cameras = cameras_in(source, kNerfstudioWritten);
+  // nerfstudio takes the lens from the top of the file alone, and otherwise perspective for all.
+  const auto is_fisheye = [](const Camera& camera) {
+    return camera.distortion_model == Distortion::Fisheye;
+  };
+  const auto fisheyes = std::count_if(cameras.begin(), cameras.end(), is_fisheye);
+  root["camera_model"] = fisheyes > 0 ? "OPENCV_FISHEYE" : "OPENCV";
+  if (fisheyes > 0 && fisheyes < std::ssize(cameras)) {
+    lost.emplace_back(
+        "nerfstudio reads one lens for all cameras of a file, and takes the perspective ones for "
+        "fisheyes: write cameras of one kind alone (--capture.leave-out)");
+  }
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     const Camera& camera = cameras[c];
     Eigen::Matrix4d world_from_camera = Eigen::Matrix4d::Identity();

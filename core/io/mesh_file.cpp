@@ -4,11 +4,13 @@
 #include <string>
 
 #include "core/error.h"
+#include "core/io/alembic.h"
 #include "core/io/lower_extension.h"
 #include "core/io/mesh_gltf.h"
 #include "core/io/mesh_obj.h"
 #include "core/io/mesh_ply.h"
 #include "core/io/scene_file.h"
+#include "core/io/usd_mesh.h"
 #include "core/printable.h"
 
 namespace atelier {
@@ -17,7 +19,7 @@ namespace {
 /// glTF means metres and Y; the FBX reader turns what the file says into them.
 constexpr MeshConvention kSceneConvention{.metres_per_unit = 1, .up = 'y'};
 
-constexpr const char* kMeshExtensions = ".obj, .ply, .glb, .gltf or .fbx";
+constexpr const char* kMeshExtensions = ".obj, .ply, .glb, .gltf, .fbx, .usdc or .usdz";
 
 /// Properties of polygons that a Mesh does not hold.
 void add_losses(const PolygonMesh& polygons, const std::string& name, MeshFile& file) {
@@ -73,6 +75,11 @@ MeshFile read_mesh_file(const std::filesystem::path& path, const MeshConvention&
     const GltfScene scene = read_scene(path, limits);
     return {rest_mesh(scene, path.string(), limits), kSceneConvention, scene.findings};
   }
+  if (has_usd_extension(path)) {
+    UsdMesh usd = read_usd_mesh(path, limits);
+    return {std::move(usd.mesh), kSceneConvention, std::move(usd.findings)};
+  }
+  refuse_alembic(path);
   if (std::error_code error; !std::filesystem::exists(path, error) && !error) {
     throw DataError(path.string(), "", "nothing there",
                     std::string("a mesh file: ") + kMeshExtensions);

@@ -12,9 +12,10 @@
 
 namespace atelier {
 
-/// Reads a mesh by its extension (.obj, .ply, .glb, .gltf, .fbx; any case) into metres with Y up.
-/// `otherwise` is the unit and up axis of a file that does not say (glTF always means metres and
-/// Y; FBX says both). A glTF or FBX file is read in its rest pose, all meshes of its scene as one.
+/// Reads a mesh by its extension (.obj, .ply, .glb, .gltf, .fbx, .usdc, .usdz; any case) into
+/// metres with Y up. `otherwise` is the unit and up axis of a file that does not say (glTF always
+/// means metres and Y; FBX and USD say both). A glTF, FBX or USD file is read in its rest pose, all
+/// meshes of its scene as one.
 /// Throws DataError for a file that is no such mesh, and for another extension.
 Mesh read_mesh(const std::filesystem::path& path,
                const MeshConvention& otherwise = {.metres_per_unit = 1, .up = 'y'},

@@ -8,10 +8,12 @@
 
 #include "core/check_bounded.h"
 #include "core/error.h"
+#include "core/io/alembic.h"
 #include "core/io/foreign_hdf5.h"
 #include "core/io/lower_extension.h"
 #include "core/io/npz.h"
 #include "core/io/sequence_folder.h"
+#include "core/io/usd_mesh.h"
 #include "core/printable.h"
 #include "core/sequence_archive.h"
 
@@ -241,12 +243,45 @@ MeshSequenceFile mesh_sequence_of(const std::map<std::string, Tensor>& arrays,
   return result;
 }
 
+namespace {
+
+/// Frames are the time codes where these are whole, else they count from 0.
+MeshSequenceFile sequence_of_usd(UsdMesh usd, const std::string& file) {
+  if (usd.frames.empty()) {
+    throw DataError(file, "points", "no time samples", "points that move over time");
+  }
+  MeshSequenceFile result;
+  result.shared = usd.mesh;
+  result.sequence.fps = usd.fps;
+  bool whole = true;
+  for (const double time : usd.times) {
+    whole = whole && time >= 0 && time < 1e9 && time == std::floor(time);
+  }
+  for (std::size_t f = 0; f < usd.times.size(); ++f) {
+    result.sequence.frame_ids.push_back(
+        static_cast<int>(whole ? usd.times[f] : static_cast<double>(f)));
+  }
+  result.sequence.faces = usd.mesh.faces;
+  auto frames = std::make_shared<std::vector<Points>>(std::move(usd.frames));
+  result.sequence.load = [frames, shared = result.shared](Index i) {
+    Mesh mesh = shared;
+    mesh.vertices = (*frames)[static_cast<std::size_t>(i)];
+    return mesh;
+  };
+  return result;
+}
+
+}  // namespace
+
 MeshSequenceFile read_mesh_sequence(const fs::path& path, SequenceOf what, const Limits& limits) {
   MeshSequenceFile result;
   const std::string extension = lower_extension(path);
   if (extension == ".npz" || extension == ".h5" || extension == ".hdf5") {
     result = mesh_sequence_of(arrays_of(path, what, limits), path.string(), limits);
+  } else if (has_usd_extension(path)) {
+    result = sequence_of_usd(read_usd_mesh(path, limits), path.string());
   } else {
+    refuse_alembic(path);
     result.sequence =
         fs::exists(path / "sequence.h5") ? open_sequence(path, limits) : read_frames(path, limits);
     result.shared = frame(result.sequence, 0);

@@ -29,13 +29,13 @@ enum class SequenceOf {
 
 /// Reads a folder of meshes (.obj, .ply, ... one a frame, read_sequence_folder; what `export` wrote
 /// of a registered garment with its template beside the frames, too), a folder of ours
-/// (sequence.h5), or a file (.npz, .h5, .hdf5) with `vertices` [F,V,3] metres Y up, `faces`, and
-/// optional `uv` [V,2], `fps`, `labels` [V], `joints` [F,J,3], `joint_names`, `joint_parents`. A
-/// file without `vertices` may have body and cloth beside each other: `body_vertices`, `body_faces`
-/// and `body_uv`, or `cloth_vertices`, .... Joints without names are "joint_0", ....
-/// Throws DataError for frames of different topologies, arrays that are missing, of another shape,
-/// not finite or beyond Limits::mesh_coordinate, and a person who is not 0.5 to 2.5 m tall (units
-/// are metres).
+/// (sequence.h5), binary USD (usd_mesh.h), or a file (.npz, .h5, .hdf5) with `vertices` [F,V,3]
+/// metres Y up, `faces`, and optional `uv` [V,2], `fps`, `labels` [V], `joints` [F,J,3],
+/// `joint_names`, `joint_parents`. A file without `vertices` may have body and cloth beside each
+/// other: `body_vertices`, `body_faces` and `body_uv`, or `cloth_vertices`, .... Joints without
+/// names are "joint_0", .... Throws DataError for frames of different topologies, arrays that are
+/// missing, of another shape, not finite or beyond Limits::mesh_coordinate, and a person who is not
+/// 0.5 to 2.5 m tall (units are metres).
 MeshSequenceFile read_mesh_sequence(const std::filesystem::path& path, SequenceOf what,
                                     const Limits& limits = {});
 

@@ -2,6 +2,7 @@
 #include "core/io/mesh_file.h"
 #include "core/io/mesh_gltf.h"
 #include "core/io/scene_file.h"
+#include "core/io/usd_mesh.h"
 #include "core/mesh_statistics.h"
 #include "core/printable.h"
 #include "core/topology.h"
@@ -96,6 +97,18 @@ const char* path_name(GltfPath path) {
 
 void inspect_mesh(const std::filesystem::path& path, Inspection& inspection) {
   add_mesh(read_mesh_file(path), path.string(), false, inspection);
+}
+
+void inspect_usd_mesh(const std::filesystem::path& path, Inspection& inspection) {
+  const UsdMesh usd = read_usd_mesh(path);
+  const MeshConvention said{.metres_per_unit = 1, .up = 'y'};  // USD says both
+  add_mesh({usd.mesh, said, usd.findings}, path.string(), true, inspection);
+  inspection.add("frames", usd.frames.size());
+  if (!usd.times.empty()) {
+    inspection.add("first frame", usd.times.front());
+    inspection.add("last frame", usd.times.back());
+    inspection.add("fps", usd.fps, "1/s");
+  }
 }
 
 void inspect_scene(const std::filesystem::path& path, Inspection& inspection) {

@@ -1,5 +1,6 @@
 #include "core/error.h"
 #include "core/file_kind.h"
+#include "core/io/alembic.h"
 #include "core/io/lower_extension.h"
 #include "core/system_reason.h"
 #include "pipeline/inspection/inspection.h"
@@ -36,6 +37,7 @@ constexpr Kind kKinds[] = {
     {".trc", inspect_markers},     {".c3d", inspect_markers},
     {".target", inspect_target},   {".mhclo", inspect_mhclo},
     {".mhskel", inspect_json},     {".mhw", inspect_json},
+    {".usdc", inspect_usd_mesh},   {".usdz", inspect_usd_mesh},
 };
 
 /// Kinds that are known and not shown, and what to do instead.
@@ -50,8 +52,6 @@ constexpr Refused kRefused[] = {
     {".pt", "a file of torch, which runs code when it is read", "its tensors as .safetensors"},
     {".pth", "a file of torch, which runs code when it is read", "its tensors as .safetensors"},
     {".onnx", "a network, which only detect opens", "atelier detect CAPTURE --model FILE.onnx"},
-    {".usdc", "binary USD, which is not read", "USD as text: usdcat FILE.usdc -o FILE.usda"},
-    {".usdz", "a package of USD, which is not read", "USD as text: usdcat FILE.usdz -o FILE.usda"},
     {".asf", "an Acclaim skeleton, which is read with its motion", "the .amc beside it"},
 };
 
@@ -94,6 +94,7 @@ Inspection inspect_path(const std::filesystem::path& path, std::span<const Stage
     }
     known += (known.empty() ? "" : ", ") + std::string(kind.extension);
   }
+  refuse_alembic(path);
   for (const Refused& kind : kRefused) {
     if (extension == kind.extension) {
       throw DataError(path.string(), "", kind.found, kind.expected);

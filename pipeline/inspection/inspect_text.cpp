@@ -76,11 +76,11 @@ void inspect_usd(const std::filesystem::path& path, Inspection& inspection) {
   constexpr std::string_view kText = "#usda";
   const FileStart start =
       read_file_start(path, kText.size(), std::numeric_limits<std::int64_t>::max());
-  if (as_text(start.bytes) != kText) {
-    throw DataError(path.string(), "beginning", "binary USD, which is not read",
-                    "USD as text: usdcat FILE.usd -o FILE.usda");
+  if (as_text(start.bytes) == kText) {
+    inspect_usda(path, inspection);
+  } else {
+    inspect_usd_mesh(path, inspection);
   }
-  inspect_usda(path, inspection);
 }
 
 void inspect_page(const std::filesystem::path& path, Inspection& inspection) {

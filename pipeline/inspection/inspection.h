@@ -77,9 +77,11 @@ void inspect_toml(const std::filesystem::path& path, Inspection& inspection);
 void inspect_zip(const std::filesystem::path& path, Inspection& inspection);
 void inspect_svg(const std::filesystem::path& path, Inspection& inspection);
 void inspect_dxf(const std::filesystem::path& path, Inspection& inspection);
-/// Text or binary by its first bytes; binary is refused with what converts it.
+/// Text or binary by its first bytes.
 void inspect_usd(const std::filesystem::path& path, Inspection& inspection);
 void inspect_usda(const std::filesystem::path& path, Inspection& inspection);
+/// Binary USD, alone or in a package: its meshes as one.
+void inspect_usd_mesh(const std::filesystem::path& path, Inspection& inspection);
 void inspect_page(const std::filesystem::path& path, Inspection& inspection);        // HTML
 void inspect_table(const std::filesystem::path& path, Inspection& inspection);       // CSV
 void inspect_json_lines(const std::filesystem::path& path, Inspection& inspection);  // JSON Lines

@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "capture/camera_conventions.h"
 #include "capture/frame_reader.h"
 #include "capture/layouts/open_dataset.h"
 #include "capture/layouts/write_layout.h"
@@ -179,7 +180,8 @@ TEST_P(EveryLayout, FisheyeLens_IsKeptOrReportedLost) {
   const Dataset dataset = there_and_back(capture);
   bool said = false;
   for (const std::string& sentence : report_.lost) {
-    said = said || sentence.find("distortion") != std::string::npos;
+    said = said || (sentence.find("fisheye lens of") != std::string::npos &&
+                    sentence.find(" px") != std::string::npos);
   }
   EXPECT_EQ(said, !GetParam().fisheye);
   for (std::size_t c = 0; c < 3; ++c) {
@@ -281,6 +283,39 @@ TEST_F(Layout, Panoptic_IsInCentimetresYDown) {
     EXPECT_DOUBLE_EQ(entry["K"][0][2].get<double>(), cameras_[c].cx - 0.5);
     EXPECT_EQ(entry["distCoef"].size(), 5U);
   }
+}
+
+TEST(LensLeftOut, EquidistantFisheye_SaysHowFarItsCornersAreOff) {
+  Camera camera;
+  camera.id = "cam3";
+  camera.width = camera.height = 1000;
+  camera.fx = camera.fy = 1000;
+  camera.cx = camera.cy = 500;
+  camera.distortion_model = Distortion::Fisheye;
+  // A corner is 707.1 px from the centre, 0.7071 rad; a pinhole has it at 1000 tan(0.7071) = 854.5.
+  EXPECT_NE(lens_left_out(camera).find("the fisheye lens of cam3 is left out, off by up to 147 px"),
+            std::string::npos)
+      << lens_left_out(camera);
+}
+
+TEST(NerfstudioLens, StandsAtTheTopWhereNerfstudioReadsIt) {
+  const auto written = [](int fisheyes, LayoutReport& report) {
+    const fixtures::TemporaryDirectory folder;
+    fixtures::SmallCapture capture;
+    for (int c = 0; c < fisheyes; ++c) {
+      capture.cameras[static_cast<std::size_t>(c)].distortion_model = Distortion::Fisheye;
+    }
+    fixtures::write_small_capture(folder / "capture", capture);
+    report = write_layout(folder / "capture", "nerfstudio", folder / "out");
+    return nlohmann::json::parse(
+        read_file_text(report.folders.front() / "transforms.json", 1 << 20))["camera_model"];
+  };
+  LayoutReport report;
+  EXPECT_EQ(written(0, report), "OPENCV");
+  EXPECT_EQ(written(3, report), "OPENCV_FISHEYE");
+  const std::size_t lost = report.lost.size();
+  EXPECT_EQ(written(1, report), "OPENCV_FISHEYE");
+  EXPECT_EQ(report.lost.size(), lost + 1) << "lenses of two kinds in one file";
 }
 
 TEST_F(Layout, Nerfstudio_IsZUpAndLooksBackwards) {

@@ -116,6 +116,48 @@ std::string pillow_view(const std::filesystem::path& file) {
       file.string() + "'");
 }
 
+/// Counts, and the corners of the box, of a mesh as Open3D has it.
+std::string open3d_view(const std::filesystem::path& file) {
+  return output_of(
+      "/usr/bin/python3 -c \"import open3d, sys; m = open3d.io.read_triangle_mesh(sys.argv[1]); "
+      "print(len(m.triangles), *(round(float(c), 4) for b in (m.get_min_bound(), "
+      "m.get_max_bound()) for c in b))\" '" +
+      file.string() + "'");
+}
+
+TEST(Open3d, WrittenMeshes_AreReadByOpen3d) {
+  if (output_of("/usr/bin/python3 -c 'import open3d'; echo $?") != "0\n") {
+    GTEST_SKIP() << "no Open3D (package python3-open3d)";
+  }
+  const TemporaryDirectory folder;
+  const Mesh mesh = ball();  // of triangles: of quads in OBJ Open3D takes none
+  write_obj(folder / "a.obj", mesh);
+  write_ply(folder / "a.ply", mesh);
+  write_gltf(folder / "a.glb", gltf_scene(mesh));
+  for (const char* name : {"a.obj", "a.ply", "a.glb"}) {
+    EXPECT_THAT(open3d_view(folder / name), HasSubstr("128 -1.0 -1.0 -1.0 1.0 1.0 1.0")) << name;
+  }
+}
+
+/// PCL takes properties of double for zeros, without a word.
+TEST(Pcl, WrittenPly_IsReadByPclAndPclsOwnIsReadBack) {
+  if (output_of("command -v pcl_ply2pcd && command -v pcl_pcd2ply").empty()) {
+    GTEST_SKIP() << "no pcl_ply2pcd (package pcl-tools)";
+  }
+  const TemporaryDirectory folder;
+  write_ply(folder / "a.ply", ball());
+  ASSERT_NE(output_of("pcl_ply2pcd '" + (folder / "a.ply").string() + "' '" +
+                      (folder / "a.pcd").string() + "'"),
+            "");
+  // Back, with the elements "camera" and "face" that PCL adds.
+  ASSERT_NE(output_of("pcl_pcd2ply '" + (folder / "a.pcd").string() + "' '" +
+                      (folder / "b.ply").string() + "'"),
+            "");
+  const PolygonMesh back = read_ply(folder / "b.ply");
+  ASSERT_EQ(back.vertices.rows(), ball().vertices.rows());
+  EXPECT_LT((back.vertices - ball().vertices).cwiseAbs().maxCoeff(), 1e-6);
+}
+
 TEST(Pillow, WrittenImages_AreReadByPillow) {
   if (output_of("/usr/bin/python3 -c 'import PIL'; echo $?") != "0\n") {
     GTEST_SKIP() << "no Pillow (package python3-pil)";
