@@ -1,6 +1,7 @@
 #include "core/camera.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
@@ -66,9 +67,16 @@ Bent bend(const Camera& camera, const Vector2& p) {
   return {p, Matrix2::Identity()};
 }
 
-// Whether the polynomial is too weak to fold anything up to this radius: its jacobian differs from
-// 1 by less than 1, there and further in, where this bound is smaller.
-bool cannot_fold(const std::array<double, 8>& d, double radius) {
+// Whether the distortion is too weak to fold anything up to here: its jacobian differs from 1 by
+// less than 1, there and further in, where this bound is smaller.
+bool cannot_fold(const Camera& camera, double radius) {
+  const std::array<double, 8>& d = camera.distortion;
+  if (camera.distortion_model == Distortion::Fisheye) {
+    const double t2 = std::atan(radius) * std::atan(radius);
+    return t2 * (3 * std::abs(d[0]) +
+                 t2 * (5 * std::abs(d[1]) + t2 * (7 * std::abs(d[2]) + t2 * 9 * std::abs(d[3])))) <
+           0.99;
+  }
   if (d[5] != 0 || d[6] != 0 || d[7] != 0) {
     return false;
   }
@@ -78,23 +86,59 @@ bool cannot_fold(const std::array<double, 8>& d, double radius) {
   return radial + 8 * radius * (std::abs(d[2]) + std::abs(d[3])) < 0.99;
 }
 
+// Whether the bent radius still grows at this radius, or angle of a fisheye, squared; tangential
+// terms apart. Beyond a pole of the rational model it does not.
+bool grows(const Camera& camera, double s) {
+  const std::array<double, 8>& d = camera.distortion;
+  if (camera.distortion_model == Distortion::Fisheye) {
+    return 1 + s * (3 * d[0] + s * (5 * d[1] + s * (7 * d[2] + s * 9 * d[3]))) > 0;
+  }
+  const double over = 1 + s * (d[0] + s * (d[1] + s * d[4]));
+  const double over_slope = d[0] + s * (2 * d[1] + s * 3 * d[4]);
+  const double under = 1 + s * (d[5] + s * (d[6] + s * d[7]));
+  const double under_slope = d[5] + s * (2 * d[6] + s * 3 * d[7]);
+  return under > 0 && (over + 2 * s * over_slope) * under - 2 * s * over * under_slope > 0;
+}
+
+// Whether the radius has turned back and forth on the way from the centre to here.
+bool folded_on_the_way(const Camera& camera, double radius) {
+  const std::array<double, 8>& d = camera.distortion;
+  const bool fisheye = camera.distortion_model == Distortion::Fisheye;
+  if (!fisheye && d[5] == 0 && d[6] == 0 && d[7] == 0) {
+    // Least where the slope 1 + 3 k1 s + 5 k2 s^2 + 7 k3 s^3 is level.
+    const double a = 3 * d[0];
+    const double b = 10 * d[1];
+    const double c = 21 * d[4];
+    const double root = std::sqrt(std::max(0.0, b * b - 4 * a * c));
+    // The stable form of the quadratic formula, and of the linear one where c is 0.
+    const double q = -0.5 * (b + std::copysign(root, b));
+    const double levels[] = {c != 0 ? q / c : 0, q != 0 ? a / q : 0};
+    for (const double s : levels) {
+      if (s > 0 && s < radius * radius && !grows(camera, s)) {
+        return true;
+      }
+    }
+    return false;
+  }
+  const double end = fisheye ? std::atan(radius) : radius;
+  constexpr int kSteps = 32;
+  for (int step = 1; step < kSteps; ++step) {
+    const double at = end * step / kSteps;
+    if (!grows(camera, at * at)) {
+      return true;
+    }
+  }
+  return false;
+}
+
 // Beyond the first fold of the distortion one pixel has two rays; only the inner one is a camera's.
 bool folded(const Camera& camera, const Vector2& p, const Bent& bent) {
   if (bent.jacobian.determinant() <= 0 || bent.jacobian.trace() <= 0) {
     return true;
   }
-  if (camera.distortion_model != Distortion::Brown || cannot_fold(camera.distortion, p.norm())) {
-    return false;
-  }
-  // The radius may have turned back and forth on the way out: look along the ray from the centre.
-  constexpr int kSteps = 8;
-  for (int step = 1; step < kSteps; ++step) {
-    const Bent inner = bend(camera, p * (static_cast<double>(step) / kSteps));
-    if (inner.jacobian.determinant() <= 0) {
-      return true;
-    }
-  }
-  return false;
+  const double radius = p.norm();
+  return camera.distortion_model != Distortion::None && !cannot_fold(camera, radius) &&
+         folded_on_the_way(camera, radius);
 }
 
 }  // namespace
@@ -149,14 +193,15 @@ std::optional<Eigen::Vector3d> ray_direction(const Camera& camera, const Eigen::
   if (camera.distortion_model != Distortion::None) {
     // Newton with step halving: the start may lie beyond the fold.
     constexpr int kIterations = 50;
-    constexpr double kTolerance = 1e-12;
+    constexpr double kTolerance = 1e-12;  // of the bent direction
+    const double size = std::max(1.0, target.norm());
     Bent bent = bend(camera, flat);
     while (folded(camera, flat, bent) && flat.norm() > 1e-9) {
       flat *= 0.5;
       bent = bend(camera, flat);
     }
     double error = (bent.point - target).norm();
-    for (int iteration = 0; iteration < kIterations && error > kTolerance; ++iteration) {
+    for (int iteration = 0; iteration < kIterations && error > kTolerance * size; ++iteration) {
       const Vector2 step = bent.jacobian.inverse() * (bent.point - target);
       double scale = 1;
       Vector2 next = flat - step;
@@ -176,7 +221,7 @@ std::optional<Eigen::Vector3d> ray_direction(const Camera& camera, const Eigen::
       bent = at_next;
       error = next_error;
     }
-    if (!(error < 1e-9)) {
+    if (!(error < 1e-9 * size)) {
       return std::nullopt;
     }
   }

@@ -26,6 +26,7 @@ struct CalibrateOptions {
   double min_rejected = 1;  ///< px rms that is never left out, whatever the others are, [0, 1000]
   int min_views = 4;        ///< of a camera whose lens is not known, 3 to 1000
   int max_views = 60;  ///< of one camera that its lens is found from (spread evenly), 4 to 100000
+  bool poses = true;   ///< false: lenses alone, each camera by itself
   double max_focal_deviation = 0.03;  ///< of the focal length, relative; beyond: not determined
 };
 OptionTable describe(CalibrateOptions& options);
@@ -68,6 +69,8 @@ struct Calibration {
   double loss = 0;          ///< px: the loss's width in the end
   double sigma = 0;         ///< px: deviation of one coordinate that the residuals speak for
   bool converged = false;
+  bool lenses_alone = false;  ///< no pose was looked for
+  int points = 0;             ///< places of keypoints, where cameras were posed by them
 };
 
 /// Lenses by the views of each camera alone (Zhang 2000, refined with every distortion model that
@@ -75,6 +78,10 @@ struct Calibration {
 /// tree (both poses that a small planar board can have are tried, and the views vote), then one
 /// bundle adjustment of everything with robust loss; views that do not fit are left out and it is
 /// done again. World: that of the first camera of the largest group, until `stand_up` turns it.
+///
+/// Without `poses` each camera is calibrated by itself: images of one number need not be of one
+/// instant, symmetric boards will do, and every camera is at the origin. Otherwise two cameras of
+/// which three and more views disagree about where they stand are not connected by them.
 ///
 /// Findings: "calibration-no-board", "-few-views", "-unconnected", "-focal-open", "-converged",
 /// "-coverage", "-residual", "-lens-folds". Cameras that cannot be calibrated are left as they
@@ -89,6 +96,9 @@ Calibration calibrate(const std::vector<RigCamera>& rig, const std::vector<Board
 /// under the place that the cameras look at, or `ground_frame`'s board lies on the ground, its
 /// middle at the origin and the cameras above it. Throws DataError if that frame was not used.
 Calibration stand_up(Calibration calibration, const BoardOptions& board, int ground_frame = -1);
+
+/// Adds what is wrong with the adjustment as a whole: "calibration-converged", "-residual".
+void judge_adjustment(Calibration& result);
 
 /// Root mean square and 95th percentile of lengths; 0 of none.
 double root_mean_square(const std::vector<double>& lengths);

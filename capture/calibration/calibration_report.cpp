@@ -59,16 +59,24 @@ std::string calibration_text(const Calibration& calibration) {
         "%-12s %-8s fx %.2f +- %.2f  fy %.2f +- %.2f  cx %.2f +- %.2f  cy %.2f +- %.2f\n",
         camera.id.c_str(), q.lens.c_str(), camera.fx, q.lens_deviation[0], camera.fy,
         q.lens_deviation[1], camera.cx, q.lens_deviation[2], camera.cy, q.lens_deviation[3]);
+    text +=
+        text_of("%-12s %d of %d views, %d %s: rms %.3f px, p95 %.3f px; coverage %.0f%%", "",
+                q.views_used, q.views_seen, q.corners,
+                calibration.points > 0 ? "keypoints" : "corners", q.rms, q.p95, 100 * q.coverage);
     const Eigen::Vector3d centre = camera_center(camera);
-    text += text_of(
-        "%-12s %d of %d views, %d corners: rms %.3f px, p95 %.3f px; coverage %.0f%%; at "
-        "(%.3f, %.3f, %.3f) m +- %.1f mm, %.3f mrad\n",
-        "", q.views_used, q.views_seen, q.corners, q.rms, q.p95, 100 * q.coverage, centre.x(),
-        centre.y(), centre.z(), 1e3 * q.centre_deviation.norm(), 1e3 * q.rotation_deviation.norm());
+    text += calibration.lenses_alone
+                ? std::string("\n")
+                : text_of("; at (%.3f, %.3f, %.3f) m +- %.1f mm, %.3f mrad\n", centre.x(),
+                          centre.y(), centre.z(), 1e3 * q.centre_deviation.norm(),
+                          1e3 * q.rotation_deviation.norm());
   }
-  text += text_of("all: rms %.3f px, p95 %.3f px over %zu boards%s\n", calibration.rms,
-                  calibration.p95, calibration.world_from_board.size(),
-                  calibration.converged ? "" : "; it did NOT converge");
+  text += text_of("all: rms %.3f px, p95 %.3f px", calibration.rms, calibration.p95);
+  if (calibration.points > 0) {
+    text += text_of(" over %d places", calibration.points);
+  } else if (!calibration.lenses_alone) {
+    text += text_of(" over %zu boards", calibration.world_from_board.size());
+  }
+  text += calibration.converged ? "\n" : "; it did NOT converge\n";
   std::map<std::string, std::map<std::string, int>> reasons;
   for (const RejectedView& view : calibration.rejected) {
     reasons[kind_of(view.why)][view.camera_id] += 1;
@@ -93,7 +101,9 @@ std::string calibration_json(const Calibration& calibration) {
                {"p95_px", calibration.p95},
                {"sigma_px", calibration.sigma},
                {"converged", calibration.converged},
-               {"boards", calibration.world_from_board.size()}};
+               {"lenses_alone", calibration.lenses_alone},
+               {"boards", calibration.world_from_board.size()},
+               {"points", calibration.points}};
   Json cameras = Json::array();
   for (std::size_t c = 0; c < calibration.cameras.size(); ++c) {
     const Camera& camera = calibration.cameras[c];
@@ -138,7 +148,8 @@ std::string calibration_json(const Calibration& calibration) {
                                 {"code", finding.code},
                                 {"place", finding.place},
                                 {"what", finding.what},
-                                {"advice", finding.advice}});
+                                {"advice", finding.advice},
+                                {"setting", finding.setting}});
   }
   return root.dump(1);
 }

@@ -57,7 +57,9 @@ Link link_of(const Camera& camera_a, const Camera& camera_b,
       }
     }
   }
-  best.frames *= static_cast<int>(step);
+  if (best.frames > 1) {
+    best.frames *= static_cast<int>(step);
+  }
   return best;
 }
 
@@ -109,6 +111,7 @@ PoseChain chain_poses(const std::vector<Camera>& cameras, const std::vector<Pose
   std::vector<std::vector<Link>> links(count, std::vector<Link>(count));
   PoseChain chain;
   chain.shared.assign(count, std::vector<int>(count, 0));
+  chain.out_of_step = chain.shared;
   for (std::size_t a = 0; a < count; ++a) {
     for (std::size_t b = a + 1; b < count; ++b) {
       std::vector<std::pair<const PosedView*, const PosedView*>> both;
@@ -127,6 +130,11 @@ PoseChain chain_poses(const std::vector<Camera>& cameras, const std::vector<Pose
         continue;
       }
       links[a][b] = link_of(cameras[a], cameras[b], both, points, tolerance);
+      constexpr std::size_t kDisagreeing = 3;  // a frame always agrees with itself
+      if (both.size() >= kDisagreeing && links[a][b].frames < 2) {
+        links[a][b] = {};
+        chain.out_of_step[a][b] = chain.out_of_step[b][a] = static_cast<int>(both.size());
+      }
       links[b][a] = links[a][b];
       links[b][a].a_from_b = inverse_of(links[a][b].a_from_b);
       chain.shared[a][b] = chain.shared[b][a] = links[a][b].frames;

@@ -19,6 +19,9 @@ struct PoseChain {
   std::vector<RigidNumbers> camera_from_world;   ///< of each camera; zero outside the rig
   std::map<int, RigidNumbers> world_from_board;  ///< of each frame that the rig saw
   std::vector<std::vector<int>> shared;          ///< [C,C] frames that two cameras agree on
+  /// [C,C] frames that two cameras share and no two of which agree, where that says that they are
+  /// not of one instant: three and more.
+  std::vector<std::vector<int>> out_of_step;
 };
 
 /// Pairwise chaining. For two cameras each frame that both saw proposes their relative pose (up to

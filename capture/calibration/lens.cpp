@@ -197,6 +197,21 @@ LensJacobian lens_jacobian(Distortion model, const LensNumbers& lens,
   return jacobian;
 }
 
+Eigen::Vector3d centre_deviation(const RigidNumbers& camera_from_world,
+                                 const Eigen::Matrix<double, 6, 6>& covariance) {
+  // Centre -R't: its derivative by the six numbers, by central differences.
+  Eigen::Matrix<double, 3, 6> by_pose;
+  for (int i = 0; i < 6; ++i) {
+    constexpr double kStep = 1e-6;
+    RigidNumbers plus = camera_from_world;
+    RigidNumbers minus = plus;
+    plus[i] += kStep;
+    minus[i] -= kStep;
+    by_pose.col(i) = (inverse_of(plus).tail<3>() - inverse_of(minus).tail<3>()) / (2 * kStep);
+  }
+  return (by_pose * covariance * by_pose.transpose()).diagonal().cwiseMax(0).cwiseSqrt();
+}
+
 bool is_invertible(const Camera& camera) {
   constexpr int kSteps = 8;
   for (int y = 0; y <= kSteps; ++y) {

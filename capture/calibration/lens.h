@@ -33,6 +33,11 @@ Eigen::Vector3d moved(const RigidNumbers& a_from_b, const Eigen::Vector3d& point
 Eigen::Matrix<double, 3, 6> moved_jacobian(const RigidNumbers& a_from_b,
                                            const Eigen::Vector3d& point_in_b);
 
+/// Standard deviations of a camera's centre along the world's axes from the covariance of the six
+/// numbers of its pose, to first order, in the pose's unit of length.
+Eigen::Vector3d centre_deviation(const RigidNumbers& camera_from_world,
+                                 const Eigen::Matrix<double, 6, 6>& covariance);
+
 /// Pixel of a point in the camera's frame by the models of core/camera.h; nothing behind the
 /// camera. Beyond a fold of the lens it goes on smoothly, so that an optimiser can come back.
 std::optional<Eigen::Vector2d> lens_pixel(Distortion model, const LensNumbers& lens,

@@ -43,6 +43,7 @@ Dataset of_one_folder(const fs::path& path) {
 struct CameraBoards {
   int width = 0;
   int height = 0;
+  int legacy = 0;  ///< views in the legacy pattern
   std::vector<BoardView> views;
   std::vector<RejectedView> rejected;
   std::vector<Finding> findings;
@@ -53,7 +54,7 @@ CameraBoards boards_of(const Dataset& dataset, std::size_t c, const BoardOptions
   CameraBoards found;
   FrameReader reader(dataset);
   const std::string& id = dataset.cameras[c].id;
-  std::vector<int> missed;
+  std::vector<RejectedView> missed;  ///< the board is not in them
   int other_sizes = 0;
   int number = 0;
   for (const auto& [frame, place] : dataset.frames[c].images) {
@@ -86,10 +87,11 @@ CameraBoards boards_of(const Dataset& dataset, std::size_t c, const BoardOptions
     FoundBoard one = find_board(*image, board);
     if (!one.rejected.empty()) {
       found.rejected.push_back({id, frame, one.rejected});
-      missed.push_back(frame);
+      missed.push_back(found.rejected.back());
       continue;
     }
     one.view.camera_idx = static_cast<int>(c);
+    found.legacy += one.legacy ? 1 : 0;
     one.view.frame_id = frame;
     found.views.push_back(std::move(one.view));
   }
@@ -101,19 +103,55 @@ CameraBoards boards_of(const Dataset& dataset, std::size_t c, const BoardOptions
   if (found.views.empty()) {
     constexpr std::size_t kTried = 3;
     for (std::size_t i = 0; i < std::min(kTried, missed.size()); ++i) {
-      const std::string size =
-          nearby_board(*reader.byte_image(static_cast<Index>(c), missed[i]), board);
-      if (!size.empty()) {
+      const int frame = missed[i].frame_id;
+      const auto nearby = nearby_board(*reader.byte_image(static_cast<Index>(c), frame), board);
+      if (nearby) {
         found.findings.push_back(
-            {Severity::Error, "board-nearby", id,
-             "no board of " + std::to_string(board.columns) + " x " + std::to_string(board.rows) +
-                 " squares, and one of " + size + " in frame " + std::to_string(missed[i]),
-             "--board.columns and --board.rows count squares, not inner corners"});
+            {Severity::Warning, "board-nearby", id,
+             missed[i].why + ", and " + nearby->what + " in frame " + std::to_string(frame),
+             nearby->advice, nearby->setting});
         break;
       }
     }
   }
   return found;
+}
+
+/// Says that a ChArUco board is of the legacy pattern.
+void note_pattern(BoardPictures& pictures) {
+  if (pictures.legacy == 0) {
+    return;
+  }
+  const int all = static_cast<int>(pictures.views.size());
+  const bool every = pictures.legacy == all;
+  pictures.findings.push_back(
+      {every ? Severity::Note : Severity::Warning, "board-pattern", "",
+       "the ChArUco board has OpenCV's legacy pattern, its upper left square white, in " +
+           (every ? "every view"
+                  : std::to_string(pictures.legacy) + " of " + std::to_string(all) + " views"),
+       every ? "nothing: it was printed by OpenCV before 4.6, by calib.io or with "
+               "setLegacyPattern, and is read as such"
+             : "calibrate by images of one board"});
+}
+
+/// The lens for images of this size.
+Camera fitted_lens(Camera camera, int width, int height, LensFit fit) {
+  double across = static_cast<double>(width) / camera.width;
+  double down = static_cast<double>(height) / camera.height;
+  if (fit == LensFit::Cropped) {
+    across = down = std::max(across, down);
+  } else if (fit == LensFit::Padded) {
+    across = down = std::min(across, down);
+  } else if (fit == LensFit::Exact) {
+    down = across;  // the same but for rounding
+  }
+  camera.fx *= across;
+  camera.fy *= down;
+  camera.cx = across * camera.cx + 0.5 * (width - across * camera.width);
+  camera.cy = down * camera.cy + 0.5 * (height - down * camera.height);
+  camera.width = width;
+  camera.height = height;
+  return camera;
 }
 
 }  // namespace
@@ -142,14 +180,16 @@ BoardPictures find_boards(const Dataset& dataset, const BoardOptions& board, int
     camera.camera.width = parts[c].width;
     camera.camera.height = parts[c].height;
     all.rig.push_back(camera);
+    all.legacy += parts[c].legacy;
     all.views.insert(all.views.end(), parts[c].views.begin(), parts[c].views.end());
     all.rejected.insert(all.rejected.end(), parts[c].rejected.begin(), parts[c].rejected.end());
     all.findings.insert(all.findings.end(), parts[c].findings.begin(), parts[c].findings.end());
   }
+  note_pattern(all);
   return all;
 }
 
-std::vector<RigCamera> with_lenses(std::vector<RigCamera> rig, const Dataset& lenses) {
+std::vector<RigCamera> with_lenses(std::vector<RigCamera> rig, const Dataset& lenses, LensFit fit) {
   std::vector<std::string> wanted;
   wanted.reserve(rig.size());
   for (const RigCamera& camera : rig) {
@@ -168,22 +208,18 @@ std::vector<RigCamera> with_lenses(std::vector<RigCamera> rig, const Dataset& le
                       "a calibration of every camera");
     }
     const Camera& known = lenses.cameras[static_cast<std::size_t>(at)];
-    const double scale = static_cast<double>(rig[c].camera.width) / known.width;
-    if (rig[c].camera.width > 0 && std::abs(scale * known.height - rig[c].camera.height) > 0.01) {
+    const int width = rig[c].camera.width;
+    const int height = rig[c].camera.height;
+    const double scale = static_cast<double>(width) / known.width;
+    if (width > 0 && std::abs(scale * known.height - height) > 0.01 && fit == LensFit::Exact) {
       throw DataError(lenses.root.string(), "camera '" + wanted[c] + "'",
                       "a lens of " + std::to_string(known.width) + " x " +
                           std::to_string(known.height) + " pixels",
-                      "one of the images' shape: " + std::to_string(rig[c].camera.width) + " x " +
-                          std::to_string(rig[c].camera.height));
+                      "one of the images' shape, " + std::to_string(width) + " x " +
+                          std::to_string(height) + ", or --lens-fit cropped, padded or stretched");
     }
-    Camera camera = known;
+    Camera camera = width > 0 ? fitted_lens(known, width, height, fit) : known;
     camera.id = wanted[c];
-    camera.width = rig[c].camera.width;
-    camera.height = rig[c].camera.height;
-    camera.fx *= scale;
-    camera.fy *= scale;
-    camera.cx *= scale;
-    camera.cy *= scale;
     camera.camera_from_world_rotation.setIdentity();
     camera.camera_from_world_translation.setZero();
     rig[c] = {camera, true};

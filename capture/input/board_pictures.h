@@ -18,16 +18,28 @@ struct BoardPictures {
   std::vector<RigCamera> rig;  ///< ids and sizes
   std::vector<BoardView> views;
   std::vector<RejectedView> rejected;
-  std::vector<Finding> findings;  ///< "board-nearby", "picture-sizes"
+  int legacy = 0;                 ///< views of a ChArUco board in the legacy pattern
+  std::vector<Finding> findings;  ///< "board-nearby", "board-pattern", "picture-sizes"
 };
 
 /// Looks for the board in every `every`-th frame of every camera. Images that cannot be read, or
 /// are of another size than their camera's first, are rejected with the reason. Where a camera's
-/// images show no chessboard, a finding names the size that one of them does show.
+/// images show no such board, a finding names one that they do show (nearby_board), and one says
+/// that a ChArUco board has the legacy pattern.
 BoardPictures find_boards(const Dataset& dataset, const BoardOptions& board, int every = 1);
 
-/// Gives the cameras of `rig` the lenses of a capture or calibration file, by name; an image size
-/// that is an exact scale scales them. Throws DataError for a camera that it does not have.
-std::vector<RigCamera> with_lenses(std::vector<RigCamera> rig, const Dataset& lenses);
+/// How images came about whose size is no scale of the calibrated one.
+enum class LensFit {
+  Exact,      ///< they did not: refused
+  Cropped,    ///< scaled until they were filled, and what stood over cut off, evenly on both sides
+  Padded,     ///< scaled until they fitted, with bars on both sides
+  Stretched,  ///< scaled differently across and down
+};
+
+/// Gives the cameras of `rig` the lenses of a capture or calibration file, by name, scaled to the
+/// images. Throws DataError for a camera that it does not have, and where a size is no exact scale
+/// and `fit` says no more.
+std::vector<RigCamera> with_lenses(std::vector<RigCamera> rig, const Dataset& lenses,
+                                   LensFit fit = LensFit::Exact);
 
 }  // namespace atelier

@@ -66,8 +66,53 @@ TEST(CalibrateCommand, WrongBoard_IsRefusedWithTheRightOne) {
       calibrate({pictures.string(), "--out", (folder / "x").string(), "--board.columns", "9",
                  "--board.rows", "6", "--every", "5"});
   EXPECT_EQ(wrong.exit_code, 3);
-  EXPECT_THAT(wrong.err, HasSubstr("one of 10 x 7"));
+  EXPECT_THAT(wrong.err, HasSubstr("a chessboard of 10 x 7 squares"));
   EXPECT_FALSE(fs::exists(folder / "x"));
+}
+
+// Board images that were not taken at one instant: lenses alone, and poses by a person's keypoints.
+TEST(CalibrateCommand, RealTrialWithoutCommonBoard_IsPosedByKeypoints) {
+  ATELIER_TEST_FILE(trial, "pose2sim_demo/single");
+  const TemporaryDirectory folder;
+  const std::string boards = (trial / "calibration/intrinsics").string();
+  const std::vector<std::string> board = {"--board.columns", "8",   "--board.rows", "5",
+                                          "--board.square",  "0.06"};
+  const auto with = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), board.begin(), board.end());
+    return calibrate(arguments);
+  };
+  const ChildResult together = with({boards, "--out", (folder / "x").string()});
+  EXPECT_EQ(together.exit_code, 3);
+  EXPECT_THAT(together.err, HasSubstr("images of one number put the cameras somewhere else"));
+  EXPECT_THAT(together.err, HasSubstr("--calibration.poses=false"));
+  const ChildResult lenses =
+      with({boards, "--out", (folder / "lenses").string(), "--calibration.poses=false"});
+  ASSERT_EQ(lenses.exit_code, 0) << lenses.err;
+  EXPECT_FALSE(fs::exists(folder / "lenses/cameras.json"));
+  fs::create_directories(folder / "recording");
+  fs::copy(trial / "videos", folder / "recording/videos");
+  fs::copy(trial / "pose_openpose_body25b", folder / "recording/pose", fs::copy_options::recursive);
+  const auto posed = [&](const std::string& out, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments = {(folder / "recording").string(), "--by-keypoints",
+                                          "--out", (folder / out).string()};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return calibrate(arguments);
+  };
+  const std::string file = (folder / "lenses/lenses.json").string();
+  EXPECT_EQ(posed("y", {}).exit_code, 2);
+  EXPECT_EQ(posed("y", {"--lenses", file}).exit_code, 2);
+  const ChildResult shape = posed("y", {"--lenses", file, "--person.stature", "1.75"});
+  EXPECT_EQ(shape.exit_code, 3);
+  EXPECT_THAT(shape.err, HasSubstr("--lens-fit cropped, padded or stretched"));
+  const ChildResult rig =
+      posed("rig", {"--lenses", file, "--person.stature", "1.75", "--lens-fit", "padded"});
+  ASSERT_EQ(rig.exit_code, 0) << rig.err << rig.out;
+  const std::vector<Camera> cameras = read_cameras(folder / "rig");
+  ASSERT_EQ(cameras.size(), 4U);
+  for (const Camera& camera : cameras) {
+    EXPECT_GT(camera_center(camera).y(), 1);  // as they hung: 1.5 to 2.7 m above the ground
+    EXPECT_LT(camera_center(camera).y(), 3.2);
+  }
 }
 
 TEST(CalibrateCommand, MissingImagesBoardOrPlace_AreRefused) {

@@ -175,7 +175,10 @@ TEST(FindBoard, MismatchedBoard_SaysWhy) {
   BoardOptions wrong = chessboard;
   wrong.columns = 8;
   wrong.rows = 5;  // inner corners taken for squares
-  EXPECT_EQ(nearby_board(image, wrong), "9 x 6");
+  const auto nearby = nearby_board(image, wrong);
+  ASSERT_TRUE(nearby.has_value());
+  EXPECT_EQ(nearby->what, "a chessboard of 9 x 6 squares");
+  EXPECT_EQ(nearby->setting, "--board.columns 9 --board.rows 6");
   wrong.columns = 12;
   EXPECT_THAT(find_board(image, wrong).rejected, HasSubstr("no board of 12 x 5 squares"));
   BoardOptions charuco{.kind = BoardKind::Charuco, .columns = 6, .rows = 5, .square = 0.06};

@@ -1,7 +1,9 @@
 #include "core/camera.h"
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -134,6 +136,125 @@ TEST(Camera, DistortionFold_LiesWhereTheRadiusTurnsBack) {
   }
   EXPECT_GT(seen, 1000);
   EXPECT_GT(unseen, 1000);
+}
+
+/// Bent radius of a lens without tangential terms by a ray's radius, and what undoes it by search.
+double bent_radius(const Camera& camera, double r) {
+  const std::array<double, 8>& d = camera.distortion;
+  if (camera.distortion_model == Distortion::Fisheye) {
+    const double t = std::atan(r);
+    const double t2 = t * t;
+    return t * (1 + t2 * (d[0] + t2 * (d[1] + t2 * (d[2] + t2 * d[3]))));
+  }
+  const double s = r * r;
+  const double under = 1 + s * (d[5] + s * (d[6] + s * d[7]));
+  return under > 0 ? r * (1 + s * (d[0] + s * (d[1] + s * d[4]))) / under : -1;
+}
+
+TEST(Camera, Undistortion_ConvergesUpToTheFoldAndSaysWhereThereIsNone) {
+  Camera camera = make_camera(Distortion::Brown);
+  camera.camera_from_world_rotation.setIdentity();
+  camera.camera_from_world_translation.setZero();
+  camera.fx = camera.fy = 1000;
+  Random random{17, 0, 0};
+  int with_ray = 0;
+  int without = 0;
+  for (int trial = 0; trial < 600; ++trial) {
+    const int kind = trial % 3;  // polynomial, rational, fisheye
+    camera.distortion_model = kind == 2 ? Distortion::Fisheye : Distortion::Brown;
+    camera.distortion.fill(0);
+    const double strength = std::pow(10.0, uniform(random, -2, 0.3));
+    camera.distortion[0] = strength * uniform(random, -1, 1);
+    camera.distortion[1] = strength * uniform(random, -1, 1);
+    if (kind == 2) {
+      camera.distortion[2] = 0.3 * strength * uniform(random, -1, 1);
+      camera.distortion[3] = 0.1 * strength * uniform(random, -1, 1);
+    } else {
+      camera.distortion[4] = strength * uniform(random, -1, 1);
+      camera.distortion[5] = kind == 1 ? strength * uniform(random, -1, 1) : 0;
+      camera.distortion[6] = kind == 1 ? strength * uniform(random, -1, 1) : 0;
+    }
+    // Search outward: the largest radius before the first fold, in angles so that a fisheye is
+    // followed to 89.9 degrees.
+    std::vector<double> rays;
+    std::vector<double> bent;
+    constexpr int kSteps = 20000;
+    const double end = kind == 2 ? 1.569 : 1.2;
+    bool folds = false;
+    for (int step = 0; step <= kSteps; ++step) {
+      const double r = std::tan(end * step / kSteps);
+      const double b = bent_radius(camera, r);
+      if (!bent.empty() && b <= bent.back()) {
+        folds = true;
+        break;
+      }
+      if (b > 10) {  // on the way to a pole, where every radius has its ray
+        break;
+      }
+      rays.push_back(r);
+      bent.push_back(b);
+    }
+    const double turn = uniform(random, 0, 6);
+    const Eigen::Vector2d way(std::cos(turn), std::sin(turn));
+    for (const double share : {0.1, 0.5, 0.9, 0.99, 0.999, 1.001, 1.1, 3.0}) {
+      const double wanted = share * bent.back();
+      const Eigen::Vector2d pixel = Eigen::Vector2d(camera.cx, camera.cy) + 1000 * wanted * way;
+      const auto ray = ray_direction(camera, pixel);
+      if (share < 1) {
+        ASSERT_TRUE(ray.has_value())
+            << "lens " << trial << " at " << share << " of " << bent.back();
+        const auto above = std::lower_bound(bent.begin(), bent.end(), wanted);
+        const auto at = static_cast<std::size_t>(above - bent.begin());
+        const double angle = std::atan2(ray->head<2>().norm(), ray->z());
+        EXPECT_LE(angle, std::atan(rays[at]) + 1e-9) << "lens " << trial << " at " << share;
+        EXPECT_GE(angle, std::atan(rays[at - 1]) - 1e-9) << "lens " << trial << " at " << share;
+        EXPECT_LT((*project(camera, *ray) - pixel).norm(), 1e-5);
+        ++with_ray;
+      } else if (folds) {
+        EXPECT_FALSE(ray.has_value()) << "lens " << trial << " at " << share;
+        ++without;
+      } else if (ray) {  // beyond the search: right all the same
+        EXPECT_LT((*project(camera, *ray) - pixel).norm(), 1e-5);
+      }
+    }
+  }
+  EXPECT_GT(with_ray, 2900);
+  EXPECT_GT(without, 600);
+}
+
+TEST(Camera, FisheyePixelBeyond90Degrees_HasNoRay) {
+  // An equidistant lens of 200 degrees: 318 px a radian.
+  Camera camera = make_camera(Distortion::Fisheye);
+  camera.camera_from_world_rotation.setIdentity();
+  camera.camera_from_world_translation.setZero();
+  camera.fx = camera.fy = 318;
+  camera.distortion.fill(0);
+  for (const double degrees : {10.0, 60.0, 85.0, 89.0, 89.9, 89.999}) {
+    const double angle = degrees * M_PI / 180;
+    const auto ray = ray_direction(camera, {camera.cx + 318 * angle, camera.cy});
+    ASSERT_TRUE(ray.has_value()) << degrees;
+    EXPECT_NEAR(std::atan2(ray->x(), ray->z()), angle, 1e-8) << degrees;
+  }
+  for (const double degrees : {90.001, 91.0, 100.0, 170.0}) {
+    const double angle = degrees * M_PI / 180;
+    EXPECT_FALSE(ray_direction(camera, {camera.cx + 318 * angle, camera.cy}).has_value())
+        << degrees;
+    EXPECT_FALSE(project(camera, {std::sin(angle), 0, std::cos(angle)}).has_value()) << degrees;
+  }
+}
+
+TEST(Camera, UndistortionOfOpencvsExample_IsExactAtTheCorner) {
+  // k1 = -0.35 at f = 1000: OpenCV's five fixed iterations are 0.6 px off there.
+  Camera camera = make_camera(Distortion::Brown);
+  camera.fx = camera.fy = 1000;
+  camera.cx = 640;
+  camera.cy = 360;
+  camera.distortion = {-0.35, 0.12};
+  for (const Eigen::Vector2d& pixel : {Eigen::Vector2d(0, 0), {1280, 0}, {1280, 720}, {3, 500}}) {
+    const auto ray = ray_direction(camera, pixel);
+    ASSERT_TRUE(ray.has_value());
+    EXPECT_LT((*project(camera, camera_center(camera) + 2 * *ray) - pixel).norm(), 1e-8);
+  }
 }
 
 TEST(Camera, BrownDistortion_MatchesHandComputedPixel) {
