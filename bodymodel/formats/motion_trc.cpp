@@ -7,6 +7,7 @@
 #include "core/io/file_bytes.h"
 #include "core/io/polygon_mesh.h"
 #include "core/io/text_scanner.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -84,7 +85,7 @@ class Lines {
       fail(in_quotes(cell),
            std::string("a whole number for ") + what + ", 1 to " + std::to_string(most));
     }
-    return static_cast<std::int64_t>(value);
+    return saturating_cast<std::int64_t>(value);
   }
 
   [[noreturn]] void fail(const std::string& found, const std::string& expected) const {
@@ -194,7 +195,7 @@ MarkerClip read_trc(std::span<const std::byte> bytes, const std::string& name,
     if (static_cast<std::int64_t>(clip.frame_ids.size()) == header.frames) {
       lines.fail("more frames", std::to_string(header.frames) + ", as NumFrames says");
     }
-    clip.frame_ids.push_back(static_cast<int>(frame));
+    clip.frame_ids.push_back(saturating_cast<int>(frame));
     Points positions = Points::Zero(static_cast<Index>(count), 3);
     std::vector<bool> seen(count, true);
     for (std::size_t m = 0; m < count; ++m) {
