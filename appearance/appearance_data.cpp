@@ -8,6 +8,7 @@
 #include "appearance/texel_map.h"
 #include "core/archive_arrays.h"
 #include "core/error.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -262,8 +263,8 @@ Archive archive_of(const AppearanceData& data) {
     begins.push_back(begins.back() + static_cast<std::int64_t>(view.pixel.size()));
     places.insert(places.end(), view.pixel.begin(), view.pixel.end());
     for (std::size_t p = 0; p < view.u.size(); ++p) {
-      uvs.push_back(static_cast<std::uint16_t>(std::lround(view.u[p] * kSteps)));
-      uvs.push_back(static_cast<std::uint16_t>(std::lround(view.v[p] * kSteps)));
+      uvs.push_back(saturating_cast<std::uint16_t>(std::round(view.u[p] * kSteps)));
+      uvs.push_back(saturating_cast<std::uint16_t>(std::round(view.v[p] * kSteps)));
     }
     colors.insert(colors.end(), view.colors.begin(), view.colors.end());
   }

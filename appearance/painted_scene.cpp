@@ -8,6 +8,7 @@
 #include "core/check_bounded.h"
 #include "core/error.h"
 #include "core/limits.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -67,7 +68,7 @@ std::size_t layer_count(const Archive& archive, const std::string& file) {
   if (!(count >= 1 && count <= kMaxLayers && count == std::floor(count))) {
     throw DataError(file, "layers", std::to_string(count), "1 to 1000");
   }
-  return static_cast<std::size_t>(count);
+  return saturating_cast<std::size_t>(count);
 }
 
 void check_scene_names(const Archive& archive, std::size_t layers, const std::string& file) {

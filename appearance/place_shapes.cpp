@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "core/error.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -67,8 +68,8 @@ std::optional<ShapeMask> mask_of(const FlatShape& shape, double angle, double sc
   if (!(size.maxCoeff() < kCells - 1)) {
     return std::nullopt;
   }
-  mask.width = static_cast<int>(size.x()) + 1;
-  mask.height = static_cast<int>(size.y()) + 1;
+  mask.width = saturating_cast<int>(size.x() + 1);
+  mask.height = saturating_cast<int>(size.y() + 1);
   mask.rows.assign(static_cast<std::size_t>(mask.height), CellRow{});
   for (Index f = 0; f < shape.faces.rows(); ++f) {
     std::array<Eigen::Vector2d, 3> corner;
@@ -97,8 +98,8 @@ std::optional<ShapeMask> mask_of(const FlatShape& shape, double angle, double sc
         }
       }
       if (left <= right) {
-        set_cells(mask.rows[static_cast<std::size_t>(y)], std::max(0, static_cast<int>(left)),
-                  std::min(mask.width, static_cast<int>(right) + 1));
+        set_cells(mask.rows[static_cast<std::size_t>(y)], std::max(0, saturating_cast<int>(left)),
+                  std::min(mask.width, saturating_cast<int>(right + 1)));
       }
     }
   }
@@ -234,7 +235,7 @@ ShapePlacement place_shapes(const std::vector<FlatShape>& shapes, double margin,
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return areas[a] > areas[b]; });
-  const int cells = static_cast<int>(std::ceil(margin * kCells));
+  const int cells = saturating_cast<int>(std::ceil(margin * kCells));
   double low = least;
   double high = std::max(least, 1 / std::sqrt(total));
   constexpr double kNear = 1.005;  // of the largest scale

@@ -7,6 +7,7 @@
 #include "appearance/psnr.h"
 #include "appearance/texture_sampling.h"
 #include "core/io/srgb.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -78,7 +79,7 @@ int judged_texels(const AppearanceData& data) {
     pixels += static_cast<double>(view.pixel.size());
   }
   const double side = std::sqrt(pixels / kPixels);
-  return static_cast<int>(std::clamp<double>(side, kFewest, kJudgedTexels));
+  return saturating_cast<int>(std::clamp<double>(side, kFewest, kJudgedTexels));
 }
 
 std::vector<std::size_t> contradicting_cameras(const StaticFit& fit) {

@@ -8,6 +8,7 @@
 #include "core/cross.h"
 #include "core/error.h"
 #include "core/raster.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -108,13 +109,15 @@ Nearest beyond(const Border& border, const Eigen::Vector2d& texel) {
 
 /// The covered texel nearest to a place, within two texels of it; -1: none.
 int settle(const ImageOf<int>& face, const Eigen::Vector2d& place) {
-  const int cx = static_cast<int>(std::floor(place.x()));
-  const int cy = static_cast<int>(std::floor(place.y()));
   constexpr int kLook = 2;
+  const int left = saturating_cast<int>(std::floor(place.x()) - kLook);
+  const int top = saturating_cast<int>(std::floor(place.y()) - kLook);
+  const int right = saturating_cast<int>(std::floor(place.x()) + kLook);
+  const int bottom = saturating_cast<int>(std::floor(place.y()) + kLook);
   int best = -1;
   double nearest = std::numeric_limits<double>::infinity();
-  for (int y = std::max(0, cy - kLook); y <= std::min(face.height - 1, cy + kLook); ++y) {
-    for (int x = std::max(0, cx - kLook); x <= std::min(face.width - 1, cx + kLook); ++x) {
+  for (int y = std::max(0, top); y <= std::min(face.height - 1, bottom); ++y) {
+    for (int x = std::max(0, left); x <= std::min(face.width - 1, right); ++x) {
       const double distance = (Eigen::Vector2d(x + 0.5, y + 0.5) - place).squaredNorm();
       if (face.at(x, y) >= 0 && distance < nearest) {
         nearest = distance;
@@ -131,10 +134,10 @@ void fill_sources(TexelMap& map, const std::vector<Border>& borders, int reach) 
   for (const Border& border : borders) {
     const Eigen::Vector2d low = border.a.cwiseMin(border.b);
     const Eigen::Vector2d high = border.a.cwiseMax(border.b);
-    const int x0 = std::max(0, static_cast<int>(std::floor(low.x())) - reach);
-    const int y0 = std::max(0, static_cast<int>(std::floor(low.y())) - reach);
-    const int x1 = std::min(size - 1, static_cast<int>(std::ceil(high.x())) + reach);
-    const int y1 = std::min(size - 1, static_cast<int>(std::ceil(high.y())) + reach);
+    const int x0 = std::max(0, saturating_cast<int>(std::floor(low.x()) - reach));
+    const int y0 = std::max(0, saturating_cast<int>(std::floor(low.y()) - reach));
+    const int x1 = std::min(size - 1, saturating_cast<int>(std::ceil(high.x()) + reach));
+    const int y1 = std::min(size - 1, saturating_cast<int>(std::ceil(high.y()) + reach));
     for (int y = y0; y <= y1; ++y) {
       for (int x = x0; x <= x1; ++x) {
         if (map.face.at(x, y) < 0) {

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -60,8 +61,8 @@ TextureTaps texture_taps(int resolution, float u, float v) {
   const float size = static_cast<float>(resolution);
   const float x = std::clamp(u * size - 0.5F, 0.0F, last);
   const float y = std::clamp((1 - v) * size - 0.5F, 0.0F, last);
-  const int x0 = std::min(static_cast<int>(x), std::max(0, resolution - 2));
-  const int y0 = std::min(static_cast<int>(y), std::max(0, resolution - 2));
+  const int x0 = std::min(saturating_cast<int>(x), std::max(0, resolution - 2));
+  const int y0 = std::min(saturating_cast<int>(y), std::max(0, resolution - 2));
   const int x1 = std::min(x0 + 1, resolution - 1);
   const int y1 = std::min(y0 + 1, resolution - 1);
   const float fx = x - static_cast<float>(x0);

@@ -5,6 +5,7 @@
 
 #include "core/cross.h"
 #include "core/error.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -57,7 +58,7 @@ Atlas mesh_atlas(const Mesh& mesh, int resolution) {
     }
     const auto bound = [&](int axis, bool high) {
       const auto [low, most] = std::minmax({corner[0][axis], corner[1][axis], corner[2][axis]});
-      return std::clamp(static_cast<int>(std::floor(high ? most : low)), 0, n - 1);
+      return std::clamp(saturating_cast<int>(std::floor(high ? most : low)), 0, n - 1);
     };
     for (int y = bound(1, false); y <= bound(1, true); ++y) {
       for (int x = bound(0, false); x <= bound(0, true); ++x) {

@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 
+#include "capture/radial_fit.h"
 #include "capture/sentence.h"
 #include "core/error.h"
 
@@ -37,12 +38,25 @@ Camera camera_of(const OpencvCamera& source, const std::string& file) {
   camera.fy = k(1, 1);
   camera.cx = k(0, 2) + kHalfPixel;
   camera.cy = k(1, 2) + kHalfPixel;
-  const std::vector<double>& d = source.distortion;
+  // OpenCV writes all of its 5, 8, 12 or 14 numbers, also of simpler lenses.
+  std::vector<double> d = source.distortion;
+  const std::size_t most = source.fisheye ? 4 : 8;
+  const bool prism = d.size() == 12 || d.size() == 14;
+  if ((source.fisheye && d.size() > most) || prism) {
+    if (!std::all_of(d.begin() + static_cast<std::ptrdiff_t>(most), d.end(),
+                     [](double value) { return value == 0; })) {
+      refuse(std::to_string(d.size()) + " coefficients of distortion, of which number " +
+                 std::to_string(most + 1) + " or a later one is not 0",
+             source.fisheye ? "4 (fisheye)"
+                            : "a lens without thin prism (s1 to s4) and tilted sensor: 8 numbers");
+    }
+    d.resize(most);
+  }
   if (source.fisheye
           ? d.size() != 4
           : (d.size() != 0 && d.size() != 2 && d.size() != 4 && d.size() != 5 && d.size() != 8)) {
     refuse(std::to_string(d.size()) + " coefficients of distortion",
-           source.fisheye ? "4 (fisheye)" : "0, 2, 4, 5 or 8, as OpenCV has them");
+           source.fisheye ? "4 (fisheye)" : "0, 2, 4, 5, 8, 12 or 14, as OpenCV has them");
   }
   if (source.fisheye) {
     camera.distortion_model = Distortion::Fisheye;
@@ -117,6 +131,24 @@ std::string lens_left_out(const Camera& camera) {
       camera.id.substr(0, 40).c_str(), most);
 }
 
+std::vector<double> polynomial_radial(const Camera& camera, int count,
+                                      std::vector<std::string>& lost) {
+  const auto& d = camera.distortion;
+  ATELIER_CHECK(count >= 3, "a polynomial of three coefficients or more");
+  if (d[5] == 0 && d[6] == 0 && d[7] == 0) {
+    std::vector<double> radial(static_cast<std::size_t>(count), 0.0);
+    radial[0] = d[0];
+    radial[1] = d[1];
+    radial[2] = d[4];
+    return radial;
+  }
+  RadialFit fit = polynomial_of_rational(camera, count);
+  lost.push_back(
+      sentence("the rational lens of %s is written as a polynomial, off by up to %.2g px",
+               camera.id.c_str(), fit.error * std::max(camera.fx, camera.fy)));
+  return std::move(fit.coefficients);
+}
+
 std::array<double, 5> five_distortion(const Camera& camera, std::vector<std::string>& lost) {
   const auto& d = camera.distortion;
   if (camera.distortion_model == Distortion::Fisheye) {
@@ -126,10 +158,8 @@ std::array<double, 5> five_distortion(const Camera& camera, std::vector<std::str
   if (camera.distortion_model == Distortion::None) {
     return {};
   }
-  if (d[5] != 0 || d[6] != 0 || d[7] != 0) {
-    lost.emplace_back("k4 to k6 of the rational distortion are left out");
-  }
-  return {d[0], d[1], d[2], d[3], d[4]};
+  const std::vector<double> radial = polynomial_radial(camera, 3, lost);
+  return {radial[0], radial[1], d[2], d[3], radial[2]};
 }
 
 Eigen::Matrix3d rotation_of_vector(const Eigen::Vector3d& vector) {
@@ -166,6 +196,29 @@ Camera in_file_world(Camera camera, const FileWorld& world) {
       (camera.camera_from_world_rotation * y_up_from(world.up)).eval();
   camera.camera_from_world_translation /= world.metres_per_unit;
   return camera;
+}
+
+Camera turned_camera(const Camera& camera, int quarters) {
+  Camera turned = camera;
+  for (int i = 0; i < ((quarters % 4) + 4) % 4; ++i) {
+    const Camera before = turned;
+    // Pixel (x, y) goes to (height - y, x), so that right becomes down and down becomes left.
+    Eigen::Matrix3d axes;
+    axes << 0, -1, 0, 1, 0, 0, 0, 0, 1;
+    turned.width = before.height;
+    turned.height = before.width;
+    turned.fx = before.fy;
+    turned.fy = before.fx;
+    turned.cx = before.height - before.cy;
+    turned.cy = before.cx;
+    turned.camera_from_world_rotation = axes * before.camera_from_world_rotation;
+    turned.camera_from_world_translation = axes * before.camera_from_world_translation;
+    if (camera.distortion_model == Distortion::Brown) {  // p1 and p2 are along y and x
+      turned.distortion[2] = before.distortion[3];
+      turned.distortion[3] = -before.distortion[2];
+    }
+  }
+  return turned;
 }
 
 Camera scaled_camera(Camera camera, int width, int height) {

@@ -24,9 +24,10 @@ struct OpencvCamera {
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();   ///< camera from world
 };
 
-/// Ours, still in the layout's world. Throws DataError (`file`, camera) for a K that is no matrix
-/// of focal lengths and principal point (skew beyond 1e-6 of the focal length, another last row)
-/// and for a number of coefficients that OpenCV does not have.
+/// Ours, still in the layout's world. Of 12 or 14 coefficients those of the thin prism and of the
+/// tilted sensor must be 0, of a fisheye those beyond the fourth. Throws DataError (`file`, camera)
+/// for a K that is no matrix of focal lengths and principal point (skew beyond 1e-6 of the focal
+/// length, another last row) and for a number of coefficients that OpenCV does not have.
 Camera camera_of(const OpencvCamera& camera, const std::string& file);
 
 /// DataError (`file`, camera) for a number that is not finite, as computing with hostile ones
@@ -40,6 +41,12 @@ OpencvCamera opencv_of(const Camera& camera);
 /// between its image and that of the same rays through a pinhole (over a grid of 33 by 33; our
 /// choice).
 std::string lens_left_out(const Camera& camera);
+
+/// k1, k2, ... of a camera without a fisheye, where the layout's lens is a polynomial of `count`
+/// coefficients (3 or more): its own, or those that come nearest to a rational lens over its image,
+/// and a sentence of how near.
+std::vector<double> polynomial_radial(const Camera& camera, int count,
+                                      std::vector<std::string>& lost);
 
 /// The five numbers k1 k2 p1 p2 k3 that most layouts hold, and one sentence for what they leave
 /// out.
@@ -56,6 +63,10 @@ Eigen::Matrix3d y_up_from(const std::string& up);
 /// A point of the layout's world in ours (metres, Y up), and cameras from one world to the other.
 Camera in_our_world(Camera camera, const FileWorld& world);
 Camera in_file_world(Camera camera, const FileWorld& world);
+
+/// The camera of images that were turned clockwise by quarter turns after they were calibrated: the
+/// same rays through other pixels. Any number of turns; negative: the other way.
+Camera turned_camera(const Camera& camera, int quarters);
 
 /// The same camera for images of another size: everything in pixels times the factor, which is
 /// exact where the first pixel's centre is at (0.5, 0.5).

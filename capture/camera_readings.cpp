@@ -1,10 +1,12 @@
 #include "capture/camera_readings.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
 
 #include "core/error.h"
+#include "core/usage_error.h"
 
 namespace atelier {
 namespace {
@@ -65,8 +67,7 @@ constexpr std::array kReadings = {
 
 [[noreturn]] void refuse(std::string_view option, std::string_view value,
                          const std::string& expected) {
-  throw DataError("--capture." + std::string(option), "",
-                  "'" + std::string(value.substr(0, 60)) + "'", expected);
+  refuse_correction(option, "'" + std::string(value.substr(0, 60)) + "'", expected);
 }
 
 double number_of(std::string_view option, std::string_view text, const std::string& expected) {
@@ -132,6 +133,13 @@ void read_distortion_as(Camera& camera, std::string_view value) {
 }
 
 }  // namespace
+
+void refuse_correction(std::string_view option, const std::string& found,
+                       const std::string& expected) {
+  std::string typed(option);
+  std::replace(typed.begin(), typed.end(), '_', '-');
+  throw UsageError("--capture." + typed + " cannot be " + found + ": it takes " + expected);
+}
 
 std::span<const Reading> all_readings() {
   return kReadings;

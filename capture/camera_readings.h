@@ -22,17 +22,21 @@ struct Reading {
   bool alone = false;       ///< is only looked for in single cameras: of all it cannot be told
 };
 
+/// Refuses a value of an option of corrections: UsageError that names it as it is typed.
+[[noreturn]] void refuse_correction(std::string_view option, const std::string& found,
+                                    const std::string& expected);
+
 /// Every reading that is looked for, the likelier first.
 std::span<const Reading> all_readings();
 
 /// A camera of the layout's own world (in_file_world) under a value of "extrinsics" (inverse,
 /// transposed, position, opengl, inverse_opengl), "distortion" (none, k3_third, times_64, by_64),
 /// "intrinsics" (swapped_centre, or a factor on all four), "baseline" (a factor on the translation)
-/// or "pixel_shift" (px on the principal point). Throws DataError (the option) for another value.
+/// or "pixel_shift" (px on the principal point). Throws UsageError (the option) for another value.
 Camera read_as(Camera camera, std::string_view option, std::string_view value);
 
 /// The reading that a value of "keypoints" stands for: shares, mirrored, upside_down,
-/// swapped_sides, percent, or a factor on the pixels. Throws DataError for another value.
+/// swapped_sides, percent, or a factor on the pixels. Throws UsageError for another value.
 KeypointReading keypoint_reading(std::string_view value, int width, int height);
 
 /// Detections as they are meant; what was not found stays 0, 0, 0.

@@ -8,12 +8,14 @@
 #include <string>
 
 #include "capture/camera_conventions.h"
+#include "capture/camera_readings.h"
 #include "capture/sentence.h"
 
 namespace atelier {
 namespace {
 
 constexpr double kDegrees = 3.14159265358979323846 / 180;
+constexpr double kTwins = 1e-4;  // m: cameras nearer to each other stand in one place
 
 Eigen::Vector3d axis_of(const Camera& camera) {
   return camera.camera_from_world_rotation.row(2).transpose();
@@ -130,6 +132,33 @@ std::string unit_setting(double distance) {
   return setting;
 }
 
+/// The convention of extrinsics under which nearly all cameras look at one place, and are apart;
+/// "" if there is none.
+std::string reading_that_meets(const std::vector<Camera>& cameras, const FileWorld& world) {
+  std::string best;
+  int most = static_cast<int>(4 * cameras.size() / 5) - 1;  // 80% at least
+  for (const Reading& reading : all_readings()) {
+    if (reading.option != "extrinsics") {
+      continue;
+    }
+    std::vector<Camera> meant = cameras;
+    for (Camera& camera : meant) {
+      camera =
+          in_our_world(read_as(in_file_world(camera, world), reading.option, reading.value), world);
+    }
+    double extent = 0;
+    for (const Camera& camera : meant) {
+      extent = std::max(extent, (camera_center(camera) - camera_center(meant[0])).norm());
+    }
+    const Gaze gaze = gaze_of(meant);
+    if (extent > kTwins && !gaze.side_by_side && gaze.agreeing > most) {
+      most = gaze.agreeing;
+      best = std::string(reading.value);
+    }
+  }
+  return best;
+}
+
 void check_gaze(const std::vector<Camera>& cameras, const FileWorld& world,
                 std::vector<Finding>& findings) {
   const Gaze gaze = gaze_of(cameras);
@@ -137,10 +166,14 @@ void check_gaze(const std::vector<Camera>& cameras, const FileWorld& world,
     return;
   }
   if (gaze.agreeing * 2 <= static_cast<int>(cameras.size())) {
-    findings.push_back({Severity::Error, "cameras-apart", "", "the cameras look at no common place",
-                        "are extrinsics world-to-camera (or is the layout's convention another)? "
-                        "try --capture.layout, or --capture.extrinsics all=inverse, transposed, "
-                        "position, opengl"});
+    const std::string reading = reading_that_meets(cameras, world);
+    findings.push_back(
+        {Severity::Error, "cameras-apart", "", "the cameras look at no common place",
+         reading.empty() ? "are extrinsics world-to-camera, is the layout another "
+                           "(--capture.layout)? no other convention of extrinsics makes them look "
+                           "at one"
+                         : "read so, they look at one; --capture.layout, if the layout is another",
+         reading.empty() ? "" : "--capture.extrinsics all=" + reading});
     return;
   }
   for (std::size_t i = 0; i < cameras.size(); ++i) {
@@ -203,7 +236,7 @@ std::vector<Finding> check_cameras(const std::vector<Camera>& cameras, const Fil
   }
   for (std::size_t i = 0; i < cameras.size(); ++i) {
     for (std::size_t j = i + 1; j < cameras.size(); ++j) {
-      if ((camera_center(cameras[i]) - camera_center(cameras[j])).norm() < 1e-4) {
+      if ((camera_center(cameras[i]) - camera_center(cameras[j])).norm() < kTwins) {
         findings.push_back({Severity::Error, "camera-twins", cameras[j].id,
                             "it stands where " + cameras[i].id + " stands",
                             "is one camera's calibration copied, or are both at the origin?"});

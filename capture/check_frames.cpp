@@ -256,6 +256,41 @@ void judge_mask(const std::string& camera, int frame, const ByteImage& mask, Gat
   }
 }
 
+/// Cameras without an image, which serve keypoints alone; an error where others have some.
+Finding without_pictures_finding(const std::vector<std::string>& ids, bool others_have) {
+  std::string list;
+  for (const std::string& id : ids) {
+    list += (list.empty() ? "" : ",") + id;
+  }
+  if (!others_have) {
+    return {Severity::Warning, "camera-without-pictures", list, "no camera has an image",
+            "where are the images? without them cameras serve keypoints alone"};
+  }
+  return {Severity::Error,
+          "camera-without-pictures",
+          list,
+          (ids.size() == 1 ? std::string("it has no image")
+                           : std::to_string(ids.size()) + " cameras have no image"),
+          "where are the images? without them cameras serve keypoints alone; leave these out if "
+          "they were not recorded",
+          "--capture.leave-out " + list};
+}
+
+/// Says once how masks of another size than the images are read.
+void judge_mask_size(FrameReader& reader, Index camera_idx, int frame, const ByteImage& mask,
+                     Gathered& gathered) {
+  const Camera& camera = reader.dataset().cameras[static_cast<std::size_t>(camera_idx)];
+  const std::optional<ImageHeader> stored = reader.mask_header(camera_idx, frame);
+  if (!stored || (stored->width == mask.width && stored->height == mask.height)) {
+    return;
+  }
+  gathered.add(Severity::Note, "mask-scaled", camera.id, frame,
+               "its mask has " + std::to_string(stored->width) + " x " +
+                   std::to_string(stored->height) + " px and is read at the images' " +
+                   std::to_string(mask.width) + " x " + std::to_string(mask.height),
+               "nothing, if the masks were scaled");
+}
+
 /// Calls `read` and turns what cannot be read into a finding.
 template <class Read>
 auto guarded(const Read& read, const char* code, const std::string& camera, int frame,
@@ -305,6 +340,7 @@ std::vector<Finding> check_frames(FrameReader& reader, const FrameCheckOptions& 
   const Dataset& dataset = reader.dataset();
   Gathered gathered;
   std::vector<Finding> camera_findings;
+  std::vector<std::string> without_pictures;
   std::set<int> all_frames;
   bool any_picture = false;
   for (const CaptureSequence& sequence : dataset.info.sequences) {
@@ -335,9 +371,7 @@ std::vector<Finding> check_frames(FrameReader& reader, const FrameCheckOptions& 
     const auto& held_out = dataset.info.held_out_cameras;
     const bool held = std::find(held_out.begin(), held_out.end(), camera.id) != held_out.end();
     if (frames.images.empty() && !all_frames.empty() && !held) {
-      camera_findings.push_back({any_picture ? Severity::Error : Severity::Warning,
-                                 "camera-without-pictures", camera.id, "it has no image",
-                                 "where are its images? without them it serves keypoints alone"});
+      without_pictures.push_back(camera.id);
     }
     int turn = 0;
     for (const int frame : all_frames) {
@@ -370,6 +404,9 @@ std::vector<Finding> check_frames(FrameReader& reader, const FrameCheckOptions& 
                                   camera.id, frame, gathered);
         if (mask) {
           judge_mask(camera.id, frame, *mask, gathered);
+          if ((frames.masks.empty() ? frames.labels : frames.masks).begin()->first == frame) {
+            judge_mask_size(reader, index, frame, *mask, gathered);
+          }
         }
         if (mask && image) {
           pictures.back().person = colour_on(*image, *mask, camera);
@@ -392,6 +429,9 @@ std::vector<Finding> check_frames(FrameReader& reader, const FrameCheckOptions& 
     }
     judge_pictures(camera.id, pictures, options, gathered);
     all_pictures[c] = std::move(pictures);
+  }
+  if (!without_pictures.empty()) {
+    camera_findings.push_back(without_pictures_finding(without_pictures, any_picture));
   }
   std::vector<Finding> findings = gathered.findings();
   compare_cameras(dataset.cameras, all_pictures, findings);

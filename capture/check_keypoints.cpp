@@ -23,6 +23,29 @@ constexpr double kWorstError = 12;  // px of an image 1000 rows high: no detecto
 
 using Frames = std::vector<std::vector<Keypoints2d>>;
 
+/// Frames of which some camera has detections. Of a long recording those in its middle: what is
+/// wrong with a calibration shows in each, and detections and points of all would take gigabytes.
+std::vector<int> frames_to_check(const Dataset& dataset, std::vector<Finding>& findings) {
+  std::vector<int> frames = frame_ids(dataset);
+  std::erase_if(frames, [&](int frame) {
+    return std::none_of(
+        dataset.frames.begin(), dataset.frames.end(),
+        [&](const CameraFrames& camera) { return camera.keypoints.contains(frame); });
+  });
+  constexpr std::size_t kMost = 5000;
+  if (frames.size() > kMost) {
+    const auto begin = frames.begin() + static_cast<std::ptrdiff_t>((frames.size() - kMost) / 2);
+    findings.push_back(
+        {Severity::Note, "keypoints-of-some-frames", "",
+         sentence("keypoints are held against the calibration in %zu of %zu frames, "
+                  "%d to %d",
+                  kMost, frames.size(), *begin, *(begin + static_cast<std::ptrdiff_t>(kMost) - 1)),
+         "nothing"});
+    frames = std::vector<int>(begin, begin + static_cast<std::ptrdiff_t>(kMost));
+  }
+  return frames;
+}
+
 void check_rows(const Dataset& dataset, const Frames& detections, std::vector<Finding>& findings) {
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
     const Camera& camera = dataset.cameras[c];
@@ -259,20 +282,18 @@ void check_half_pixel(const SeenPerson& seen, const Triangulation& found,
 KeypointCheck check_keypoints(FrameReader& reader, const TriangulationOptions& options) {
   const Dataset& dataset = reader.dataset();
   KeypointCheck check;
-  const bool any =
-      std::any_of(dataset.frames.begin(), dataset.frames.end(),
-                  [](const CameraFrames& frames) { return !frames.keypoints.empty(); });
-  if (!any || !dataset.calibrated) {
+  std::vector<Finding>& findings = check.findings;
+  const std::vector<int> frames = frames_to_check(dataset, findings);
+  if (frames.empty() || !dataset.calibrated || dataset.info.keypoint_schema.empty()) {
     return check;
   }
-  std::vector<Finding>& findings = check.findings;
   SeenPerson seen;
   seen.cameras = dataset.cameras;
   seen.file_world = dataset.file_world;
   seen.schema = &keypoint_schema(dataset.info.keypoint_schema);
   seen.fps = dataset.info.sequences.empty() ? 30 : std::max(dataset.info.sequences[0].fps, 1.0);
-  const Detections all = read_detections(reader, frame_ids(dataset));
-  findings = all.findings;
+  const Detections all = read_detections(reader, frames);
+  findings.insert(findings.end(), all.findings.begin(), all.findings.end());
   check.frame_ids = seen.frame_ids = all.frame_ids;
   seen.detections = main_person(all);
   if (max_people(all) > 1 && dataset.cameras.size() > 1) {

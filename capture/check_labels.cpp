@@ -11,6 +11,7 @@
 #include "capture/label_taxonomy.h"
 #include "capture/sentence.h"
 #include "core/error.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -50,12 +51,10 @@ std::optional<Eigen::Vector2d> pixel_of(const Dataset& dataset, const KeypointCh
 
 /// The pixel's value; nothing outside the picture.
 std::optional<std::uint8_t> value_at(const ByteImage& image, const Eigen::Vector2d& pixel) {
-  const int x = static_cast<int>(std::floor(pixel.x()));
-  const int y = static_cast<int>(std::floor(pixel.y()));
-  if (!(pixel.x() >= 0) || !(pixel.y() >= 0) || x >= image.width || y >= image.height) {
+  if (!(pixel.x() >= 0 && pixel.x() < image.width && pixel.y() >= 0 && pixel.y() < image.height)) {
     return std::nullopt;
   }
-  return image.at(x, y);
+  return image.at(saturating_cast<int>(pixel.x()), saturating_cast<int>(pixel.y()));
 }
 
 std::vector<std::size_t> samples_of(const KeypointCheck& keypoints) {
@@ -83,6 +82,10 @@ void check_mask(FrameReader& reader, const KeypointCheck& keypoints, std::size_t
     }
     if (!mask) {
       continue;
+    }
+    if (mask->width != dataset.cameras[camera].width ||
+        mask->height != dataset.cameras[camera].height) {
+      return;  // places in the image are none in the mask; check_frames says so
     }
     for (const JointLabels& joint : kJoints) {
       const auto pixel =

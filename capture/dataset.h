@@ -1,11 +1,13 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
 
 #include "capture/capture_info.h"
+#include "capture/frame_path.h"
 #include "core/camera.h"
 #include "core/finding.h"
 #include "core/types.h"
@@ -14,9 +16,9 @@ namespace atelier {
 
 /// Location of one image, mask, label image or detection.
 struct DataPlace {
-  std::filesystem::path file;  ///< a file of its own, a zip, a video, an HDF5 file
-  std::string member;          ///< name inside a zip or an HDF5 file; "": the file itself
-  int index = -1;              ///< frame of a video or row of an array, from 0; -1: neither
+  FramePath file;      ///< a file of its own, a zip, a video, an HDF5 file
+  std::string member;  ///< name inside a zip or an HDF5 file; "": the file itself
+  int index = -1;      ///< frame of a video or row of an array, from 0; -1: neither
 
   bool operator==(const DataPlace&) const = default;
 };
@@ -41,8 +43,11 @@ struct CameraFrames {
   std::map<int, DataPlace> keypoints;  ///< of CaptureInfo::keypoint_schema
   KeypointReading reading;             ///< of the keypoints
   bool inverted_masks = false;         ///< the masks are set in the background
-  int image_width = 0;                 ///< pixels of the first readable image; 0: none
+  int turn = 0;  ///< quarter turns, clockwise, that images were given after the calibration
+  int view_rotation = 0;  ///< degrees by which the recorder says that it turned them; 0: none
+  int image_width = 0;    ///< pixels of the first readable image; 0: none
   int image_height = 0;
+  int image_orientation = 1;  ///< of its EXIF; 1: shown as it is stored
 };
 
 /// Format of a layout's detections.
@@ -70,6 +75,9 @@ struct Dataset {
   KeypointFile keypoint_file = KeypointFile::OpenPose;
   double keypoint_shift = 0;  ///< px, added to the files' coordinates: 0.5 if centres are integers
   FileWorld file_world;       ///< unit and up axis that were assumed for the files
+  std::vector<std::int64_t> frame_times;  ///< of frames by index, where files are named by time
+  double frame_interval = 0;              ///< median of them
+  std::map<std::string, std::string> corrections;  ///< those that were asked for, as typed
   std::vector<Finding> findings;  ///< contradictions, missing statements and skipped data
 };
 

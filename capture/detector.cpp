@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "core/error.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -110,7 +111,7 @@ Keypoints2d detected_keypoints(const Camera& camera, const KeypointSchema& schem
     if (is_outlier < options.outliers) {
       if (outlier_kind < 0.5) {
         const auto other =
-            static_cast<std::size_t>(outlier_place * static_cast<double>(pixels.size()));
+            saturating_cast<std::size_t>(outlier_place * static_cast<double>(pixels.size()));
         pixel = pixels[std::min(other, pixels.size() - 1)] + sigma * Eigen::Vector2d(dx, dy);
       } else {
         const double distance = scale * (25 + 220 * outlier_place);

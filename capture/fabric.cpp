@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/random.h"
+#include "core/saturating_cast.h"
 #include "core/types.h"
 
 namespace atelier {
@@ -64,8 +65,8 @@ struct Print {
 
   Color over(const Color& ground, double x, double y) const {
     Color color = ground;
-    const auto cx = static_cast<std::int64_t>(std::floor(x / pitch));
-    const auto cy = static_cast<std::int64_t>(std::floor(y / pitch));
+    const auto cx = saturating_cast<std::int64_t>(std::floor(x / pitch));
+    const auto cy = saturating_cast<std::int64_t>(std::floor(y / pitch));
     for (std::int64_t j = cy - 1; j <= cy + 1; ++j) {
       for (std::int64_t i = cx - 1; i <= cx + 1; ++i) {
         const auto draw = [&](int n) { return 0.5 + 0.5 * lattice(i, j, n, seed); };
@@ -77,7 +78,7 @@ struct Print {
           continue;
         }
         const double angle = std::atan2(py, px) + 2 * std::numbers::pi * draw(3);
-        const int count = 5 + static_cast<int>(draw(4) * 3);
+        const int count = 5 + saturating_cast<int>(draw(4) * 3);
         const double petal = 0.66 + 0.34 * std::cos(count * angle);
         // Two leaves behind the flower.
         const double leaf_angle = std::abs(std::sin(angle * 1.0 + 3 * draw(5)));
@@ -85,7 +86,7 @@ struct Print {
           color = leaf;
         }
         if (r < petal) {
-          const Color& tone = petals[static_cast<std::size_t>(draw(6) * 3.999)];
+          const Color& tone = petals[saturating_cast<std::size_t>(draw(6) * 3.999)];
           color = tone * static_cast<float>(0.82 + 0.25 * r / petal);
           if (r > petal * 0.88) {
             color *= 0.72F;  // outlines
@@ -127,9 +128,10 @@ Color coded(double x, double y, const FabricOptions& options, std::uint64_t seed
   if (std::max(std::abs(fu), std::abs(fv)) > 0.42) {
     return Color(0.03F, 0.03F, 0.035F);
   }
-  const double draw = 0.5 + 0.5 * lattice(static_cast<std::int64_t>(std::floor(u)),
-                                          static_cast<std::int64_t>(std::floor(v)), 0, seed + 21);
-  return kColors[static_cast<std::size_t>(draw * 6.999)];
+  const double draw =
+      0.5 + 0.5 * lattice(saturating_cast<std::int64_t>(std::floor(u)),
+                          saturating_cast<std::int64_t>(std::floor(v)), 0, seed + 21);
+  return kColors[saturating_cast<std::size_t>(draw * 6.999)];
 }
 
 }  // namespace
@@ -156,9 +158,9 @@ OptionTable describe(FabricOptions& options) {
 }
 
 double value_noise(double x, double y, double z, std::uint64_t seed) {
-  const auto x0 = static_cast<std::int64_t>(std::floor(x));
-  const auto y0 = static_cast<std::int64_t>(std::floor(y));
-  const auto z0 = static_cast<std::int64_t>(std::floor(z));
+  const auto x0 = saturating_cast<std::int64_t>(std::floor(x));
+  const auto y0 = saturating_cast<std::int64_t>(std::floor(y));
+  const auto z0 = saturating_cast<std::int64_t>(std::floor(z));
   const double tx = smooth(x - std::floor(x));
   const double ty = smooth(y - std::floor(y));
   const double tz = smooth(z - std::floor(z));

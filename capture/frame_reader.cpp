@@ -1,6 +1,7 @@
 #include "capture/frame_reader.h"
 
 #include <algorithm>
+#include <cmath>
 #include <span>
 
 #include "capture/camera_conventions.h"
@@ -105,6 +106,30 @@ ByteImage binary_mask(std::span<const std::byte> bytes, const std::string& name,
   return mask;
 }
 
+/// A mask or label image at the size of the camera's images, where it is an exact scale of them (to
+/// a pixel): each pixel is that of the file in which its centre lies. Else as it is.
+ByteImage at_image_size(ByteImage read, const CameraFrames& frames) {
+  const int width = frames.image_width;
+  const int height = frames.image_height;
+  if (width == 0 || (read.width == width && read.height == height) || read.width == 0 ||
+      read.height == 0) {
+    return read;
+  }
+  const double scale = static_cast<double>(read.width) / width;
+  if (std::abs(read.height - scale * height) > std::max(1.0, scale)) {
+    return read;
+  }
+  ByteImage scaled(width, height, 1);
+  for (int y = 0; y < height; ++y) {
+    const int from_y = static_cast<int>((2 * std::int64_t{y} + 1) * read.height / (2 * height));
+    for (int x = 0; x < width; ++x) {
+      const int from_x = static_cast<int>((2 * std::int64_t{x} + 1) * read.width / (2 * width));
+      scaled.at(x, y) = read.at(from_x, from_y);
+    }
+  }
+  return scaled;
+}
+
 }  // namespace
 
 struct FrameReader::State {
@@ -112,9 +137,10 @@ struct FrameReader::State {
   Limits limits;
   std::optional<ZipArchive> zip;  ///< the one read last
   std::optional<VideoFile> video;
-  std::filesystem::path video_path;
-  std::filesystem::path hdf5_path;  ///< of `hdf5`
+  FramePath video_path;
+  FramePath hdf5_path;  ///< of `hdf5`
   std::map<std::string, Tensor> hdf5;
+  std::map<std::string, std::map<int, std::vector<PersonKeypoints>>> detections;
 
   std::size_t camera(Index camera_idx) const {
     ATELIER_CHECK(camera_idx >= 0 && camera_idx < static_cast<Index>(dataset.cameras.size()),
@@ -169,6 +195,20 @@ struct FrameReader::State {
     return *video;
   }
   ByteImage video_frame(const DataPlace& place) { return opened(place).frame(place.index); }
+
+  /// Everybody in every frame of a file that holds many; files stay in memory, since frames of all
+  /// cameras are read in turn.
+  const std::map<int, std::vector<PersonKeypoints>>& detection_frames(const DataPlace& place) {
+    const auto there = detections.find(place.file.string());
+    if (there != detections.end()) {
+      return there->second;
+    }
+    const std::vector<std::byte> bytes = read_file_bytes(place.file, limits.text_file_bytes);
+    return detections
+        .emplace(place.file.string(), parse_detection_frames(as_text(bytes), place.file.string(),
+                                                             dataset.keypoint_shift, limits))
+        .first->second;
+  }
 
   /// Row `index` of an array [F,K,C] of numbers.
   RowMatrix row_of(const DataPlace& place, std::map<int, DataPlace> CameraFrames::*kind,
@@ -269,7 +309,7 @@ std::optional<ByteImage> FrameReader::mask(Index camera_idx, int frame_id) {
         value = static_cast<std::uint8_t>(255 - value);
       }
     }
-    return read;
+    return at_image_size(std::move(read), state_->dataset.frames[state_->camera(camera_idx)]);
   }
   std::optional<ByteImage> mask = labels(camera_idx, frame_id);
   if (mask) {
@@ -291,9 +331,24 @@ std::optional<ByteImage> FrameReader::labels(Index camera_idx, int frame_id) {
   const std::string name = name_of(*place);
   const bool colors =
       !taxonomy.colors.empty() && read_image_header(bytes, name, state_->limits).channels >= 3;
-  return to_atelier_labels(colors ? read_byte_image(bytes, name, false, state_->limits)
-                                  : read_labels(bytes, name, state_->limits),
-                           taxonomy, name);
+  return at_image_size(
+      to_atelier_labels(colors ? read_byte_image(bytes, name, false, state_->limits)
+                               : read_labels(bytes, name, state_->limits),
+                        taxonomy, name),
+      state_->dataset.frames[state_->camera(camera_idx)]);
+}
+
+std::optional<ImageHeader> FrameReader::mask_header(Index camera_idx, int frame_id) {
+  const CameraFrames& frames = state_->dataset.frames[state_->camera(camera_idx)];
+  const DataPlace* mask = find_place(frames.masks, frame_id);
+  const DataPlace* place = mask != nullptr ? mask : find_place(frames.labels, frame_id);
+  if (place == nullptr) {
+    return std::nullopt;
+  }
+  return read_image_header(
+      state_->bytes(*place, mask != nullptr ? &CameraFrames::masks : &CameraFrames::labels,
+                    frame_id),
+      name_of(*place), state_->limits);
 }
 
 std::vector<PersonKeypoints> FrameReader::keypoints(Index camera_idx, int frame_id) {
@@ -313,13 +368,19 @@ std::vector<PersonKeypoints> FrameReader::keypoints(Index camera_idx, int frame_
     }
     return {as_meant(std::move(person), dataset, state_->camera(camera_idx))};
   }
-  const std::vector<std::byte> bytes = state_->bytes(*place, nullptr, frame_id);
-  const std::string_view text = as_text(bytes);
-  std::vector<PersonKeypoints> people =
-      dataset.keypoint_file == KeypointFile::EasyMocap
-          ? parse_easymocap_annotation(text, name_of(*place), dataset.keypoint_shift,
-                                       state_->limits)
-          : parse_openpose(text, name_of(*place), dataset.keypoint_shift, state_->limits);
+  std::vector<PersonKeypoints> people;
+  if (place->index >= 0) {  // of a file of many frames
+    const auto& frames = state_->detection_frames(*place);
+    const auto found = frames.find(place->index);
+    people = found == frames.end() ? people : found->second;
+  } else {
+    const std::vector<std::byte> bytes = state_->bytes(*place, nullptr, frame_id);
+    const std::string_view text = as_text(bytes);
+    people = dataset.keypoint_file == KeypointFile::EasyMocap
+                 ? parse_easymocap_annotation(text, name_of(*place), dataset.keypoint_shift,
+                                              state_->limits)
+                 : parse_detections(text, name_of(*place), dataset.keypoint_shift, state_->limits);
+  }
   for (PersonKeypoints& person : people) {
     person = as_meant(std::move(person), dataset, state_->camera(camera_idx));
   }

@@ -42,10 +42,13 @@ class FrameReader {
   /// The same in linear light.
   std::optional<Image> image(Index camera_idx, int frame_id);
   /// 255 on the person, 0 elsewhere: from the mask, or from the labels where there is no mask.
-  /// Masks of 0 and 1, of palettes, with alpha and soft ones (at one half) become that.
+  /// Masks of 0 and 1, of palettes, with alpha and soft ones (at one half) become that; one that is
+  /// an exact scale of the camera's images (to a pixel) has their size.
   std::optional<ByteImage> mask(Index camera_idx, int frame_id);
-  /// Labels of the taxonomy "atelier" (label_taxonomy.h).
+  /// Labels of the taxonomy "atelier" (label_taxonomy.h); their size as of masks.
   std::optional<ByteImage> labels(Index camera_idx, int frame_id);
+  /// Header of the file that `mask` reads.
+  std::optional<ImageHeader> mask_header(Index camera_idx, int frame_id);
   /// Everybody who was found; empty if nobody was or nothing is there.
   std::vector<PersonKeypoints> keypoints(Index camera_idx, int frame_id);
   /// Everybody in space, metres, Y up.

@@ -2,7 +2,9 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 
+#include "capture/frame_number.h"
 #include "capture/person_id.h"
 #include "core/error.h"
 #include "core/io/json.h"
@@ -68,12 +70,8 @@ int id_of(const JsonPlace& place) {
   return static_cast<int>(place.integer(-1, kMaxPeople));
 }
 
-}  // namespace
-
-std::vector<PersonKeypoints> parse_openpose(std::string_view text, const std::string& file,
-                                            double shift, const Limits& limits) {
-  const nlohmann::json parsed = parse_json(text, file, limits);
-  const JsonPlace root(parsed, file);
+/// The people of OpenPose's object.
+std::vector<PersonKeypoints> openpose_people(const JsonPlace& root, double shift) {
   std::vector<PersonKeypoints> people;
   for (const JsonPlace& entry : root.at("people").items()) {
     const JsonPlace body = entry.at("pose_keypoints_2d");
@@ -94,6 +92,174 @@ std::vector<PersonKeypoints> parse_openpose(std::string_view text, const std::st
   }
   check_same_length(people, root);
   return people;
+}
+
+/// One instance of MMPose (rows of x and y, scores beside them) or of AlphaPose (triples).
+PersonKeypoints person_of(const JsonPlace& entry, double shift) {
+  const JsonPlace body = entry.at("keypoints");
+  PersonKeypoints person;
+  if (const auto scores = entry.find("keypoint_scores")) {
+    const std::vector<double> confidence = scores->numbers();
+    const std::vector<JsonPlace> rows = body.items();
+    if (rows.size() != confidence.size()) {
+      entry.fail(std::to_string(rows.size()) + " keypoints and " +
+                     std::to_string(confidence.size()) + " scores",
+                 "as many of both");
+    }
+    std::vector<double> values;
+    for (std::size_t k = 0; k < rows.size(); ++k) {
+      const std::vector<double> place = rows[k].numbers();
+      if (place.size() != 2 && place.size() != 3) {
+        rows[k].fail(counted(static_cast<std::int64_t>(place.size()), "number"), "x and y");
+      }
+      values.insert(values.end(), {place[0], place[1], confidence[k]});
+    }
+    person.points = keypoints_of(body, values, shift);
+  } else {
+    person.points = keypoints_of(body, flat_numbers(body), shift);
+  }
+  for (const char* key : {"track_id", "idx"}) {
+    const auto id = entry.find(key);
+    if (id && id->value().is_number_integer()) {
+      person.id = id_of(*id);
+      break;
+    }
+  }
+  return person;
+}
+
+std::vector<PersonKeypoints> people_of(const std::vector<JsonPlace>& instances, double shift,
+                                       const JsonPlace& place) {
+  std::vector<PersonKeypoints> people;
+  for (const JsonPlace& instance : instances) {
+    people.push_back(person_of(instance, shift));
+  }
+  check_same_length(people, place);
+  return people;
+}
+
+int frame_named(const JsonPlace& place) {
+  constexpr int kMost = 999'999'999;
+  if (!place.value().is_string()) {
+    return static_cast<int>(place.integer(0, kMost));
+  }
+  const std::optional<int> number = frame_number(place.text());
+  if (!number) {
+    place.fail("'" + place.text().substr(0, 60) + "'", "an image's name with a number");
+  }
+  return *number;
+}
+
+using PeopleOfFrames = std::map<int, std::vector<PersonKeypoints>>;
+
+/// Frames of MMPose, each with `instances`; without `frame_id` in their order.
+PeopleOfFrames mmpose_frames(const std::vector<JsonPlace>& items, double shift) {
+  PeopleOfFrames frames;
+  int next = 0;
+  for (const JsonPlace& item : items) {
+    const auto id = item.find("frame_id");
+    const int frame = id ? frame_named(*id) : next;
+    next = frame + 1;
+    auto people = people_of(item.at("instances").items(), shift, item);
+    if (!frames.emplace(frame, std::move(people)).second) {
+      item.fail("frame " + std::to_string(frame) + " a second time", "each once");
+    }
+  }
+  return frames;
+}
+
+/// Whatever MMPose and AlphaPose write, told by its members.
+PeopleOfFrames frames_in(const JsonPlace& root, double shift, const Limits& limits) {
+  const auto refuse = [&](const JsonPlace& place, const std::string& found) {
+    place.fail(found,
+               "people (OpenPose), instance_info or instances (MMPose), or a list of keypoints "
+               "with image_id (AlphaPose)");
+  };
+  PeopleOfFrames frames;
+  if (root.value().is_object() && root.has("instance_info")) {
+    return mmpose_frames(root.at("instance_info").items(), shift);
+  }
+  if (root.value().is_object() && root.has("instances")) {
+    return mmpose_frames({root}, shift);
+  }
+  if (root.value().is_array()) {
+    const std::vector<JsonPlace> items = root.items();
+    if (static_cast<std::int64_t>(items.size()) > limits.frames) {
+      root.fail(std::to_string(items.size()) + " entries",
+                "at most " + std::to_string(limits.frames));
+    }
+    if (!items.empty() && items.front().value().is_object() && items.front().has("instances")) {
+      return mmpose_frames(items, shift);
+    }
+    for (const JsonPlace& item : items) {
+      if (!item.value().is_object() || !item.has("keypoints")) {
+        refuse(item, "no keypoints");
+      }
+      const auto image = item.find("image_id");
+      frames[image ? frame_named(*image) : 0].push_back(person_of(item, shift));
+    }
+    for (const auto& [frame, people] : frames) {
+      check_same_length(people, root);
+    }
+    return frames;
+  }
+  if (!root.value().is_object() || root.value().empty()) {
+    refuse(root, "nothing of a detector that is known");
+  }
+  // AlphaPose's other formats: an object with one of OpenPose's for each image.
+  for (const auto& [name, value] : root.value().items()) {
+    const std::optional<int> number = frame_number(name);
+    const bool of_image =
+        number && value.is_object() && (value.contains("people") || value.contains("bodies"));
+    if (!of_image) {
+      refuse(root, "the member '" + name.substr(0, 60) + "'");
+    }
+    const JsonPlace image = root.at(name);
+    std::vector<PersonKeypoints> people;
+    if (image.has("people")) {
+      people = openpose_people(image, shift);
+    } else {
+      for (const JsonPlace& body : image.at("bodies").items()) {
+        PersonKeypoints person;
+        person.points = keypoints_of(body, flat_numbers(body.at("joints")), shift);
+        people.push_back(std::move(person));
+      }
+      check_same_length(people, image);
+    }
+    frames.emplace(*number, std::move(people));
+  }
+  return frames;
+}
+
+}  // namespace
+
+std::vector<PersonKeypoints> parse_openpose(std::string_view text, const std::string& file,
+                                            double shift, const Limits& limits) {
+  const nlohmann::json parsed = parse_json(text, file, limits);
+  return openpose_people(JsonPlace(parsed, file), shift);
+}
+
+std::map<int, std::vector<PersonKeypoints>> parse_detection_frames(std::string_view text,
+                                                                   const std::string& file,
+                                                                   double shift,
+                                                                   const Limits& limits) {
+  const nlohmann::json parsed = parse_json(text, file, limits);
+  return frames_in(JsonPlace(parsed, file), shift, limits);
+}
+
+std::vector<PersonKeypoints> parse_detections(std::string_view text, const std::string& file,
+                                              double shift, const Limits& limits) {
+  const nlohmann::json parsed = parse_json(text, file, limits);
+  const JsonPlace root(parsed, file);
+  if (root.value().is_object() && root.has("people")) {
+    return openpose_people(root, shift);
+  }
+  std::map<int, std::vector<PersonKeypoints>> frames = frames_in(root, shift, limits);
+  if (frames.size() > 1) {
+    root.fail(std::to_string(frames.size()) + " frames in the file of one",
+              "a file for each frame, or one file for the camera");
+  }
+  return frames.empty() ? std::vector<PersonKeypoints>() : std::move(frames.begin()->second);
 }
 
 std::vector<PersonKeypoints> parse_easymocap_annotation(std::string_view text,

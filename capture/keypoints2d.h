@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -37,6 +38,20 @@ struct PersonPoints {
 /// centre
 std::vector<PersonKeypoints> parse_openpose(std::string_view text, const std::string& file = "",
                                             double shift = 0, const Limits& limits = {});
+
+/// The people of one image in the words of whichever program found them: OpenPose's (above),
+/// MMPose's (`instance_info` of one frame, or the list of instances that its inferencer writes:
+/// `keypoints` as rows of x and y with `keypoint_scores`; so does RTMPose) or AlphaPose's (a list
+/// of `keypoints` as triples). Throws as parse_openpose, and for a file of several frames.
+std::vector<PersonKeypoints> parse_detections(std::string_view text, const std::string& file = "",
+                                              double shift = 0, const Limits& limits = {});
+
+/// The people of each frame of a file that holds many: MMPose's with `frame_id`, AlphaPose's with
+/// `image_id` (the last number of the image's name) or an object of images. Throws as above.
+std::map<int, std::vector<PersonKeypoints>> parse_detection_frames(std::string_view text,
+                                                                   const std::string& file = "",
+                                                                   double shift = 0,
+                                                                   const Limits& limits = {});
 
 /// The people of one EasyMocap annotation (`annots/<camera>/<frame>.json`): `annots`, or the bare
 /// list, each with `keypoints` and `personID` or `id`. Throws as parse_openpose.

@@ -8,6 +8,7 @@
 #include "core/io/json.h"
 #include "core/io/json_place.h"
 #include "core/printable.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -116,7 +117,7 @@ std::map<int, std::vector<int>> parse_bridged_keypoints(std::string_view text,
       if (!(value >= 0 && value < points) || value != std::floor(value)) {
         place.fail("point " + std::to_string(value), "numbers of the points, from 0");
       }
-      numbers.push_back(static_cast<int>(value));
+      numbers.push_back(saturating_cast<int>(value));
     }
     all[static_cast<int>(entry.integer_or("id", -1, -1, kMaxPeople))] = std::move(numbers);
   }

@@ -4,6 +4,7 @@
 #include "capture/detector.h"
 #include "capture/fabric.h"
 #include "capture/label_taxonomy.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -36,13 +37,13 @@ ByteImage detected_labels(const ByteImage& truth, const LabelNoiseOptions& optio
   const double cell = 24 * scale + 4;  // px over which a border strays one way
   const std::uint64_t field = random.seed * 7919 + random.stream * 104729;
   const auto clamped = [&](double x, double y) {
-    const int column = std::clamp(static_cast<int>(std::floor(x)), 0, truth.width - 1);
-    const int row = std::clamp(static_cast<int>(std::floor(y)), 0, truth.height - 1);
+    const int column = std::clamp(saturating_cast<int>(std::floor(x)), 0, truth.width - 1);
+    const int row = std::clamp(saturating_cast<int>(std::floor(y)), 0, truth.height - 1);
     return truth.at(column, row);
   };
   const auto background = static_cast<std::uint8_t>(Label::Background);
   // Only pixels near a border can change: the rest is copied.
-  const int reach = static_cast<int>(std::ceil(1.5 * wander + erosion)) + 1;
+  const int reach = saturating_cast<int>(std::ceil(1.5 * wander + erosion) + 1);
   ByteImage near(truth.width, truth.height, 1);
   for (int y = 0; y < truth.height; ++y) {
     for (int x = 0; x < truth.width; ++x) {
@@ -88,7 +89,7 @@ ByteImage detected_labels(const ByteImage& truth, const LabelNoiseOptions& optio
       const std::uint8_t other = x > 0 && truth.at(x - 1, y) != truth.at(x, y)
                                      ? truth.at(x - 1, y)
                                      : clamped(x + 0.5, y - 0.5);
-      const int r = static_cast<int>(radius);
+      const int r = saturating_cast<int>(radius);
       for (int j = std::max(0, y - r); j <= std::min(truth.height - 1, y + r); ++j) {
         for (int i = std::max(0, x - r); i <= std::min(truth.width - 1, x + r); ++i) {
           if (std::hypot(i - x, j - y) <= radius) {

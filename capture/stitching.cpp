@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -73,7 +74,7 @@ void add_side(Distances& distances, const Side& side, double reach, double texel
   const double margin = reach / texel + 1;
   const auto bound = [&](int axis, double sign, int size) {
     const double end = sign * std::max(sign * side.a[axis], sign * side.b[axis]);
-    return static_cast<int>(std::clamp(std::floor(end + sign * margin), 0.0, size - 1.0));
+    return saturating_cast<int>(std::clamp(std::floor(end + sign * margin), 0.0, size - 1.0));
   };
   ImageOf<float>& nearest = side.opening ? distances.opening : distances.seam;
   for (int y = bound(1, -1, nearest.height); y <= bound(1, 1, nearest.height); ++y) {

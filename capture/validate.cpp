@@ -6,6 +6,9 @@
 #include "capture/check_cameras.h"
 #include "capture/check_keypoints.h"
 #include "capture/check_labels.h"
+#include "capture/sentence.h"
+#include "capture/settle_advice.h"
+#include "core/split_text.h"
 #include "core/store/consent.h"
 
 namespace atelier {
@@ -22,6 +25,50 @@ std::vector<Finding> check_consent(const Dataset& dataset) {
   for (const std::string& ended : ended_consent(dataset.info.consent, now)) {
     findings.push_back({Severity::Warning, "consent-ended", dataset.root.string(), ended,
                         "renew the consent, or remove the capture"});
+  }
+  return findings;
+}
+
+/// What no check of single cameras and frames sees: too few cameras, nothing to look at, frame
+/// rates of no recording.
+std::vector<Finding> check_rig(const Dataset& dataset) {
+  std::vector<Finding> findings;
+  const std::string root = dataset.root.string();
+  const std::vector<std::string>& held = dataset.info.held_out_cameras;
+  const auto open =
+      std::count_if(dataset.cameras.begin(), dataset.cameras.end(), [&](const Camera& camera) {
+        return std::find(held.begin(), held.end(), camera.id) == held.end();
+      });
+  const std::string all = std::to_string(dataset.cameras.size());
+  if (open == 0) {
+    findings.push_back({Severity::Error, "cameras-held-out", root,
+                        "all " + all + " cameras are held out, so that no stage may open an image",
+                        "take some from held_out_cameras in capture.toml"});
+  } else if (open == 1) {
+    findings.push_back(
+        {dataset.calibrated ? Severity::Error : Severity::Warning, "cameras-few", root,
+         dataset.cameras.size() == 1 ? "there is one camera alone"
+                                     : "all but one of " + all + " cameras are held out",
+         "two cameras at least must see each part of the person"});
+  }
+  const bool any =
+      std::any_of(dataset.frames.begin(), dataset.frames.end(), [](const CameraFrames& frames) {
+        return !frames.images.empty() || !frames.keypoints.empty();
+      });
+  if (!any) {
+    findings.push_back({Severity::Error, "no-frames", root,
+                        "there is no image and no detection of any camera",
+                        "put images where the layout has them (docs/reference/formats.md)"});
+  }
+  constexpr double kSlow = 0.5;
+  constexpr double kFast = 1000;
+  for (const CaptureSequence& sequence : dataset.info.sequences) {
+    if (sequence.frame_ids.size() > 1 && !(sequence.fps >= kSlow && sequence.fps <= kFast)) {
+      findings.push_back(
+          {Severity::Error, "fps-odd", root,
+           sentence("sequence %.60s has %g frames a second", sequence.name.c_str(), sequence.fps),
+           "no person is recorded so; --capture.fps says how many there are"});
+    }
   }
   return findings;
 }
@@ -55,6 +102,14 @@ void merge(std::vector<Finding>& findings) {
 
 std::vector<std::string> settings_of(const std::vector<Finding>& findings) {
   // "--capture.sync cam3=2" and "--capture.sync cam5=1" are one setting of two cameras.
+  const auto join = [](std::string& all, const std::string& more) {
+    const std::vector<std::string> there = split_text(all, ',');
+    for (const std::string& part : split_text(more, ',')) {
+      if (std::find(there.begin(), there.end(), part) == there.end()) {
+        all += "," + part;
+      }
+    }
+  };
   std::vector<std::pair<std::string, std::string>> settings;
   for (const Finding& finding : findings) {
     const std::size_t space = finding.setting.find(' ');
@@ -68,8 +123,8 @@ std::vector<std::string> settings_of(const std::vector<Finding>& findings) {
     const bool listed = value.find('=') != std::string::npos || option == "--capture.leave-out";
     if (same == settings.end()) {
       settings.emplace_back(option, value);
-    } else if (listed && same->second.find(value) == std::string::npos) {
-      same->second += "," + value;
+    } else if (listed) {
+      join(same->second, value);
     }
   }
   std::vector<std::string> lines;
@@ -92,10 +147,11 @@ Validation validate(FrameReader& reader, const ValidateOptions& options,
   const Dataset& dataset = reader.dataset();
   Validation validation;
   std::vector<Finding>& findings = validation.findings;
-  findings = dataset.findings;
+  findings = check_rig(dataset);
   const auto add = [&](const std::vector<Finding>& more) {
     findings.insert(findings.end(), more.begin(), more.end());
   };
+  add(dataset.findings);
   add(check_consent(dataset));
   if (dataset.calibrated) {
     add(check_cameras(dataset.cameras, dataset.file_world));
@@ -105,6 +161,7 @@ Validation validate(FrameReader& reader, const ValidateOptions& options,
   add(validation.keypoints.findings);
   add(check_labels(reader, validation.keypoints));
   merge(findings);
+  findings = settle_advice(std::move(findings), dataset);
   std::stable_sort(findings.begin(), findings.end(), [](const Finding& a, const Finding& b) {
     return static_cast<int>(a.severity) > static_cast<int>(b.severity);
   });

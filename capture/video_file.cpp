@@ -12,6 +12,7 @@
 #include "core/error.h"
 #include "core/late_library.h"
 #include "core/regular_file.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -83,9 +84,9 @@ VideoFile::VideoFile(const std::filesystem::path& path, const Limits& limits)
     throw DataError(path.string(), "", "no number of frames that is possible",
                     "1 to " + std::to_string(limits.frames));
   }
-  state_->width = static_cast<int>(width);
-  state_->height = static_cast<int>(height);
-  state_->frames = static_cast<int>(frames);
+  state_->width = saturating_cast<int>(width);
+  state_->height = saturating_cast<int>(height);
+  state_->frames = saturating_cast<int>(frames);
   const double fps = property(cv::CAP_PROP_FPS);
   constexpr double kMaxFps = 10'000;
   state_->fps = fps > 0 && fps <= kMaxFps ? fps : 0;

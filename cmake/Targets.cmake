@@ -52,6 +52,12 @@ function(atelier_sanitized target sanitizers)
   target_compile_options(${target} PRIVATE -fsanitize=${sanitizers} -fno-omit-frame-pointer
     -fno-sanitize-recover=all -fno-sanitize=vptr,null,object-size)
   target_link_options(${target} PRIVATE -fsanitize=${sanitizers})
+  # No part of "undefined" in either compiler: numbers cast to integers that cannot hold them
+  # (core/saturating_cast.h).
+  if("${sanitizers}" MATCHES "undefined")
+    target_compile_options(${target} PRIVATE
+      "$<$<COMPILE_LANGUAGE:CXX>:-fsanitize=float-cast-overflow>")
+  endif()
 endfunction()
 
 function(atelier_settings target)

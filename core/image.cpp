@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/saturating_cast.h"
+
 namespace atelier {
 namespace {
 
@@ -22,7 +24,8 @@ ByteImage srgb_from_linear(const Image& image) {
   for (std::size_t i = 0; i < image.data.size(); ++i) {
     // min(max(NaN, 0)) is 0: a broken pixel is black, not undefined.
     const float linear = std::min(std::max(0.0F, image.data[i]), 1.0F);
-    bytes.data[i] = static_cast<std::uint8_t>(std::lround(255.0F * srgb_from_linear_value(linear)));
+    bytes.data[i] =
+        saturating_cast<std::uint8_t>(std::round(255.0F * srgb_from_linear_value(linear)));
   }
   return bytes;
 }

@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/saturating_cast.h"
 #include "core/tree.h"
 
 namespace atelier {
@@ -24,7 +25,7 @@ GridPoint on_grid(const Eigen::Vector3d& p) {
   for (int i = 0; i < 3; ++i) {
     ATELIER_CHECK(std::isfinite(p[i]) && std::abs(p[i]) <= kReach,
                   "intersection tests need finite coordinates within 256 m");
-    g[static_cast<std::size_t>(i)] = std::llround(p[i] * kGrid);
+    g[static_cast<std::size_t>(i)] = saturating_cast<std::int64_t>(std::round(p[i] * kGrid));
   }
   return g;
 }

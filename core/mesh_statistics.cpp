@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/normals.h"
+#include "core/saturating_cast.h"
 #include "core/topology.h"
 
 namespace atelier {
@@ -13,7 +14,7 @@ namespace {
 
 double quantile(const std::vector<double>& sorted, double share) {
   const double at = share * static_cast<double>(sorted.size() - 1);
-  const auto below = static_cast<std::size_t>(at);
+  const auto below = saturating_cast<std::size_t>(at);
   const std::size_t above = std::min(below + 1, sorted.size() - 1);
   return sorted[below] + (at - std::floor(at)) * (sorted[above] - sorted[below]);
 }

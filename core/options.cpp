@@ -13,6 +13,7 @@
 #include "core/nearest_name.h"
 #include "core/printable.h"
 #include "core/renamed_options.h"
+#include "core/saturating_cast.h"
 #include "core/utf8.h"
 
 namespace atelier {
@@ -159,7 +160,7 @@ std::string join(const std::vector<std::string>& words, std::string_view separat
 std::string bound_text(double value) {
   constexpr double kWritten = 1e10;
   return std::abs(value) < kWritten && value == std::floor(value)
-             ? number_text(static_cast<std::int64_t>(value))
+             ? number_text(saturating_cast<std::int64_t>(value))
              : number_text(value);
 }
 

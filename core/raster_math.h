@@ -83,6 +83,11 @@ ATELIER_HOST_DEVICE inline Vec3d crossing(Vec3d inner, double d_inner, Vec3d out
           rounded_sum(inner.z, rounded_product(t, outer.z - inner.z))};
 }
 
+/// Whether no coordinate is infinite or NaN, whose differences from themselves are NaN.
+ATELIER_HOST_DEVICE inline bool is_finite(Vec3d v) {
+  return v.x - v.x == 0 && v.y - v.y == 0 && v.z - v.z == 0;
+}
+
 /// The part of a face in front of the near plane and inside the guard band (Sutherland and Hodgman,
 /// "Reentrant polygon clipping", CACM 1974). No corners: none of it.
 ATELIER_HOST_DEVICE inline ScreenPolygon clipped(Vec3d a, Vec3d b, Vec3d c, double near) {
@@ -90,7 +95,7 @@ ATELIER_HOST_DEVICE inline ScreenPolygon clipped(Vec3d a, Vec3d b, Vec3d c, doub
   polygon.corner[0] = a;
   polygon.corner[1] = b;
   polygon.corner[2] = c;
-  polygon.count = a.z == a.z && b.z == b.z && c.z == c.z ? 3 : 0;  // NaN differs from itself
+  polygon.count = is_finite(a) && is_finite(b) && is_finite(c) ? 3 : 0;
   for (int plane = 0; plane < 5 && polygon.count > 0; ++plane) {
     bool all_inside = true;
     for (int i = 0; i < polygon.count; ++i) {
@@ -123,7 +128,8 @@ ATELIER_HOST_DEVICE inline ScreenPolygon clipped(Vec3d a, Vec3d b, Vec3d c, doub
   return polygon;
 }
 
-/// Fixed-point pixel coordinate; ties to even.
+/// Fixed-point pixel coordinate; ties to even. Of corners that `clipped` kept: inside the guard
+/// band, whose fixed-point coordinates fit.
 ATELIER_HOST_DEVICE inline std::int32_t fixed_point(double numerator, double z) {
   return static_cast<std::int32_t>(std::rint(numerator / z * kSubpixels));
 }

@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/saturating_cast.h"
 #include "core/tree.h"
 
 namespace atelier {
@@ -55,7 +56,7 @@ using Parts = std::vector<Part>;
 int bin_of(const Part& part, int axis, const Box& centers) {
   const double extent = centers.high[axis] - centers.low[axis];
   const double place = (part.center[axis] - centers.low[axis]) / extent * kBins;
-  return std::clamp(static_cast<int>(place), 0, kBins - 1);
+  return std::clamp(saturating_cast<int>(place), 0, kBins - 1);
 }
 
 /// The cheapest cut: parts in bins below `bin` of `axis` go left; axis -1: no cut parts them.

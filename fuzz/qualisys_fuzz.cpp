@@ -4,5 +4,5 @@
 #include "fuzz/reader.h"
 
 ATELIER_FUZZ_READER(qualisys) {
-  check_finite_cameras(parse_qualisys(as_text(bytes), "qca"));
+  check_finite_cameras(parse_qualisys(as_text(bytes), "qca").cameras);
 }

@@ -8,6 +8,7 @@
 #include "core/check_bounded.h"
 #include "core/error.h"
 #include "core/limits.h"
+#include "core/saturating_cast.h"
 #include "simulation/cloth/cloth_state.h"
 
 namespace atelier {
@@ -41,7 +42,7 @@ std::int64_t count_at(const Archive& archive, const std::string& name, const std
     std::snprintf(text.data(), text.size(), "%g", value);
     throw DataError(file, name, text.data(), "a whole number from 0 to 1e+09");
   }
-  return static_cast<std::int64_t>(value);
+  return saturating_cast<std::int64_t>(value);
 }
 
 }  // namespace

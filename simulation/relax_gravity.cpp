@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "core/error.h"
+#include "core/saturating_cast.h"
 #include "simulation/contact/contact_distance.h"
 #include "simulation/contact/resting_gap.h"
 
@@ -23,7 +24,7 @@ Points hung(const HangingGarment& hanging, const SimulationModel& model,
   Control control;
   control.body_start = control.body_end = hanging.body;
   control.pin_targets = from;
-  const auto frames = static_cast<int>(std::lround(seconds / options.time_step));
+  const auto frames = saturating_cast<int>(std::round(seconds / options.time_step));
   for (int frame = 0; frame < std::max(1, frames); ++frame) {
     solver->step(control);
   }

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "core/error.h"
+#include "core/saturating_cast.h"
 #include "simulation/cloth_state_archive.h"
 
 namespace atelier {
@@ -13,7 +14,7 @@ constexpr const char* kSimulatedSchema = "atelier.simulated_frame";
 
 void set_frame_number(FrameReport& report, const FrameColumn& column, double value) {
   if (const auto* count = std::get_if<int FrameReport::*>(&column.member)) {
-    report.** count = static_cast<int>(value);
+    report.** count = saturating_cast<int>(value);
   } else {
     report.*std::get<double FrameReport::*>(column.member) = value;
   }

@@ -19,6 +19,7 @@
 #include "core/io/json_text.h"
 #include "core/parallel.h"
 #include "core/printable.h"
+#include "core/saturating_cast.h"
 #include "core/store/output_place.h"
 #include "core/usage_error.h"
 #include "core/writable_place.h"
@@ -136,7 +137,7 @@ CameraMasks masks_of(const Dataset& dataset, std::size_t c, const MasksArguments
     if (moving.still_share > kDoubtful) {
       result.findings.push_back(
           {Severity::Warning, "mask-background-doubtful", id,
-           "in " + std::to_string(static_cast<int>(100 * moving.still_share)) +
+           "in " + std::to_string(saturating_cast<int>(100 * moving.still_share)) +
                "% of the image something stays or moves for half of the time",
            "take clean plates (--plates), or frames in which the person walks about"});
     }

@@ -10,6 +10,7 @@
 #include "core/io/scene_file.h"
 #include "core/io/text_scanner.h"
 #include "core/nearest_name.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -146,7 +147,7 @@ GltfFrames frames_of(const GltfAnimation& animation, GltfTimeSpan span,
     throw DataError(file, "animation " + animation.name, std::to_string(last - first) + " seconds",
                     "at most " + std::to_string(limits.frames) + " frames");
   }
-  for (int frame = 0; frame < static_cast<int>(count); ++frame) {
+  for (int frame = 0; frame < saturating_cast<int>(count); ++frame) {
     frames.times.push_back(at_keys ? keys[static_cast<std::size_t>(frame)]
                                    : first + frame / frames.fps);
   }

@@ -10,6 +10,7 @@
 #include "core/io/file_bytes.h"
 #include "core/io/polygon_mesh.h"
 #include "core/io/text_scanner.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -133,7 +134,7 @@ class Lines {
       fail(in_quotes(cell),
            std::string("a whole number for ") + what + ", 1 to " + std::to_string(most));
     }
-    return static_cast<std::int64_t>(value);
+    return saturating_cast<std::int64_t>(value);
   }
 
   [[noreturn]] void fail(const std::string& found, const std::string& expected) const {
@@ -307,7 +308,7 @@ MarkerClip read_trc(std::span<const std::byte> bytes, const std::string& name,
         (!clip.frame_ids.empty() && !(frame > clip.frame_ids.back()))) {
       lines.fail("frame " + in_quotes(cells[0]), "increasing frame numbers");
     }
-    clip.frame_ids.push_back(static_cast<int>(frame));
+    clip.frame_ids.push_back(saturating_cast<int>(frame));
     double time = 0;
     if (parse_number(cells[1], time)) {
       times.push_back(time);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/saturating_cast.h"
 #include "core/smooth_step.h"
 
 namespace atelier {
@@ -118,7 +119,7 @@ struct Place {
 
 Place place_of(const std::vector<HumanSection>& rows, double tau) {
   const int last = static_cast<int>(rows.size()) - 2;
-  const int row = std::clamp(static_cast<int>(std::floor(tau)), 0, last);
+  const int row = std::clamp(saturating_cast<int>(std::floor(tau)), 0, last);
   const double t = tau - row;
   const double t2 = t * t;
   const double t3 = t2 * t;

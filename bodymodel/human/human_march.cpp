@@ -5,15 +5,17 @@
 #include <cstdint>
 #include <unordered_map>
 
+#include "core/saturating_cast.h"
+
 namespace atelier {
 
 HumanHalfMesh march_human(const HumanField& field, double h) {
   const double top = field.anatomy.build.stature + 0.03;
   const double reach = field.anatomy.joints.fingers[2][3].x + 0.05;
   const int coarse = 4;
-  const int nx = static_cast<int>(reach / h / coarse + 1) * coarse;
-  const int ny = static_cast<int>((top + 0.03) / h / coarse + 1) * coarse;
-  const int nz = static_cast<int>(0.45 / h / coarse + 1) * coarse;
+  const int nx = saturating_cast<int>(reach / h / coarse + 1) * coarse;
+  const int ny = saturating_cast<int>((top + 0.03) / h / coarse + 1) * coarse;
+  const int nz = saturating_cast<int>(0.45 / h / coarse + 1) * coarse;
   const Vec3d origin = {0, -0.03, -0.19};
   const auto position = [&](int x, int y, int z) {
     return origin + h * Vec3d{1.0 * x, 1.0 * y, 1.0 * z};

@@ -7,6 +7,7 @@
 #include "bodymodel/human/human_polygonise.h"
 #include "core/error.h"
 #include "core/intersection.h"
+#include "core/saturating_cast.h"
 #include "core/sha256.h"
 
 namespace atelier {
@@ -47,7 +48,7 @@ HumanTemplate without_crossings(HumanTemplate body) {
     Points points(static_cast<Index>(n), 3);
     for (std::size_t v = 0; v < n; ++v) {
       for (double* x : {&body.points[v].x, &body.points[v].y, &body.points[v].z}) {
-        *x = kStep * static_cast<double>(std::lround(*x / kStep));  // as it will be committed
+        *x = kStep * static_cast<double>(saturating_cast<long>(std::round(*x / kStep)));  // as it will be committed
       }
       points.row(static_cast<Index>(v)) << body.points[v].x, body.points[v].y, body.points[v].z;
     }
@@ -123,7 +124,7 @@ std::string human_template_draft() {
   std::string text;
   for (const Vec3d& p : body.points) {
     for (double x : {p.x, p.y, p.z}) {
-      text += std::to_string(std::lround(x / kStep)) + ' ';
+      text += std::to_string(saturating_cast<long>(std::round(x / kStep))) + ' ';
     }
   }
   for (const auto& face : body.faces) {
@@ -152,7 +153,7 @@ std::string human_template_source(const HumanTemplate& body, const std::string& 
   out << "constexpr int kPoints[] = {\n";
   for (const Vec3d& p : body.points) {
     for (double x : {p.x, p.y, p.z}) {
-      number(std::lround(x / kStep));
+      number(saturating_cast<long>(std::round(x / kStep)));
     }
   }
   out << "};\nconstexpr int kCorners[] = {\n";

@@ -6,6 +6,7 @@
 
 #include "bodymodel/rotation.h"
 #include "core/error.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 
@@ -31,7 +32,7 @@ Pose smooth_pose(const Motion& motion, double seconds) {
   ATELIER_CHECK(!motion.poses.empty() && motion.fps > 0, "a motion with poses and a rate");
   const auto last = static_cast<Index>(motion.poses.size()) - 1;
   const double at = std::clamp(seconds * motion.fps, 0.0, static_cast<double>(last));
-  const auto before = static_cast<Index>(at);
+  const auto before = saturating_cast<Index>(at);
   const double t = at - static_cast<double>(before);
   const auto pose = [&](Index frame) -> const Pose& {
     return motion.poses[static_cast<std::size_t>(std::clamp<Index>(frame, 0, last))];
@@ -92,11 +93,11 @@ Motion resampled(const Motion& motion, double fps) {
   Motion result;
   result.fps = fps;
   const double duration = static_cast<double>(motion.poses.size() - 1) / motion.fps;
-  const int frames = static_cast<int>(std::floor(duration * fps + 1e-9)) + 1;
+  const int frames = saturating_cast<int>(std::floor(duration * fps + 1e-9) + 1);
   for (int frame = 0; frame < frames; ++frame) {
     const double at = frame / fps * motion.fps;
     const std::size_t before =
-        std::min(static_cast<std::size_t>(at + 1e-9), motion.poses.size() - 2);
+        std::min(saturating_cast<std::size_t>(at + 1e-9), motion.poses.size() - 2);
     const double share = std::clamp(at - static_cast<double>(before), 0.0, 1.0);
     result.poses.push_back(
         share < 1e-9 ? motion.poses[before]

@@ -7,6 +7,7 @@
 #include "bodymodel/kinematics.h"
 #include "bodymodel/retarget/motion_resample.h"
 #include "bodymodel/retarget/synthetic_motion.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -55,7 +56,7 @@ Points surface_at(const MovingBody& body, double seconds) {
   if (!body.offsets.empty()) {
     const double at = std::clamp((seconds - lead_seconds(body)) * body.motion.fps, 0.0,
                                  static_cast<double>(body.offsets.size() - 1));
-    const auto before = static_cast<std::size_t>(at);
+    const auto before = saturating_cast<std::size_t>(at);
     const double share = at - static_cast<double>(before);
     surface += (1 - share) * body.offsets[before];
     if (share > 0) {

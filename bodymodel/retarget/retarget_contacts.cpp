@@ -5,6 +5,7 @@
 
 #include "bodymodel/kinematics.h"
 #include "bodymodel/rotation.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -56,7 +57,7 @@ std::vector<Eigen::Vector3d> corrections(const std::vector<Eigen::Vector3d>& pat
     begin = end;
   }
   // Fade the ends of phases into the swing, the nearer one stronger.
-  const std::size_t fade = std::max<std::size_t>(1, static_cast<std::size_t>(kFade * fps));
+  const std::size_t fade = std::max<std::size_t>(1, saturating_cast<std::size_t>(kFade * fps));
   std::vector<Eigen::Vector3d> faded = result;
   for (std::size_t i = 0; i < count; ++i) {
     if (stands[i]) {
@@ -112,8 +113,10 @@ std::vector<std::array<bool, 2>> foot_contacts(const MotionClip& clip, const Hum
                            clip.motion.fps / static_cast<double>(after - before);
       stands[i] = speed < options.contact_speed && heights[i] < low + options.contact_height;
     }
-    drop_short_runs(stands, false, static_cast<std::size_t>(kShortestGap * clip.motion.fps) + 1);
-    drop_short_runs(stands, true, static_cast<std::size_t>(kShortestPhase * clip.motion.fps) + 1);
+    drop_short_runs(stands, false,
+                    saturating_cast<std::size_t>(kShortestGap * clip.motion.fps) + 1);
+    drop_short_runs(stands, true,
+                    saturating_cast<std::size_t>(kShortestPhase * clip.motion.fps) + 1);
     for (std::size_t i = 0; i < count; ++i) {
       contacts[i][side] = stands[i];
     }

@@ -16,6 +16,7 @@
 #include "core/nearest_name.h"
 #include "core/normals.h"
 #include "core/parallel.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -317,7 +318,7 @@ ContinuousMotion file_motion(const BodyModel& model, const std::string& path, do
   motion.duration = static_cast<double>(poses->size() - 1) / kRate;
   motion.pose = [poses](double seconds) {
     const double x = std::clamp(seconds * kRate, 0.0, static_cast<double>(poses->size() - 1));
-    const auto i = static_cast<std::size_t>(x);
+    const auto i = saturating_cast<std::size_t>(x);
     const std::size_t next = std::min(i + 1, poses->size() - 1);
     Pose to = (*poses)[next];
     for (Index j = 0; j < to.rotations.rows(); ++j) {

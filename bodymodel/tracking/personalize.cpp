@@ -20,6 +20,7 @@
 #include "core/listed_frames.h"
 #include "core/normals.h"
 #include "core/parallel.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -182,7 +183,7 @@ class Personalizer {
     }
     if (!far.empty()) {
       findings_.push_back({Severity::Warning, "scan-far", "frames " + listed_frames(far),
-                           "up to " + std::to_string(static_cast<int>(100 * farthest)) +
+                           "up to " + std::to_string(saturating_cast<int>(100 * farthest)) +
                                "% of the scan is no part of the person",
                            "it does not count; look for a second person or wrong calibration"});
     }
@@ -440,7 +441,7 @@ class Personalizer {
         names += (i > 0 ? ", " : "") + worst[i].second;
       }
       findings_.push_back({Severity::Warning, "surface-unseen", "person",
-                           std::to_string(std::lround(100 * result.unseen)) +
+                           std::to_string(saturating_cast<int>(std::round(100 * result.unseen))) +
                                "% of the surface was not seen bare, most of it at " + names,
                            "it follows its neighbours and the other side of the body"});
     }

@@ -12,6 +12,7 @@
 #include "bodymodel/rotation.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -136,8 +137,8 @@ double error_of_share(const FittedPerson& person, const FrameTargets& targets,
   if (errors.empty()) {
     return std::numeric_limits<double>::infinity();
   }
-  const auto place =
-      errors.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(errors.size() - 1));
+  const auto place = errors.begin() + saturating_cast<std::ptrdiff_t>(
+                                          share * static_cast<double>(errors.size() - 1));
   std::nth_element(errors.begin(), place, errors.end());
   return *place;
 }

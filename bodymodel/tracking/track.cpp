@@ -13,6 +13,7 @@
 #include "core/listed_frames.h"
 #include "core/normals.h"
 #include "core/parallel.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -390,7 +391,7 @@ class Sequencer {
     if (!far.empty()) {
       const double most = *std::max_element(off.begin(), off.end());
       findings_.push_back({Severity::Warning, "scan-far", "frames " + listed_frames(far),
-                           "up to " + std::to_string(static_cast<int>(100 * most)) +
+                           "up to " + std::to_string(saturating_cast<int>(100 * most)) +
                                "% of the scan is no part of the person",
                            "it does not count; look for a second person or wrong calibration"});
     }
@@ -405,7 +406,8 @@ class Sequencer {
       std::snprintf(rate, sizeof(rate), "%g", input_.fps);
       const double most = *std::max_element(unmet.begin(), unmet.end());
       findings_.push_back({Severity::Warning, "keypoints-unmet", "frames " + listed_frames(missed),
-                           "poses are up to " + std::to_string(std::lround(1e3 * most)) +
+                           "poses are up to " +
+                               std::to_string(saturating_cast<int>(std::round(1e3 * most))) +
                                " mm (rms) from keypoints that each frame alone meets",
                            "not trusted; look whether " + std::string(rate) +
                                " frames a second is true, weights of the motion prior suit it, and "

@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "core/normals.h"
 #include "core/parallel.h"
+#include "core/saturating_cast.h"
 #include "core/topology.h"
 
 namespace atelier {
@@ -60,7 +61,7 @@ CoverVotes cover_votes(const Triangles& faces, const Points& posed, const ScanSu
         if (cover->role == ScanRole::Cloth) {
           votes.close[v] = votes.covered[v];
           votes.tightness[v] = votes.close[v] * faded(cover->gap, options.tight_gap);
-          cells[v] = static_cast<int>(std::floor((cover->gap - kFirstGap) / kGapCell));
+          cells[v] = saturating_cast<int>(std::floor((cover->gap - kFirstGap) / kGapCell));
         }
       } else if (looks_at_cover(scan, x, n, options.loose)) {
         votes.covered[v] = kFarVote;

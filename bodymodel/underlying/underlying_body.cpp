@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/normals.h"
 #include "core/parallel.h"
+#include "core/saturating_cast.h"
 #include "core/topology.h"
 
 namespace atelier {
@@ -286,7 +287,7 @@ std::vector<Finding> underlying_findings(const ScanSurface& scan,
   if (certificate.seen_rate < kHalf) {
     warn("little-seen",
          "the scan says something of only " +
-             std::to_string(static_cast<int>(std::lround(100 * certificate.seen_rate))) +
+             std::to_string(saturating_cast<int>(std::round(100 * certificate.seen_rate))) +
              "% of the body",
          "look at the scan and the tracked pose; the rest follows the personal body");
   }

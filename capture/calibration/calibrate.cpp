@@ -11,6 +11,7 @@
 #include "capture/calibration/chain_poses.h"
 #include "capture/calibration/single_lens.h"
 #include "core/error.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -238,9 +239,9 @@ void measure_corners(const AdjustmentRound& round, std::size_t c, const Camera& 
     errors.push_back(round.errors[i]);
     frames.insert(sight.board);
     const int x =
-        std::clamp(static_cast<int>(kGrid * sight.pixel.x() / camera.width), 0, kGrid - 1);
+        std::clamp(saturating_cast<int>(kGrid * sight.pixel.x() / camera.width), 0, kGrid - 1);
     const int y =
-        std::clamp(static_cast<int>(kGrid * sight.pixel.y() / camera.height), 0, kGrid - 1);
+        std::clamp(saturating_cast<int>(kGrid * sight.pixel.y() / camera.height), 0, kGrid - 1);
     cells.insert(y * kGrid + x);
   }
   quality.views_used = static_cast<int>(frames.size());
@@ -258,7 +259,7 @@ void judge_lens(const Camera& camera, const CameraQuality& quality, const Calibr
     findings.push_back(
         error_of("focal-open", camera.id,
                  "the views leave its focal length open by " +
-                     std::to_string(static_cast<int>(std::lround(100 * open))) + "%",
+                     std::to_string(saturating_cast<int>(std::round(100 * open))) + "%",
                  "show it the board from more sides, tilted by 30 degrees and more, or give its "
                  "lens by --lenses"));
   }
@@ -409,7 +410,7 @@ double percentile(std::vector<double> values, double share) {
   if (values.empty()) {
     return 0;
   }
-  const auto at = static_cast<std::ptrdiff_t>(
+  const auto at = saturating_cast<std::ptrdiff_t>(
       std::min<double>(static_cast<double>(values.size()) - 1,
                        std::floor(share * static_cast<double>(values.size()))));
   std::nth_element(values.begin(), values.begin() + at, values.end());

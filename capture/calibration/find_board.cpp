@@ -11,6 +11,7 @@
 
 #include "capture/calibration/charuco.h"
 #include "core/error.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -98,7 +99,7 @@ int window_of(const std::vector<cv::Point2f>& corners, double share) {
   for (std::size_t i = 1; i < corners.size(); ++i) {
     nearest = std::min(nearest, cv::norm(corners[i] - corners[i - 1]));
   }
-  return std::clamp(static_cast<int>(share * nearest), 2, 11);
+  return std::clamp(saturating_cast<int>(share * nearest), 2, 11);
 }
 
 /// OpenCV's cornerSubPix in windows of this half side, px.

@@ -8,6 +8,7 @@
 
 #include "capture/calibration/board_pose.h"
 #include "core/error.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -342,12 +343,12 @@ SingleLens single_lens(const Camera& camera, const std::vector<BoardView>& all,
   // Other cameras may settle what these views leave open: the verdict is the joint adjustment's.
   constexpr double kHopeless = 10;
   if (lens.focal_deviation > kHopeless * options.max_focal_deviation) {
-    const std::string by =
-        std::isfinite(lens.focal_deviation)
-            ? "open by " +
-                  std::to_string(static_cast<int>(std::min(999.0, 100 * lens.focal_deviation))) +
-                  "%"
-            : "open";
+    const std::string by = std::isfinite(lens.focal_deviation)
+                               ? "open by " +
+                                     std::to_string(saturating_cast<int>(
+                                         std::min(999.0, 100 * lens.focal_deviation))) +
+                                     "%"
+                               : "open";
     lens.why_not = "the views leave the focal length " + by +
                    ": tilt the board by 30 degrees and "
                    "more, in several directions";

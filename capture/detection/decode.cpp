@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -141,8 +142,8 @@ double affinity(const Map& fx, const Map& fy, const Candidate& a, const Candidat
   int agreeing = 0;
   for (int i = 0; i < kSteps; ++i) {
     const double t = i / (kSteps - 1.0);
-    const int x = static_cast<int>(std::lround(a.x + t * dx));
-    const int y = static_cast<int>(std::lround(a.y + t * dy));
+    const int x = saturating_cast<int>(std::round(a.x + t * dx));
+    const int y = saturating_cast<int>(std::round(a.y + t * dy));
     const double along = (fx.at(x, y) * dx + fy.at(x, y) * dy) / length;
     sum += along;
     agreeing += along > 0.05 ? 1 : 0;
@@ -301,8 +302,8 @@ ByteImage decode_parsing(const NetworkOutput& logits, int width, int height,
       const double fx = std::clamp((x + 0.5) * first.width / width - 0.5, 0.0, first.width - 1.0);
       const double fy =
           std::clamp((y + 0.5) * first.height / height - 0.5, 0.0, first.height - 1.0);
-      const int x0 = static_cast<int>(fx);
-      const int y0 = static_cast<int>(fy);
+      const int x0 = saturating_cast<int>(fx);
+      const int y0 = saturating_cast<int>(fy);
       const int x1 = std::min(x0 + 1, first.width - 1);
       const int y1 = std::min(y0 + 1, first.height - 1);
       int best = 0;

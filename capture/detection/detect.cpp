@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -28,7 +29,7 @@ Placement placement_of(const DetectBox& box, const DetectOptions& options) {
 /// Mean of the image over the square that one pixel of the network covers; between four pixels
 /// where it is smaller than one. Nothing outside.
 bool color_at(const ByteImage& image, double x, double y, double size, std::array<double, 3>& rgb) {
-  const int samples = std::clamp(static_cast<int>(std::ceil(size)), 1, 8);
+  const int samples = std::clamp(saturating_cast<int>(std::ceil(size)), 1, 8);
   rgb = {0, 0, 0};
   if (x < 0 || y < 0 || x >= image.width || y >= image.height) {
     return false;
@@ -39,8 +40,8 @@ bool color_at(const ByteImage& image, double x, double y, double size, std::arra
           std::clamp(x + ((sx + 0.5) / samples - 0.5) * size - 0.5, 0.0, image.width - 1.0);
       const double py =
           std::clamp(y + ((sy + 0.5) / samples - 0.5) * size - 0.5, 0.0, image.height - 1.0);
-      const int x0 = static_cast<int>(px);
-      const int y0 = static_cast<int>(py);
+      const int x0 = saturating_cast<int>(px);
+      const int y0 = saturating_cast<int>(py);
       const int x1 = std::min(x0 + 1, image.width - 1);
       const int y1 = std::min(y0 + 1, image.height - 1);
       for (int c = 0; c < 3; ++c) {
@@ -215,7 +216,8 @@ std::vector<Detection> detect(std::span<const std::byte> model,
             const double nx = (x + 0.5 - place.x) / place.scale;
             const double ny = (y + 0.5 - place.y) / place.scale;
             if (nx >= 0 && ny >= 0 && nx < options.width && ny < options.height) {
-              detection.classes.at(x, y) = classes.at(static_cast<int>(nx), static_cast<int>(ny));
+              detection.classes.at(x, y) =
+                  classes.at(saturating_cast<int>(nx), saturating_cast<int>(ny));
             }
           }
         }

@@ -11,6 +11,7 @@
 #include "core/io/file_bytes.h"
 #include "core/io/ground_truth_archive.h"
 #include "core/io/text_scanner.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace fs = std::filesystem;
@@ -97,7 +98,7 @@ std::vector<Camera> parse_actorshq_cameras(std::string_view text, const std::str
       if (!is_camera_side(value)) {
         scanner.fail(in_quotes(cells[columns.at(column)]), "pixels, a whole number");
       }
-      return static_cast<int>(value);
+      return saturating_cast<int>(value);
     };
     Camera camera;
     camera.id = cells[columns.at("name")];

@@ -105,8 +105,7 @@ std::vector<Camera> parse_avatarrex_cameras(std::string_view text, const std::st
     OpencvCamera camera;
     camera.id = key;
     camera.matrix = matrix3_of(entry.at("K"));
-    camera.rotation = matrix3_of(entry.at("R"));
-    camera.translation = vector3_of(entry.at("T"));
+    read_pose(camera, entry.at("R"), entry.at("T"));
     if (const auto size = entry.find("imgSize")) {
       const std::vector<JsonPlace> sides = size->items();
       if (sides.size() != 2) {

@@ -6,6 +6,7 @@
 #include "capture/camera_conventions.h"
 #include "capture/layouts/camera_side.h"
 #include "capture/layouts/frame_files.h"
+#include "capture/layouts/json_numbers.h"
 #include "capture/layouts/qualisys.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -14,6 +15,7 @@
 #include "core/io/json_place.h"
 #include "core/io/toml.h"
 #include "core/printable.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace fs = std::filesystem;
@@ -24,6 +26,9 @@ namespace {
 const FileWorld kZUp = {1, "z"};
 /// anipose does not say where its world comes from.
 const FileWorld kNoUp = {1, ""};
+/// FreeMoCap's files are anipose's, in millimetres: the board's squares are measured in them.
+const FileWorld kFreeMoCap = {0.001, ""};
+constexpr const char* kFreeMoCapEnd = "_camera_calibration.toml";
 
 Eigen::Matrix3d matrix_of_rows(const JsonPlace& place) {
   Eigen::Matrix3d matrix;
@@ -57,7 +62,7 @@ int pixels(const JsonPlace& place, double value) {
   if (!is_camera_side(value)) {
     place.fail(number_text(value), "pixels, " + camera_side_range());
   }
-  return static_cast<int>(value);
+  return saturating_cast<int>(value);
 }
 
 bool is_camera(const nlohmann::json& value) {
@@ -114,11 +119,19 @@ fs::path caliscope_file(const fs::path& path) {
   return holds_cameras(config, "cam_0") || holds_cameras(config, "cam_1") ? config : fs::path();
 }
 
+bool is_freemocap(const fs::path& file) {
+  return file.filename().string().ends_with(kFreeMoCapEnd);
+}
+
 fs::path anipose_file(const fs::path& path) {
   if (fs::is_regular_file(path)) {
-    return path.filename() == "calibration.toml" ? path : fs::path();
+    return path.filename() == "calibration.toml" || is_freemocap(path) ? path : fs::path();
   }
-  return first_existing({path / "calibration.toml", path / "calibration" / "calibration.toml"});
+  std::vector<fs::path> candidates = {path / "calibration.toml",
+                                      path / "calibration" / "calibration.toml"};
+  const std::vector<fs::path> recordings = files_ending(path, kFreeMoCapEnd);
+  candidates.insert(candidates.end(), recordings.begin(), recordings.end());
+  return first_existing(candidates);
 }
 
 std::string evidence_of(const fs::path& file) {
@@ -160,7 +173,8 @@ void compare_with_qualisys(Dataset& dataset, const fs::path& toml, const Limits&
   std::vector<Camera> original;
   try {
     original = parse_qualisys(read_file_text(files.front(), limits.text_file_bytes),
-                              files.front().string(), limits);
+                              files.front().string(), limits)
+                   .cameras;
   } catch (const DataError& error) {
     dataset.findings.push_back({Severity::Note, "qualisys-unread", error.file, error.what(),
                                 "nothing; it was only read to compare"});
@@ -295,8 +309,17 @@ CameraToml parse_camera_toml(std::string_view text, const std::string& file, con
       leave_out("its calibration says to ignore it");
       continue;
     }
-    if (!table.has("rotation") || !table.has("translation")) {
+    // Caliscope writes "null" (in a text) for what it has not found.
+    const auto lacks = [&](const char* name) {
+      const std::optional<JsonPlace> place = table.find(name);
+      return !place || is_unsaid(*place);
+    };
+    if (lacks("rotation") || lacks("translation")) {
       leave_out("it has no pose");
+      continue;
+    }
+    if (lacks("matrix")) {
+      leave_out("it has no intrinsics");
       continue;
     }
     const JsonPlace size = table.at("size");
@@ -307,7 +330,7 @@ CameraToml parse_camera_toml(std::string_view text, const std::string& file, con
     camera.width = pixels(size, sides[0]);
     camera.height = pixels(size, sides[1]);
     camera.matrix = matrix_of_rows(table.at("matrix"));
-    if (table.has("distortions")) {
+    if (!lacks("distortions")) {
       camera.distortion = table.at("distortions").numbers();
     }
     camera.fisheye = table.boolean_or("fisheye", false);
@@ -330,7 +353,7 @@ Dataset with_pose2sim_frames(Dataset dataset, const Limits& limits) {
   const fs::path root = dataset.root;
   dataset.keypoint_shift = 0.5;
   dataset.info.keypoint_schema.clear();
-  for (const char* base : {"images", "videos", "recordings", "videos-raw"}) {
+  for (const char* base : {"images", "videos", "recordings", "videos-raw", "synchronized_videos"}) {
     dataset = with_pictures(std::move(dataset), &CameraFrames::images, root / base, limits);
   }
   // pose/, in older projects pose-2d/.
@@ -368,7 +391,8 @@ Dataset read_caliscope(const fs::path& path, const DatasetOptions& /*options*/,
 
 Dataset read_anipose(const fs::path& path, const DatasetOptions& /*options*/,
                      const Limits& limits) {
-  return read_file(anipose_file(path), kNoUp, limits);
+  const fs::path file = anipose_file(path);
+  return read_file(file, is_freemocap(file) ? kFreeMoCap : kNoUp, limits);
 }
 
 std::vector<std::string> write_pose2sim(const LayoutSource& source, const fs::path& out) {

@@ -10,7 +10,8 @@ namespace atelier {
 /// rotation vectors), Caliscope (`camera_array.toml` with [cameras.0], or config.toml with [cam_0];
 /// rotation matrices), anipose (`calibration.toml`, rotation vectors). All: metres, camera from
 /// world, the first pixel's centre at (0, 0), k1 k2 p1 p2 (k3), `fisheye` with four. Beside it
-/// videos/, images/, `pose/<camera>_json/`.
+/// videos/, images/, `pose/<camera>_json/`. FreeMoCap's `<recording>_camera_calibration.toml` is
+/// anipose's in millimetres, beside synchronized_videos/.
 std::string recognize_pose2sim(const std::filesystem::path& path);
 std::string recognize_caliscope(const std::filesystem::path& path);
 std::string recognize_anipose(const std::filesystem::path& path);

@@ -27,7 +27,8 @@ const FileWorld kColmapWorld = {0, ""};
 const FileWorld kColmapWritten = {1, "y"};
 
 /// COLMAP's camera models (src/colmap/sensor/models.h). `slots` says what each parameter is: f both
-/// focal lengths, x and y one each, u and v the principal point, 0 to 7 a coefficient of ours.
+/// focal lengths, x and y one each, u and v the principal point, 0 to 7 a coefficient of ours, -
+/// one that must be 0, since nothing of ours is its equal.
 struct Model {
   int id;
   const char* name;
@@ -46,8 +47,12 @@ constexpr std::array kColmapModels = {
     Model{7, "FOV", nullptr, Distortion::None, 5},
     Model{8, "SIMPLE_RADIAL_FISHEYE", "fuv0", Distortion::Fisheye, 4},
     Model{9, "RADIAL_FISHEYE", "fuv01", Distortion::Fisheye, 5},
-    Model{10, "THIN_PRISM_FISHEYE", nullptr, Distortion::None, 12},
-    Model{11, "RAD_TAN_THIN_PRISM_FISHEYE", nullptr, Distortion::None, 16},
+    Model{10, "THIN_PRISM_FISHEYE", "xyuv01--23--", Distortion::Fisheye, 12},
+    Model{11, "RAD_TAN_THIN_PRISM_FISHEYE", "xyuv0123--------", Distortion::Fisheye, 16},
+    Model{12, "SIMPLE_DIVISION", "fuv-", Distortion::None, 4},
+    Model{13, "DIVISION", "xyuv-", Distortion::None, 5},
+    Model{14, "SIMPLE_FISHEYE", "fuv", Distortion::Fisheye, 3},
+    Model{15, "FISHEYE", "xyuv", Distortion::Fisheye, 4},
 };
 
 std::string read_models() {
@@ -61,7 +66,7 @@ std::string read_models() {
 }
 
 Camera camera_of_model(const Model& model, const std::vector<double>& values, std::int64_t width,
-                       std::int64_t height) {
+                       std::int64_t height, const auto& fail) {
   Camera camera;
   camera.width = static_cast<int>(width);
   camera.height = static_cast<int>(height);
@@ -82,6 +87,13 @@ Camera camera_of_model(const Model& model, const std::vector<double>& values, st
         break;
       case 'v':
         camera.cy = values[i];
+        break;
+      case '-':
+        if (values[i] != 0) {
+          fail(std::string(model.name) + " with " + number_text(values[i]) + " as parameter " +
+                   std::to_string(i + 1),
+               "0 there: no lens of OpenCV has its part");
+        }
         break;
       default:
         camera.distortion[static_cast<std::size_t>(model.slots[i] - '0')] = values[i];
@@ -172,7 +184,7 @@ Dataset dataset_of_model(const fs::path& path, const std::map<std::uint32_t, Cam
   std::size_t missing = 0;
   for (PosedImage& entry : posed) {
     if (!fs::exists(entry.mask.file)) {
-      entry.mask.file.clear();
+      entry.mask = {};
     }
     missing += fs::exists(entry.image.file) ? 0 : 1;
   }
@@ -344,7 +356,7 @@ std::map<std::uint32_t, Camera> parse_colmap_cameras_text(std::string_view text,
     if (!scanner.next_word().empty()) {
       fail("more parameters", std::to_string(model->parameters) + " of " + name);
     }
-    cameras.emplace(id, camera_of_model(*model, values, width, height));
+    cameras.emplace(id, camera_of_model(*model, values, width, height, fail));
   });
   return cameras;
 }
@@ -406,7 +418,7 @@ std::map<std::uint32_t, Camera> parse_colmap_cameras_binary(std::span<const std:
     }
     if (!cameras
              .emplace(id, camera_of_model(*model, values, static_cast<std::int64_t>(width),
-                                          static_cast<std::int64_t>(height)))
+                                          static_cast<std::int64_t>(height), fail))
              .second) {
       fail("camera " + std::to_string(id) + " a second time", "each once");
     }

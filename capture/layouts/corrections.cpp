@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "capture/camera_readings.h"
-#include "core/error.h"
+#include "core/usage_error.h"
 
 namespace atelier {
 namespace {
@@ -27,7 +27,7 @@ struct Entry {
 
 [[noreturn]] void refuse(std::string_view option, const std::string& found,
                          const std::string& expected) {
-  throw DataError("--capture." + std::string(option), "", found, expected);
+  refuse_correction(option, found, expected);
 }
 
 std::string value_shown(std::string_view text) {
@@ -91,6 +91,15 @@ int whole_number(const char* option, const std::string& text) {
   return value;
 }
 
+/// Quarter turns, clockwise.
+int quarters_of(const std::string& text) {
+  constexpr int kQuarter = 90;
+  if (text != "90" && text != "180" && text != "270") {
+    refuse("turned", value_shown(text), "90, 180 or 270 degrees, clockwise");
+  }
+  return whole_number("turned", text) / kQuarter;
+}
+
 void require_inverted(const std::string& value) {
   if (value != "inverted") {
     refuse("masks", value_shown(value), "inverted");
@@ -103,6 +112,8 @@ void require_value(std::string_view option, const Written& entry) {
     whole_number("sync", entry.value);
   } else if (option == "masks") {
     require_inverted(entry.value);
+  } else if (option == "turned") {
+    quarters_of(entry.value);
   } else if (option == "keypoints") {
     keypoint_reading(entry.value, 1, 1);
   } else if (option != "calibration_of") {
@@ -175,6 +186,8 @@ OptionTable describe(CorrectionOptions& options) {
            "all=k3_third")
       .add("pixel_shift", options.pixel_shift, anything,
            "Shift of the principal point in pixels: all=0.5")
+      .add("turned", options.turned, anything,
+           "Clockwise turn of a camera's images since they were calibrated, in degrees: cam3=90")
       .add("keypoints", options.keypoints, anything,
            "Convention of the 2D keypoints: mirrored, upside_down, swapped_sides, shares, percent, "
            "or a factor on pixels, as in cam3=mirrored")
@@ -188,7 +201,7 @@ std::string correction_problem(std::string_view option, const std::string& text)
       std::string_view("extrinsics"), std::string_view("baseline"),
       std::string_view("intrinsics"), std::string_view("distortion"),
       std::string_view("keypoints"),  std::string_view("pixel_shift"),
-      std::string_view("masks"),
+      std::string_view("masks"),      std::string_view("turned"),
   };
   try {
     if (option == "leave_out") {
@@ -201,8 +214,9 @@ std::string correction_problem(std::string_view option, const std::string& text)
         require_value(option, entry);
       }
     }
-  } catch (const DataError& error) {
-    return "cannot be " + error.found + ": it takes " + error.expected;
+  } catch (const UsageError& error) {
+    const std::string_view words = error.what();
+    return std::string(words.substr(words.find("cannot be ")));
   }
   return "";
 }
@@ -220,6 +234,26 @@ void correct_cameras(Dataset& dataset, const CorrectionOptions& options) {
       for (const std::size_t camera : entry.cameras) {
         dataset.cameras[camera] = read_as(dataset.cameras[camera], option, entry.value);
       }
+    }
+  }
+  for (const Entry& entry : entries_of(dataset, "turned", options.turned)) {
+    for (const std::size_t camera : entry.cameras) {
+      dataset.frames[camera].turn += quarters_of(entry.value);
+    }
+  }
+  for (const auto& [option, text] : {std::pair("leave_out", &options.leave_out),
+                                     {"sync", &options.sync},
+                                     {"calibration_of", &options.calibration_of},
+                                     {"extrinsics", &options.extrinsics},
+                                     {"baseline", &options.baseline},
+                                     {"intrinsics", &options.intrinsics},
+                                     {"distortion", &options.distortion},
+                                     {"pixel_shift", &options.pixel_shift},
+                                     {"turned", &options.turned},
+                                     {"keypoints", &options.keypoints},
+                                     {"masks", &options.masks}}) {
+    if (!text->empty()) {
+      dataset.corrections[option] = *text;
     }
   }
 }
@@ -241,7 +275,7 @@ void correct_frames(Dataset& dataset, const CorrectionOptions& options) {
   for (const Entry& entry : entries_of(dataset, "masks", options.masks)) {
     require_inverted(entry.value);
     for (const std::size_t camera : entry.cameras) {
-      dataset.frames[camera].inverted_masks = true;
+      dataset.frames[camera].inverted_masks = !dataset.frames[camera].inverted_masks;
     }
   }
   for (const Entry& entry : entries_of(dataset, "keypoints", options.keypoints)) {

@@ -20,6 +20,7 @@ struct CorrectionOptions {
   std::string intrinsics;      ///< "cam3=0.5", factor on focal lengths and principal point
   std::string distortion;      ///< "cam3=k3_third"
   std::string pixel_shift;     ///< "all=0.5", px on the principal point
+  std::string turned;          ///< "cam3=90": its images were turned clockwise after calibration
   std::string keypoints;       ///< "cam3=mirrored"
   std::string masks;           ///< "all=inverted"
 };
@@ -30,8 +31,8 @@ OptionTable describe(CorrectionOptions& options);
 std::string correction_problem(std::string_view option, const std::string& text);
 
 /// Calibrations as they are meant, in the layout's own world; cameras that are left out are gone.
-/// Throws DataError (the option) for cameras that the capture does not have and for values that
-/// there are not.
+/// Throws UsageError (the option as it is typed) for cameras that the capture does not have and for
+/// values that there are not.
 void correct_cameras(Dataset& dataset, const CorrectionOptions& options);
 
 /// Frames, masks and detections as they are meant, once images and cameras are known. Throws as

@@ -13,6 +13,7 @@
 #include "core/io/file_bytes.h"
 #include "core/io/ground_truth_archive.h"
 #include "core/io/text_scanner.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace fs = std::filesystem;
@@ -45,7 +46,7 @@ int size_of(const OpencvYaml& yaml, const std::string& key, const std::string& f
   if (!parse_number(found->second, value) || !is_camera_side(std::floor(value))) {
     throw DataError(file, key, in_quotes(found->second), "pixels");
   }
-  return static_cast<int>(value);
+  return saturating_cast<int>(value);
 }
 
 std::vector<std::string> names_of(const OpencvYaml& yaml, const std::string& file) {

@@ -2,11 +2,17 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <memory>
 #include <set>
 
+#include "capture/frame_number.h"
+#include "capture/keypoints2d.h"
+#include "capture/layouts/number_by_time.h"
 #include "capture/video_file.h"
 #include "core/error.h"
 #include "core/file_kind.h"
+#include "core/io/file_bytes.h"
 #include "core/io/lower_extension.h"
 #include "core/io/zip_archive.h"
 #include "core/system_reason.h"
@@ -73,19 +79,57 @@ void refuse_file_for_folder(fs::path folder) {
   }
 }
 
-void add(std::map<int, DataPlace>& frames, const std::string& name, const DataPlace& place) {
-  const std::optional<int> number = frame_number(name);
+void add(std::map<int, DataPlace>& frames, const std::string& name, const DataPlace& place,
+         std::size_t run) {
+  const std::optional<int> number = frame_number(name, run);
   if (!number) {
     return;
   }
   const auto [at, is_new] = frames.emplace(*number, place);
   if (!is_new) {
-    throw DataError(
-        place.file.string(), place.member,
-        "a second image of frame " + std::to_string(*number) + " beside " +
-            (at->second.member.empty() ? at->second.file.filename().string() : at->second.member),
-        "one file for each frame number (the last number of the name)");
+    throw DataError(place.file.string(), place.member,
+                    "a second image of frame " + std::to_string(*number) + " beside " +
+                        (at->second.member.empty() ? fs::path(at->second.file).filename().string()
+                                                   : at->second.member),
+                    "one file for each frame number (the last number of the name that differs)");
   }
+}
+
+/// Whether the digits at the end of a name are a camera's: "000012_cam04", "f12-view_3".
+bool is_camera_number(const std::string& name, std::string_view digits) {
+  const std::size_t at = name.rfind(digits);
+  std::string before = name.substr(0, at == std::string::npos ? 0 : at);
+  while (!before.empty() && (before.back() == '_' || before.back() == '-')) {
+    before.pop_back();
+  }
+  std::transform(before.begin(), before.end(), before.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  return before.ends_with("cam") || before.ends_with("camera") || before.ends_with("view");
+}
+
+/// The files of a folder that frames may be in, sorted.
+std::vector<fs::path> files_of_frames(const fs::path& folder,
+                                      const std::vector<std::string>& extensions,
+                                      const Limits& limits) {
+  refuse_file_for_folder(folder);
+  std::vector<fs::path> files;
+  for (const fs::path& path : entries(folder, limits)) {
+    const std::string extension = lower_extension(path);
+    const bool wanted = extensions.empty() ? is_picture(extension)
+                                           : std::find(extensions.begin(), extensions.end(),
+                                                       extension) != extensions.end();
+    if (!wanted) {
+      continue;
+    }
+    if (fs::is_directory(path) && !digit_runs(path.filename().string()).empty()) {
+      throw DataError(path.string(), "", "a folder", "a file");
+    }
+    if (fs::is_regular_file(path)) {
+      files.push_back(path);
+    }
+  }
+  return files;
 }
 
 /// The last number without leading zeros, in its text.
@@ -106,58 +150,63 @@ std::string number_key(const std::string& name) {
 
 }  // namespace
 
-std::optional<int> frame_number(std::string_view file_name) {
-  const std::size_t slash = file_name.rfind('/');
-  if (slash != std::string_view::npos) {
-    file_name.remove_prefix(slash + 1);
+std::size_t frame_run(const std::vector<std::string>& names) {
+  std::size_t runs = names.empty() ? 0 : SIZE_MAX;
+  bool camera_last = !names.empty();
+  for (const std::string& name : names) {
+    const std::vector<std::string_view> of_name = digit_runs(name);
+    runs = std::min(runs, of_name.size());
+    camera_last = camera_last && !of_name.empty() && is_camera_number(name, of_name.back());
   }
-  const std::size_t dot = file_name.rfind('.');
-  if (dot != std::string_view::npos && dot > 0) {
-    file_name = file_name.substr(0, dot);
+  if (runs >= 2 && camera_last) {
+    return 1;
   }
-  std::size_t end = file_name.size();
-  while (end > 0 && !is_digit(file_name[end - 1])) {
-    --end;
+  for (std::size_t k = 0; k < runs; ++k) {
+    std::set<std::string> values;
+    for (const std::string& name : names) {
+      const std::vector<std::string_view> of_name = digit_runs(name);
+      values.insert(number_key(std::string(of_name[of_name.size() - 1 - k])));
+    }
+    if (values.size() == names.size()) {
+      return k;
+    }
   }
-  std::size_t begin = end;
-  while (begin > 0 && is_digit(file_name[begin - 1])) {
-    --begin;
-  }
-  while (begin + 1 < end && file_name[begin] == '0') {
-    ++begin;
-  }
-  constexpr std::size_t kDigits = 9;
-  if (begin == end || end - begin > kDigits) {
-    return std::nullopt;
-  }
-  int number = 0;
-  for (const char c : file_name.substr(begin, end - begin)) {
-    number = 10 * number + (c - '0');
-  }
-  return number;
+  return 0;
 }
 
 std::map<int, DataPlace> numbered_files(const fs::path& folder,
                                         const std::vector<std::string>& extensions,
                                         const Limits& limits) {
   std::map<int, DataPlace> frames;
-  refuse_file_for_folder(folder);
-  for (const fs::path& path : entries(folder, limits)) {
-    const std::string extension = lower_extension(path);
-    const bool wanted = extensions.empty() ? is_picture(extension)
-                                           : std::find(extensions.begin(), extensions.end(),
-                                                       extension) != extensions.end();
-    if (!wanted) {
-      continue;
-    }
-    if (fs::is_directory(path) && frame_number(path.filename().string())) {
-      throw DataError(path.string(), "", "a folder", "a file");
-    }
-    if (fs::is_regular_file(path)) {
-      add(frames, path.filename().string(), {path, "", -1});
-    }
+  const std::vector<fs::path> files = files_of_frames(folder, extensions, limits);
+  std::vector<std::string> names;
+  names.reserve(files.size());
+  for (const fs::path& path : files) {
+    names.push_back(path.filename().string());
+  }
+  const std::size_t run = frame_run(names);
+  const auto shared = std::make_shared<const std::string>(folder.string());
+  for (const std::string& name : names) {
+    add(frames, name, {FramePath(shared, name), "", -1}, run);
   }
   return frames;
+}
+
+std::map<std::int64_t, DataPlace> stamped_files(const fs::path& folder,
+                                                const std::vector<std::string>& extensions,
+                                                const Limits& limits) {
+  std::map<std::int64_t, DataPlace> files;
+  constexpr std::size_t kShortest = 10;  // digits: seconds since 1970
+  for (const fs::path& path : files_of_frames(folder, extensions, limits)) {
+    const std::string name = path.filename().string();
+    const std::vector<std::string_view> runs = digit_runs(name);
+    const auto stamp =
+        runs.empty() || runs.back().size() < kShortest ? std::nullopt : long_number(runs.back());
+    if (stamp) {
+      files.emplace(*stamp, DataPlace{path, "", -1});
+    }
+  }
+  return files;
 }
 
 std::map<int, DataPlace> camera_pictures(const fs::path& base, const std::string& name,
@@ -172,10 +221,15 @@ std::map<int, DataPlace> camera_pictures(const fs::path& base, const std::string
   const fs::path zip = base / (name + ".zip");
   if (fs::exists(zip)) {
     const ZipArchive archive(zip, limits);
+    std::vector<std::string> members;
     for (const std::string& member : archive.names()) {
       if (is_picture(lower_extension(member))) {
-        add(frames, member, {zip, member, -1});
+        members.push_back(member);
       }
+    }
+    const std::size_t run = frame_run(members);
+    for (const std::string& member : members) {
+      add(frames, member, {zip, member, -1}, run);
     }
     return frames;
   }
@@ -283,7 +337,12 @@ std::vector<std::string> names_in(Dataset& dataset, std::map<int, DataPlace> Cam
     ids.push_back(dataset.cameras[c].id);
   }
   refuse_file_for_folder(base);
-  const std::vector<std::string> names = camera_names(base, limits);
+  std::vector<std::string> names = camera_names(base, limits);
+  if (kind == &CameraFrames::keypoints && names.empty()) {  // a file of all frames for each camera
+    for (const fs::path& file : files_ending(base, ".json", limits)) {
+      names.push_back(file.stem().string());
+    }
+  }
   MatchedNames matched = matched_names(ids, names);
   if (names.empty()) {
     return matched.names;
@@ -315,21 +374,80 @@ std::vector<std::string> names_in(Dataset& dataset, std::map<int, DataPlace> Cam
 Dataset with_pictures(Dataset dataset, std::map<int, DataPlace> CameraFrames::*kind,
                       const fs::path& base, const Limits& limits) {
   const std::vector<std::string> names = names_in(dataset, kind, base, limits);
+  std::vector<std::map<std::int64_t, DataPlace>> stamped(names.size());
   for (std::size_t c = 0; c < names.size(); ++c) {
     if (!names[c].empty()) {
       dataset.frames[c].*kind = camera_pictures(base, names[c], limits);
+      if ((dataset.frames[c].*kind).empty()) {
+        stamped[c] = stamped_files(base / names[c], {}, limits);
+      }
     }
   }
+  number_by_time(dataset, kind, stamped, base.string());
   return dataset;
 }
 
+namespace {
+
+/// The file that holds all frames of a camera: the only JSON of its folder, or `base`/`name`.json.
+fs::path one_detection_file(const fs::path& base, const std::string& name, const Limits& limits) {
+  const std::vector<fs::path> inside = files_ending(base / name, ".json", limits);
+  const fs::path beside = base / (name + ".json");
+  return inside.size() == 1 ? inside.front() : fs::is_regular_file(beside) ? beside : fs::path();
+}
+
+/// Frames of such a file; none if it is another one or of one frame. One that cannot be read is
+/// told of where its frames are read.
+std::map<int, DataPlace> frames_of_file(const fs::path& file, const Limits& limits) {
+  std::map<int, DataPlace> frames;
+  try {
+    const std::string text = read_file_text(file, limits.text_file_bytes);
+    for (const auto& [frame, people] : parse_detection_frames(text, file.string(), 0, limits)) {
+      frames.emplace(frame, DataPlace{file, "", frame});
+    }
+  } catch (const DataError&) {
+    frames.clear();
+  }
+  return frames;
+}
+
+/// Some programs count frames from 1 where a video's begin at 0.
+std::map<int, DataPlace> beside_images(std::map<int, DataPlace> frames,
+                                       const std::map<int, DataPlace>& images) {
+  if (frames.empty() || images.empty() || images.begin()->first != 0 ||
+      frames.begin()->first == 0 || frames.rbegin()->first != images.rbegin()->first + 1) {
+    return frames;
+  }
+  std::map<int, DataPlace> moved;
+  for (const auto& [frame, place] : frames) {
+    moved.emplace(frame - 1, place);
+  }
+  return moved;
+}
+
+}  // namespace
+
 Dataset with_keypoints(Dataset dataset, const fs::path& base, const Limits& limits) {
   const std::vector<std::string> names = names_in(dataset, &CameraFrames::keypoints, base, limits);
+  std::vector<std::map<std::int64_t, DataPlace>> stamped(names.size());
   for (std::size_t c = 0; c < names.size(); ++c) {
     if (!names[c].empty()) {
-      dataset.frames[c].keypoints = numbered_files(base / names[c], {".json"}, limits);
+      CameraFrames& frames = dataset.frames[c];
+      frames.keypoints = numbered_files(base / names[c], {".json"}, limits);
+      const fs::path file =
+          frames.keypoints.size() <= 1 ? one_detection_file(base, names[c], limits) : fs::path();
+      if (!file.empty()) {
+        std::map<int, DataPlace> of_file = frames_of_file(file, limits);
+        if (of_file.size() > 1) {
+          frames.keypoints = beside_images(std::move(of_file), frames.images);
+        }
+      }
+      if (frames.keypoints.empty()) {
+        stamped[c] = stamped_files(base / names[c], {".json"}, limits);
+      }
     }
   }
+  number_by_time(dataset, &CameraFrames::keypoints, stamped, base.string());
   return dataset;
 }
 

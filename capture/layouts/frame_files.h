@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -8,14 +9,15 @@
 #include <vector>
 
 #include "capture/dataset.h"
+#include "capture/frame_number.h"
 #include "core/limits.h"
 
 namespace atelier {
 
-/// The last number of a file's name without its extension: 81 of "cam01.0081.json", 3 of
-/// "Cam001_rgb000003.jpg", 12 of "000012_keypoints.json". Nothing without digits or beyond 9
-/// digits.
-std::optional<int> frame_number(std::string_view file_name);
+/// Which number of the names of one camera's files is the frame's, counted from the end: the last,
+/// unless a camera's name is before it ("000012_cam04"), or it is the same in several and an
+/// earlier one is not.
+std::size_t frame_run(const std::vector<std::string>& names);
 
 /// The files of a folder by frame_number, of the given extensions (small letters, with dot; any of
 /// the images that we read where none is given). None if there is no such folder. Throws
@@ -25,6 +27,12 @@ std::optional<int> frame_number(std::string_view file_name);
 std::map<int, DataPlace> numbered_files(const std::filesystem::path& folder,
                                         const std::vector<std::string>& extensions = {},
                                         const Limits& limits = {});
+
+/// The files of a folder whose last number has 10 digits and more: time stamps, in the unit of the
+/// names. Throws as numbered_files.
+std::map<std::int64_t, DataPlace> stamped_files(const std::filesystem::path& folder,
+                                                const std::vector<std::string>& extensions = {},
+                                                const Limits& limits = {});
 
 /// The images of one camera: of the folder `base`/`name`, else of the zip `base`/`name`.zip, else
 /// of the video `base`/`name`.mp4 (.mov, .avi, .mkv). None if nothing is there. Throws as
@@ -54,11 +62,13 @@ MatchedNames matched_names(const std::vector<std::string>& ids,
                            const std::vector<std::string>& names);
 
 /// A data set with the images of `base` (camera_pictures) as its images, masks or labels; cameras
-/// that have some already keep them. Findings say how names were matched.
+/// that have some already keep them. Files that are named by time stamps are numbered by them
+/// (number_by_time). Findings say how names were matched.
 Dataset with_pictures(Dataset dataset, std::map<int, DataPlace> CameraFrames::*kind,
                       const std::filesystem::path& base, const Limits& limits = {});
 
-/// The same with the JSON files of `base/<camera>` as its keypoints.
+/// The same with the JSON files of `base/<camera>` as its keypoints: one for each frame, or one of
+/// all frames (parse_detection_frames), which may also be `base/<camera>.json`.
 Dataset with_keypoints(Dataset dataset, const std::filesystem::path& base,
                        const Limits& limits = {});
 

@@ -61,7 +61,9 @@ std::vector<Camera> parse_goliath_cameras(std::string_view text, const std::stri
     camera.id = id_of(entry.at("cameraId"));
     camera.matrix = matrix3_of(entry.at("K")).transpose();
     const JsonPlace place = entry.at("T");
-    const std::vector<double> values = all_numbers(place);
+    // Without a pose every number of it is 0, which leaves the camera out.
+    const bool unsaid = is_unsaid(place);
+    const std::vector<double> values = unsaid ? std::vector<double>(12, 0) : all_numbers(place);
     if (values.size() != 12 && values.size() != 16) {
       place.fail(counted(static_cast<std::int64_t>(values.size()), "number"),
                  "4 x 4 or 4 x 3, transposed");

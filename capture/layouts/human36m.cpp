@@ -82,8 +82,7 @@ std::vector<Camera> parse_human36m_cameras(std::string_view text, const std::str
     camera.width = camera.height > 0 ? 1000 : 0;
     camera.matrix = matrix3_of(lens.at("calibration_matrix"));
     camera.distortion = all_numbers(lens.at("distortion"));
-    camera.rotation = matrix3_of(pose.at("R"));
-    camera.translation = vector3_of(pose.at("t"));
+    read_pose(camera, pose.at("R"), pose.at("t"));
     cameras.push_back(camera_of(camera, file));
   }
   return cameras;

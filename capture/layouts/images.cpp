@@ -15,7 +15,8 @@ struct Found {
 };
 
 bool has_pictures(const fs::path& base, const std::string& name, const Limits& limits) {
-  return fs::is_directory(base / name) ? !numbered_files(base / name, {}, limits).empty() : true;
+  return !fs::is_directory(base / name) || !numbered_files(base / name, {}, limits).empty() ||
+         !stamped_files(base / name, {}, limits).empty();
 }
 
 Found found_in(const fs::path& path, const Limits& limits) {
@@ -59,8 +60,8 @@ Dataset read_images(const fs::path& path, const DatasetOptions& /*options*/, con
     camera.id = name;
     dataset.cameras.push_back(camera);
     dataset.frames.emplace_back();
-    dataset.frames.back().images = camera_pictures(found.base, name, limits);
   }
+  dataset = with_pictures(std::move(dataset), &CameraFrames::images, found.base, limits);
   dataset = with_pictures(std::move(dataset), &CameraFrames::masks, path / "masks", limits);
   for (const char* base : {"keypoints2d", "pose", "openpose"}) {
     dataset = with_keypoints(std::move(dataset), path / base, limits);

@@ -4,6 +4,7 @@
 
 #include "capture/layouts/camera_side.h"
 #include "core/printable.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -46,12 +47,31 @@ Eigen::Matrix4d matrix4_of(const JsonPlace& place) {
   return Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(values.data());
 }
 
+bool is_unsaid(const JsonPlace& place) {
+  if (!place.value().is_string()) {
+    return place.value().is_null();
+  }
+  const std::string& text = place.text();
+  return text.empty() || text == "null" || text == "None" || text == "none" || text == "nan" ||
+         text == "NaN";
+}
+
+void read_pose(OpencvCamera& camera, const JsonPlace& rotation, const JsonPlace& translation) {
+  if (is_unsaid(rotation) || is_unsaid(translation)) {
+    camera.rotation.setZero();
+    camera.translation.setZero();
+    return;
+  }
+  camera.rotation = matrix3_of(rotation);
+  camera.translation = vector3_of(translation);
+}
+
 int pixels_of(const JsonPlace& place) {
   const double value = place.number();
   if (!is_camera_side(value)) {
     place.fail("no number of pixels", camera_side_range());
   }
-  return static_cast<int>(value);
+  return saturating_cast<int>(value);
 }
 
 nlohmann::ordered_json rows_json(const Eigen::MatrixXd& matrix) {

@@ -4,6 +4,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <vector>
 
+#include "capture/camera_conventions.h"
 #include "core/io/json_place.h"
 
 namespace atelier {
@@ -22,5 +23,12 @@ int pixels_of(const JsonPlace& place);
 
 /// A matrix as an array of rows.
 nlohmann::ordered_json rows_json(const Eigen::MatrixXd& matrix);
+
+/// True for a value that stands for none: null, or a text such as "null" and "None".
+bool is_unsaid(const JsonPlace& place);
+
+/// Reads rotation (9 numbers) and translation (3) of a camera, camera from world. Where one is
+/// unsaid, the rotation is all 0: open_dataset leaves a camera without a pose out.
+void read_pose(OpencvCamera& camera, const JsonPlace& rotation, const JsonPlace& translation);
 
 }  // namespace atelier

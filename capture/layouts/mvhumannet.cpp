@@ -105,8 +105,7 @@ std::vector<Camera> parse_mvhumannet_cameras(std::string_view intrinsics,
     if (const auto distortion = own.find("dist")) {
       camera.distortion = all_numbers(*distortion);
     }
-    camera.rotation = matrix3_of(entry.at("rotation"));
-    camera.translation = vector3_of(entry.at("translation"));
+    read_pose(camera, entry.at("rotation"), entry.at("translation"));
     cameras.push_back(camera_of(camera, ex_file));
   }
   return cameras;

@@ -1,6 +1,7 @@
 #include "capture/layouts/nerfstudio.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -11,6 +12,8 @@
 #include "capture/layouts/frame_files.h"
 #include "capture/layouts/json_numbers.h"
 #include "capture/layouts/posed_images.h"
+#include "capture/radial_fit.h"
+#include "capture/sentence.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
@@ -93,25 +96,6 @@ Camera intrinsics_of(const JsonPlace& frame, const JsonPlace& root) {
   if (!(camera.fx > 0) || !(camera.fy > 0)) {
     frame.fail("no focal length", "fl_x (and fl_y), or camera_angle_x");
   }
-  std::string model = "OPENCV";
-  if (const std::optional<JsonPlace> place = find(frame, root, "camera_model")) {
-    model = place->text();
-    if (model != "OPENCV" && model != "OPENCV_FISHEYE" && model != "PINHOLE" &&
-        model != "SIMPLE_PINHOLE") {
-      place->fail("'" + model.substr(0, 40) + "'", "OPENCV, OPENCV_FISHEYE or PINHOLE");
-    }
-  }
-  auto& d = camera.distortion;
-  if (model == "OPENCV_FISHEYE") {
-    camera.distortion_model = Distortion::Fisheye;
-    d = {number("k1", 0), number("k2", 0), number("k3", 0), number("k4", 0)};
-  } else if (model == "OPENCV") {
-    d = {number("k1", 0), number("k2", 0), number("p1", 0),
-         number("p2", 0), number("k3", 0), number("k4", 0)};
-    for (const double value : d) {
-      camera.distortion_model = value != 0 ? Distortion::Brown : camera.distortion_model;
-    }
-  }
   return camera;
 }
 
@@ -150,6 +134,57 @@ void take_held_out(Dataset& dataset, const std::set<fs::path>& held) {
   }
 }
 
+/// Adds the lens of a frame, in nerfstudio's words or in those of instant-ngp. nerfstudio's k4 is
+/// the fourth coefficient of the radial polynomial, 1 + r2 (k1 + r2 (k2 + r2 (k3 + r2 k4)))
+/// (nerfstudio/cameras/camera_utils.py), which no lens of ours has: a rational one stands for it.
+/// @return  largest error of that, px of the calibrated image (in widths where its size is not
+/// said)
+double add_lens(Camera& camera, const JsonPlace& frame, const JsonPlace& root) {
+  const auto number = [&](const std::string& key) {
+    const std::optional<JsonPlace> place = find(frame, root, key);
+    return place ? place->number() : 0.0;
+  };
+  const std::optional<JsonPlace> model = find(frame, root, "camera_model");
+  const std::string name = model ? model->text() : "OPENCV";
+  // nerfstudio reads the coefficients that there are, whatever a perspective camera is called.
+  constexpr std::array kPerspective = {"OPENCV", "PINHOLE", "SIMPLE_PINHOLE", "RADIAL",
+                                       "SIMPLE_RADIAL"};
+  const std::optional<JsonPlace> flag = find(frame, root, "is_fisheye");
+  const bool fisheye = name == "OPENCV_FISHEYE" || (flag && flag->boolean());
+  if (!fisheye && std::find(kPerspective.begin(), kPerspective.end(), name) == kPerspective.end()) {
+    model->fail("'" + name.substr(0, 40) + "'",
+                "OPENCV, OPENCV_FISHEYE, RADIAL, SIMPLE_RADIAL, PINHOLE or SIMPLE_PINHOLE");
+  }
+  if (const auto ftheta = find(frame, root, "ftheta_p0")) {
+    ftheta->fail("an f-theta lens", "a perspective one, or an equidistant fisheye (is_fisheye)");
+  }
+  const std::array<double, 4> radial = {number("k1"), number("k2"), number("k3"), number("k4")};
+  auto& d = camera.distortion;
+  if (fisheye) {
+    camera.distortion_model = Distortion::Fisheye;
+    std::copy(radial.begin(), radial.end(), d.begin());
+    return 0;
+  }
+  d = {radial[0], radial[1], number("p1"), number("p2"), radial[2]};
+  if (radial[3] != 0 || std::any_of(d.begin(), d.end(), [](double k) { return k != 0; })) {
+    camera.distortion_model = Distortion::Brown;
+  }
+  if (radial[3] == 0) {
+    return 0;
+  }
+  const RadialFit fit = rational_of_polynomial(radial, corner_reach(camera));
+  const std::vector<double>& k = fit.coefficients;
+  d = {k[0], k[1], d[2], d[3], k[2], k[3], k[4], k[5]};
+  const double error = fit.error * std::max(camera.fx, camera.fy);
+  constexpr double kMost = 0.1;
+  if (!(error < kMost * std::max(1, camera.width / 1000))) {
+    find(frame, root, "k4")
+        ->fail("a polynomial of four coefficients that no rational lens is near to",
+               "a lens, not folding back inside the image");
+  }
+  return error;
+}
+
 }  // namespace
 
 std::string recognize_nerfstudio(const fs::path& path) {
@@ -173,7 +208,13 @@ std::vector<NerfFrame> parse_transforms(std::string_view text, const std::string
     frame.mask_path = item.text_or("mask_path", "");
     masks += frame.mask_path.empty() ? 0 : 1;
     frame.camera = intrinsics_of(item, root);
+    frame.lens_error = add_lens(frame.camera, item, root);
     const JsonPlace place = item.at("transform_matrix");
+    if (is_unsaid(place)) {
+      frame.camera.camera_from_world_rotation.setZero();  // left out by open_dataset
+      frames.push_back(std::move(frame));
+      continue;
+    }
     const Eigen::Matrix4d world_from_camera = matrix4_of(place);
     if (world_from_camera.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) {
       place.fail("a last row that is not 0 0 0 1",
@@ -222,21 +263,25 @@ Dataset read_nerfstudio(const fs::path& path, const DatasetOptions& /*options*/,
   std::vector<PosedImage> posed;
   std::set<fs::path> held;
   ImageHeader first;  // NeRF's images all have one size
+  double lens_error = 0;
   for (NerfFrame& frame :
        parse_transforms(read_file_text(file, limits.text_file_bytes), file.string(), limits)) {
     PosedImage entry;
+    lens_error = std::max(lens_error, frame.lens_error);
     if (frame.file_path.starts_with("./")) {
       frame.file_path.erase(0, 2);
     }
     entry.name = frame.file_path;
     entry.camera = frame.camera;
-    entry.image.file = path_under(root, frame.file_path, file.string(), "file_path");
-    if (!fs::exists(entry.image.file) && entry.image.file.extension().empty()) {
-      entry.image.file += ".png";  // NeRF's own files leave it out
+    fs::path image = path_under(root, frame.file_path, file.string(), "file_path");
+    if (!fs::exists(image) && image.extension().empty()) {
+      image += ".png";  // NeRF's own files leave it out
     }
+    entry.image.file = image;
     if (entry.camera.width == 0 && entry.camera.cx == 0) {
-      first = first.width > 0 ? first : read_image_header(entry.image.file, limits);
+      first = first.width > 0 ? first : read_image_header(image, limits);
       entry.camera = with_size(entry.camera, first.width, first.height);
+      lens_error = std::max(lens_error, frame.lens_error * first.width);
     }
     if (!frame.mask_path.empty()) {
       if (frame.mask_path.starts_with("./")) {
@@ -253,6 +298,14 @@ Dataset read_nerfstudio(const fs::path& path, const DatasetOptions& /*options*/,
   dataset.root = root;
   dataset.file_world = kNerfstudioWorld;
   take_held_out(dataset, held);
+  if (lens_error > 0) {
+    dataset.findings.push_back(
+        {Severity::Note, "lens-refitted", file.string(),
+         sentence("k4 of its radial polynomial is no coefficient of OpenCV's lens; a rational one "
+                  "stands for it, off by at most %.2g px",
+                  lens_error),
+         "nothing"});
+  }
   return dataset;
 }
 
@@ -314,14 +367,11 @@ std::vector<std::string> write_nerfstudio(const LayoutSource& source, const fs::
           entry["k" + std::to_string(i + 1)] = d[i];
         }
       } else if (camera.distortion_model == Distortion::Brown) {
-        entry["k1"] = d[0];
-        entry["k2"] = d[1];
         entry["p1"] = d[2];
         entry["p2"] = d[3];
-        entry["k3"] = d[4];
-        entry["k4"] = d[5];
-        if (d[6] != 0 || d[7] != 0) {
-          lost.emplace_back("k5 and k6 of the rational distortion are left out");
+        const std::vector<double> radial = polynomial_radial(camera, 4, lost);
+        for (std::size_t i = 0; i < radial.size(); ++i) {
+          entry["k" + std::to_string(i + 1)] = radial[i];
         }
       }
       entry["transform_matrix"] = rows_json(world_from_camera);

@@ -10,8 +10,10 @@ namespace atelier {
 /// nerfstudio and NeRF (docs/quickstart/data_conventions.md): transforms.json (NeRF:
 /// transforms_train.json) with a world-from-camera matrix for each image, intrinsics for all or
 /// for each (fl_x ... or camera_angle_x), masks. World: Z up, arbitrary unit; camera x right, y up,
-/// z back; pixels as ours. Models OPENCV, OPENCV_FISHEYE, PINHOLE, SIMPLE_PINHOLE. A camera or a
-/// frame all of whose images are held out is so; others that are cannot be told, which is a finding.
+/// z back; pixels as ours. Models OPENCV (also as RADIAL, SIMPLE_RADIAL, PINHOLE, SIMPLE_PINHOLE;
+/// its k1 to k4 are a polynomial), OPENCV_FISHEYE, and instant-ngp's `is_fisheye`. A camera
+/// or a frame all of whose images are held out is so; others that are cannot be told, which is a
+/// finding.
 std::string recognize_nerfstudio(const std::filesystem::path& path);
 Dataset read_nerfstudio(const std::filesystem::path& path, const DatasetOptions& options,
                         const Limits& limits);
@@ -24,10 +26,11 @@ struct NerfFrame {
   std::string mask_path;  ///< "": none
   Camera camera;          ///< in the layout's world, without id; width 0: not said
   bool held_out = false;  ///< in val_filenames or test_filenames, and not in train_filenames
+  double lens_error = 0;  ///< px by which a rational lens is off a polynomial with k4; 0: none
 };
 
 /// Throws DataError for JSON that is no such file, matrices whose last row is not 0 0 0 1,
-/// intrinsics that are missing, masks of some images alone.
+/// intrinsics that are missing, other lenses, masks of some images alone.
 std::vector<NerfFrame> parse_transforms(std::string_view text, const std::string& file = "",
                                         const Limits& limits = {});
 

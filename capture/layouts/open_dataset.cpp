@@ -17,6 +17,7 @@
 #include "core/error.h"
 #include "core/file_kind.h"
 #include "core/limits.h"
+#include "core/saturating_cast.h"
 #include "core/store/consent_file.h"
 
 namespace atelier {
@@ -134,14 +135,102 @@ std::string size_text(int width, int height) {
   return std::to_string(width) + " x " + std::to_string(height);
 }
 
+/// Clockwise quarter turns by which images that are stored so are shown; -1: mirrored.
+int quarters_shown(int exif_orientation) {
+  switch (exif_orientation) {
+    case 1:
+      return 0;
+    case 3:
+      return 2;
+    case 6:
+      return 1;
+    case 8:
+      return 3;
+    default:
+      return -1;
+  }
+}
+
+/// Which way the images of a camera were turned since it was calibrated, in quarters: as their EXIF
+/// says, else so that up in the image is up; 0: nothing tells.
+int quarters_told(const Camera& camera, const CameraFrames& frames) {
+  const int shown = quarters_shown(frames.image_orientation);
+  if (shown > 0) {
+    return 4 - shown;
+  }
+  constexpr double kUp = 0.7;  // a camera that is tilted by less than 45 degrees
+  for (const int quarters : {1, 3}) {
+    if (-turned_camera(camera, quarters).camera_from_world_rotation(1, 1) > kUp) {
+      return quarters;
+    }
+  }
+  return 0;
+}
+
+/// Images whose sides are those of the calibration in each other's place.
+Finding turned_finding(const Camera& camera, const CameraFrames& frames, const std::string& both) {
+  std::string why;
+  if (frames.image_orientation != 1) {
+    why = "their EXIF says to show them turned (orientation " +
+          std::to_string(frames.image_orientation) + "), and the calibration is of images shown so";
+  } else if (frames.view_rotation != 0) {
+    why = "the recorder shows and exports them turned by " + std::to_string(frames.view_rotation) +
+          " degrees (viewrotation)";
+  } else {
+    why = "they are turned by 90 degrees";
+  }
+  const int quarters = quarters_told(camera, frames);
+  const std::string option = "--capture.turned " + camera.id + "=";
+  return {Severity::Error,
+          "image-turned",
+          camera.id,
+          both + ": " + why,
+          quarters > 0 ? "say so, or write the images as they were calibrated"
+                       : "write the images as they were calibrated, or say which way they were "
+                         "turned: " +
+                             option + "90 (clockwise) or 270",
+          quarters > 0 ? option + std::to_string(90 * quarters) : ""};
+}
+
+/// What is said of turns where sizes do not tell.
+void note_turns(const Camera& camera, const CameraFrames& frames, std::vector<Finding>& findings) {
+  if (frames.turn % 4 != 0) {
+    return;
+  }
+  if (frames.view_rotation != 0) {
+    findings.push_back(
+        {frames.view_rotation == 180 ? Severity::Error : Severity::Warning, "image-turned",
+         camera.id,
+         "the recorder shows it turned by " + std::to_string(frames.view_rotation) +
+             " degrees (viewrotation); its images have the calibration's size and are taken as "
+             "not turned",
+         "look at an image: if it is turned, say --capture.turned " + camera.id + "=" +
+             std::to_string(frames.view_rotation)});
+  }
+  if (frames.image_orientation != 1) {
+    const int shown = quarters_shown(frames.image_orientation);
+    findings.push_back(
+        {Severity::Warning, "image-orientation", camera.id,
+         "the EXIF of its images says to show them " +
+             (shown < 0 ? std::string("mirrored")
+                        : "turned by " + std::to_string(90 * shown) + " degrees clockwise") +
+             " (orientation " + std::to_string(frames.image_orientation) +
+             "); they are read as they are stored",
+         shown <= 0 ? "write them as they are shown"
+                    : "if they were calibrated as they are shown, say --capture.turned " +
+                          camera.id + "=" + std::to_string(90 * (4 - shown))});
+  }
+}
+
 void fit_to_pictures(Camera& camera, const CameraFrames& frames, std::vector<Finding>& findings) {
-  const int width = frames.image_width;
-  const int height = frames.image_height;
+  const bool lying = frames.turn % 2 != 0;
+  const int width = lying ? frames.image_height : frames.image_width;
+  const int height = lying ? frames.image_width : frames.image_height;
   if (width == 0) {
     if (camera.width == 0) {
       const auto largest = static_cast<double>(Limits{}.camera_side);
-      camera.width = static_cast<int>(std::clamp(std::round(2 * camera.cx), 1.0, largest));
-      camera.height = static_cast<int>(std::clamp(std::round(2 * camera.cy), 1.0, largest));
+      camera.width = saturating_cast<int>(std::clamp(std::round(2 * camera.cx), 1.0, largest));
+      camera.height = saturating_cast<int>(std::clamp(std::round(2 * camera.cy), 1.0, largest));
       findings.push_back({Severity::Warning, "image-size-unknown", camera.id,
                           "neither the calibration nor an image says the size; " +
                               size_text(camera.width, camera.height) +
@@ -157,6 +246,7 @@ void fit_to_pictures(Camera& camera, const CameraFrames& frames, std::vector<Fin
     camera.height = scale * height;
   }
   if (camera.width == width && camera.height == height) {
+    note_turns(camera, frames, findings);
     return;
   }
   const std::string both = "calibrated for " + size_text(camera.width, camera.height) +
@@ -164,10 +254,13 @@ void fit_to_pictures(Camera& camera, const CameraFrames& frames, std::vector<Fin
   const auto cross = [](int a, int b) { return static_cast<std::int64_t>(a) * b; };
   if (cross(camera.width, height) == cross(camera.height, width)) {
     camera = scaled_camera(camera, width, height);
+    note_turns(camera, frames, findings);
     findings.push_back({Severity::Note, "image-scale", camera.id,
                         both + ": intrinsics are scaled" +
                             (unsaid ? " (the principal point tells the calibrated size)" : ""),
                         "nothing, if the images were scaled"});
+  } else if (cross(camera.width, width) == cross(camera.height, height)) {
+    findings.push_back(turned_finding(camera, frames, both));
   } else {
     const int off = std::max(std::abs(camera.width - width), std::abs(camera.height - height));
     findings.push_back({Severity::Warning, "image-size", camera.id,
@@ -213,6 +306,7 @@ void measure_pictures(Dataset& dataset, const Limits& limits) {
         const std::optional<ImageHeader> header = reader.image_header(static_cast<Index>(c), frame);
         frames.image_width = header->width;
         frames.image_height = header->height;
+        frames.image_orientation = header->orientation;
         break;
       } catch (const DataError& error) {
         first_error = first_error ? first_error : error;
@@ -268,6 +362,21 @@ void find_links(const fs::path& folder, bool refuse, std::vector<Finding>& findi
   }
 }
 
+/// Held-out cameras that there are not: those that were meant would be opened.
+void find_unknown_held_out(Dataset& dataset) {
+  std::string unknown;
+  for (const std::string& id : dataset.info.held_out_cameras) {
+    if (camera_index(dataset, id) < 0) {
+      unknown += (unknown.empty() ? "" : ", ") + id;
+    }
+  }
+  if (!unknown.empty()) {
+    dataset.findings.push_back({Severity::Error, "held-out-unknown", dataset.root.string(),
+                                "no camera is called as these that are held out: " + unknown,
+                                "write held_out_cameras of capture.toml as the calibration does"});
+  }
+}
+
 void settle_cameras(Dataset& dataset) {
   std::vector<Camera> cameras;
   std::vector<CameraFrames> frames;
@@ -280,8 +389,15 @@ void settle_cameras(Dataset& dataset) {
     }
     if (dataset.calibrated) {
       try {
+        if (camera.camera_from_world_rotation.isZero(0)) {
+          dataset.findings.push_back({Severity::Warning, "camera-left-out", camera.id,
+                                      "it has no pose; the camera is left out",
+                                      "calibrate it if it is needed"});
+          continue;
+        }
         settle_rotation(camera, dataset.findings);
         fit_to_pictures(camera, dataset.frames[c], dataset.findings);
+        camera = turned_camera(camera, dataset.frames[c].turn);
         check_camera(camera, dataset.root.string());
       } catch (const DataError& error) {
         dataset.findings.push_back({Severity::Error, "camera-left-out", camera.id,
@@ -363,11 +479,17 @@ void settle_sequences(Dataset& dataset, const DatasetOptions& options, const Lim
   }
 }
 
-/// Some people of every camera.
-std::vector<Keypoints2d> some_people(const Dataset& dataset, const Limits& limits) {
+/// Some people of every camera, and what was looked at.
+struct SomePeople {
+  std::vector<Keypoints2d> people;
+  int files = 0;       ///< that could be read
+  std::string damage;  ///< of the first that could not
+};
+
+SomePeople some_people(const Dataset& dataset, const Limits& limits) {
   FrameReader reader(dataset, limits);
   constexpr std::size_t kSamples = 12;  // of each camera
-  std::vector<Keypoints2d> people;
+  SomePeople some;
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
     const std::map<int, DataPlace>& places = dataset.frames[c].keypoints;
     const std::size_t step = std::max<std::size_t>(1, places.size() / kSamples);
@@ -378,14 +500,15 @@ std::vector<Keypoints2d> some_people(const Dataset& dataset, const Limits& limit
       }
       try {
         for (PersonKeypoints& person : reader.keypoints(static_cast<Index>(c), frame)) {
-          people.push_back(std::move(person.points));
+          some.people.push_back(std::move(person.points));
         }
-      } catch (const DataError&) {
-        continue;  // a broken frame is found where it is read
+        ++some.files;
+      } catch (const DataError& error) {
+        some.damage = some.damage.empty() ? error.what() : some.damage;
       }
     }
   }
-  return people;
+  return some;
 }
 
 double mean_stretch(const std::string& schema, const std::vector<Keypoints2d>& people) {
@@ -410,8 +533,22 @@ void settle_keypoints(Dataset& dataset, const DatasetOptions& options, const Lim
     schema = keypoint_schema(options.keypoint_schema).name;
     return;
   }
-  const std::vector<Keypoints2d> people = some_people(dataset, limits);
+  const SomePeople looked = some_people(dataset, limits);
+  const std::vector<Keypoints2d>& people = looked.people;
   if (people.empty()) {
+    if (looked.files > 0 && looked.damage.empty()) {
+      dataset.findings.push_back({Severity::Warning, "keypoints-none", dataset.root.string(),
+                                  "no detection is in any of " + std::to_string(looked.files) +
+                                      " files of keypoints that were looked at, of all cameras",
+                                  "detect again: the detector found nobody"});
+    } else if (!looked.damage.empty()) {
+      dataset.findings.push_back({Severity::Error, "keypoints-damaged", dataset.root.string(),
+                                  "no file of keypoints can be read; the first: " + looked.damage,
+                                  "write them as OpenPose, MMPose or AlphaPose do"});
+    }
+    if (looked.files > 0 && schema.empty()) {
+      schema = body_25_schema().name;  // of nobody any order is right
+    }
     return;
   }
   const Index points = people.front().rows();
@@ -503,6 +640,7 @@ Dataset open_dataset(const fs::path& path, const DatasetOptions& options, const 
   for (Camera& camera : dataset.cameras) {
     camera.id = plain_name(camera.id);
   }
+  find_unknown_held_out(dataset);
   correct_cameras(dataset, options.corrections);
   settle_world(dataset, options);
   find_links(path, options.links == "refuse", dataset.findings);

@@ -66,8 +66,7 @@ std::vector<Camera> parse_panoptic_cameras(std::string_view text, const std::str
     camera.height = pixels_of(size[1]);
     camera.matrix = matrix3_of(entry.at("K"));
     camera.distortion = entry.at("distCoef").numbers();
-    camera.rotation = matrix3_of(entry.at("R"));
-    camera.translation = vector3_of(entry.at("t"));
+    read_pose(camera, entry.at("R"), entry.at("t"));
     cameras.push_back(camera_of(camera, file));
   }
   return cameras;

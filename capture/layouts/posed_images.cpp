@@ -41,17 +41,53 @@ std::string without_extension(const std::string& name) {
 }
 
 /// A name without its last number and without what then ends it: "cam01/" of "cam01/000003.png".
-std::string camera_part(const std::string& name) {
-  std::string stem = without_extension(name);
-  std::size_t end = stem.size();
-  while (end > 0 && (stem[end - 1] < '0' || stem[end - 1] > '9') && stem[end - 1] != '/') {
-    --end;
+/// With `run` 1 without the number before: "f_cam01" of "f000003_cam01.png".
+std::string camera_part(const std::string& name, std::size_t run) {
+  const std::string stem = without_extension(name);
+  const std::vector<std::string_view> runs = digit_runs(name);
+  if (runs.size() <= run) {
+    return stem;
   }
-  std::size_t begin = end;
-  while (begin > 0 && stem[begin - 1] >= '0' && stem[begin - 1] <= '9') {
-    --begin;
+  const std::string_view file = name;
+  const std::string_view digits = runs[runs.size() - 1 - run];
+  const auto begin = static_cast<std::size_t>(digits.data() - file.data());
+  return run == 0 ? stem.substr(0, begin)
+                  : stem.substr(0, begin) + stem.substr(begin + digits.size());
+}
+
+using Groups = std::map<std::string, std::vector<const PosedImage*>>;
+
+Groups grouped(const std::vector<PosedImage>& images, std::size_t run) {
+  Groups groups;
+  for (const PosedImage& image : images) {
+    groups[camera_part(image.name, run)].push_back(&image);
   }
-  return begin == end ? stem : stem.substr(0, begin);
+  return groups;
+}
+
+/// Whether every group is one camera: frames with numbers of their own, and one calibration.
+bool are_cameras(const Groups& groups, std::size_t run) {
+  return std::all_of(groups.begin(), groups.end(), [&](const auto& group) {
+    std::set<int> numbers;
+    return std::all_of(group.second.begin(), group.second.end(), [&](const PosedImage* image) {
+      const std::optional<int> number = frame_number(image->name, run);
+      return number && numbers.insert(*number).second &&
+             same_calibration(image->camera, group.second.front()->camera);
+    });
+  });
+}
+
+/// Which number of the names is the frame's (frame_run counts so too): the last, unless only an
+/// earlier one leaves cameras that stand still, as where a camera's number comes last.
+std::size_t run_of(const std::vector<PosedImage>& images) {
+  constexpr std::size_t kRuns = 3;
+  for (std::size_t run = 0; run < kRuns; ++run) {
+    const Groups groups = grouped(images, run);
+    if (groups.size() < images.size() && are_cameras(groups, run)) {
+      return run;
+    }
+  }
+  return 0;
 }
 
 /// Bytes of the folders that all names begin with: "images/" of nerfstudio.
@@ -80,14 +116,14 @@ std::string camera_id(const std::string& name, std::size_t common) {
 }  // namespace
 
 Dataset dataset_of(const std::vector<PosedImage>& images, const std::string& file) {
-  std::map<std::string, std::vector<const PosedImage*>> groups;
   std::set<std::string> names;
   for (const PosedImage& image : images) {
     if (!names.insert(image.name).second) {
       throw DataError(file, "image '" + plain_name(image.name) + "'", "a second time", "each once");
     }
-    groups[camera_part(image.name)].push_back(&image);
   }
+  const std::size_t run = run_of(images);
+  const Groups groups = grouped(images, run);
   const std::size_t common = common_folders(names);
   Dataset dataset;
   dataset.root = file;
@@ -107,11 +143,11 @@ Dataset dataset_of(const std::vector<PosedImage>& images, const std::string& fil
     }
   };
   for (const auto& [part, members] : groups) {
-    const bool stem = !part.empty() && (part.back() == '/' || part.back() == '_');
+    const bool stem = !part.empty() && (part.back() == '/' || part.back() == '_' || run > 0);
     std::map<int, const PosedImage*> frames;
     bool one_camera = members.size() > 1 || stem;
     for (const PosedImage* image : members) {
-      const std::optional<int> number = frame_number(image->name);
+      const std::optional<int> number = frame_number(image->name, run);
       one_camera = one_camera && number && frames.emplace(*number, image).second &&
                    same_calibration(image->camera, members.front()->camera);
     }

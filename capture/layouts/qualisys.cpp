@@ -12,6 +12,7 @@
 #include "core/io/ground_truth_archive.h"
 #include "core/io/text_scanner.h"
 #include "core/io/xml_elements.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace fs = std::filesystem;
@@ -63,9 +64,9 @@ std::string recognize_qualisys(const fs::path& path) {
   return file.empty() ? "" : file.filename().string();
 }
 
-std::vector<Camera> parse_qualisys(std::string_view text, const std::string& file,
-                                   const Limits& limits) {
-  std::vector<Camera> cameras;
+QualisysRig parse_qualisys(std::string_view text, const std::string& file, const Limits& limits) {
+  QualisysRig rig;
+  std::vector<Camera>& cameras = rig.cameras;
   OpencvCamera camera;
   int parts = -1;  // of the camera that is being read: fov_video 1, transform 2, intrinsic 4
   Eigen::Vector2d corner = Eigen::Vector2d::Zero();
@@ -102,6 +103,17 @@ std::vector<Camera> parse_qualisys(std::string_view text, const std::string& fil
                         "serial=\"...\"");
       }
       camera.id = serial->second;
+      int rotation = 0;
+      if (element.attributes.contains("viewrotation")) {
+        const double degrees = value("viewrotation");
+        if (degrees != 0 && degrees != 90 && degrees != 180 && degrees != 270) {
+          throw DataError(file, "line " + std::to_string(element.line),
+                          "viewrotation " + in_quotes(element.attributes.at("viewrotation")),
+                          "0, 90, 180 or 270");
+        }
+        rotation = saturating_cast<int>(degrees);
+      }
+      rig.view_rotation.push_back(rotation);
       if (static_cast<std::int64_t>(cameras.size()) >= limits.cameras) {
         throw DataError(file, "cameras", "more than " + std::to_string(limits.cameras), "fewer");
       }
@@ -114,8 +126,8 @@ std::vector<Camera> parse_qualisys(std::string_view text, const std::string& fil
         throw DataError(file, "line " + std::to_string(element.line), "a field of view of no size",
                         "left, top, right and bottom in pixels");
       }
-      camera.width = static_cast<int>(std::lround(width));
-      camera.height = static_cast<int>(std::lround(height));
+      camera.width = saturating_cast<int>(std::round(width));
+      camera.height = saturating_cast<int>(std::round(height));
     } else if (element.name == "transform") {
       take(element, 2);
       Eigen::Matrix3d rows;
@@ -143,7 +155,7 @@ std::vector<Camera> parse_qualisys(std::string_view text, const std::string& fil
   if (cameras.empty()) {
     throw DataError(file, "cameras", "none", "<camera serial=...> elements");
   }
-  return cameras;
+  return rig;
 }
 
 Dataset read_qualisys(const fs::path& path, const DatasetOptions& /*options*/,
@@ -155,9 +167,13 @@ Dataset read_qualisys(const fs::path& path, const DatasetOptions& /*options*/,
   Dataset dataset;
   dataset.root = file.parent_path().filename() == "calibration" ? file.parent_path().parent_path()
                                                                 : file.parent_path();
-  dataset.cameras =
+  QualisysRig rig =
       parse_qualisys(read_file_text(file, limits.text_file_bytes), file.string(), limits);
+  dataset.cameras = std::move(rig.cameras);
   dataset.frames.resize(dataset.cameras.size());
+  for (std::size_t c = 0; c < dataset.frames.size(); ++c) {
+    dataset.frames[c].view_rotation = rig.view_rotation[c];
+  }
   dataset.file_world = kQualisysWorld;
   return with_pose2sim_frames(std::move(dataset), limits);
 }

@@ -19,9 +19,15 @@ Dataset read_qualisys(const std::filesystem::path& path, const DatasetOptions& o
 std::vector<std::string> write_qualisys(const LayoutSource& source,
                                         const std::filesystem::path& out);
 
-/// The cameras, in the layout's world. Throws DataError for what is no such XML, missing or
-/// doubled attributes, numbers that are not finite, no camera.
-std::vector<Camera> parse_qualisys(std::string_view text, const std::string& file = "",
-                                   const Limits& limits = {});
+/// The cameras of such a file, in its world.
+struct QualisysRig {
+  std::vector<Camera> cameras;
+  std::vector<int> view_rotation;  ///< of each: degrees by which QTM shows and exports it turned
+};
+
+/// Throws DataError for what is no such XML, missing or doubled attributes, numbers that are not
+/// finite, turns that are no quarters, no camera.
+QualisysRig parse_qualisys(std::string_view text, const std::string& file = "",
+                           const Limits& limits = {});
 
 }  // namespace atelier

@@ -6,6 +6,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/error.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -118,7 +119,7 @@ bool is_shadow(const Image& image, std::size_t p, const EmptyStage& background,
 }
 
 cv::Mat disc(double radius) {
-  const int r = static_cast<int>(std::lround(radius));
+  const int r = saturating_cast<int>(std::round(radius));
   return cv::getStructuringElement(cv::MORPH_ELLIPSE, cv::Size(2 * r + 1, 2 * r + 1));
 }
 

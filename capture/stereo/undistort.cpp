@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -46,8 +47,8 @@ Image undistorted(const Camera& camera, const Image& image) {
   for_each_pixel(camera, [&](int x, int y, const Eigen::Vector2d& pixel) {
     const double left = std::clamp(pixel.x() - 0.5, 0.0, image.width - 1.0);
     const double top = std::clamp(pixel.y() - 0.5, 0.0, image.height - 1.0);
-    const int x0 = static_cast<int>(left);
-    const int y0 = static_cast<int>(top);
+    const int x0 = saturating_cast<int>(left);
+    const int y0 = saturating_cast<int>(top);
     const int x1 = std::min(x0 + 1, image.width - 1);
     const int y1 = std::min(y0 + 1, image.height - 1);
     const auto u = static_cast<float>(left - x0);
@@ -67,7 +68,8 @@ ByteImage undistorted(const Camera& camera, const ByteImage& image) {
   ByteImage result(image.width, image.height, image.channels);
   for_each_pixel(camera, [&](int x, int y, const Eigen::Vector2d& pixel) {
     for (int c = 0; c < image.channels; ++c) {
-      result.at(x, y, c) = image.at(static_cast<int>(pixel.x()), static_cast<int>(pixel.y()), c);
+      result.at(x, y, c) =
+          image.at(saturating_cast<int>(pixel.x()), saturating_cast<int>(pixel.y()), c);
     }
   });
   return result;

@@ -6,6 +6,7 @@
 #include "capture/stereo/choose_sources.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -28,7 +29,7 @@ class MaskSums {
   bool empty() const { return width_ == 0; }
   bool any_near(double x, double y, double radius) const {
     const auto bound = [](double value, int size) {
-      return static_cast<int>(std::clamp(value, 0.0, static_cast<double>(size)));
+      return saturating_cast<int>(std::clamp(value, 0.0, static_cast<double>(size)));
     };
     const int x0 = bound(std::floor(x - radius), width_);
     const int x1 = bound(std::ceil(x + radius), width_);
@@ -80,9 +81,9 @@ VisualHull carved(const Carver& carver, const Eigen::Vector3d& low, const Eigen:
   hull.origin = low;
   hull.voxel_size = cell;
   const Eigen::Vector3d sides = (high - low) / cell;
-  hull.nx = std::max(1, static_cast<int>(std::ceil(sides.x())));
-  hull.ny = std::max(1, static_cast<int>(std::ceil(sides.y())));
-  hull.nz = std::max(1, static_cast<int>(std::ceil(sides.z())));
+  hull.nx = std::max(1, saturating_cast<int>(std::ceil(sides.x())));
+  hull.ny = std::max(1, saturating_cast<int>(std::ceil(sides.y())));
+  hull.nz = std::max(1, saturating_cast<int>(std::ceil(sides.z())));
   hull.occupied.assign(static_cast<std::size_t>(hull.nx) * hull.ny * hull.nz, 0);
   parallel_for(hull.nz, 1, [&](Index begin, Index end) {
     for (Index z = begin; z < end; ++z) {
@@ -187,6 +188,7 @@ DepthBounds depth_bounds(const VisualHull& hull, const Camera& camera, const Byt
         double first = -1;
         double last = -1;
         for (double t = from + 0.25; t < to; t += 0.5) {
+          // Between two planes of the grid's box: no check of the cast is needed.
           const Eigen::Vector3i at = (start + t * *direction).array().floor().cast<int>();
           if ((at.array() < 0).any() || at.x() >= hull.nx || at.y() >= hull.ny ||
               at.z() >= hull.nz || !hull.at(at.x(), at.y(), at.z())) {

@@ -2,6 +2,8 @@
 
 #include <optional>
 
+#include "core/saturating_cast.h"
+
 namespace atelier {
 namespace {
 
@@ -12,8 +14,8 @@ std::optional<Eigen::Vector3d> color_at(const Image& image, const Eigen::Vector2
   if (!(x >= 1 && y >= 1 && x < image.width - 2 && y < image.height - 2)) {
     return std::nullopt;
   }
-  const int x0 = static_cast<int>(x);
-  const int y0 = static_cast<int>(y);
+  const int x0 = saturating_cast<int>(x);
+  const int y0 = saturating_cast<int>(y);
   Eigen::Vector3d color;
   for (int c = 0; c < 3; ++c) {
     const double top =

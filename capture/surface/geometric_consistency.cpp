@@ -12,6 +12,7 @@
 #include "capture/surface/stereo_image.h"
 #include "core/error.h"
 #include "core/median.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -164,9 +165,10 @@ void leave_out_strays(std::vector<DepthMap>& maps, const FuseOptions& options,
     }
     left_out[worst] = 1;
     findings.push_back({Severity::Warning, "view-disagrees", maps[worst].camera.id,
-                        std::to_string(std::lround(100 * least)) +
+                        std::to_string(saturating_cast<int>(std::round(100 * least))) +
                             "% of what it sees is confirmed by another view, " +
-                            std::to_string(std::lround(100 * usual)) + "% is usual",
+                            std::to_string(saturating_cast<int>(std::round(100 * usual))) +
+                            "% is usual",
                         maps.size() < kSure ? "its surface is left out; calibrate it again, or "
                                               "its neighbours: of so few views it is a guess"
                                             : "its surface is left out; calibrate it again"});

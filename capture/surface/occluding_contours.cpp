@@ -10,6 +10,7 @@
 #include "core/laplacian.h"
 #include "core/normals.h"
 #include "core/parallel.h"
+#include "core/saturating_cast.h"
 #include "core/topology.h"
 #include "core/tree.h"
 
@@ -45,8 +46,8 @@ struct ContourMove {
 Eigen::Vector3d bilinear_color(const Image& image, const Eigen::Vector2d& place) {
   const double x = std::clamp(place.x() - 0.5, 0.0, image.width - 1.0);
   const double y = std::clamp(place.y() - 0.5, 0.0, image.height - 1.0);
-  const int left = std::min(static_cast<int>(x), image.width - 1);
-  const int top = std::min(static_cast<int>(y), image.height - 1);
+  const int left = std::min(saturating_cast<int>(x), image.width - 1);
+  const int top = std::min(saturating_cast<int>(y), image.height - 1);
   const int right = std::min(left + 1, image.width - 1);
   const int bottom = std::min(top + 1, image.height - 1);
   Eigen::Vector3d color;
@@ -66,7 +67,7 @@ bool before_background(const ByteImage& mask, const Eigen::Vector2d& pixel,
   const auto is = [&](double along, bool subject) {
     const Eigen::Vector2d at = pixel + along * outward;
     return at.x() >= 0 && at.y() >= 0 && at.x() < mask.width && at.y() < mask.height &&
-           (mask.at(static_cast<int>(at.x()), static_cast<int>(at.y())) != 0) == subject;
+           (mask.at(saturating_cast<int>(at.x()), saturating_cast<int>(at.y())) != 0) == subject;
   };
   for (double along = reach - 1; along <= reach + kMargin; along += 1) {
     if (!is(along, false)) {
@@ -79,7 +80,7 @@ bool before_background(const ByteImage& mask, const Eigen::Vector2d& pixel,
 /// Pixels along `outward` at which the image changes most, places nearby preferred.
 std::optional<double> edge_across(const Image& image, const Eigen::Vector2d& pixel,
                                   const Eigen::Vector2d& outward, double reach) {
-  const int half = static_cast<int>(reach / kStep);
+  const int half = saturating_cast<int>(reach / kStep);
   std::vector<double> changes;
   for (int i = -half; i <= half; ++i) {
     changes.push_back((bilinear_color(image, pixel + (i * kStep + 0.5) * outward) -

@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/median.h"
 #include "core/parallel.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -51,8 +52,8 @@ std::optional<Patch> patch_at(const Image& image, const Pixels& pixels,
     if (!(x >= 0 && y >= 0 && x < image.width - 1 && y < image.height - 1)) {
       return std::nullopt;
     }
-    const int column = static_cast<int>(x);
-    const int row = static_cast<int>(y);
+    const int column = saturating_cast<int>(x);
+    const int row = saturating_cast<int>(y);
     const double u = x - column;
     const double v = y - row;
     const float* at = &image.data[static_cast<std::size_t>(row) * image.width + column];

@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "core/random.h"
+#include "core/saturating_cast.h"
 #include "core/tree.h"
 
 namespace atelier {
@@ -35,7 +36,7 @@ Spread spread_over(const Mesh& mesh, double spacing) {
     const Eigen::Vector3d across = (b - a).cross(c - a);
     const double area = 0.5 * across.norm();
     spread.area += area;
-    const auto count = static_cast<int>(area / (spacing * spacing) + uniform(random));
+    const auto count = saturating_cast<int>(area / (spacing * spacing) + uniform(random));
     for (int i = 0; i < count; ++i) {
       double u = uniform(random);
       double v = uniform(random);

@@ -11,6 +11,7 @@
 #include "core/io/file_bytes.h"
 #include "core/io/gltf_meshopt.h"
 #include "core/io/text_scanner.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -422,12 +423,12 @@ void GltfBuffers::fill_sparse(const JsonPlace& accessor, int component, bool nor
     const double row =
         component_at(indices.data() + index_offset + i * index_step, index_type, false);
     if (row <= before || row >= static_cast<double>(values.rows())) {
-      where.fail("index " + std::to_string(static_cast<std::int64_t>(row)),
+      where.fail("index " + std::to_string(saturating_cast<std::int64_t>(row)),
                  "increasing indices below " + std::to_string(values.rows()));
     }
     before = row;
     for (std::size_t c = 0; c < components; ++c) {
-      values(static_cast<Eigen::Index>(row), static_cast<Eigen::Index>(c)) =
+      values(saturating_cast<Eigen::Index>(row), static_cast<Eigen::Index>(c)) =
           component_at(data.data() + data_offset + i * data_step + size * c, component, normalized);
     }
   }

@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/io/image_codec.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -173,7 +174,7 @@ std::array<png_color, 256> label_colors() {
     const auto channel = [&](double shift) {
       const double x = std::fmod(hue + shift, 6.0);
       const double weight = x < 1 ? x : x < 3 ? 1 : x < 4 ? 4 - x : 0;
-      return static_cast<png_byte>(std::lround(value * (0.2 + 0.8 * weight)));
+      return saturating_cast<png_byte>(std::round(value * (0.2 + 0.8 * weight)));
     };
     colors[label] = {channel(2), channel(0), channel(4)};
   }

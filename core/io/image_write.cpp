@@ -10,6 +10,7 @@
 #include "core/io/lower_extension.h"
 #include "core/io/srgb.h"
 #include "core/limits.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -35,7 +36,7 @@ ImageOf<T> stored(const Image& image) {
     const bool alpha = image.channels == 4 && i % 4 == 3;
     const float value =
         alpha ? std::clamp(image.data[i], 0.0F, 1.0F) : srgb_from_linear(image.data[i]);
-    result.data[i] = static_cast<T>(std::lround(kMost * value));
+    result.data[i] = saturating_cast<T>(std::round(kMost * value));
   }
   return result;
 }

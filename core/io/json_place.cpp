@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 
@@ -64,7 +65,7 @@ std::int64_t JsonPlace::integer(std::int64_t least, std::int64_t greatest) const
     result = value_->get<std::int64_t>();
   } else if (value_->is_number_float() && std::abs(value_->get<double>()) < 9e15 &&
              value_->get<double>() == std::floor(value_->get<double>())) {
-    result = static_cast<std::int64_t>(value_->get<double>());  // 4.0
+    result = saturating_cast<std::int64_t>(value_->get<double>());  // 4.0
   } else {
     fail(value_->is_number() ? value_->dump() : value_->type_name(), "a whole number, " + range);
   }

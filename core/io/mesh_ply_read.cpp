@@ -14,6 +14,7 @@
 #include "core/io/srgb.h"
 #include "core/io/text_writer.h"
 #include "core/printable.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -167,10 +168,10 @@ template <class Source>
 std::uint64_t PlyBody<Source>::list_length(const PlyProperty& property) {
   const double length = source_.value(property.count_type);
   if (length < 0) {
-    source_.fail("a list of " + std::to_string(static_cast<std::int64_t>(length)) + " items",
+    source_.fail("a list of " + std::to_string(saturating_cast<std::int64_t>(length)) + " items",
                  "0 or more");
   }
-  return static_cast<std::uint64_t>(length);
+  return saturating_cast<std::uint64_t>(length);
 }
 
 template <class Source>
@@ -282,7 +283,7 @@ void PlyBody<Source>::read_vertices(const PlyElement& element) {
       if (!(label >= 0 && label <= 255) || label != std::floor(label)) {
         fail_row("vertex", row, "label " + std::to_string(label), "a whole number, 0 to 255");
       }
-      mesh_.labels[row] = static_cast<std::uint8_t>(label);
+      mesh_.labels[row] = saturating_cast<std::uint8_t>(label);
     }
     if (has_[Confidence]) {
       const double confidence = std::clamp(value[Confidence], 0.0, 1.0);
@@ -363,10 +364,10 @@ void PlyBody<Source>::read_polygon(const PlyProperty& property, std::uint64_t ro
   for (std::uint64_t i = 0; i < length; ++i) {
     const double index = source_.value(property.type);
     if (index < 0 || index >= static_cast<double>(limits_.mesh_vertices)) {
-      fail_row("face", row, "index " + std::to_string(static_cast<std::int64_t>(index)),
+      fail_row("face", row, "index " + std::to_string(saturating_cast<std::int64_t>(index)),
                "the index of a vertex");
     }
-    mesh_.corner_vertices.push_back(static_cast<int>(index));
+    mesh_.corner_vertices.push_back(saturating_cast<int>(index));
   }
   mesh_.polygon_starts.push_back(static_cast<int>(mesh_.corner_vertices.size()));
 }

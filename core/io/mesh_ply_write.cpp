@@ -9,6 +9,7 @@
 #include "core/io/srgb.h"
 #include "core/io/text_writer.h"
 #include "core/io/to_float.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -143,7 +144,7 @@ void put_vertex(PlySink& sink, const PolygonMesh& mesh, Index v, bool exact) {
     if (exact) {
       sink.put(srgb);
     } else {
-      sink.put(static_cast<std::uint8_t>(std::lround(255 * srgb)));
+      sink.put(saturating_cast<std::uint8_t>(std::round(255 * srgb)));
     }
   }
 }

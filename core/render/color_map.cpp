@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/render/drawing.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 
@@ -40,7 +41,7 @@ Table opencv_table(int map) {
 
 Eigen::Vector3f from_table(const Table& table, double t) {
   const double x = t * 255;
-  const auto i = std::min<std::size_t>(static_cast<std::size_t>(x), 254);
+  const auto i = std::min<std::size_t>(saturating_cast<std::size_t>(x), 254);
   const auto f = static_cast<float>(x - static_cast<double>(i));
   return (1 - f) * table[i] + f * table[i + 1];
 }
@@ -99,7 +100,7 @@ Image color_bar(ColorMap map, double low, double high, const std::string& label,
   }
   const int top = label.empty() ? kEdge : kEdge + 26;
   const int bottom = height - kEdge;
-  Image image(2 * kEdge + kBar + 8 + static_cast<int>(std::ceil(text)), height, 3, 1.0f);
+  Image image(2 * kEdge + kBar + 8 + saturating_cast<int>(std::ceil(text)), height, 3, 1.0f);
   for (int y = top; y < bottom; ++y) {
     const double t = 1 - (y - top) / std::max(1.0, bottom - top - 1.0);
     const Eigen::Vector3f color = map_color(map, t);

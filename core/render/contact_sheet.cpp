@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/render/drawing.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 
@@ -74,7 +75,7 @@ Image contact_sheet(const std::vector<CaptionedImage>& pictures,
       const double scale = static_cast<double>(options.cell_width) / picture.image.width;
       cells.push_back(
           resized(picture.image, options.cell_width,
-                  std::max(1, static_cast<int>(std::lround(picture.image.height * scale)))));
+                  std::max(1, saturating_cast<int>(std::round(picture.image.height * scale)))));
     } else {
       cells.push_back(picture.image);
     }
@@ -84,13 +85,13 @@ Image contact_sheet(const std::vector<CaptionedImage>& pictures,
   const int count = static_cast<int>(cells.size());
   const int columns = options.columns > 0
                           ? std::min(options.columns, count)
-                          : static_cast<int>(std::ceil(
+                          : saturating_cast<int>(std::ceil(
                                 std::sqrt(static_cast<double>(count) * cell_height / cell_width)));
   const int used = std::clamp(columns, 1, count);
   const int rows = (count + used - 1) / used;
-  const int line = static_cast<int>(std::ceil(2.2 * options.text_height));
+  const int line = saturating_cast<int>(std::ceil(2.2 * options.text_height));
   const int title =
-      options.title.empty() ? 0 : static_cast<int>(std::ceil(3.2 * options.text_height));
+      options.title.empty() ? 0 : saturating_cast<int>(std::ceil(3.2 * options.text_height));
   struct Row {
     int top = 0;
     int picture = 1;  // the tallest one's height

@@ -5,6 +5,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "core/error.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 
@@ -21,8 +22,9 @@ struct Span {
   int begin, end;
 };
 Span pixels_within(double low, double high, int n) {
-  return {static_cast<int>(std::clamp(std::ceil(low - 0.5), 0.0, static_cast<double>(n))),
-          static_cast<int>(std::clamp(std::floor(high - 0.5) + 1, 0.0, static_cast<double>(n)))};
+  return {
+      saturating_cast<int>(std::clamp(std::ceil(low - 0.5), 0.0, static_cast<double>(n))),
+      saturating_cast<int>(std::clamp(std::floor(high - 0.5) + 1, 0.0, static_cast<double>(n)))};
 }
 
 // Coverage of the shape `distance(point) <= 0` (a signed distance) within a box: a ramp one pixel
@@ -126,7 +128,7 @@ Mask text_mask(const Image& picture, const std::string& text, cv::Point origin, 
 }
 
 int pen(double width) {
-  return std::max(1, static_cast<int>(std::lround(width)));
+  return std::max(1, saturating_cast<int>(std::round(width)));
 }
 
 void draw(Image& picture, const Text& label) {
@@ -142,7 +144,7 @@ void draw(Image& picture, const Text& label) {
   }
   // Our pixel centres lie at halves, OpenCV's at whole numbers.
   const auto whole = [](double value) {
-    return static_cast<int>(std::lround(std::clamp(value - 0.5, -kReach, kReach)));
+    return saturating_cast<int>(std::round(std::clamp(value - 0.5, -kReach, kReach)));
   };
   const cv::Point origin(whole(x), whole(label.position.y()));
   if (label.halo > 0) {

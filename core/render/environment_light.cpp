@@ -4,6 +4,7 @@
 
 #include "core/parallel.h"
 #include "core/render/reflectance.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 
@@ -25,8 +26,8 @@ Vec3f image_radiance(const Image& image, Vec3f d) {
   const Point2f p = equirectangular(d);
   const float x = p.x * static_cast<float>(image.width) - 0.5f;
   const float y = p.y * static_cast<float>(image.height) - 0.5f;
-  const int xf = static_cast<int>(std::floor(x));
-  const int yf = static_cast<int>(std::floor(y));
+  const int xf = saturating_cast<int>(std::floor(x));
+  const int yf = saturating_cast<int>(std::floor(y));
   const float fx = x - static_cast<float>(xf);
   const float fy = y - static_cast<float>(yf);
   const auto texel = [&](int i, int j) {
@@ -72,10 +73,10 @@ void fill_cells(EnvironmentLight& light) {
 int cell_of(const EnvironmentLight& light, Vec3f d) {
   const float u = 0.5f + std::atan2(d.x, -d.z) / (2 * std::numbers::pi_v<float>);
   const float v = 0.5f * (1 - d.y);
-  const int c = std::clamp(static_cast<int>(u * static_cast<float>(light.cell_columns)), 0,
+  const int c = std::clamp(saturating_cast<int>(u * static_cast<float>(light.cell_columns)), 0,
                            light.cell_columns - 1);
-  const int r =
-      std::clamp(static_cast<int>(v * static_cast<float>(light.cell_rows)), 0, light.cell_rows - 1);
+  const int r = std::clamp(saturating_cast<int>(v * static_cast<float>(light.cell_rows)), 0,
+                           light.cell_rows - 1);
   return r * light.cell_columns + c;
 }
 
@@ -154,10 +155,10 @@ Vec3f radiance(const EnvironmentLight& light, Vec3f direction) {
 
 Vec3f glossy_radiance(const EnvironmentLight& light, Vec3f direction, float roughness) {
   const float level = std::clamp(roughness, 0.0f, 1.0f) * (kLevels - 1);
-  const int l0 = std::min(static_cast<int>(level), kLevels - 2);
+  const int l0 = std::min(saturating_cast<int>(level), kLevels - 2);
   const float fl = level - static_cast<float>(l0);
   const float row = 0.5f * (1 - std::clamp(direction.y, -1.0f, 1.0f)) * (kRows - 1);
-  const int r0 = std::min(static_cast<int>(row), kRows - 2);
+  const int r0 = std::min(saturating_cast<int>(row), kRows - 2);
   const float fr = row - static_cast<float>(r0);
   const auto read = [&](const Image& table, int c, int r) {
     const float* t = &table.at(c, r);
@@ -173,7 +174,7 @@ Vec3f glossy_radiance(const EnvironmentLight& light, Vec3f direction, float roug
         0.5f;
     const float x_floor = std::floor(x);
     const float fx = x - x_floor;
-    const int c0 = (static_cast<int>(x_floor) + table.width) % table.width;
+    const int c0 = (saturating_cast<int>(x_floor) + table.width) % table.width;
     const int c1 = (c0 + 1) % table.width;
     return mix(mix(read(table, c0, r0), read(table, c1, r0), fx),
                mix(read(table, c0, r0 + 1), read(table, c1, r0 + 1), fx), fr);

@@ -6,6 +6,7 @@
 
 #include "core/parallel.h"
 #include "core/render/gather_ground_shadows.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 
@@ -220,7 +221,7 @@ class Filling {
 GroundShadows gathered_ground_shadows(const PreparedScene::Data& scene, float middle_x,
                                       float middle_z, float reach, int rays) {
   GroundShadows shadows;
-  const int squares = std::max(1, static_cast<int>(std::ceil(2 * reach / (kCell * kCoarsest))));
+  const int squares = std::max(1, saturating_cast<int>(std::ceil(2 * reach / (kCell * kCoarsest))));
   const int cells = kCoarsest * squares;
   shadows.cell = 2 * reach / static_cast<float>(cells);
   shadows.min_x = middle_x - reach;
@@ -239,8 +240,8 @@ std::optional<GroundShadow> GroundShadows::at(float x, float z) const {
   if (open.data.empty() || !(u >= 0 && v >= 0 && u < last && v < last)) {
     return std::nullopt;
   }
-  const int i = static_cast<int>(u);
-  const int j = static_cast<int>(v);
+  const int i = saturating_cast<int>(u);
+  const int j = saturating_cast<int>(v);
   if (smooth[static_cast<std::size_t>(j) * static_cast<std::size_t>(open.width - 1) +
              static_cast<std::size_t>(i)] == 0) {
     return std::nullopt;

@@ -1,6 +1,7 @@
 #include "core/render/mip_pyramid.h"
 
 #include "core/error.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 
@@ -19,10 +20,10 @@ Image half(const Image& image) {
       const float x1 = static_cast<float>(x + 1) * sx;
       Vec3f sum{0, 0, 0};
       float area = 0;
-      for (int j = static_cast<int>(y0); j < image.height && static_cast<float>(j) < y1; ++j) {
+      for (int j = saturating_cast<int>(y0); j < image.height && static_cast<float>(j) < y1; ++j) {
         const float wy =
             std::min(y1, static_cast<float>(j + 1)) - std::max(y0, static_cast<float>(j));
-        for (int i = static_cast<int>(x0); i < image.width && static_cast<float>(i) < x1; ++i) {
+        for (int i = saturating_cast<int>(x0); i < image.width && static_cast<float>(i) < x1; ++i) {
           const float wx =
               std::min(x1, static_cast<float>(i + 1)) - std::max(x0, static_cast<float>(i));
           sum += (wx * wy) * Vec3f{image.at(i, j, 0), image.at(i, j, 1), image.at(i, j, 2)};
@@ -49,8 +50,8 @@ Vec3f bilinear(const Image& image, float u, float v) {
   const float y_floor = std::floor(y);
   const float fx = x - x_floor;
   const float fy = y - y_floor;
-  const int x0 = wrapped(static_cast<int>(x_floor), image.width);
-  const int y0 = wrapped(static_cast<int>(y_floor), image.height);
+  const int x0 = wrapped(saturating_cast<int>(x_floor), image.width);
+  const int y0 = wrapped(saturating_cast<int>(y_floor), image.height);
   const int x1 = x0 + 1 == image.width ? 0 : x0 + 1;
   const int y1 = y0 + 1 == image.height ? 0 : y0 + 1;
   const auto texel = [&](int i, int j) {
@@ -79,7 +80,7 @@ Vec3f texture_color(const MipPyramid& pyramid, float u, float v, float footprint
   v -= std::floor(v);
   const float level = std::log2(std::max(1.0f, footprint));
   const int last = static_cast<int>(pyramid.levels.size()) - 1;
-  const int low = std::min(static_cast<int>(level), last);
+  const int low = std::min(saturating_cast<int>(level), last);
   const float fraction = std::min(level - static_cast<float>(low), 1.0f);
   const Vec3f fine = bilinear(pyramid.levels[low], u, v);
   if (low == last || fraction <= 0) {

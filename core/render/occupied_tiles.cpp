@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/parallel.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 
@@ -90,7 +91,7 @@ OccupiedTiles occupied_tiles(const PreparedScene::Data& scene, const Camera& cam
       const Eigen::Vector2d high = a->cwiseMax(*b).cwiseMax(*c);
       const double margin = 1 + bend * (high - low).maxCoeff();
       const auto tile = [&](double pixel, int last) {
-        return static_cast<int>(std::floor(std::clamp(pixel / side, -1.0, last + 1.0)));
+        return saturating_cast<int>(std::floor(std::clamp(pixel / side, -1.0, last + 1.0)));
       };
       for (int y = std::max(0, tile(low.y() - margin, tiles.rows));
            y <= std::min(tiles.rows - 1, tile(high.y() + margin, tiles.rows)); ++y) {

@@ -3,6 +3,8 @@
 #include <array>
 #include <numbers>
 
+#include "core/saturating_cast.h"
+
 namespace atelier {
 
 namespace {
@@ -110,8 +112,8 @@ float fresnel_weight(float v_dot_h) {
 GlossAlbedo gloss_albedo(float n_dot_v, float roughness) {
   const float c = std::clamp(n_dot_v, 0.0f, 1.0f) * (kCosines - 1);
   const float r = std::clamp(roughness, 0.0f, 1.0f) * (kRoughnesses - 1);
-  const int c0 = std::min(static_cast<int>(c), kCosines - 2);
-  const int r0 = std::min(static_cast<int>(r), kRoughnesses - 2);
+  const int c0 = std::min(saturating_cast<int>(c), kCosines - 2);
+  const int r0 = std::min(saturating_cast<int>(r), kRoughnesses - 2);
   const float fc = c - static_cast<float>(c0);
   const float fr = r - static_cast<float>(r0);
   const auto& table = tables().gloss;
@@ -133,7 +135,7 @@ float sheen(float n_dot_v, float n_dot_l, float n_dot_h) {
 
 float sheen_albedo(float n_dot_v) {
   const float c = std::clamp(n_dot_v, 0.0f, 1.0f) * (kCosines - 1);
-  const int c0 = std::min(static_cast<int>(c), kCosines - 2);
+  const int c0 = std::min(saturating_cast<int>(c), kCosines - 2);
   const float f = c - static_cast<float>(c0);
   const auto& table = tables().sheen;
   return (1 - f) * table[c0] + f * table[c0 + 1];

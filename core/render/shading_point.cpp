@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "core/render/reflectance.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 
@@ -159,8 +160,8 @@ ShadingPoint ground_point(const PreparedScene::Data& scene, Vec3f position, Vec3
     const float z = (position.z - grid.min_z) / grid.cell;
     const float last = static_cast<float>(grid.values.width - 1);
     if (x >= 0 && z >= 0 && x < last && z < last) {
-      const int i = static_cast<int>(x);
-      const int j = static_cast<int>(z);
+      const int i = saturating_cast<int>(x);
+      const int j = saturating_cast<int>(z);
       const float fx = x - static_cast<float>(i);
       const float fz = z - static_cast<float>(j);
       const auto read = [&](int a, int b) {

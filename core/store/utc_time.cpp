@@ -3,11 +3,13 @@
 #include <chrono>
 #include <cstdio>
 
+#include "core/saturating_cast.h"
+
 namespace atelier {
 
 std::string utc_text(double seconds) {
   using namespace std::chrono;
-  const sys_seconds time{std::chrono::seconds(static_cast<std::int64_t>(seconds))};
+  const sys_seconds time{std::chrono::seconds(saturating_cast<std::int64_t>(seconds))};
   const sys_days day = floor<days>(time);
   const year_month_day date(day);
   const hh_mm_ss clock(time - day);

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/io/ground_truth_archive.h"
+#include "core/saturating_cast.h"
 #include "core/sequence_archive.h"
 #include "core/store/result.h"
 #include "registration/tracking/registered_outfit.h"
@@ -29,8 +30,8 @@ const GroundTruthGarment* true_garment(const GroundTruth& truth, const std::stri
 }
 
 double quantile(std::vector<double> values, double share) {
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  const auto at = values.begin() +
+                  saturating_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return *at;
 }

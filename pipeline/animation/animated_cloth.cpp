@@ -8,6 +8,7 @@
 
 #include "core/depths_inside.h"
 #include "core/error.h"
+#include "core/saturating_cast.h"
 #include "core/store/digest_meter.h"
 #include "simulation/contact/crossings.h"
 
@@ -154,7 +155,7 @@ ClothState AnimatedCloth::foreign_at(Index row) const {
   const Sequence& sequence = *animation_.foreign;
   const double rate = sequence.fps > 0 ? sequence.fps : animation_.fps;
   const auto at =
-      static_cast<Index>(std::llround(static_cast<double>(row) / animation_.fps * rate));
+      saturating_cast<Index>(std::round(static_cast<double>(row) / animation_.fps * rate));
   ClothState state;
   state.positions = frame(sequence, std::min(at, frame_count(sequence) - 1)).vertices;
   state.velocities = Points::Zero(state.positions.rows(), 3);

@@ -18,6 +18,7 @@
 #include "core/io/mesh_sequence_file.h"
 #include "core/limits.h"
 #include "core/nearest_name.h"
+#include "core/saturating_cast.h"
 #include "core/sequence_archive.h"
 #include "core/usage_error.h"
 #include "pipeline/animation/animation_garments.h"
@@ -181,7 +182,7 @@ Motion new_motion(StageRun& run, const BodyModel& wearer, const AnimateOptions& 
         continuous_motion(wearer, options.motion, kProceduralTime, 0);
     Motion motion;
     motion.fps = kSampleRate;
-    const int frames = static_cast<int>(std::floor(continuous.duration * kSampleRate)) + 1;
+    const int frames = saturating_cast<int>(std::floor(continuous.duration * kSampleRate) + 1);
     for (int i = 0; i < frames; ++i) {
       motion.frame_ids.push_back(i);
       motion.poses.push_back(continuous.pose(i / kSampleRate));
@@ -196,7 +197,7 @@ Motion new_motion(StageRun& run, const BodyModel& wearer, const AnimateOptions& 
 
 /// The part of a motion that is wanted. Poses keep their rate, so that it begins at a pose.
 Motion motion_part(const Motion& motion, const AnimateOptions& options, std::size_t& first) {
-  first = static_cast<std::size_t>(std::llround(options.start * motion.fps));
+  first = saturating_cast<std::size_t>(std::round(options.start * motion.fps));
   if (first >= motion.poses.size()) {
     throw DataError(options.motion, "motion",
                     std::to_string(motion.poses.size()) + " frames, none of them behind --start",
@@ -204,8 +205,8 @@ Motion motion_part(const Motion& motion, const AnimateOptions& options, std::siz
   }
   std::size_t count = motion.poses.size() - first;
   if (options.seconds > 0) {
-    count = std::min(count,
-                     static_cast<std::size_t>(std::ceil(options.seconds * motion.fps - 1e-9)) + 1);
+    count = std::min(
+        count, saturating_cast<std::size_t>(std::ceil(options.seconds * motion.fps - 1e-9) + 1));
   }
   Motion part;
   part.fps = motion.fps;
@@ -234,25 +235,26 @@ void set_frames(const AnimateOptions& options, bool own, Animation& animation) {
   const Motion& motion = body.motion;
   animation.fps = options.fps > 0 ? options.fps : own ? motion.fps : std::min(motion.fps, kMaxRate);
   const double duration = static_cast<double>(motion.poses.size() - 1) / motion.fps;
-  const auto count = static_cast<Index>(std::floor(duration * animation.fps + 1e-6)) + 1;
+  const auto count = saturating_cast<Index>(std::floor(duration * animation.fps + 1e-6) + 1);
   for (Index i = 0; i < count; ++i) {
     animation.frame_ids.push_back(own && animation.fps == motion.fps
                                       ? motion.frame_ids[static_cast<std::size_t>(i)]
                                       : static_cast<int>(i));
   }
   animation.steps_per_frame =
-      static_cast<int>(std::ceil(options.cloth.rate / animation.fps - 1e-9));
+      saturating_cast<int>(std::ceil(options.cloth.rate / animation.fps - 1e-9));
   animation.step_seconds = 1 / (animation.fps * animation.steps_per_frame);
   const double lead = lead_seconds(body);
   if (!(lead <= kLongestLead)) {
-    throw DataError(options.motion, "first frames",
-                    "a start so far away or so fast that the body takes " +
-                        std::to_string(std::lround(std::min(lead, 1e9))) +
-                        " s to it from where its clothes are put on",
-                    "at most " + std::to_string(std::lround(kLongestLead)) +
-                        " s; a frame that jumps is passed by with --start");
+    throw DataError(
+        options.motion, "first frames",
+        "a start so far away or so fast that the body takes " +
+            std::to_string(saturating_cast<std::int64_t>(std::round(std::min(lead, 1e9)))) +
+            " s to it from where its clothes are put on",
+        "at most " + std::to_string(saturating_cast<std::int64_t>(kLongestLead)) +
+            " s; a frame that jumps is passed by with --start");
   }
-  animation.steps_before = static_cast<int>(std::ceil(lead / animation.step_seconds - 1e-9));
+  animation.steps_before = saturating_cast<int>(std::ceil(lead / animation.step_seconds - 1e-9));
   body.settle += animation.steps_before * animation.step_seconds - lead;
   animation.worn.solver.time_step = animation.step_seconds;
 }
@@ -362,7 +364,7 @@ Animation read_animation(StageRun& run) {
   if (animation.foreign) {
     const double rate = animation.foreign->fps > 0 ? animation.foreign->fps : animation.fps;
     const auto needed =
-        static_cast<Index>(std::floor(
+        saturating_cast<Index>(std::floor(
             static_cast<double>(animation.frame_ids.size() - 1) / animation.fps * rate + 1e-6)) +
         1;
     if (frame_count(*animation.foreign) < needed) {

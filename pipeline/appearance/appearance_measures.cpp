@@ -17,6 +17,7 @@
 #include "core/io/image_file.h"
 #include "core/io/safetensors.h"
 #include "core/io/temporary_folder.h"
+#include "core/saturating_cast.h"
 #include "core/sequence_archive.h"
 #include "core/store/result.h"
 #include "pipeline/appearance/appearance_judgement.h"
@@ -222,7 +223,7 @@ std::optional<JudgedNetworks> judge(const fs::path& workspace, const std::string
   judged.setting = setting_of(manifest);
   const auto iterations = manifest.metrics.find("iterations");
   judged.iterations =
-      iterations == manifest.metrics.end() ? 0 : static_cast<int>(iterations->second);
+      iterations == manifest.metrics.end() ? 0 : saturating_cast<int>(iterations->second);
   const Lookers lookers{by.cameras, by.truth->cameras};
   const auto compared = [&](const JudgedScenes& scenes) {
     return compare_garments(result, scenes, own_is_truth, lookers,

@@ -8,6 +8,7 @@
 #include "bodymodel/formats/personal_body.h"
 #include "bodymodel/formats/tracked_motion.h"
 #include "core/error.h"
+#include "core/saturating_cast.h"
 #include "core/sequence_archive.h"
 #include "pipeline/outfit/held_cloth.h"
 #include "pipeline/person/tracked_take.h"
@@ -150,7 +151,7 @@ Trials read_trials(StageRun& run, const std::vector<RegisteredGarmentSequence>& 
   Trials trials;
   trials.body_faces = body.model.mesh.faces;
   trials.frame_ids = body.motion.frame_ids;
-  const int per_frame = static_cast<int>(std::ceil(kRate / body.motion.fps - 1e-9));
+  const int per_frame = saturating_cast<int>(std::ceil(kRate / body.motion.fps - 1e-9));
   const double step_seconds = 1 / (body.motion.fps * per_frame);
   const int steps = per_frame * static_cast<int>(body.motion.poses.size() - 1);
   for (int step = 0; step <= steps; ++step) {

@@ -16,6 +16,7 @@
 #include "core/io/mesh_sequence_file.h"
 #include "core/io/sequence_folder.h"
 #include "core/nearest_name.h"
+#include "core/saturating_cast.h"
 #include "core/sequence.h"
 #include "core/sequence_archive.h"
 #include "core/usage_error.h"
@@ -25,7 +26,7 @@ namespace atelier {
 
 Points body_at(const BodyTrack& track, double time) {
   const double place = std::clamp(time * track.fps, 0.0, static_cast<double>(track.count - 1));
-  const auto first = static_cast<Index>(place);
+  const auto first = saturating_cast<Index>(place);
   const double share = place - static_cast<double>(first);
   if (share < 1e-9) {
     return track.at(first);
@@ -117,7 +118,7 @@ BodyTrack moving_body(const ScenePaths& paths, double fps, double fall_in,
   }
   auto poses = std::make_shared<std::vector<Pose>>();
   const Pose& first = moved.motion.poses.front();
-  const auto steps = static_cast<Index>(std::lround(fall_in * fps));
+  const auto steps = saturating_cast<Index>(std::round(fall_in * fps));
   for (Index i = 0; i < steps; ++i) {
     // Slow at both ends, so that nothing is thrown.
     const double t = static_cast<double>(i) / static_cast<double>(steps);

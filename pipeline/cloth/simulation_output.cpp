@@ -13,6 +13,7 @@
 #include "core/io/one_file_sequence.h"
 #include "core/io/usd_sequence.h"
 #include "core/render/video.h"
+#include "core/saturating_cast.h"
 #include "core/store/output_place.h"
 #include "core/usage_error.h"
 #include "core/writable_place.h"
@@ -189,7 +190,7 @@ constexpr Index kMaxVideoFrames = 900;
 
 Album::Album(OutputPlace place, Index count, double fps)
     : place_(std::move(place)),
-      video_every_(std::max({Index{1}, static_cast<Index>(std::lround(fps / 15)),
+      video_every_(std::max({Index{1}, saturating_cast<Index>(std::round(fps / 15)),
                              (count + kMaxVideoFrames - 1) / kMaxVideoFrames})),
       count_(count),
       video_fps_(fps / static_cast<double>(video_every_)) {}

@@ -8,6 +8,7 @@
 #include "core/device.h"
 #include "core/error.h"
 #include "core/mesh_statistics.h"
+#include "core/saturating_cast.h"
 #include "core/usage_error.h"
 #include "pipeline/cloth/captured_scene.h"
 #include "pipeline/cloth/scene_check.h"
@@ -271,9 +272,10 @@ SimulationScene read_scene_body(const ScenePaths& paths, const SimulateOptions& 
       return body_at(track, static_cast<double>(frame - settle) / fps);
     };
   }
-  scene.frame_count = options.length > 0
-                          ? options.length
-                          : options.settle + static_cast<Index>(std::lround(seconds * options.fps));
+  scene.frame_count =
+      options.length > 0
+          ? options.length
+          : options.settle + saturating_cast<Index>(std::round(seconds * options.fps));
   if (scene.frame_count == 0) {
     throw UsageError("there are no frames to simulate: give --settle or --length");
   }

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "core/remesh/isotropic_remeshing.h"
+#include "core/saturating_cast.h"
 #include "core/tree.h"
 #include "pipeline/outfit/held_cloth.h"
 #include "simulation/cloth/median_rest.h"
@@ -66,7 +67,7 @@ void cut_patches(TriedGarment& tried) {
   for (Index v = 0; v < at.rows(); ++v) {
     std::array<int, 3> cell{};
     for (std::size_t c = 0; c < 3; ++c) {
-      cell[c] = static_cast<int>(std::floor(at(v, static_cast<Index>(c)) / kPatch));
+      cell[c] = saturating_cast<int>(std::floor(at(v, static_cast<Index>(c)) / kPatch));
     }
     tried.patches.push_back(cells.try_emplace(cell, static_cast<int>(cells.size())).first->second);
   }

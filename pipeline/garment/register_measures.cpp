@@ -13,6 +13,7 @@
 #include "core/io/ground_truth_archive.h"
 #include "core/io/json.h"
 #include "core/io/json_place.h"
+#include "core/saturating_cast.h"
 #include "core/sequence_archive.h"
 #include "core/store/result.h"
 #include "registration/tracking/register_garment.h"
@@ -47,8 +48,8 @@ double quantile(std::vector<double> values, double share) {
   if (values.empty()) {
     return 0;
   }
-  const auto at =
-      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  const auto at = values.begin() +
+                  saturating_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return *at;
 }
@@ -105,7 +106,7 @@ void add_measures(std::vector<Measure>& measures, const std::string& prefix, con
   const Side side = judged ? Side::AtMost : Side::None;
   const auto count = static_cast<double>(errors.points.size());
   const double mean = std::accumulate(errors.points.begin(), errors.points.end(), 0.0);
-  const std::string over = "over " + std::to_string(static_cast<int>(errors.frames)) +
+  const std::string over = "over " + std::to_string(saturating_cast<int>(errors.frames)) +
                            " frames, what two cameras see" +
                            (ground_truth_scans ? ", from ground-truth scans" : "");
   measures.push_back({prefix + "chamfer_mm", 1e3 * errors.chamfer / std::max(errors.frames, 1.0),

@@ -13,6 +13,7 @@
 #include "core/io/json.h"
 #include "core/io/json_place.h"
 #include "core/normals.h"
+#include "core/saturating_cast.h"
 #include "core/topology.h"
 #include "core/tree.h"
 #include "registration/template/texture_atlas.h"
@@ -43,7 +44,7 @@ struct Distances {
       return 0;
     }
     std::sort(values.begin(), values.end());
-    return values[static_cast<std::size_t>(0.95 * static_cast<double>(values.size() - 1))];
+    return values[saturating_cast<std::size_t>(0.95 * static_cast<double>(values.size() - 1))];
   }
 };
 
@@ -129,7 +130,7 @@ std::vector<Measure> measure_template(const fs::path& workspace, const fs::path&
     stretch = std::max(stretch, measure_atlas(mesh).stretch_p99);
   }
   using Side = Measure::Side;
-  const std::string over = "over " + std::to_string(static_cast<int>(garments)) + " garments";
+  const std::string over = "over " + std::to_string(saturating_cast<int>(garments)) + " garments";
   return {
       {"template.mean_mm", 1e3 * off.mean(), "mm", 0, Side::None,
        "template to the ground-truth cloth of its frame, " + over},

@@ -14,6 +14,7 @@
 #include "core/io/file_bytes.h"
 #include "core/io/lower_extension.h"
 #include "core/limits.h"
+#include "core/saturating_cast.h"
 #include "pipeline/inspection/inspection.h"
 
 namespace atelier {
@@ -53,7 +54,8 @@ void inspect_video(const std::filesystem::path& path, Inspection& inspection) {
   // which take seconds.
   constexpr double kMaxPixels = 2e9;
   const double most = kMaxPixels / (static_cast<double>(video.width()) * video.height());
-  const int decoded = static_cast<int>(std::clamp(most, 1.0, static_cast<double>(video.frames())));
+  const int decoded =
+      saturating_cast<int>(std::clamp(most, 1.0, static_cast<double>(video.frames())));
   for (const int frame : std::set<int>{0, decoded / 2, decoded - 1}) {
     video.frame(frame);
   }
@@ -84,7 +86,7 @@ void inspect_yaml(const std::filesystem::path& path, Inspection& inspection) {
 void inspect_colmap_text(const std::filesystem::path& path, Inspection& inspection) {
   if (path.filename().string().ends_with(".qca.txt")) {
     const std::vector<Camera> cameras =
-        parse_qualisys(read_file_text(path, Limits{}.text_file_bytes), path.string());
+        parse_qualisys(read_file_text(path, Limits{}.text_file_bytes), path.string()).cameras;
     inspection.add("kind", "cameras, Qualisys");
     inspection.add("cameras", cameras.size());
   } else if (path.filename() == "cameras.txt") {

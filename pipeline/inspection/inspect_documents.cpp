@@ -98,6 +98,11 @@ const std::vector<DocumentMark>& document_marks() {
       {{"people", "version"},
        "keypoints in an image, OpenPose",
        [](const std::string& text, const std::string& file) { parse_openpose(text, file); }},
+      {{"instance_info"},
+       "keypoints in images, MMPose",
+       [](const std::string& text, const std::string& file) {
+         parse_detection_frames(text, file);
+       }},
       {{"annots"},
        "keypoints in an image, EasyMocap",
        [](const std::string& text, const std::string& file) {
@@ -138,7 +143,7 @@ const std::vector<DocumentMark>& document_marks() {
        "cameras, NeRF",
        [](const std::string& text, const std::string& file) { parse_transforms(text, file); }},
       {{"pattern", "properties"},
-       "sewing pattern, Garment-Pattern-Generator",
+       "sewing pattern, Garment-Pattern-Generator or GarmentCode",
        [](const std::string& text, const std::string& file) {
          garment_pattern_from_json(text, file);
        }},

@@ -17,6 +17,7 @@
 #include "core/limits.h"
 #include "core/nearest_name.h"
 #include "core/normals.h"
+#include "core/saturating_cast.h"
 #include "core/tree.h"
 #include "pipeline/outfit/fitting.h"
 #include "pipeline/outfit/tailor.h"
@@ -150,7 +151,7 @@ double mean_edge(const Mesh& mesh) {
 }
 
 std::string millimetres(double metres) {
-  return std::to_string(static_cast<int>(std::lround(1000 * metres))) + " mm";
+  return std::to_string(saturating_cast<int>(std::round(1000 * metres))) + " mm";
 }
 
 /// Threads that the body, tight or coarse cloth keeps from closing: welding them would tear the

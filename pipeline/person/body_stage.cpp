@@ -20,6 +20,7 @@
 #include "core/io/mesh_sequence_file.h"
 #include "core/listed_frames.h"
 #include "core/normals.h"
+#include "core/saturating_cast.h"
 #include "core/sequence_archive.h"
 #include "core/store/manifest.h"
 #include "core/store/output_sequences.h"
@@ -325,7 +326,7 @@ void certify(StageRun& run, const BodySource& source,
   }
   if (!far.empty()) {
     run.warn("scan-far [frames " + listed_frames(far) + "]: up to " +
-             std::to_string(std::lround(100 * farthest)) +
+             std::to_string(saturating_cast<int>(std::round(100 * farthest))) +
              "% of the scan is not part of the person and is ignored; check for a second person or "
              "a wrong calibration");
   }

@@ -28,7 +28,8 @@ constexpr std::array kUnread = {
     std::string_view("label_taxonomy"),  std::string_view("calibration_of"),
     std::string_view("extrinsics"),      std::string_view("baseline"),
     std::string_view("intrinsics"),      std::string_view("distortion"),
-    std::string_view("pixel_shift"),     std::string_view("masks"),
+    std::string_view("pixel_shift"),     std::string_view("turned"),
+    std::string_view("masks"),
 };
 
 std::vector<std::string> broken_inputs(const OptionTable& table) {

@@ -13,6 +13,7 @@
 #include "core/io/json.h"
 #include "core/io/json_place.h"
 #include "core/io/text_writer.h"
+#include "core/saturating_cast.h"
 #include "pipeline/pictures/person_pictures.h"
 
 namespace atelier {
@@ -44,11 +45,11 @@ std::vector<char> painted_region(const BodyModel& model, const std::string& name
   const JsonPlace place(parsed, name);
   for (const double value : place.numbers()) {
     if (!(value >= 0 && value < static_cast<double>(region.size())) ||
-        value != static_cast<double>(static_cast<Index>(value))) {
+        value != static_cast<double>(saturating_cast<Index>(value))) {
       throw DataError(name, "region", number_text(value),
                       "vertices of the body, 0 to " + std::to_string(region.size() - 1));
     }
-    region[static_cast<std::size_t>(value)] = 1;
+    region[saturating_cast<std::size_t>(value)] = 1;
   }
   if (std::find(region.begin(), region.end(), 1) == region.end()) {
     throw DataError(name, "region", "no vertex", "at least one; --exclude none leaves nothing out");
@@ -67,7 +68,8 @@ void write_pictures(StageRun& run, const std::string& name, const BodyModel& mod
         static_cast<double>(tracked.region.size()) / static_cast<double>(vertex_count(model));
     output("pictures/" + name + "_region.png",
            region_picture(model, tracked.region,
-                          "clothing over this " + std::to_string(std::lround(100 * share)) +
+                          "clothing over this " +
+                              std::to_string(saturating_cast<int>(std::round(100 * share))) +
                               "% of the body does not count"));
   }
   const auto millimetres = [](const Eigen::VectorXd& metres) {

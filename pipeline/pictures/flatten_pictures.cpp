@@ -8,6 +8,7 @@
 #include "core/render/contact_sheet.h"
 #include "core/render/drawing.h"
 #include "core/render/studio.h"
+#include "core/saturating_cast.h"
 #include "core/topology.h"
 #include "pipeline/pictures/named_views.h"
 #include "registration/flattening/front_and_back.h"
@@ -26,9 +27,9 @@ Image flat_picture(const Garment& garment, const Colors& colors) {
   const double scale = std::min((kSheetHeight - 2.0 * kMargin) / (high.y() - low.y()),
                                 (1000 - 2.0 * kMargin) / (high.x() - low.x()));
   const int width =
-      std::max(64, static_cast<int>(std::ceil((high.x() - low.x()) * scale)) + 2 * kMargin);
+      std::max(64, saturating_cast<int>(std::ceil((high.x() - low.x()) * scale) + 2 * kMargin));
   const int height =
-      std::max(64, static_cast<int>(std::ceil((high.y() - low.y()) * scale)) + 2 * kMargin);
+      std::max(64, saturating_cast<int>(std::ceil((high.y() - low.y()) * scale) + 2 * kMargin));
   Image picture(width, height, 3, 1.0F);
   const auto pixel = [&](int v) {
     return Eigen::Vector2d((garment.rest(v, 0) - low.x()) * scale + kMargin,
@@ -42,8 +43,8 @@ Image flat_picture(const Garment& garment, const Colors& colors) {
                          double y) {
       return (to.x() - from.x()) * (y - from.y()) - (to.y() - from.y()) * (x - from.x());
     };
-    const auto first_x = static_cast<int>(std::min({a.x(), b.x(), c.x()}));
-    const auto first_y = static_cast<int>(std::min({a.y(), b.y(), c.y()}));
+    const auto first_x = saturating_cast<int>(std::min({a.x(), b.x(), c.x()}));
+    const auto first_y = saturating_cast<int>(std::min({a.y(), b.y(), c.y()}));
     for (int y = std::max(0, first_y); y <= std::max({a.y(), b.y(), c.y()}) && y < height; ++y) {
       for (int x = std::max(0, first_x); x <= std::max({a.x(), b.x(), c.x()}) && x < width; ++x) {
         const double px = x + 0.5;

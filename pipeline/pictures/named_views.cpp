@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/saturating_cast.h"
+
 namespace atelier {
 namespace {
 
@@ -10,7 +12,7 @@ std::string place_of(const Eigen::Vector3d& from) {
   constexpr long kQuarter = 90;
   constexpr std::array kAxes = {"from +Z", "from +X", "from -Z", "from -X"};
   const double degrees = std::atan2(from.x(), from.z()) * 180 / std::numbers::pi;
-  const long whole = (std::lround(degrees) + 4 * kQuarter) % (4 * kQuarter);
+  const long whole = (saturating_cast<long>(std::round(degrees)) + 4 * kQuarter) % (4 * kQuarter);
   return whole % kQuarter == 0 ? kAxes[static_cast<std::size_t>(whole / kQuarter)]
                                : "from " + std::to_string(whole) + " deg";
 }

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/printable.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -17,7 +18,7 @@ Index file_frame(const FilePerformance& performance, const SynthesisOptions& opt
     return options.minimal_frames < 2 ? 0 : (count - 1) * i / (options.minimal_frames - 1);
   }
   const double rate = performance.body.sequence.fps;
-  return rate > 0 ? static_cast<Index>(std::llround(i * rate / options.fps)) : i;
+  return rate > 0 ? saturating_cast<Index>(std::round(i * rate / options.fps)) : i;
 }
 
 /// [V,3] the garment's vertices in a frame of the file.

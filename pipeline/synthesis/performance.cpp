@@ -8,6 +8,7 @@
 #include "bodymodel/kinematics.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -103,7 +104,7 @@ struct Timeline {
   /// The step whose end is the i-th frame of the sequence.
   std::int64_t step_of(int frame, double fps) const {
     const double after = performance.start - begin() + delay() + frame / fps;
-    return std::llround((transition + kHold + after) / step_seconds);
+    return saturating_cast<std::int64_t>(std::round((transition + kHold + after) / step_seconds));
   }
 };
 
@@ -211,7 +212,7 @@ void perform_minimal(const Performance& performance, const SynthesisOptions& opt
   PerformedFrame before;
   std::int64_t next = 0;
   for (int i = 0; i < options.minimal_frames; ++i) {
-    const auto last = std::llround((i + 0.5) * spacing / step);
+    const auto last = saturating_cast<std::int64_t>(std::round((i + 0.5) * spacing / step));
     for (; next <= last; ++next) {
       const Pose pose = performance.minimal.pose(static_cast<double>(next) * step);
       const Points skinned = skin_vertices(model, body, pose);

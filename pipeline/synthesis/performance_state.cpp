@@ -11,6 +11,7 @@
 #include "core/check_bounded.h"
 #include "core/error.h"
 #include "core/limits.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -37,7 +38,7 @@ std::int64_t whole_number(const Archive& archive, const std::string& name,
     std::snprintf(text.data(), text.size(), "%g", value);
     throw DataError(file, name, text.data(), "a whole number from 0 to 1e+09");
   }
-  return static_cast<std::int64_t>(value);
+  return saturating_cast<std::int64_t>(value);
 }
 
 Points rows_of_state(const Archive& archive, const std::string& name, Index rows,

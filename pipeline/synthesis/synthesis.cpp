@@ -16,6 +16,7 @@
 #include "core/new_folders.h"
 #include "core/printable.h"
 #include "core/renamed_options.h"
+#include "core/saturating_cast.h"
 #include "core/store/file_lock.h"
 #include "core/usage_error.h"
 #include "pipeline/synthesis/file_performance.h"
@@ -191,7 +192,7 @@ CaptureInfo info_of(const SynthesisOptions& options, const GroundTruth& truth) {
   };
   if (options.frames > 0) {
     info.sequences.push_back({"clothed", "clothed", options.fps, ids(0, options.frames)});
-    const int held = static_cast<int>(std::floor(options.held_out_share * options.frames));
+    const int held = saturating_cast<int>(std::floor(options.held_out_share * options.frames));
     info.held_out_frames = ids(options.frames - held, held);
   }
   if (options.minimal_frames > 0) {

@@ -7,6 +7,7 @@
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 
 #include "core/error.h"
+#include "core/saturating_cast.h"
 #include "core/topology.h"
 
 namespace atelier {
@@ -100,7 +101,7 @@ bool crosses_itself(const Points2& loop) {
   std::unordered_map<std::int64_t, std::vector<Index>> cells;
   const Eigen::RowVector2d low = loop.colwise().minCoeff();
   const auto cell = [&](double value, double from) {
-    return static_cast<std::int64_t>((value - from) / (2 * mean));
+    return saturating_cast<std::int64_t>((value - from) / (2 * mean));
   };
   const auto corner = [&](Index i) {
     return OverlapKernel::Point_2(loop(i % count, 0), loop(i % count, 1));

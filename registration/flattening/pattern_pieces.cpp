@@ -7,6 +7,7 @@
 
 #include "core/cross.h"
 #include "core/error.h"
+#include "core/saturating_cast.h"
 #include "core/topology.h"
 #include "registration/flattening/flat_overlaps.h"
 #include "registration/flattening/offset_outline.h"
@@ -265,14 +266,14 @@ struct Profile {
 Profile profile_of(const PatternPiece& piece, double gap, double column) {
   const double left = piece.cut_line.col(0).minCoeff();
   const double right = piece.cut_line.col(0).maxCoeff();
-  const auto columns = static_cast<std::size_t>((right - left + gap) / column) + 2;
+  const auto columns = saturating_cast<std::size_t>((right - left + gap) / column + 2);
   Profile profile{std::vector<double>(columns, 1e9), std::vector<double>(columns, -1e9)};
   for (Index i = 0; i < piece.cut_line.rows(); ++i) {
     const Vector2 a = piece.cut_line.row(i);
     const Vector2 b = piece.cut_line.row((i + 1) % piece.cut_line.rows());
     const double from = (std::min(a.x(), b.x()) - left) / column;
     const double to = (std::max(a.x(), b.x()) - left + gap) / column;
-    for (auto c = static_cast<std::size_t>(std::max(0.0, from));
+    for (auto c = saturating_cast<std::size_t>(std::max(0.0, from));
          c < columns && static_cast<double>(c) <= to + 1; ++c) {
       profile.low[c] = std::min({profile.low[c], a.y(), b.y()});
       profile.high[c] = std::max({profile.high[c], a.y(), b.y()});
@@ -295,7 +296,7 @@ void pack(PatternLayout& layout, double gap) {
     layout.width = std::max(layout.width, wide + gap + 3 * column_of(wide));
   }
   const double column = column_of(layout.width);
-  const auto columns = static_cast<std::size_t>(layout.width / column);
+  const auto columns = saturating_cast<std::size_t>(layout.width / column);
   std::vector<double> skyline(columns, 0);
   for (const std::size_t i : order) {
     PatternPiece& piece = layout.pieces[i];
@@ -367,7 +368,7 @@ void add_notches(const FlatPattern& pattern, const Points2& flat, double spacing
   for (const FlatSeam& seam : pattern.seams) {
     const Run a = points_of(flat, seam.a);
     const Run b = points_of(flat, seam.b);
-    const int count = static_cast<int>(length_of(a) / spacing);
+    const int count = saturating_cast<int>(length_of(a) / spacing);
     double passed = 0;
     int next = 1;
     for (std::size_t i = 1; i + 1 < a.size() && next <= count; ++i) {

@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/laplacian.h"
 #include "core/normals.h"
+#include "core/saturating_cast.h"
 #include "core/topology.h"
 #include "registration/edge_paths.h"
 
@@ -33,8 +34,8 @@ Eigen::VectorXd long_lengths(const Topology& topology, const std::vector<Points>
   for (const Points& frame : frames) {
     of_frame.push_back(edge_lengths(topology, frame));
   }
-  const auto rank =
-      static_cast<std::ptrdiff_t>(std::lround(quantile * static_cast<double>(frames.size() - 1)));
+  const auto rank = saturating_cast<std::ptrdiff_t>(
+      std::round(quantile * static_cast<double>(frames.size() - 1)));
   Eigen::VectorXd lengths(edges);
   std::vector<double> own(frames.size());
   for (Index e = 0; e < edges; ++e) {

@@ -70,6 +70,54 @@ struct Reader {
     return start + curvature.x() * along + curvature.y() * across;
   }
 
+  // Of a circle: the arc over an edge by SVG's flags.
+  double bulge(const json& params, double chord, const std::string& where) const {
+    const Eigen::Vector3d values = vector<3>(params, where);
+    const double radius = values[0] * metres_per_unit;
+    constexpr double kRounding = 1e-3;  // of the radius: files are written with few digits
+    if (!(radius > 0) || !(chord > 0) || !(chord <= 2 * radius * (1 + kRounding))) {
+      refuse(where, "a circle of radius " + params[0].dump().substr(0, 20),
+             "at least half the distance of the edge's ends");
+    }
+    for (int flag : {1, 2}) {
+      if (values[flag] != 0 && values[flag] != 1) {
+        refuse(where, params.dump().substr(0, 40), "a radius and two flags, 0 or 1");
+      }
+    }
+    const double less = 2 * std::asin(std::min(1.0, 0.5 * chord / radius));
+    const double angle = values[1] == 0 ? less : 2 * std::numbers::pi - less;
+    return (values[2] == 0 ? -1 : 1) * std::tan(angle / 4);
+  }
+
+  void add_curvature(PanelEdge& edge, const Panel& panel, const json& curvature,
+                     const std::string& where) const {
+    const Vector2 start = panel.corners.row(edge.start);
+    const Vector2 end = panel.corners.row(edge.end);
+    const auto add = [&](const json& point) {
+      edge.controls.push_back(control_point(start, end, vector<2>(point, where)));
+    };
+    if (!curvature.is_object()) {
+      add(curvature);
+      return;
+    }
+    const json& type = member(curvature, "type", where);
+    const json& params = member(curvature, "params", where);
+    if (type == "circle") {
+      edge.bulge = bulge(params, (end - start).norm(), where);
+      return;
+    }
+    if (type != "quadratic" && type != "cubic") {
+      refuse(where, "curvature of type " + type.dump().substr(0, 40), "quadratic, cubic or circle");
+    }
+    const std::size_t points = type == "quadratic" ? 1 : 2;
+    if (!params.is_array() || params.size() != points) {
+      refuse(where, params.dump().substr(0, 40), std::to_string(points) + " control points");
+    }
+    for (const json& point : params) {
+      add(point);
+    }
+  }
+
   Panel panel(const std::string& name, const json& source, std::vector<int>& edge_order) const {
     const std::string where = "panel '" + name + "'";
     Panel out;
@@ -94,9 +142,7 @@ struct Reader {
       edge.start = index(ends[0], vertices.size(), edge_where);
       edge.end = index(ends[1], vertices.size(), edge_where);
       if (edges[i].contains("curvature")) {
-        edge.controls.push_back(control_point(out.corners.row(edge.start),
-                                              out.corners.row(edge.end),
-                                              vector<2>(edges[i]["curvature"], edge_where)));
+        add_curvature(edge, out, edges[i]["curvature"], edge_where);
       }
       out.edges.push_back(edge);
       edge_order.push_back(static_cast<int>(i));
@@ -112,29 +158,43 @@ struct Reader {
   }
 };
 
+// Along the curves: of two corners and two arcs all is between them.
 double loop_area(const Panel& panel) {
   double twice = 0;
-  for (const PanelEdge& edge : panel.edges) {
-    const auto a = panel.corners.row(edge.start);
-    const auto b = panel.corners.row(edge.end);
-    twice += a.x() * b.y() - a.y() * b.x();
+  for (std::size_t e = 0; e < panel.edges.size(); ++e) {
+    constexpr int kSteps = 16;
+    const Points2 points =
+        sample_edge(panel, static_cast<int>(e), is_straight(panel.edges[e]) ? 1 : kSteps);
+    for (Index i = 0; i + 1 < points.rows(); ++i) {
+      twice += points(i, 0) * points(i + 1, 1) - points(i, 1) * points(i + 1, 0);
+    }
   }
   return twice / 2;
 }
 
-// The loop the other way round; `edge_order[i]` stays the file's number of edge i.
-void turn_round(Panel& panel, std::vector<int>& edge_order) {
+// The file's number of each edge of a panel, as they lie now.
+struct EdgeOrder {
+  std::vector<int> numbers;
+  bool turned = false;  // against the file's own direction
+};
+
+// The loop the other way round.
+void turn_round(Panel& panel, EdgeOrder& edge_order) {
   std::reverse(panel.edges.begin(), panel.edges.end());
-  std::reverse(edge_order.begin(), edge_order.end());
+  std::reverse(edge_order.numbers.begin(), edge_order.numbers.end());
+  edge_order.turned = !edge_order.turned;
   for (PanelEdge& edge : panel.edges) {
     std::swap(edge.start, edge.end);
+    std::reverse(edge.controls.begin(), edge.controls.end());
+    edge.bulge = -edge.bulge;
   }
 }
 
 // Shows the panel's other side outside, where it lies: the cloth is the same.
-void turn_over(Panel& panel, std::vector<int>& edge_order) {
+void turn_over(Panel& panel, EdgeOrder& edge_order) {
   panel.corners.col(0) *= -1;
   for (PanelEdge& edge : panel.edges) {
+    edge.bulge = -edge.bulge;
     for (Vector2& control : edge.controls) {
       control.x() *= -1;
     }
@@ -157,17 +217,24 @@ Eigen::Vector3d placed_corner(const Panel& panel, int corner) {
 struct Stitch {
   int panel[2] = {0, 0};
   int edge[2] = {0, 0};
+  bool right_wrong = false;  // the right side of one on the wrong side of the other
 };
 
-SewnEdges seam_of(const SewingPattern& pattern, const std::vector<std::vector<int>>& edge_orders,
+SewnEdges seam_of(const SewingPattern& pattern, const std::vector<EdgeOrder>& edge_orders,
                   const Stitch& stitch) {
   int edges[2] = {0, 0};
   for (int side = 0; side < 2; ++side) {
-    const std::vector<int>& order = edge_orders[static_cast<std::size_t>(stitch.panel[side])];
+    const std::vector<int>& order =
+        edge_orders[static_cast<std::size_t>(stitch.panel[side])].numbers;
     edges[side] =
         static_cast<int>(std::find(order.begin(), order.end(), stitch.edge[side]) - order.begin());
   }
   SewnEdges seam{"", stitch.panel[0], edges[0], stitch.panel[1], edges[1]};
+  if (stitch.right_wrong) {  // start on start, in the file's own directions
+    seam.reversed = edge_orders[static_cast<std::size_t>(seam.panel_a)].turned !=
+                    edge_orders[static_cast<std::size_t>(seam.panel_b)].turned;
+    return seam;
+  }
   const Panel& a = pattern.panels[static_cast<std::size_t>(seam.panel_a)];
   const Panel& b = pattern.panels[static_cast<std::size_t>(seam.panel_b)];
   const PanelEdge& edge_a = a.edges[static_cast<std::size_t>(seam.edge_a)];
@@ -195,7 +262,7 @@ double outwardness(const Panel& panel) {
 
 // How clearly a stitch says which way round its edges meet: 0 not at all, 1 as two edges that lie
 // on each other.
-double clarity(const SewingPattern& pattern, const std::vector<std::vector<int>>& edge_orders,
+double clarity(const SewingPattern& pattern, const std::vector<EdgeOrder>& edge_orders,
                const Stitch& stitch) {
   const SewnEdges seam = seam_of(pattern, edge_orders, stitch);
   const Panel& a = pattern.panels[static_cast<std::size_t>(seam.panel_a)];
@@ -212,7 +279,7 @@ double clarity(const SewingPattern& pattern, const std::vector<std::vector<int>>
 // the other way round along a seam. Sides are told from the clearest seams on (Prim's tree), for a
 // seam whose edges lie across each other may be read either way. Each connected piece shows outside
 // what lies further from the wearer.
-void show_one_side_outside(SewingPattern& pattern, std::vector<std::vector<int>>& edge_orders,
+void show_one_side_outside(SewingPattern& pattern, std::vector<EdgeOrder>& edge_orders,
                            const std::vector<Stitch>& stitches) {
   const std::size_t count = pattern.panels.size();
   std::vector<int> side(count, 0);  // 1 as it is, -1 turned over
@@ -259,11 +326,26 @@ void show_one_side_outside(SewingPattern& pattern, std::vector<std::vector<int>>
   }
 }
 
+// Bodies and designs of GarmentCode, in YAML or JSON: what its programs make patterns from.
+void refuse_other_garmentcode(std::string_view text, const Reader& reader) {
+  const std::size_t first = text.find_first_not_of(" \t\r\n{");
+  const std::string_view begin = first == std::string_view::npos ? "" : text.substr(first);
+  for (const auto& [key, what] :
+       {std::pair("body", "measures of a body"), {"design", "parameters of a design"}}) {
+    if (begin.starts_with(std::string(key) + ":") ||
+        begin.starts_with("\"" + std::string(key) + "\"")) {
+      reader.refuse("", std::string(what) + ", of GarmentCode",
+                    "the pattern that GarmentCode made with them: *_specification.json");
+    }
+  }
+}
+
 }  // namespace
 
 SewingPattern garment_pattern_from_json(std::string_view text, const std::string& file) {
-  const json root = parse_json(text, file);
   Reader reader{file};
+  refuse_other_garmentcode(text, reader);
+  const json root = parse_json(text, file);
   const json& properties = reader.member(root, "properties", "file");
   const double units =
       reader.number(reader.member(properties, "units_in_meter", "properties"), "units_in_meter");
@@ -285,10 +367,10 @@ SewingPattern garment_pattern_from_json(std::string_view text, const std::string
   SewingPattern pattern;
   pattern.name = file;
   std::map<std::string, int> panel_idx;
-  std::vector<std::vector<int>> edge_orders;
+  std::vector<EdgeOrder> edge_orders;
   for (const auto& [name, value] : panels.items()) {
-    std::vector<int> order;
-    Panel panel = reader.panel(name, value, order);
+    EdgeOrder order;
+    Panel panel = reader.panel(name, value, order.numbers);
     if (loop_area(panel) < 0) {
       turn_round(panel, order);
     }
@@ -303,10 +385,16 @@ SewingPattern garment_pattern_from_json(std::string_view text, const std::string
   std::vector<Stitch> sewn;
   for (std::size_t i = 0; i < stitches.size(); ++i) {
     const std::string where = "stitch " + std::to_string(i);
-    if (!stitches[i].is_array() || stitches[i].size() != 2) {
+    Stitch stitch;
+    if (stitches[i].is_array() && stitches[i].size() == 3) {
+      if (stitches[i][2] != "right_wrong") {
+        reader.refuse(where, stitches[i][2].dump().substr(0, 40),
+                      "right_wrong, or two sides alone");
+      }
+      stitch.right_wrong = true;
+    } else if (!stitches[i].is_array() || stitches[i].size() != 2) {
       reader.refuse(where, stitches[i].dump().substr(0, 40), "two sides");
     }
-    Stitch stitch;
     for (std::size_t side = 0; side < 2; ++side) {
       const json& end = stitches[i][side];
       const json& name = reader.member(end, "panel", where);
@@ -314,9 +402,9 @@ SewingPattern garment_pattern_from_json(std::string_view text, const std::string
         reader.refuse(where, name.dump().substr(0, 40), "the name of a panel");
       }
       stitch.panel[side] = panel_idx[name.get<std::string>()];
-      stitch.edge[side] =
-          reader.index(reader.member(end, "edge", where),
-                       edge_orders[static_cast<std::size_t>(stitch.panel[side])].size(), where);
+      stitch.edge[side] = reader.index(
+          reader.member(end, "edge", where),
+          edge_orders[static_cast<std::size_t>(stitch.panel[side])].numbers.size(), where);
     }
     sewn.push_back(stitch);
   }
@@ -324,7 +412,9 @@ SewingPattern garment_pattern_from_json(std::string_view text, const std::string
   for (std::size_t i = 0; i < sewn.size(); ++i) {
     pattern.seams.push_back(seam_of(pattern, edge_orders, sewn[i]));
     pattern.seams.back().name = "stitch " + std::to_string(i);
-    pattern.seams.back().reversed = true;  // of panels that show the same side, always
+    if (!sewn[i].right_wrong) {
+      pattern.seams.back().reversed = true;  // of panels that show the same side, always
+    }
   }
   check_sewing_pattern(pattern, file);
   return pattern;

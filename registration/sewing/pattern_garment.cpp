@@ -5,6 +5,7 @@
 #include <map>
 
 #include "core/error.h"
+#include "core/saturating_cast.h"
 #include "registration/sewing/panel_triangulation.h"
 
 namespace atelier {
@@ -19,7 +20,7 @@ std::map<std::pair<int, int>, int> segment_counts(const SewingPattern& pattern,
   std::map<std::pair<int, int>, int> counts;
   const auto segments = [&](int panel, int edge) {
     const double length = edge_length(pattern.panels[static_cast<std::size_t>(panel)], edge);
-    return std::max(1, static_cast<int>(std::lround(length / edge_length_m)));
+    return std::max(1, saturating_cast<int>(std::round(length / edge_length_m)));
   };
   for (int panel = 0; panel < static_cast<int>(pattern.panels.size()); ++panel) {
     const int edges =

@@ -19,7 +19,20 @@ Vector2 corner(const Panel& panel, int index) {
   return panel.corners.row(index).transpose();
 }
 
-Vector2 bezier(const Panel& panel, const PanelEdge& edge, double t) {
+/// A point of an arc: its start turned round its centre.
+Vector2 arc(const Vector2& start, const Vector2& end, double bulge, double t) {
+  const Vector2 along = end - start;
+  const Vector2 left(-along.y(), along.x());
+  const Vector2 center = 0.5 * (start + end) + (1 - bulge * bulge) / (4 * bulge) * left;
+  const double angle = 4 * std::atan(bulge) * t;
+  const Vector2 spoke = start - center;
+  return center + std::cos(angle) * spoke + std::sin(angle) * Vector2(-spoke.y(), spoke.x());
+}
+
+Vector2 point_on(const Panel& panel, const PanelEdge& edge, double t) {
+  if (edge.bulge != 0 && t > 0 && t < 1) {  // the ends are the corners themselves
+    return arc(corner(panel, edge.start), corner(panel, edge.end), edge.bulge, t);
+  }
   std::vector<Vector2> points = {corner(panel, edge.start)};
   points.insert(points.end(), edge.controls.begin(), edge.controls.end());
   points.push_back(corner(panel, edge.end));
@@ -39,10 +52,10 @@ struct Polyline {
 
 Polyline fine_polyline(const Panel& panel, int edge_idx) {
   const PanelEdge& edge = panel.edges[static_cast<std::size_t>(edge_idx)];
-  const int steps = edge.controls.empty() ? 1 : kFineSteps;
+  const int steps = is_straight(edge) ? 1 : kFineSteps;
   Polyline line;
   for (int i = 0; i <= steps; ++i) {
-    line.points.push_back(bezier(panel, edge, static_cast<double>(i) / steps));
+    line.points.push_back(point_on(panel, edge, static_cast<double>(i) / steps));
     line.lengths.push_back(
         i == 0 ? 0 : line.lengths.back() + (line.points[i] - line.points[i - 1]).norm());
   }
@@ -60,7 +73,7 @@ bool segments_cross(const Vector2& a, const Vector2& b, const Vector2& c, const 
 std::vector<Vector2> outline(const Panel& panel, int steps_per_curve) {
   std::vector<Vector2> points;
   for (int edge = 0; edge < static_cast<int>(panel.edges.size()); ++edge) {
-    const bool straight = panel.edges[static_cast<std::size_t>(edge)].controls.empty();
+    const bool straight = is_straight(panel.edges[static_cast<std::size_t>(edge)]);
     const Points2 samples = sample_edge(panel, edge, straight ? 1 : steps_per_curve);
     for (Index i = 0; i + 1 < samples.rows(); ++i) {
       points.emplace_back(samples.row(i).transpose());
@@ -99,6 +112,11 @@ void check_panel(const Panel& panel, const std::string& file) {
       throw DataError(file, edge_place, std::to_string(edge.controls.size()) + " control points",
                       "at most 2");
     }
+    constexpr double kLargestBulge = 1e4;  // of a circle that is open by less than 0.03 degrees
+    if (!(std::abs(edge.bulge) <= kLargestBulge) || (edge.bulge != 0 && !edge.controls.empty())) {
+      throw DataError(file, edge_place, "an arc of bulge " + std::to_string(edge.bulge),
+                      "less than a circle, without control points");
+    }
     for (const Vector2& control : edge.controls) {
       if (!control.allFinite()) {
         throw DataError(file, edge_place, "a control point that is not finite", "finite metres");
@@ -129,6 +147,10 @@ void check_panel(const Panel& panel, const std::string& file) {
 }
 
 }  // namespace
+
+bool is_straight(const PanelEdge& edge) {
+  return edge.controls.empty() && edge.bulge == 0;
+}
 
 Points2 sample_edge(const Panel& panel, int edge, int count) {
   ATELIER_CHECK(edge >= 0 && edge < static_cast<int>(panel.edges.size()), "no such edge");

@@ -7,11 +7,14 @@
 
 namespace atelier {
 
-/// One edge of a panel: a straight line, or a Bezier curve of degree 2 or 3.
+/// One edge of a panel: a straight line, a Bezier curve of degree 2 or 3, or an arc of a circle.
 struct PanelEdge {
   int start = 0;                          ///< corner
   int end = 0;                            ///< corner
   std::vector<Eigen::Vector2d> controls;  ///< inner control points, 0 to 2, metres
+  /// Of an arc (without control points) the tangent of a quarter of its angle, as in DXF: positive
+  /// if it runs counter-clockwise from start to end, 1 a semicircle; 0: no arc.
+  double bulge = 0;
   std::string name;  ///< of the opening that it borders ("neck", "hem"), "" if it is sewn
 };
 
@@ -39,6 +42,9 @@ struct SewnEdges {
   int panel_b = 0, edge_b = 0;
   bool reversed = true;  ///< the start of a meets the end of b (both loops counter-clockwise)
 };
+
+/// Whether an edge is a straight line.
+bool is_straight(const PanelEdge& edge);
 
 /// A flat sewing pattern.
 struct SewingPattern {

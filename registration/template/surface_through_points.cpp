@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -53,16 +54,16 @@ Cell corner_of(int corner) {
 Grid grid_near(const Points& points, const Points& normals, const ThroughPointsOptions& options) {
   Grid grid;
   grid.cell = options.cell;
-  const int margin = static_cast<int>(std::ceil(options.reach / options.cell)) + 2;
+  const int margin = saturating_cast<int>(std::ceil(options.reach / options.cell) + 2);
   grid.low =
       points.colwise().minCoeff().transpose() - Eigen::Vector3d::Constant(margin * options.cell);
   const Eigen::Vector3d extent = points.colwise().maxCoeff().transpose() - grid.low;
   const Eigen::Vector3d count = (extent / options.cell).array().ceil() + margin + 1;
-  if (count.prod() > kMaxCells) {
+  if (!(count.prod() <= kMaxCells)) {  // sides fit: each is at least 1
     throw DataError("", "cell", std::to_string(options.cell) + " m",
                     "larger cells for points that lie so far apart");
   }
-  grid.size = count.cast<int>();
+  grid.size = count.cast<int>();  // and so do the places of points, which lie in the grid
   std::vector<float> nearest(static_cast<std::size_t>(count.prod()),
                              std::numeric_limits<float>::infinity());
   std::vector<float> value(nearest.size(), 0);

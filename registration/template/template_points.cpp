@@ -8,6 +8,7 @@
 
 #include "core/error.h"
 #include "core/normals.h"
+#include "core/saturating_cast.h"
 #include "core/topology.h"
 #include "core/tree.h"
 
@@ -70,7 +71,7 @@ void sample(GarmentPoints& cloud, const Mesh& scan, const Triangles& faces, cons
     }
     const double longest = std::max({(at.row(0) - at.row(1)).norm(), (at.row(1) - at.row(2)).norm(),
                                      (at.row(2) - at.row(0)).norm()});
-    const int steps = std::clamp(static_cast<int>(std::ceil(longest / spacing)), 1, kMaxSteps);
+    const int steps = std::clamp(saturating_cast<int>(std::ceil(longest / spacing)), 1, kMaxSteps);
     for (int i = 0; i <= steps; ++i) {
       for (int j = 0; i + j <= steps; ++j) {
         const Eigen::RowVector3d weights = Eigen::RowVector3d(i, j, steps - i - j) / steps;
@@ -141,7 +142,7 @@ void thin(GarmentPoints& cloud, double spacing) {
   for (Index i = 0; i < cloud.points.rows(); ++i) {
     std::array<long, 3> key{};
     for (std::size_t c = 0; c < 3; ++c) {
-      key[c] = std::lround(std::floor(cloud.points(i, static_cast<Index>(c)) / spacing));
+      key[c] = saturating_cast<long>(std::floor(cloud.points(i, static_cast<Index>(c)) / spacing));
     }
     Cube& cube = cubes[key];
     cube.point += cloud.points.row(i).transpose();

@@ -4,6 +4,7 @@
 
 #include "core/archive_arrays.h"
 #include "core/error.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -26,7 +27,7 @@ int count_at(const Archive& archive, const std::string& name, int most, const st
     throw DataError(file, name, std::to_string(value),
                     "a whole number up to " + std::to_string(most));
   }
-  return static_cast<int>(value);
+  return saturating_cast<int>(value);
 }
 
 TextureGain gain_of(const Archive& archive, Index samples, const std::string& file) {

@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/normals.h"
 #include "core/parallel.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -61,8 +62,8 @@ bool value_at(const Image& image, double px, double py, std::array<float, kMaxCh
   if (!(u >= 0 && v >= 0 && u < image.width - 1 && v < image.height - 1)) {
     return false;
   }
-  const int x = static_cast<int>(u);
-  const int y = static_cast<int>(v);
+  const int x = saturating_cast<int>(u);
+  const int y = saturating_cast<int>(v);
   const auto s = static_cast<float>(u - x);
   const auto t = static_cast<float>(v - y);
   const int channels = image.channels;
@@ -209,7 +210,8 @@ ClothSamples cloth_samples(const Points& vertices, const Triangles& faces, doubl
   samples.offsets.push_back(0);
   for (Index f = 0; f < faces.rows(); ++f) {
     // n^2 alike triangles, a sample in the middle of each.
-    const int n = std::clamp(static_cast<int>(std::lround(std::sqrt(areas[f]) / spacing)), 1, 32);
+    const int n =
+        std::clamp(saturating_cast<int>(std::round(std::sqrt(areas[f]) / spacing)), 1, 32);
     const auto area = static_cast<float>(areas[f] / (n * n));
     const auto add = [&](double a, double b) {
       samples.barycentric.emplace_back(static_cast<float>(1 - (a + b) / n),

@@ -11,6 +11,7 @@
 #include "core/error.h"
 #include "core/normals.h"
 #include "core/parallel.h"
+#include "core/saturating_cast.h"
 #include "registration/tracking/wide_numbers.h"
 
 namespace atelier {
@@ -152,7 +153,7 @@ std::vector<int> thinned(const Points& places, double spacing) {
   for (int i = 0; i < static_cast<int>(places.rows()); ++i) {
     std::array<int, 3> cell{};
     for (int k = 0; k < 3; ++k) {
-      cell[static_cast<std::size_t>(k)] = static_cast<int>(std::floor(places(i, k) / spacing));
+      cell[static_cast<std::size_t>(k)] = saturating_cast<int>(std::floor(places(i, k) / spacing));
     }
     bool free = true;
     for (int n = 0; n < 27 && free; ++n) {

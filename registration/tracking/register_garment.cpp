@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/normals.h"
+#include "core/saturating_cast.h"
 #include "registration/rim_vertices.h"
 #include "registration/tracking/unfolded.h"
 
@@ -87,7 +88,8 @@ double strain_quantile(const ClothModel& model, const Points& x, double quantile
         (x.row(model.topology.edges(e, 0)) - x.row(model.topology.edges(e, 1))).norm();
     strains.push_back(std::abs(length / model.lengths[e] - 1));
   }
-  const auto at = static_cast<std::ptrdiff_t>(quantile * static_cast<double>(strains.size() - 1));
+  const auto at =
+      saturating_cast<std::ptrdiff_t>(quantile * static_cast<double>(strains.size() - 1));
   std::nth_element(strains.begin(), strains.begin() + at, strains.end());
   return strains[static_cast<std::size_t>(at)];
 }

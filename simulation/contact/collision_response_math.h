@@ -31,7 +31,7 @@ ATELIER_HOST_DEVICE inline ParticleMotion<Now, Before> motion_of(const Now& now,
 constexpr double kResponseUnit = 1.0 / (1 << 30);
 template <class T>
 ATELIER_HOST_DEVICE inline int to_units(T metres) {
-  constexpr T kMost = T(1.5);  // what fits
+  constexpr T kMost = T(1.5);  // what fits: the cast needs no check
   const T limited = metres > kMost ? kMost : metres < -kMost ? -kMost : metres;
   return static_cast<int>(std::floor(limited * static_cast<T>(1 << 30) + T(0.5)));
 }

@@ -7,6 +7,7 @@
 #include <cstdio>
 
 #include "core/error.h"
+#include "core/saturating_cast.h"
 #include "core/topology.h"
 #include "core/welded_faces.h"
 #include "simulation/cloth/attached_position.h"
@@ -38,7 +39,7 @@ double root_mean(double sum, std::size_t count) {
 }
 
 double percentile(std::vector<double>& values, double share) {
-  const auto k = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  const auto k = saturating_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), values.begin() + k, values.end());
   return values[static_cast<std::size_t>(k)];
 }

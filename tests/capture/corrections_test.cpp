@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "capture/layouts/open_dataset.h"
-#include "core/error.h"
+#include "core/usage_error.h"
 #include "tests/capture/small_capture.h"
 #include "tests/support/refusals.h"
 #include "tests/support/temporary_directory.h"
@@ -27,6 +27,7 @@ TEST(Corrections, AdvisedCorrections_AreAccepted) {
       {"intrinsics", "all=0.5,cam3=swapped_centre"},
       {"distortion", "all=k3_third"},
       {"pixel_shift", "all=-0.5"},
+      {"turned", "cam3=90,cam4=270"},
       {"keypoints", "cam3=shares"},
       {"keypoints", "cam3=0.5"},
       {"masks", "all=inverted"},
@@ -54,6 +55,7 @@ TEST(Corrections, MalformedCorrections_AreRefused) {
       {{"intrinsics", "00=nan"}, "swapped_centre or a factor"},
       {{"baseline", "00=-1"}, "a factor on translations"},
       {{"pixel_shift", "00=left"}, "pixels"},
+      {{"turned", "00=45"}, "90, 180 or 270"},
       {{"keypoints", "00=foo"}, "mirrored"},
       {{"masks", "all=foo"}, "cannot be 'foo': it takes inverted"},
       {{"calibration_of", "all=00"}, "one camera on each side"},
@@ -71,7 +73,7 @@ TEST(Corrections, UnknownCamera_IsRefused) {
   DatasetOptions options;
   options.corrections.sync = "09=1";
   EXPECT_EQ(correction_problem("sync", options.corrections.sync), "");
-  ATELIER_EXPECT_REFUSED(open_dataset(folder / "capture", options), DataError,
+  ATELIER_EXPECT_REFUSED(open_dataset(folder / "capture", options), UsageError,
                          "'all', or one of 00, 01, 02");
 }
 

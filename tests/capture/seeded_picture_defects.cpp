@@ -73,7 +73,8 @@ std::vector<SeededDefect> picture_defects() {
            std::filesystem::remove(file(s, "images", "cam2", frame));
          }
        }},
-      {"a camera without images", "camera-without-pictures", "cam4", "", 1, nullptr,
+      {"a camera without images", "camera-without-pictures", "cam4", "--capture.leave-out cam4", 1,
+       nullptr,
        [](Spoiled& s) { std::filesystem::remove_all(s.folder / "images" / "cam4"); }},
       {"an image cut off", "image-damaged", "cam1 frame 7", "", 0, nullptr,
        [](Spoiled& s) { std::filesystem::resize_file(file(s, "images", "cam1", 7), 700); }},
@@ -134,7 +135,7 @@ std::vector<SeededDefect> picture_defects() {
        }},
       {"a mask of another size", "mask-size", "cam6 frame 5", "", 0,
        [](Spoiled& s) {
-         ByteImage mask(36, 45, 1);
+         ByteImage mask(36, 40, 1);
          for (int y = 10; y < 30; ++y) {
            mask.at(18, y) = 255;
          }

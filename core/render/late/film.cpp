@@ -16,6 +16,7 @@ extern "C" {
 #include <utility>
 
 #include "core/error.h"
+#include "core/saturating_cast.h"
 #include "core/system_reason.h"
 
 namespace atelier {
@@ -148,7 +149,7 @@ class Encoder : public VideoEncoder {
           image.at(std::min(x, image.width - 1), std::min(y, image.height - 1), c));
     };
     const auto byte = [](float value) {
-      return static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0f, 255.0f)));
+      return saturating_cast<std::uint8_t>(std::round(std::clamp(value, 0.0f, 255.0f)));
     };
     for (int y = 0; y < h; ++y) {
       std::uint8_t* row = frame_->data[0] + static_cast<std::ptrdiff_t>(y) * frame_->linesize[0];

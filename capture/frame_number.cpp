@@ -1,0 +1,55 @@
+#include "capture/frame_number.h"
+
+#include <algorithm>
+#include <charconv>
+
+namespace atelier {
+namespace {
+
+bool is_decimal(char c) {
+  return c >= '0' && c <= '9';
+}
+
+}  // namespace
+
+std::vector<std::string_view> digit_runs(std::string_view file_name) {
+  const std::size_t slash = file_name.rfind('/');
+  if (slash != std::string_view::npos) {
+    file_name.remove_prefix(slash + 1);
+  }
+  const std::size_t dot = file_name.rfind('.');
+  if (dot != std::string_view::npos && dot > 0) {
+    file_name = file_name.substr(0, dot);
+  }
+  std::vector<std::string_view> runs;
+  for (std::size_t begin = 0; begin < file_name.size();) {
+    std::size_t end = begin;
+    while (end < file_name.size() && is_decimal(file_name[end])) {
+      ++end;
+    }
+    if (end > begin) {
+      runs.push_back(file_name.substr(begin, end - begin));
+    }
+    begin = std::max(end, begin + 1);
+  }
+  return runs;
+}
+
+std::optional<std::int64_t> long_number(std::string_view digits) {
+  std::int64_t number = 0;
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+  return error == std::errc() && end == digits.data() + digits.size() ? std::optional(number)
+                                                                      : std::nullopt;
+}
+
+std::optional<int> frame_number(std::string_view file_name, std::size_t from_end) {
+  const std::vector<std::string_view> runs = digit_runs(file_name);
+  if (runs.size() <= from_end) {
+    return std::nullopt;
+  }
+  const std::optional<std::int64_t> number = long_number(runs[runs.size() - 1 - from_end]);
+  constexpr std::int64_t kMost = 999'999'999;
+  return number && *number <= kMost ? std::optional(static_cast<int>(*number)) : std::nullopt;
+}
+
+}  // namespace atelier
