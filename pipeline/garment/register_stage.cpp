@@ -136,7 +136,8 @@ class RegisteredOutfit {
       });
       if (without > 0) {
         run_.warn("camera " + dataset_.cameras[c].id + ": no image with a mask in " +
-                  std::to_string(without) + " of " + std::to_string(ids_.size()) + " frames");
+                  std::to_string(without) + " of " + std::to_string(ids_.size()) +
+                  " frames; the other cameras are used there");
       }
     }
   }
@@ -147,10 +148,13 @@ class RegisteredOutfit {
 
   /// Before there are frames: a run that goes on does not open those that were followed before.
   void tell_missing_scans() {
-    for (const int id : ids_) {
-      if (!fs::exists(scan_file(id))) {
-        run_.warn("frame " + std::to_string(id) + ": no scan: body and images alone");
-      }
+    const auto has_none = [&](int id) { return !fs::exists(scan_file(id)); };
+    const auto without = std::count_if(ids_.begin(), ids_.end(), has_none);
+    if (without > 0) {
+      run_.warn(std::to_string(without) + " of " + counted(std::ssize(ids_), "frame") +
+                " without a scan (the first is frame " +
+                std::to_string(*std::find_if(ids_.begin(), ids_.end(), has_none)) +
+                "): the garment follows body and images alone there");
     }
   }
 
