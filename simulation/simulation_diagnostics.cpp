@@ -21,8 +21,9 @@ std::vector<std::string> simulation_diagnostics(const std::vector<FrameReport>& 
   if (const FrameReport& r = worst(&FrameReport::strain_p95); r.strain_p95 > kStretched) {
     std::snprintf(
         text, sizeof text,
-        "the cloth is stretched by %.0f%% (p95, frame %lld), more than any fabric: its steps have "
-        "not converged (more %ssubsteps, a slower motion), or the body pinches it (less %s)",
+        "the cloth is stretched by %.0f%% (95th percentile, frame %lld), more than any fabric: its "
+        "steps have not converged (more %ssubsteps, a slower motion), or the body pinches it (less "
+        "%s)",
         100 * r.strain_p95, static_cast<long long>(r.frame), named.solver.c_str(),
         named.thickness.c_str());
     diagnostics.emplace_back(text);
@@ -44,8 +45,9 @@ std::vector<std::string> simulation_diagnostics(const std::vector<FrameReport>& 
   if (const FrameReport& r = worst(&FrameReport::body_crossings); r.body_crossings > 0) {
     std::snprintf(
         text, sizeof text,
-        "%d edges of cloth and body intersect the other (frame %lld), since only vertices of cloth "
-        "collide with the body: a finer garment, more %s, or %sbody-edges true for sharp features",
+        "cloth and body pass through each other at %d edges (frame %lld), since only vertices of "
+        "the cloth collide with the body: try a finer garment, more %s, or %sbody-edges true where "
+        "the body has sharp features",
         r.body_crossings, static_cast<long long>(r.frame), named.thickness.c_str(),
         named.solver.c_str());
     diagnostics.emplace_back(text);

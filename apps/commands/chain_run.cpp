@@ -4,6 +4,7 @@
 #include <ctime>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <system_error>
 
 #include "apps/console/failure.h"
 #include "apps/console/interrupt.h"
@@ -17,12 +18,14 @@
 #include "core/quantity_text.h"
 #include "core/store/digest_meter.h"
 #include "core/store/file_lock.h"
+#include "core/store/flag_command.h"
 #include "core/store/output_place.h"
 #include "core/store/result.h"
 #include "core/store/run_stage.h"
 #include "core/store/utc_time.h"
 #include "pipeline/chain/outdated_results.h"
 #include "pipeline/chain/run_options.h"
+#include "pipeline/chain/time_left.h"
 #include "pipeline/stages/stages.h"
 
 namespace atelier {
@@ -65,13 +68,15 @@ ChainRun::ChainRun(const RunArguments& arguments, const OptionSet& options)
               std::string(one.why));
     }
   }
-  report_seconds_ = expected_report_seconds(facts_);
+  const double machine = machine_pace();
+  report_seconds_ = machine * expected_report_seconds(facts_);
   account_.capture = arguments.places.capture.string();
   account_.started = utc_text(static_cast<double>(std::time(nullptr)));
   for (const StageRow* step : run_steps()) {
     account_.stages.push_back(
-        {std::string(step->stage.name), "", "", expected_seconds(*step, facts_), 0});
+        {std::string(step->stage.name), "", "", machine * expected_seconds(*step, facts_), 0});
   }
+  learn_times();
   pass_over();
   for (const StageRow* step : run_steps()) {
     const ChainPlace& place = *step->chain;
@@ -106,9 +111,11 @@ void ChainRun::announce() {
   foresee();
   double seconds = report_seconds_;
   int stages = 0;
+  int working = 0;
   for (const RunStageAccount& one : account_.stages) {
     if (one.end.empty()) {
       ++stages;
+      working += works(one.stage) ? 1 : 0;
       seconds += works(one.stage) ? one.expected : 0;
     }
   }
@@ -116,11 +123,19 @@ void ChainRun::announce() {
     show_event({{"event", "run"}, {"stages", stages}, {"expected_seconds", seconds}});
     return;
   }
-  std::cout << "run: " << counted(stages, "stage") << " and the report, about "
-            << duration_text(seconds) << " on " << counted(thread_count(), "core")
-            << " for what is not there yet" << std::endl;
+  const std::string time =
+      "about " + duration_text(seconds) + " on " + counted(thread_count(), "core");
+  if (working == 0) {
+    std::cout << "run: every result of " << counted(stages, "stage") << " is there; "
+              << (arguments_.dry_run ? "a run would write the report alone again, "
+                                     : "they are checked, and the report is written again, ")
+              << time << std::endl;
+  } else {
+    std::cout << "run: " << working << " of " << counted(stages, "stage") << " to run, then the "
+              << "report: " << time << std::endl;
+  }
   for (const RunStageAccount& one : account_.stages) {
-    if (one.end == "skipped") {
+    if (one.end == "skipped" && !arguments_.dry_run) {  // whose plan lists them
       std::cout << "run: " << one.stage << " is skipped: " << one.why << std::endl;
     }
   }
@@ -140,8 +155,9 @@ void ChainRun::work() {
     if (!arguments_.json) {
       std::cout << "run: [" << place << " of " << asked << "] " << one.stage;
       if (works(one.stage)) {
-        std::cout << ", about " << duration_text(factor() * one.expected) << "; about "
-                  << duration_text(factor() * one.expected + rest_after(i)) << " left in all";
+        const double seconds = pace(i, 0) * one.expected;
+        std::cout << ", about " << duration_text(seconds) << "; about "
+                  << duration_text(seconds + rest_after(i, 0)) << " left in all";
       }
       std::cout << std::endl;
     }
@@ -155,6 +171,7 @@ void ChainRun::work() {
     end_by_signal();
   }
   export_results();
+  refuse_nothing();
   account_.seconds = seconds();
   try {
     if (const auto before = read_run_account(arguments_.places.workspace)) {
@@ -164,12 +181,37 @@ void ChainRun::work() {
   }
 }
 
+/// Takes the times of the workspace's last run of the same capture for what stages take.
+void ChainRun::learn_times() {
+  try {
+    const auto before = read_run_account(arguments_.places.workspace);
+    std::error_code ignored;
+    if (!before || !std::filesystem::equivalent(before->capture, account_.capture, ignored)) {
+      return;
+    }
+    for (const RunStageAccount& earlier : before->stages) {
+      for (RunStageAccount& one : account_.stages) {
+        if (one.stage == earlier.stage && earlier.seconds > 0 && earlier.end.starts_with("done")) {
+          one.expected = earlier.seconds;
+        }
+      }
+    }
+    report_seconds_ = before->report_seconds > 0 ? before->report_seconds : report_seconds_;
+  } catch (const DataError&) {  // the report says it
+  }
+}
+
 double ChainRun::seconds() const {
   return seconds_since(begin_);
 }
 
-void ChainRun::announce_report() const {
-  const double seconds = factor() * report_seconds_;
+void ChainRun::end_report() {
+  account_.report_seconds = seconds_since(report_begin_);
+}
+
+void ChainRun::announce_report() {
+  report_begin_ = Clock::now();
+  const double seconds = pace(account_.stages.size(), 0) * report_seconds_;
   if (arguments_.json) {
     show_event({{"event", "report"}, {"expected_seconds", seconds}});
   } else {
@@ -220,11 +262,13 @@ void ChainRun::export_results() {
 }
 
 /// Shows the work that would be done.
-int ChainRun::plan() const {
+int ChainRun::plan() {
   for (std::size_t i = 0; i < account_.stages.size(); ++i) {
     const RunStageAccount& one = account_.stages[i];
     const bool to_run = one.end.empty();
-    const std::string& words = to_run ? foreseen_[i].words : one.end;
+    const std::string words = to_run                                     ? foreseen_[i].words
+                              : one.end == "skipped" && !arguments_.json ? "is skipped"
+                                                                         : one.end;
     const std::vector<std::string> why = to_run ? foreseen_[i].why : std::vector{one.why};
     if (arguments_.json) {
       show_event({{"event", "plan"},
@@ -243,10 +287,39 @@ int ChainRun::plan() const {
     std::cout << "  " << name << " " << words << (why.front().empty() ? "" : printable(reasons))
               << "\n";
   }
+  refuse_nothing();
   return std::any_of(foreseen_.begin(), foreseen_.end(),
                      [](const Foreseen& one) { return one.cannot; })
              ? kExitBadData
-             : kExitDone;
+             : exit_code_;
+}
+
+/// Why every stage that was asked for is skipped, but the one that judges any capture; "" if one is
+/// not.
+std::string ChainRun::why_nothing() const {
+  constexpr std::string_view kJudge = "validate";
+  std::string why;
+  for (const RunStageAccount& one : account_.stages) {
+    if (one.end == "not asked for" || one.stage == kJudge) {
+      continue;
+    }
+    if (one.end != "skipped") {
+      return "";
+    }
+    why = why.empty() ? one.why : why;
+  }
+  return why;
+}
+
+/// A run that skipped all that it was asked for is no success.
+void ChainRun::refuse_nothing() {
+  const std::string why = why_nothing();
+  if (exit_code_ != kExitDone || why.empty()) {
+    return;
+  }
+  exit_code_ = kExitBadData;
+  standard_error() << "atelier: " << printable(arguments_.places.capture.string())
+                   << ": every stage is skipped: " << why << std::endl;
 }
 
 /// Sets an option that nobody set, of a stage that the program has.
@@ -261,7 +334,9 @@ void ChainRun::suggest(const std::string& name, const std::string& value, const 
 }
 
 bool ChainRun::has_result(const std::string& stage) const {
-  return current_name(arguments_.places.workspace / stage).has_value();
+  const std::vector<std::string>& aside = arguments_.set_aside;
+  return (!arguments_.dry_run || std::find(aside.begin(), aside.end(), stage) == aside.end()) &&
+         current_name(arguments_.places.workspace / stage).has_value();
 }
 
 /// Whether a stage of this run is foreseen to take its time.
@@ -345,30 +420,29 @@ void ChainRun::pass_over() {
   }
 }
 
-/// How much longer than expected stages have taken so far, cautiously: what is expected of all
-/// counts as if a fifth of it had gone as expected.
-double ChainRun::factor() const {
-  constexpr double kCaution = 0.2;
-  double expected = 0;
-  double taken = 0;
-  for (const RunStageAccount& one : account_.stages) {
-    if (one.end == "done") {
-      expected += one.expected;
-      taken += one.seconds;
+/// How many times longer than expected stages take: those that have ended, and the one that is at
+/// work, of which it is known that it takes so many seconds in all. @param seconds  0: not known
+double ChainRun::pace(std::size_t now, double seconds) const {
+  std::vector<StageTime> times;
+  for (std::size_t i = 0; i < account_.stages.size(); ++i) {
+    const RunStageAccount& one = account_.stages[i];
+    if (one.end == "done" && works(one.stage)) {
+      times.push_back({one.expected, one.seconds});
+    } else if (i == now) {
+      times.push_back({one.expected, seconds});
     }
-    expected += kCaution * one.expected;
-    taken += kCaution * one.expected;
   }
-  return expected > 0 ? taken / expected : 1;
+  return run_pace(times);
 }
 
-double ChainRun::rest_after(std::size_t i) const {
-  double seconds = report_seconds_;
+/// s that remain behind the stage at work. @param seconds  that it takes in all; 0: not known
+double ChainRun::rest_after(std::size_t i, double seconds) const {
+  double rest = report_seconds_;
   for (std::size_t k = i + 1; k < account_.stages.size(); ++k) {
     const RunStageAccount& one = account_.stages[k];
-    seconds += one.end.empty() && works(one.stage) ? one.expected : 0;
+    rest += one.end.empty() && works(one.stage) ? one.expected : 0;
   }
-  return factor() * seconds;
+  return pace(i, seconds) * rest;
 }
 
 StageRequest ChainRun::request_of(std::size_t i, bool make_input) const {
@@ -389,12 +463,15 @@ void ChainRun::stage(std::size_t i) {
   RunStageAccount& one = account_.stages[i];
   const Stage& row = run_steps()[i]->stage;
   StageConsole console(row, arguments_.json);
-  console.set_rest(rest_after(i));
   StageEvents events;
-  events.progress = [&](const StageProgress& progress) { console.show_progress(progress); };
+  const Clock::time_point begin = Clock::now();
+  events.progress = [&](const StageProgress& progress) {
+    const bool known = progress.per_second > 0;
+    console.set_rest(rest_after(i, known ? seconds_since(begin) + progress.seconds_left : 0));
+    console.show_progress(progress);
+  };
   events.say = [&](const std::string& line) { console.say(line); };
   events.stop = interrupted;
-  const Clock::time_point begin = Clock::now();
   try {
     const StageRequest request = request_of(i, true);
     // Without --from, what is outdated was recomputed before.
@@ -420,7 +497,8 @@ void ChainRun::stage(std::size_t i) {
       exit_code_ = kExitBadData;
     }
   } catch (const std::exception& error) {
-    const Failure failure = failure_of(error);
+    Failure failure = failure_of(error);
+    failure.text = with_command(failure.text, row.name, request_of(i, false).options.table);
     one.end = "failed";
     one.why = failure.text;
     one.seconds = seconds_since(begin);

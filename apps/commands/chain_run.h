@@ -25,6 +25,8 @@ struct RunArguments {
   int jobs = 0;
   std::string device = "cpu";
   std::string material;
+  bool replace = false;
+  std::vector<std::string> set_aside;  ///< stages whose results count as not there
   bool dry_run = false;
   bool json = false;
 };
@@ -38,18 +40,21 @@ class ChainRun {
   ///                 set anything else. Throws as `capture_facts`.
   ChainRun(const RunArguments& arguments, const OptionSet& options);
 
-  /// Prints what exists, what will be done, and the expected time.
+  /// Prints what exists, what will be done, and the expected time; before `plan` without the stages
+  /// that are skipped, which that lists.
   void announce();
   /// Every stage in its order.
   void work();
   /// Says that the report is being made, and how long it takes.
-  void announce_report() const;
+  void announce_report();
   /// Says what `work` would do. After `announce`. Returns the exit code of a run that could not.
-  int plan() const;
+  int plan();
 
   const RunAccount& account() const { return account_; }
   /// s since this run began
   double seconds() const;
+  /// Keeps in the account how long the report took.
+  void end_report();
   const CaptureFacts& facts() const { return facts_; }
   /// Of the first failure.
   int exit_code() const { return exit_code_; }
@@ -70,6 +75,8 @@ class ChainRun {
 
   void suggest(const std::string& name, const std::string& value, const std::string& why);
   bool has_result(const std::string& stage) const;
+  std::string why_nothing() const;
+  void refuse_nothing();
   bool works(std::string_view stage) const;
   Foreseen unplanned(std::string_view needed) const;
   Foreseen planned(std::size_t i, bool earlier) const;
@@ -77,8 +84,9 @@ class ChainRun {
   bool goes_without(std::string_view kind) const;
   void foresee();
   void pass_over();
-  double factor() const;
-  double rest_after(std::size_t i) const;
+  double pace(std::size_t now, double seconds) const;
+  double rest_after(std::size_t i, double seconds) const;
+  void learn_times();
   StageRequest request_of(std::size_t i, bool make_input) const;
   void stage(std::size_t i);
   void end_at(const std::string& stage);
@@ -90,7 +98,8 @@ class ChainRun {
   RunArguments arguments_;
   OptionSet options_;
   CaptureFacts facts_;
-  double report_seconds_ = 0;
+  double report_seconds_ = 0;  ///< expected
+  Clock::time_point report_begin_{};
   RunAccount account_;
   std::vector<Foreseen> foreseen_;  ///< of each stage of the account; of those that are to run
   std::set<std::string> warnings_;

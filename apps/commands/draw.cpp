@@ -21,13 +21,13 @@
 #include "core/io/mesh_sequence_file.h"
 #include "core/io/safetensors.h"
 #include "core/nearest_name.h"
-#include "core/new_folders.h"
 #include "core/printable.h"
 #include "core/render/framing.h"
 #include "core/render/video.h"
 #include "core/sequence_archive.h"
 #include "core/store/output_place.h"
 #include "core/store/result.h"
+#include "core/store/unfinished_folder.h"
 #include "core/usage_error.h"
 #include "core/writable_place.h"
 #include "pipeline/chain/outdated_results.h"
@@ -463,38 +463,34 @@ int run(const DrawArguments& arguments, const OptionSet& set) {
   }
   const VideoOptions video_as = video_options(set, rate_of(cast));
   cast.scene.cameras = captured ? std::vector{*captured} : cameras_round(cast, options);
-  const NewFolders made(arguments.out);
-  if (!video) {
-    make_private_directory(arguments.out);
-  }
+  std::optional<UnfinishedFolder> folder;  // a killed run leaves nothing at the place of --out
   std::optional<VideoWriter> writer;
   if (video) {
     writer.emplace(arguments.out, video_as);
+  } else {
+    folder.emplace(arguments.out);
+    make_private_directory(folder->content());
   }
   PaintHooks hooks;
   hooks.stop = [] { return interrupted(); };
   hooks.picture = [&](Index i, const Image& picture) {
     const std::string name = frame_name(cast.scene.frame_ids[static_cast<std::size_t>(i)]);
     if (!video) {
-      write_image(fs::path(arguments.out) / (name + ".png"), straight_alpha(picture));
+      write_image(folder->content() / (name + ".png"), straight_alpha(picture));
     } else {
       writer->add(before_black(picture));
     }
     std::cout << "frame " << name << std::endl;
   };
-  try {
-    if (!paint_scene(cast.scene, options.paint, options.device, hooks)) {
-      writer.reset();
-      made.remove_empty();
-      end_by_signal();
-    }
-    if (writer) {
-      writer->finish();
-    }
-  } catch (const std::exception&) {
-    writer.reset();
-    made.remove_empty();  // so that the same command can be given again
-    throw;
+  if (!paint_scene(cast.scene, options.paint, options.device, hooks)) {
+    writer.reset();  // end_by_signal leaves no scope
+    folder.reset();
+    end_by_signal();
+  }
+  if (writer) {
+    writer->finish();
+  } else {
+    folder->finish();
   }
   return kExitDone;
 }

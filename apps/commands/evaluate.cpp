@@ -243,6 +243,7 @@ Action add_evaluate(CLI::App& parser) {
   add_option(parser, "--frame", arguments->frame, "Frame of --surface [0]").type_name("N");
   add_option(parser, "--stage", arguments->stage,
              "Stage to evaluate, or capture for the capture itself [all]")
+      .check(one_of(evaluated_stages()))
       .type_name("NAME");
   add_option(
       parser, "--targets", arguments->targets,

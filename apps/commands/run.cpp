@@ -19,6 +19,7 @@
 #include "core/store/result.h"
 #include "core/store/workspace_folder.h"
 #include "core/usage_error.h"
+#include "pipeline/chain/other_capture.h"
 #include "pipeline/chain/outdated_results.h"
 #include "pipeline/chain/run_options.h"
 #include "pipeline/pictures/report_folder.h"
@@ -139,7 +140,7 @@ void set_material(OptionSet& options, const std::string& fabric) {
 /// Writes account and report, and says how the run ended. What failed before counts more than a
 /// report that cannot be written: a disk that is full is full for both. Where another run is at
 /// work, what the workspace comes to is that one's to tell: this one's end is no failure of it.
-int report_on(const ChainRun& chain, const RunArguments& arguments, const ReportOptions& options) {
+int report_on(ChainRun& chain, const RunArguments& arguments, const ReportOptions& options) {
   const fs::path& workspace = arguments.places.workspace;
   const bool any = std::any_of(all_stages().begin(), all_stages().end(), [&](const Stage& stage) {
     return current_name(workspace / stage.name).has_value();
@@ -164,6 +165,8 @@ int report_on(const ChainRun& chain, const RunArguments& arguments, const Report
                        << std::endl;
       video = video_in(workspace, write_report(workspace, page, options, ""), chain.account());
     }
+    chain.end_report();
+    write_run_account(workspace, chain.account());
   } catch (const std::exception& error) {
     if (chain.exit_code() == kExitDone) {
       throw;
@@ -173,6 +176,35 @@ int report_on(const ChainRun& chain, const RunArguments& arguments, const Report
   }
   show_end(arguments, chain, page, video);
   return chain.exit_code();
+}
+
+/// Refuses a workspace with results of another capture, or sets them aside where that is asked for;
+/// a dry run is only told of them.
+void replace_results(RunArguments& arguments, const OptionSet& options) {
+  const fs::path& workspace = arguments.places.workspace;
+  std::optional<OtherCapture> other = other_capture(workspace, arguments.places.capture);
+  if (!other) {
+    return;
+  }
+  std::string stages;
+  for (const std::string& stage : other->stages) {
+    stages += (stages.empty() ? "" : ", ") + stage;
+  }
+  if (!arguments.replace) {
+    throw UsageError("WORKSPACE cannot be '" + workspace.string() +
+                     "': it holds results of another capture, " + other->path + " (" + stages +
+                     "); name another folder, or give --replace, which sets them aside");
+  }
+  if (!arguments.dry_run) {
+    ChainRun(arguments, options);  // refuses a capture that cannot be read, before anything changes
+    set_aside(workspace, other->stages);
+  }
+  if (!arguments.json) {
+    std::cout << "run: results of " << printable(other->path)
+              << (arguments.dry_run ? " would be" : " are") << " set aside: " << stages
+              << std::endl;
+  }
+  arguments.set_aside = std::move(other->stages);
 }
 
 int run(RunArguments arguments, OptionSet options) {
@@ -196,6 +228,7 @@ int run(RunArguments arguments, OptionSet options) {
     throw UsageError("--to " + arguments.to + " lies before --from " + arguments.from);
   }
   catch_interrupts();
+  replace_results(arguments, options);
   ChainRun chain(arguments, options);
   chain.announce();
   if (arguments.dry_run) {
@@ -246,6 +279,8 @@ Action add_run(CLI::App& parser) {
   add_option(parser, "--material", arguments->material,
              "Fabric of all garments instead of a fitted one")
       .type_name("NAME");
+  add_flag(parser, "--replace", arguments->replace,
+           "Setting aside of the results of another capture in WORKSPACE, instead of a refusal");
   add_flag(parser, "--dry-run", arguments->dry_run,
            "Report what would be done and why, without doing it");
   add_flag(parser, "--json", arguments->json, "Events as lines of JSON, for programs");

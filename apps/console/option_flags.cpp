@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -25,6 +26,38 @@ struct OptionTexts {
   std::vector<std::string> config_files;
   std::vector<std::pair<std::string, std::string>> flags;  ///< option name and text
 };
+
+/// A flag of this command line as it was typed.
+struct TypedFlag {
+  std::string flag;
+  std::string value;
+};
+
+/// By the names that they are declared with: "--fps" by "--capture.fps".
+std::map<std::string, TypedFlag>& typed_flags() {
+  static std::map<std::string, TypedFlag> flags;
+  return flags;
+}
+
+/// A problem with an option in which the option, at the start and behind "with", is called as its
+/// flag was typed.
+std::string with_flag(std::string problem, const std::string& option) {
+  const std::string declared = flag_of(option);
+  const auto typed = typed_flags().find(declared);
+  const std::string& flag = typed == typed_flags().end() ? declared : typed->second.flag;
+  const auto called = [&](std::size_t at) {
+    if (problem.compare(at, option.size() + 1, option + " ") == 0) {
+      problem.replace(at, option.size(), flag);
+    }
+  };
+  called(0);
+  constexpr std::string_view kWith = " with ";
+  for (std::size_t at = 0; (at = problem.find(kWith, at)) != std::string::npos;) {
+    at += kWith.size();
+    called(at);
+  }
+  return problem;
+}
 
 void set_options(OptionTable& table, const OptionTexts& texts) {
   std::vector<std::string> problems;
@@ -52,7 +85,7 @@ void set_options(OptionTable& table, const OptionTexts& texts) {
     }
   }
   for (const auto& [name, text] : texts.flags) {
-    note(set_option(table, name, text));
+    note(with_flag(set_option(table, name, text), name));
   }
   for (const std::string& notice : table.notices) {
     standard_error() << "warning: " << printable(notice) << "\n";
@@ -60,6 +93,11 @@ void set_options(OptionTable& table, const OptionTexts& texts) {
   table.notices.clear();
   if (problems.empty()) {  // each is in its range: do they go together?
     problems = broken_rules(table);
+    for (std::string& problem : problems) {
+      for (const auto& [name, text] : texts.flags) {
+        problem = with_flag(std::move(problem), name);
+      }
+    }
   }
   if (!problems.empty()) {
     throw UsageError(problems);
@@ -187,6 +225,7 @@ std::vector<std::string> with_switches(const CLI::App& parser,
       throw UsageError(as_typed + " cannot be '" + value->substr(0, 60) +
                        "': it takes true or false, or nothing");
     }
+    typed_flags()[name] = {as_typed, value.value_or("")};
     if (takes_value(option)) {
       out.insert(out.end(), {name, *value});
     } else {
@@ -194,6 +233,24 @@ std::vector<std::string> with_switches(const CLI::App& parser,
     }
   }
   return out;
+}
+
+std::string with_typed_flags(std::string problem) {
+  for (const auto& [declared, typed] : typed_flags()) {
+    std::string option = declared.substr(std::min<std::size_t>(2, declared.size()));
+    std::replace(option.begin(), option.end(), '-', '_');
+    problem = with_flag(std::move(problem), option);
+  }
+  return problem;
+}
+
+std::string flag_with_value(const std::string& value) {
+  for (const auto& [declared, typed] : typed_flags()) {
+    if (!value.empty() && typed.value == value) {
+      return typed.flag;
+    }
+  }
+  return "";
 }
 
 std::string switch_before(const CLI::App& parser, const std::vector<std::string>& arguments,

@@ -21,6 +21,13 @@ using OptionReader = std::function<OptionSet()>;
 /// TOML fields with underscores; whoever types a flag may use either (as_declared).
 std::string flag_of(const std::string& option);
 
+/// A problem with options in which those that begin it or stand behind "with" are called as their
+/// flags were typed: "fps cannot be 0" is "--capture.fps cannot be 0".
+std::string with_typed_flags(std::string problem);
+
+/// The flag of this command line, as it was typed, that was given a value; "" if none was.
+std::string flag_with_value(const std::string& value);
+
 /// Declares `--config FILE` and a flag for every field of a table, for stages and commands alike:
 /// "--section.the-field value"; what is true or false also as "--field" alone (with_switches).
 /// Files count first, in their order, then flags: the later wins.

@@ -209,9 +209,10 @@ std::string jobs_problem(const std::string& text) {
 Action add_stage(CLI::App& parser, const Stage& stage, const StandAlone* alone) {
   auto arguments = std::make_shared<StageArguments>();
   StageRequest& request = arguments->request;
+  const StageRow* row = find_row(stage.name);
   add_option(
       parser, "INPUT", [&request](const std::string& text) { request.input = text; },
-      "File or folder to read")
+      row == nullptr ? std::string(StageRow{}.input_help) : std::string(row->input_help))
       .check(empty_problem)
       .required();
   Argument workspace =

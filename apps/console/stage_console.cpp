@@ -167,7 +167,8 @@ void StageConsole::show_progress(const StageProgress& progress) {
     const std::string per_second =
         bytes ? bytes_text(progress.per_second)
               : format(progress.per_second < 100 ? "%.3g" : "%.0f", progress.per_second);
-    line += "  " + per_second + "/s  " + duration_text(progress.seconds_left) + " left";
+    line += "  " + per_second + "/s  " + duration_text(progress.seconds_left) + " left" +
+            (all_known ? ", " + duration_text(progress.seconds_left + rest_) + " in all" : "");
   }
   for (const auto& [name, value] : progress.figures) {
     line += "  " + name + " " + format("%.4g", value);

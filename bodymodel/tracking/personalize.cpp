@@ -40,7 +40,7 @@ constexpr int kRoundIterations = 8;
 constexpr double kThinnest = 0.7;
 constexpr double kThickest = 1.6;
 
-/// What a person measures, if the skin is one that can be measured.
+/// A person's measurements, if the skin can be measured.
 std::optional<BodyMeasurements> measures_of(BodyModel person) {
   person.skeleton = with_smpl_names(person.skeleton, recognised_humanoid(person.skeleton));
   if (find_joint(person.skeleton, "neck") < 0) {
@@ -87,7 +87,7 @@ std::vector<Finding> implausible(const BodyMeasurements& found, const BodyMeasur
   return findings;
 }
 
-/// What scans say of every vertex: distances along its normal.
+/// Distances of scans from every vertex, along its normal.
 struct Field {
   Eigen::VectorXd sum;      // weighted distances
   Eigen::VectorXd weight;   // in points
@@ -218,9 +218,10 @@ class Personalizer {
       solve(fine, kKeypointIterations);
     }
     if (!any_scan_) {
-      findings_.push_back({Severity::Warning, "no-scans", "person", "keypoints alone",
+      findings_.push_back({Severity::Warning, "no-scans", "person",
+                           "there are no scans: the shape comes from keypoints alone",
                            "bone lengths are the person's; girths and mass are those usual at "
-                           "the stature"});
+                           "the stature; images with masks give scans (atelier masks)"});
     }
   }
 
@@ -442,8 +443,9 @@ class Personalizer {
       }
       findings_.push_back({Severity::Warning, "surface-unseen", "person",
                            std::to_string(saturating_cast<int>(std::round(100 * result.unseen))) +
-                               "% of the surface was not seen bare, most of it at " + names,
-                           "it follows its neighbours and the other side of the body"});
+                               "% of the skin was never seen bare, most of it at " + names,
+                           "its shape there follows the parts around it and the other side of the "
+                           "body; frames that show it bare improve it"});
     }
     check_personal_body(person);
     const std::optional<BodyMeasurements> usual = measures_of(model_);

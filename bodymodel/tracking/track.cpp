@@ -405,14 +405,14 @@ class Sequencer {
       char rate[32];
       std::snprintf(rate, sizeof(rate), "%g", input_.fps);
       const double most = *std::max_element(unmet.begin(), unmet.end());
-      findings_.push_back({Severity::Warning, "keypoints-unmet", "frames " + listed_frames(missed),
-                           "poses are up to " +
-                               std::to_string(saturating_cast<int>(std::round(1e3 * most))) +
-                               " mm (rms) from keypoints that each frame alone meets",
-                           "not trusted; look whether " + std::string(rate) +
-                               " frames a second is true, weights of the motion prior suit it, and "
-                               "the person is of "
-                               "this size"});
+      findings_.push_back(
+          {Severity::Warning, "keypoints-unmet", "frames " + listed_frames(missed),
+           "poses lie up to " + std::to_string(saturating_cast<int>(std::round(1e3 * most))) +
+               " mm (rms) from keypoints that a pose of each frame alone would meet",
+           "not trusted; check that " + std::string(rate) +
+               " frames a second is right (--capture.fps), and that the person of "
+               "'personalize' is this one; a larger --motion.acceleration suits "
+               "fast motion"});
     }
     deviations(targets, tracked.deviations);
     const Eigen::ArrayXd standing = detector_bias(person_, targets, x_).array();

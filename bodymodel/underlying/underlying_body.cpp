@@ -78,8 +78,8 @@ PlaneRow vertex_row(Index v, const Eigen::Vector3d& point, const Eigen::Vector3d
   return row;
 }
 
-/// What the scan says of each vertex: of bare ones the skin next to them, of covered ones what is
-/// over them.
+/// Correspondences of each vertex with the scan: of bare ones the skin next to them, of covered
+/// ones the cloth over them.
 std::vector<PlaneRow> rows_of_body(const Triangles& faces, const Points& x, const ScanSurface& scan,
                                    const BodyCover& cover, const Eigen::VectorXd& areas,
                                    const UnderlyingBodyOptions& options) {
@@ -121,7 +121,7 @@ std::vector<PlaneRow> rows_of_body(const Triangles& faces, const Points& x, cons
   return rows;
 }
 
-/// What the body is to each point of seen skin.
+/// The body's vertices and distances of each point of seen skin.
 std::vector<PlaneRow> rows_of_skin(const Triangles& faces, const Points& x,
                                    const TriangleTree& tree, const ScanSurface& scan,
                                    const BodyCover& cover, const UnderlyingBodyOptions& options) {
@@ -286,13 +286,12 @@ std::vector<Finding> underlying_findings(const ScanSurface& scan,
   constexpr double kHalf = 0.5;
   if (certificate.seen_rate < kHalf) {
     warn("little-seen",
-         "the scan says something of only " +
-             std::to_string(saturating_cast<int>(std::round(100 * certificate.seen_rate))) +
-             "% of the body",
-         "look at the scan and the tracked pose; the rest follows the personal body");
+         "only " + std::to_string(saturating_cast<int>(std::round(100 * certificate.seen_rate))) +
+             "% of the body's surface has a scan near it",
+         "compare scan and pose in the report; the rest follows the personal body");
   }
   if (scan.skin.faces.rows() == 0) {
-    warn("no-skin", "no part of the scan is labelled skin: the body only stays inside of it",
+    warn("no-skin", "no part of the scan is labelled skin, so the body is only kept inside of it",
          "label images tell skin from clothing (docs/methods/surfaces.md)");
   }
   return findings;

@@ -340,7 +340,7 @@ void find_links(const fs::path& folder, bool refuse, std::vector<Finding>& findi
     std::error_code ignored;
     const fs::path& first = *std::min_element(some.begin(), some.end());
     const std::string more =
-        some.size() > 1 ? "; it is the first of " + std::to_string(some.size()) : "";
+        some.size() > 1 ? " (the first of " + std::to_string(some.size()) + " links)" : "";
     return std::pair(first.string(),
                      "a symbolic link to " + fs::read_symlink(first, ignored).string() + more);
   };

@@ -29,7 +29,9 @@ std::map<std::string, Material> fitted_materials(StageRun& run) {
     return materials;
   }
   if (run.options<AnimateOptions>().material.name == "fitted") {
-    run.warn("no fitted material: the values of 'custom' are taken (atelier material fits one)");
+    run.warn(
+        "no material was fitted to this cloth (atelier material fits one): the values of "
+        "'custom' are taken; --material.name names a fabric");
   }
   return {};
 }
@@ -70,9 +72,9 @@ void relax(StageRun& run, const RegisteredGarmentSequence& garment, const Points
       hanging_acceleration(garment.registered, garment.template_frame, body, faces);
   if (motion && *motion > kInMotion) {
     std::snprintf(text, sizeof text,
-                  "%s: its freely hanging parts accelerate by %.1f m/s2 in its template's frame, "
-                  "so that no rest shape hangs as registered; the registered shape is the rest "
-                  "shape, as without --cloth.relax",
+                  "%s: the cloth was in motion in its template's frame (its freely hanging parts "
+                  "accelerate by %.1f m/s2), so the registered shape is taken for the shape at "
+                  "rest, as with --cloth.relax false",
                   garment.name.c_str(), *motion);
     run.warn(text);
     return;
@@ -86,8 +88,8 @@ void relax(StageRun& run, const RegisteredGarmentSequence& garment, const Points
     worn.garment.mesh = std::move(relaxed.garment.mesh);
   } else {
     run.warn(std::string(text) +
-             ", since it was in motion in its template's frame; the registered shape is the rest "
-             "shape, as without --cloth.relax");
+             ", too far: it was in motion in its template's frame; the registered shape is taken "
+             "for the shape at rest, as with --cloth.relax false");
   }
 }
 

@@ -1,3 +1,4 @@
+#include <array>
 #include <vector>
 
 #include "capture/layouts/capture_lacks.h"
@@ -23,6 +24,11 @@ std::vector<SuggestedOption> drafted_garments(const CaptureFacts& facts) {
              : std::vector<SuggestedOption>{{"garment", "tee+skirt", "no garment was captured"}};
 }
 
+constexpr std::array kAnimateFigures = {
+    KeyFigure{"penetration_rate", "share of the cloth inside the body", Measure::Side::AtMost,
+              0.01},
+};
+
 }  // namespace
 
 const StageRow& animate_row() {
@@ -43,19 +49,21 @@ const StageRow& animate_row() {
                 .frame_wise = true,
                 .has_cuda = true,
                 .device_keyed = true},
+      .input_help = "Capture of the person, of which WORKSPACE has person and poses",
       .require_startable =
           [](const StageRequest& request) {
             require_named(options_of<AnimateOptions>(request.options), request.input);
           },
       .chain = ChainPlace{.lacks = lacks_evidence,
                           .made_of = of_worn,
-                          .cost = {.seconds = 20, .per_frame = 1},
+                          .cost = {.seconds = 1, .per_frame = 1},
                           .fabric = "material.name",
                           .fabric_from = "fitted_material",
                           .suggested = drafted_garments,
                           .exported = exported_avatar},
       .measure = measure_animate,
       .measure_place = 4,
+      .key_figures = kAnimateFigures,
       .rules = &animate_rules(),
   };
   return row;

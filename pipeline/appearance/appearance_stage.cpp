@@ -169,8 +169,9 @@ void tell_strange_labels(StageRun& run, const AppearanceData& data,
       char text[260];
       std::snprintf(
           text, sizeof(text),
-          "%s: label images of camera %s show it in %.0f%% of the pixels in which the geometry "
-          "does; check that they are of this camera and that it is registered well",
+          "%s: label images of camera %s have the garment in only %.0f%% of the pixels where its "
+          "registered surface lies; check that they are of this camera, and the garment of "
+          "'register' in the report",
           data.name.c_str(), data.camera_ids[c].c_str(),
           100 * static_cast<double>(agreed) / static_cast<double>(judged));
       run.warn(text);
@@ -192,9 +193,9 @@ void judge_pictures(StageRun& run, const AppearanceData& data) {
   for (const std::size_t c : contradicting_cameras(fit)) {
     char text[320];
     std::snprintf(text, sizeof(text),
-                  "%s: images of camera %s contradict the geometry (one texture for all cameras "
-                  "reaches %.1f dB and explains %.0f%% of their variation; %.1f dB over all "
-                  "cameras); check that they are of this camera and that it is registered well",
+                  "%s: images of camera %s contradict the geometry: a texture for all cameras "
+                  "reaches %.1f dB there and explains %.0f%% of their variation (%.1f dB over all "
+                  "cameras); check that they are of this camera and its calibration",
                   data.name.c_str(), data.camera_ids[c].c_str(), fit.camera_psnr[c],
                   100 * std::max(fit.camera_explained[c], 0.0), fit.psnr);
     run.warn(text);

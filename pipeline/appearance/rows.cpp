@@ -39,6 +39,10 @@ std::string lacks_look(const CaptureFacts& facts) {
              : lacks_clothes(facts);
 }
 
+constexpr std::array kAppearanceFigures = {
+    KeyFigure{"training_psnr_db", "likeness to the training images", Measure::Side::AtLeast, 24},
+};
+
 }  // namespace
 
 const StageRow& appearance_row() {
@@ -54,17 +58,19 @@ const StageRow& appearance_row() {
                 .check_input = require_no_folder_above,
                 .has_cuda = true,
                 .device_keyed = true},
+      .input_help = "Capture with images, of which WORKSPACE has registered garments and bodies",
       .require_startable =
           [](const StageRequest& request) {
             const auto& options = options_of<AppearanceStageOptions>(request.options);
             require_trainable(options, request.device);
             require_cameras(options, request.input);
           },
-      .chain = ChainPlace{.lacks = lacks_look, .cost = {.seconds = 100, .per_clothed = 1}},
+      .chain = ChainPlace{.lacks = lacks_look, .cost = {.seconds = 3, .per_picture = 1.3}},
       .measure = measure_appearance,
       .comparison = below_oracle,
       .measure_place = 3,
       .targets = kAppearanceTargets,
+      .key_figures = kAppearanceFigures,
       .rules = &appearance_rules(),
       .pictures = appearance_pictures,
   };
@@ -86,6 +92,7 @@ const StageRow& oracle_row() {
            .check_input = require_no_folder_above,
            .has_cuda = true,
            .device_keyed = true},
+      .input_help = "Synthetic capture, whose ground truth is the geometry",
       .require_startable =
           [](const StageRequest& request) {
             const auto& options = options_of<AppearanceStageOptions>(request.options);

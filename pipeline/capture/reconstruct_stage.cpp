@@ -96,7 +96,7 @@ bool has_detections(const Dataset& dataset) {
 void reconstruct_keypoints(StageRun& run, const Dataset& dataset,
                            const TriangulationOptions& options) {
   if (!has_detections(dataset)) {
-    run.warn("no detections: no keypoints in space");
+    run.warn("no detections of 2D keypoints, so none in space; atelier detect creates them");
     return;
   }
   const KeypointSchema& schema = keypoint_schema(dataset.info.keypoint_schema);
@@ -179,8 +179,8 @@ std::optional<Finding> missing_of(const std::string& camera, const CameraFrames&
     return finding("no mask and no labels of any of its images",
                    "it is not used; atelier masks creates masks");
   }
-  return finding("no image or no mask of " + std::to_string(without.size()) + " of " + all +
-                     " frames, the first is " + std::to_string(without.front()),
+  return finding("no image or no mask in " + std::to_string(without.size()) + " of " + all +
+                     " frames, the first of them " + std::to_string(without.front()),
                  "its other frames are used");
 }
 
@@ -214,7 +214,7 @@ std::vector<Finding> missing_views(const Dataset& dataset, const std::vector<int
     findings.push_back(
         {Severity::Warning, "frame-without-masks",
          (one ? "frame " : "frames ") + listed_frames(dropped),
-         "fewer than two views have an image with a mask or labels",
+         "images with masks or labels of fewer than two cameras",
          std::string(one ? "it gets" : "they get") + " no surface; atelier masks creates masks"});
   }
   return findings;
@@ -438,7 +438,9 @@ void run_reconstruct(StageRun& run) {
                     "some of them; atelier masks and atelier detect create them");
   }
   if (frames.empty()) {
-    run.warn("no frame has masks or labels in two views: no surfaces");
+    run.warn(
+        "no frame has masks or labels of two cameras, so there are no surfaces; atelier masks "
+        "creates masks");
   }
   const bool by_color = options.label_by_color && !frames.empty() && !has_labels(dataset, frames);
   tell(run, missing_views(dataset, frames));

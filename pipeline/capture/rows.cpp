@@ -24,6 +24,11 @@ constexpr std::array kReconstructTargets = {
     Target{"labels.miou", "", AtLeast, 0.95, 0.95, kNoScans},
 };
 
+constexpr std::array kReconstructFigures = {
+    KeyFigure{"keypoints_found", "share of the keypoints found in space", Measure::Side::AtLeast,
+              0.9},
+};
+
 }  // namespace
 
 const StageRow& validate_row() {
@@ -38,7 +43,9 @@ const StageRow& validate_row() {
                 .run = run_validate,
                 .check_input = require_no_folder_above,
                 .states_consent = true},
-      .chain = ChainPlace{.cost = {.seconds = 2, .per_picture = 0.04, .unmasked = true}},
+      .input_help =
+          "Capture to judge: its folder, in any layout that docs/reference/formats.md lists",
+      .chain = ChainPlace{.cost = {.seconds = 0.5, .per_picture = 0.04, .unmasked = true}},
   };
   return row;
 }
@@ -57,9 +64,12 @@ const StageRow& reconstruct_row() {
                 .frame_wise = true,
                 .has_cuda = true,
                 .device_keyed = true},
-      .chain = ChainPlace{.lacks = lacks_evidence, .cost = {.per_picture = 7, .parallel = true}},
+      .input_help = "Capture to reconstruct: images with masks or labels, 2D keypoints, cameras",
+      .chain = ChainPlace{.lacks = lacks_evidence,
+                          .cost = {.per_picture = 6, .per_frame = 2.5, .parallel = true}},
       .measure = measure_reconstruct,
       .targets = kReconstructTargets,
+      .key_figures = kReconstructFigures,
       .rules = &capture_rules(),
       .pictures = reconstruct_pictures,
   };

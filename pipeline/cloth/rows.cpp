@@ -42,6 +42,14 @@ std::filesystem::path simulated_scene(const RunPlaces& places) {
   return captured_scene(places.workspace);
 }
 
+constexpr std::array kMaterialFigures = {
+    KeyFigure{"distance", "simulated cloth from the captured, rms", Measure::Side::AtMost, 0.02},
+};
+
+constexpr std::array kSimulateFigures = {
+    KeyFigure{"strain_p95", "edge strain, 95th percentile", Measure::Side::AtMost, 0.1},
+};
+
 }  // namespace
 
 const StageRow& material_row() {
@@ -56,10 +64,14 @@ const StageRow& material_row() {
                 .file_options = {"holding"},
                 .run = run_material,
                 .check_input = require_no_folder_above},
-      .chain = ChainPlace{.lacks = lacks_clothes, .cost = {.seconds = 30}, .fabric = kFabric},
+      .input_help = "Capture with clothed frames, of which WORKSPACE has the registered garments",
+      .chain = ChainPlace{.lacks = lacks_clothes,
+                          .cost = {.seconds = 1, .per_clothed = 0.7},
+                          .fabric = kFabric},
       .measure = measure_material,
       .measure_place = 4,
       .targets = kMaterialTargets,
+      .key_figures = kMaterialFigures,
       .rules = &material_rules(),
       .pictures = material_pictures,
   };
@@ -81,14 +93,17 @@ const StageRow& simulate_row() {
                 .frame_wise = true,
                 .has_cuda = true,
                 .device_keyed = true},
+      .input_help =
+          "Folder of a scene, such as WORKSPACE/scene: garment.*, body.* or body/, motion.*",
       .chain = ChainPlace{.lacks = lacks_scene,
                           .made_of = of_clothes,
                           .input = simulated_scene,
-                          .cost = {.seconds = 30, .per_frame = 0.8},
+                          .cost = {.seconds = 6, .per_frame = 1},
                           .fabric = kFabric},
       .measure = measure_simulate,
       .measure_place = 4,
       .targets = kSimulateTargets,
+      .key_figures = kSimulateFigures,
       .rules = &cloth_rules(),
       .pictures = simulate_pictures,
   };

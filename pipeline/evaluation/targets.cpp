@@ -27,6 +27,8 @@ void judge(Judged& row, const Measure& measure) {
   row.verdict = measure.side == None ? "not judged" : is_met(measure) ? "met" : "missed";
   row.missed_by = row.verdict == "missed" ? std::abs(measure.value - measure.target) : 0;
   row.why = measure.note;
+  row.side = measure.side;
+  row.limit = measure.target;
 }
 
 }  // namespace

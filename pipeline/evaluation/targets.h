@@ -30,6 +30,8 @@ struct Judged {
   std::string verdict;   ///< "met", "missed", "not judged" or "not measured"
   std::string why;       ///< over what it was taken, or why it was not
   double missed_by = 0;  ///< how far it is from its target, where that is missed
+  Measure::Side side = Measure::Side::None;
+  double limit = 0;  ///< the target as a number, of a side that is not None
 };
 
 /// The measure with what it is judged by: on `accuracy` by its own target, which may be sharper

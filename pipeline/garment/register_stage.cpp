@@ -142,7 +142,8 @@ class RegisteredOutfit {
       });
       if (without > 0) {
         run_.warn("camera " + dataset_.cameras[c].id + ": no image with a mask in " +
-                  std::to_string(without) + " of " + std::to_string(ids_.size()) + " frames");
+                  std::to_string(without) + " of " + std::to_string(ids_.size()) +
+                  " frames; the other cameras are used there");
       }
     }
   }
@@ -156,7 +157,8 @@ class RegisteredOutfit {
     std::vector<int> without = ids_;
     std::erase_if(without, [&](int id) { return fs::exists(scan_file(id)); });
     if (!without.empty()) {
-      run_.warn("no-scan [frames " + listed_frames(without) + "]: body and images alone");
+      run_.warn("no-scan [frames " + listed_frames(without) +
+                "]: the garment follows body and images alone there");
     }
   }
 

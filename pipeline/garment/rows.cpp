@@ -28,6 +28,16 @@ constexpr std::array kRegisterTargets = {
     Target{"register.drift_mm", "mm", AtMost, 2, 3},
 };
 
+constexpr std::array kTemplateFigures = {
+    KeyFigure{"unseen_share", "share of the garments that no camera saw", Measure::Side::AtMost,
+              0.1},
+};
+
+constexpr std::array kRegisterFigures = {
+    KeyFigure{"support", "share of the garments near a scan", Measure::Side::AtLeast, 0.75},
+    KeyFigure{"scan_rms", "distance from the scans, rms", Measure::Side::AtMost, 0.006},
+};
+
 }  // namespace
 
 const StageRow& template_row() {
@@ -42,15 +52,17 @@ const StageRow& template_row() {
                 .file_options = {"import"},
                 .run = run_template,
                 .check_input = require_no_folder_above},
+      .input_help = "Capture with clothed frames, of which WORKSPACE has scans and bodies",
       .require_startable =
           [](const StageRequest& request) {
             const auto& options = options_of<TemplateStageOptions>(request.options);
             require_named(options);
             require_template_frame(options, request.input);
           },
-      .chain = ChainPlace{.lacks = lacks_clothes, .cost = {.seconds = 60, .per_clothed = 2}},
+      .chain = ChainPlace{.lacks = lacks_clothes, .cost = {.seconds = 9, .per_clothed = 0.5}},
       .measure = measure_template,
       .targets = kTemplateTargets,
+      .key_figures = kTemplateFigures,
   };
   return row;
 }
@@ -67,6 +79,8 @@ const StageRow& register_row() {
                 .run = run_register,
                 .check_input = require_no_folder_above,
                 .frame_wise = true},
+      .input_help =
+          "Capture with clothed frames, of which WORKSPACE has template, scans and bodies",
       .require_startable =
           [](const StageRequest& request) {
             if (!request.workspace.empty()) {
@@ -74,9 +88,10 @@ const StageRow& register_row() {
                                         request.selection, request.input, request.workspace);
             }
           },
-      .chain = ChainPlace{.lacks = lacks_clothes, .cost = {.seconds = 10, .per_clothed = 3}},
+      .chain = ChainPlace{.lacks = lacks_clothes, .cost = {.per_clothed = 5.5}},
       .measure = measure_register,
       .targets = kRegisterTargets,
+      .key_figures = kRegisterFigures,
       .pictures = register_pictures,
   };
   return row;

@@ -22,6 +22,7 @@
 #include "core/io/mesh_file.h"
 #include "core/io/mesh_obj.h"
 #include "core/normals.h"
+#include "core/printable.h"
 #include "core/sequence_archive.h"
 #include "core/store/write_text.h"
 #include "core/topology.h"
@@ -123,7 +124,8 @@ Wardrobe wardrobe_of(StageRun& run, const Source& source) {
   if (worn.rows.empty()) {
     worn.rows = doubtful;
   } else if (!doubtful.empty()) {
-    run.warn(std::to_string(doubtful.size()) + " frames whose body is not trusted are left out");
+    run.warn(counted(static_cast<std::int64_t>(doubtful.size()), "frame") +
+             " left out, whose body is not trusted: see the warnings of 'track' and 'body'");
   }
   return worn;
 }

@@ -81,13 +81,13 @@ std::optional<Finding> motion_finding(const Sequence& sequence, int frame_id, co
   }
   char text[160];
   std::snprintf(text, sizeof text,
-                "its freely hanging parts accelerate by %.1f m/s2 in frame %d, so that no rest "
-                "shape hangs as captured under gravity",
-                *motion, frame_id);
+                "the cloth was in motion in frame %d (its freely hanging parts accelerate by %.1f "
+                "m/s2), so its shape at rest cannot be found from it",
+                frame_id, *motion);
   return Finding{
       Severity::Warning, "in-motion", registered.string(), text,
-      "a template of a frame at rest (template --frame); this one is flattened as it was "
-      "captured"};
+      "it is flattened as it was captured; a template of a frame at rest: atelier template "
+      "--frame N"};
 }
 
 /// The row of a frame among bodies. Throws DataError where there is none.
@@ -201,10 +201,11 @@ bool relax_mesh(Mesh& mesh, const FlattenGarment& of, const FlattenStageOptions&
                     });
   watcher.say(relaxed_text(relaxed, options.relaxing.seconds));
   if (relaxed.mean_error > kAsCaptured) {
-    watcher.warn({Severity::Warning, "not-relaxed", options.body,
-                  "no garment was found that hangs within 2 mm of the captured one",
-                  "it is flattened as it was captured; more --relax.relaxing.rounds, or another "
-                  "body or fabric"});
+    watcher.warn(
+        {Severity::Warning, "not-relaxed", options.body,
+         "no garment was found that hangs within 2 mm of the captured one",
+         "it is flattened as it was captured; try more --relax.relaxing.rounds, or another "
+         "body or fabric"});
     return false;
   }
   mesh.vertices = relaxed.garment.mesh.vertices;

@@ -65,10 +65,11 @@ std::optional<Finding> unread_finding(const FlattenGarment& garment) {
   } catch (const DataError&) {  // nothing that this run reads
     return std::nullopt;
   }
-  return Finding{
-      Severity::Warning, "template-unread", garment.file.string(),
-      file.string() + " says where its wearer looks, and is no part of this INPUT",
-      "seams are found by the shape; INPUT " + file.parent_path().string() + " has it read"};
+  return Finding{Severity::Warning, "template-unread", garment.file.string(),
+                 "front and back of the wearer are known from " + file.string() +
+                     ", which is not part of this INPUT",
+                 "seams are placed by the shape alone; give the folder " +
+                     file.parent_path().string() + " as INPUT to use it"};
 }
 
 void write_flat(StageRun& run, const FlattenedGarment& flat, const std::string& title,

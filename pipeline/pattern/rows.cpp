@@ -35,6 +35,11 @@ std::filesystem::path flattened(const RunPlaces& places) {
   return flat_surfaces(places.workspace);
 }
 
+constexpr std::array kFlattenFigures = {
+    KeyFigure{"stretch_p99", "stretch of the flat pieces, 99th percentile", Measure::Side::AtMost,
+              0.05},
+};
+
 }  // namespace
 
 const StageRow& flatten_row() {
@@ -49,6 +54,9 @@ const StageRow& flatten_row() {
                 .file_options = {"seams", "relax.body", "relax.registered"},
                 .run = run_flatten,
                 .check_input = check_flatten_input},
+      .input_help =
+          "Surface of a garment (mesh or garment.h5), or a folder of them, such as "
+          "WORKSPACE/template/current/garments",
       .require_startable =
           [](const StageRequest& request) {
             require_named(options_of<FlattenStageOptions>(request.options), request.input);
@@ -56,9 +64,10 @@ const StageRow& flatten_row() {
       .chain = ChainPlace{.lacks = lacks_clothes,
                           .made_of = of_template,
                           .input = flattened,
-                          .cost = {.seconds = 30}},
+                          .cost = {.seconds = 27}},
       .measure = measure_flatten,
       .targets = kFlattenTargets,
+      .key_figures = kFlattenFigures,
       .rules = &flatten_rules(),
       .pictures = pattern_pictures,
   };

@@ -17,6 +17,7 @@
 #include "core/io/ground_truth_archive.h"
 #include "core/listed_frames.h"
 #include "core/parallel.h"
+#include "core/printable.h"
 #include "core/sequence_archive.h"
 #include "core/store/result.h"
 
@@ -133,11 +134,12 @@ std::vector<Finding> absent_labels(const std::vector<Label>& excluded, bool scan
     return {};
   }
   if (!scanned) {
-    return {{Severity::Warning, "no-scans", "scans", "keypoints alone",
-             "nothing is left out: --exclude labels takes scans"}};
+    return {{Severity::Warning, "no-scans", "scans",
+             "there are no scans, so clothing cannot be left out by its labels",
+             "nothing is left out; scans come from images with masks (atelier masks)"}};
   }
   return {{Severity::Warning, "label-nowhere", "scans", "no point is labelled " + names,
-           "nothing is left out; --input.excluded names what is worn"}};
+           "nothing is left out; name the garments that are worn with --input.excluded"}};
 }
 
 }  // namespace
@@ -268,7 +270,8 @@ PersonEvidence person_input(const PersonFiles& files, const CaptureInfo& info,
     const int count = std::accumulate(bridged.begin(), bridged.end(), 0);
     evidence.findings.push_back(
         {Severity::Note, "keypoints-bridged", "frames " + listed_frames(guessed),
-         std::to_string(count) + " keypoints that no camera saw", "they count as missing"});
+         counted(count, "keypoint") + " seen by no camera, interpolated over time",
+         "they count as missing"});
   }
   std::vector<int> crowded;
   for (std::size_t f = 0; f < people.size(); ++f) {
@@ -281,11 +284,13 @@ PersonEvidence person_input(const PersonFiles& files, const CaptureInfo& info,
         {Severity::Note, "people-several", "frames " + listed_frames(crowded),
          "keypoints show up to " + std::to_string(*std::max_element(people.begin(), people.end())) +
              " people",
-         "number 0 is taken; --input.person takes another"});
+         "the first of them, number 0, is taken; --input.person takes another"});
   }
   if (unlabelled) {
-    evidence.findings.push_back({Severity::Note, "labels-absent", "scans", "no point has a label",
-                                 "all is taken as skin, hair and what is carried too"});
+    evidence.findings.push_back(
+        {Severity::Note, "labels-absent", "scans", "no point has a label",
+         "every point is taken as skin, hair and carried objects too; label images "
+         "tell them apart (docs/methods/surfaces.md)"});
   }
   for (const Finding& finding :
        minimal ? std::vector<Finding>{} : absent_labels(excluded, scanned, met)) {

@@ -82,8 +82,9 @@ void run_personalize(StageRun& run) {
       thinned(measured_sequence(info, options.sequence), options.max_frames);
   const bool minimal = sequence.kind == "minimal";
   if (!minimal) {
-    run.warn("not minimally clothed: shape from skin and keypoints of '" + sequence.name +
-             "', which is less exact");
+    run.warn("the sequence '" + sequence.name +
+             "' is not minimally clothed: the shape comes from bare skin and keypoints alone, "
+             "which is less exact; a sequence of kind \"minimal\" gives all of it");
   }
   const BodyModel body = read_body_file(options.body).model;
   const PersonEvidence evidence = person_input(person_files(run), info, sequence, options.input);

@@ -51,6 +51,21 @@ constexpr std::array kRefineTargets = {
     Target{"refine.proximity_mm", "mm", AtMost, 1.5, 6},
 };
 
+constexpr std::array kPersonalizeFigures = {
+    KeyFigure{"keypoint_rms", "distance from the keypoints, rms", Measure::Side::AtMost, 0.015},
+    KeyFigure{"scan_rms", "distance from the scans, rms", Measure::Side::AtMost, 0.006},
+};
+
+constexpr std::array kTrackFigures = {
+    KeyFigure{"trusted_share", "share of frames with a trusted pose", Measure::Side::AtLeast, 0.95},
+    KeyFigure{"keypoint_rms", "distance from the keypoints, rms", Measure::Side::AtMost, 0.02},
+};
+
+constexpr std::array kBodyFigures = {
+    KeyFigure{"outside_rate", "share of covered skin outside the clothes", Measure::Side::AtMost,
+              0.03},
+};
+
 }  // namespace
 
 const StageRow& personalize_row() {
@@ -65,15 +80,17 @@ const StageRow& personalize_row() {
                 .file_options = {"body"},
                 .run = run_personalize,
                 .check_input = require_no_folder_above},
+      .input_help = "Capture of the person; best with a minimally clothed sequence",
       .require_startable =
           [](const StageRequest& request) {
             require_measurable(options_of<PersonalizeStageOptions>(request.options), request.input,
                                request.workspace);
           },
-      .chain = ChainPlace{.lacks = lacks_keypoints, .cost = {.seconds = 8}},
+      .chain = ChainPlace{.lacks = lacks_keypoints, .cost = {.seconds = 1, .per_picture = 0.28}},
       .measure = measure_personalize,
       .problem = personalize_problem,
       .targets = kPersonalizeTargets,
+      .key_figures = kPersonalizeFigures,
       .rules = &person_rules(),
   };
   return row;
@@ -91,14 +108,16 @@ const StageRow& track_row() {
                 .file_options = {"region"},
                 .run = run_track,
                 .check_input = require_no_folder_above},
+      .input_help = "Capture of the person, of which WORKSPACE has the keypoints and scans",
       .require_startable =
           [](const StageRequest& request) {
             require_trackable(options_of<TrackStageOptions>(request.options), request.workspace);
           },
-      .chain = ChainPlace{.lacks = lacks_keypoints, .cost = {.seconds = 1, .per_frame = 0.25}},
+      .chain = ChainPlace{.lacks = lacks_keypoints, .cost = {.seconds = 0.3, .per_frame = 0.32}},
       .measure = measure_track,
       .problem = track_problem,
       .targets = kTrackTargets,
+      .key_figures = kTrackFigures,
       .rules = &person_rules(),
       .pictures = track_pictures,
   };
@@ -117,10 +136,12 @@ const StageRow& body_row() {
                 .run = run_body,
                 .check_input = require_no_folder_above,
                 .frame_wise = true},
-      .chain = ChainPlace{.lacks = lacks_masks, .cost = {.per_frame = 2.6, .parallel = true}},
+      .input_help = "Capture of the person, of which WORKSPACE has the scans and poses",
+      .chain = ChainPlace{.lacks = lacks_masks, .cost = {.per_frame = 3.1, .parallel = true}},
       .measure = measure_body,
       .measure_place = 1,
       .targets = kBodyTargets,
+      .key_figures = kBodyFigures,
       .rules = &body_rules(),
       .pictures = body_pictures,
   };
@@ -139,6 +160,7 @@ const StageRow& refine_row() {
                 .run = run_refine,
                 .check_input = check_refine_input,
                 .frame_wise = true},
+      .input_help = "Registered garment: WORKSPACE/register/current, or a folder of that form",
       .after = "register",
       .require_startable =
           [](const StageRequest& request) {

@@ -32,17 +32,19 @@ td.number, td.state { white-space: nowrap; }
 svg { max-width: 100%; height: auto; }
 td.number, code { font-family: ui-monospace, monospace; font-size: 13px; }
 td { overflow-wrap: anywhere; } figure { margin: 1rem 0; } img, video { max-width: 100%; }
+.first figure { margin: .5rem 0; } .first video { max-height: 30rem; }
+.attention li { margin: .35rem 0; }
 figcaption, .quiet { color: #666; } .error { color: #a40000; } .warning { color: #8a5a00; }
 .attention { background: #fff7e0; border-left: 4px solid #d9a400; padding: .5rem 1rem; }
 details { margin: .5rem 0; } summary { cursor: pointer; }
 )";
 
 /// Features that a reader might look for in vain.
-constexpr const char* kNotYet = R"(<p class="quiet">Not in this version:</p>
+constexpr const char* kNotYet = R"(<details><summary>Not in this version</summary>
 <ul class="quiet"><li>avatars of the body whose look depends on the pose</li>
 <li>a second solver of cloth (the mesh sequence of another program can be animated)</li>
 <li>avatars that are sealed for one use or reader</li>
-<li>runs of the whole chain on a cluster (single stages take --shard and --frames)</li></ul>
+<li>runs of the whole chain on a cluster (single stages take --shard and --frames)</li></ul></details>
 )";
 
 /// The media type of what a browser shows, "" of everything else.
@@ -59,6 +61,64 @@ std::string media_type(const std::filesystem::path& path) {
     }
   }
   return "";
+}
+
+/// A warning or an error as its parts: of a finding's line, "warning code [place]: what; advice ->
+/// setting", those; of any other text the text alone.
+struct Told {
+  std::string code;
+  std::string place;
+  std::string what;     ///< and advice
+  std::string setting;  ///< "--capture.sync cam3=-4"
+};
+
+Told told(const std::string& text) {
+  Told parts{"", "", text, ""};
+  std::size_t at = std::string::npos;
+  for (const std::string_view severity : {"error ", "warning ", "note "}) {
+    if (text.starts_with(severity)) {
+      at = severity.size();
+    }
+  }
+  if (at == std::string::npos) {
+    return parts;
+  }
+  const std::size_t end = text.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-", at);
+  if (end == at || end == std::string::npos || (text[end] != ':' && text[end] != ' ')) {
+    return parts;
+  }
+  std::size_t rest = end;
+  if (text.compare(end, 2, " [") == 0) {
+    const std::size_t close = text.find("]: ", end);
+    if (close == std::string::npos) {
+      return parts;
+    }
+    parts.place = text.substr(end + 2, close - end - 2);
+    rest = close + 1;
+  } else if (text[end] != ':') {
+    return parts;
+  }
+  parts.code = text.substr(at, end - at);
+  parts.what = text.substr(std::min(text.size(), rest + 2));
+  if (const std::size_t arrow = parts.what.rfind(" -> "); arrow != std::string::npos) {
+    parts.setting = parts.what.substr(arrow + 4);
+    parts.what.resize(arrow);
+  }
+  return parts;
+}
+
+/// The same as HTML.
+std::string told_html(const std::string& text) {
+  const Told parts = told(text);
+  std::string html = html_text(parts.what);
+  if (!parts.setting.empty()) {
+    html += "; try <code>" + html_text(parts.setting) + "</code>";
+  }
+  if (!parts.code.empty()) {
+    html += " <span class=\"quiet\">(" + html_text(parts.code) +
+            (parts.place.empty() ? "" : ", " + html_text(parts.place)) + ")</span>";
+  }
+  return html;
 }
 
 /// Warnings of a stage that stand at the head of the page; the rest are in the stage's section.
@@ -118,7 +178,7 @@ std::string list_of(std::vector<Attention> items) {
     list += "</b>";
     list += end;
     list += ": ";
-    list += html_text(item.text);
+    list += told_html(item.text);
     list += "</li>\n";
   }
   return list;
@@ -197,18 +257,72 @@ bool is_plot(const std::string& path) {
   return path.ends_with("_frames.png") || path.ends_with("certificates.png");
 }
 
+bool is_shown(const ManifestOutput& output, const ReportOptions& options) {
+  return !is_plot(output.path) && !media_type(output.path).empty() &&
+         static_cast<double>(output.size) <= options.picture_bytes;
+}
+
+/// Images that the page begins with.
+struct FirstPictures {
+  std::string stage;
+  std::vector<std::string> paths;  ///< a video, and a strip or another image of many frames
+};
+
+/// Of the last stage with a sound result that has a video or an image at its top.
+FirstPictures first_pictures(std::span<const StageStatus> stages, const ReportOptions& options) {
+  for (auto status = stages.rbegin(); status != stages.rend() && options.pictures > 0; ++status) {
+    if (!status->manifest || status->state == StageStatus::State::Damaged) {
+      continue;
+    }
+    std::string video;
+    std::string image;
+    for (const ManifestOutput& output : status->manifest->outputs) {
+      if (output.path.find('/') == std::string::npos && is_shown(output, options)) {
+        std::string& place = media_type(output.path).starts_with("video") ? video : image;
+        place = place.empty() || output.path.starts_with("strip") ? output.path : place;
+      }
+    }
+    FirstPictures first{status->stage, {}};
+    for (const std::string& path : {video, image}) {
+      if (!path.empty()) {
+        first.paths.push_back(path);
+      }
+    }
+    if (!first.paths.empty()) {
+      return first;
+    }
+  }
+  return {};
+}
+
+std::string first_section(const FirstPictures& first, std::span<const StageStatus> stages,
+                          const std::filesystem::path& workspace, const ReportOptions& options) {
+  std::string html;
+  for (const StageStatus& status : stages) {
+    for (const std::string& path :
+         status.stage == first.stage ? first.paths : std::vector<std::string>{}) {
+      html += picture(
+          results_of_stage(workspace, status.stage) / folder_name(status.manifest->key) / path,
+          path, media_type(path), static_cast<std::int64_t>(options.picture_bytes));
+    }
+  }
+  return html.empty() ? "" : "<div class=\"first\">\n" + html + "</div>\n";
+}
+
 /// Frames in their folder fill no page, and push out none of what shows all of them.
+/// @param above  what the page has shown already
 std::string pictures_of(const StageStatus& status, const std::filesystem::path& folder,
-                        const ReportOptions& options) {
+                        const ReportOptions& options, const std::vector<std::string>& above) {
   std::vector<std::string> top;     // strips, sheets and videos
   std::vector<std::string> single;  // one a frame, or a garment
   for (const ManifestOutput& output : status.manifest->outputs) {
-    if (!is_plot(output.path) && !media_type(output.path).empty() &&
-        static_cast<double>(output.size) <= options.picture_bytes) {
+    if (is_shown(output, options) &&
+        std::find(above.begin(), above.end(), output.path) == above.end()) {
       (output.path.find('/') == std::string::npos ? top : single).push_back(output.path);
     }
   }
-  const auto most = static_cast<std::size_t>(options.pictures);
+  const std::size_t most = static_cast<std::size_t>(options.pictures) -
+                           std::min(above.size(), static_cast<std::size_t>(options.pictures));
   std::vector<std::string> shown = spread(top, most);
   std::map<std::string, std::int64_t> more;
   for (const std::vector<std::string>& all : {top, single}) {
@@ -235,7 +349,8 @@ std::string pictures_of(const StageStatus& status, const std::filesystem::path& 
 }
 
 std::string section_of(const StageStatus& status, const std::filesystem::path& workspace,
-                       const ReportOptions& options, const std::string& drawn) {
+                       const ReportOptions& options, const std::string& drawn,
+                       const FirstPictures& first) {
   std::string html =
       "<h2 id=\"" + html_text(status.stage) + "\">" + html_text(status.stage) + "</h2>\n";
   if (status.row != nullptr) {
@@ -264,14 +379,17 @@ std::string section_of(const StageStatus& status, const std::filesystem::path& w
   for (const auto& [name, value] : manifest.metrics) {
     figures += row(name, metric_text(status.row, name, value), "number");
   }
-  html += "<div class=\"beside\">" + in_table(figures) + in_table(facts) + "</div>\n" + drawn;
+  html += drawn;
   if (status.state != StageStatus::State::Damaged) {
-    html += pictures_of(
-        status, results_of_stage(workspace, status.stage) / folder_name(manifest.key), options);
+    const bool above = status.stage == first.stage;
+    html +=
+        pictures_of(status, results_of_stage(workspace, status.stage) / folder_name(manifest.key),
+                    options, above ? first.paths : std::vector<std::string>{});
   }
+  html += "<div class=\"beside\">" + in_table(figures) + in_table(facts) + "</div>\n";
   std::string warned;
   for (const std::string& line : manifest.warnings) {
-    warned += "<li class=\"warning\">" + html_text(line) + "</li>\n";
+    warned += "<li class=\"warning\">" + told_html(line) + "</li>\n";
   }
   html += folded(counted(static_cast<std::int64_t>(manifest.warnings.size()), "warning"),
                  warned.empty() ? "" : "<ul>\n" + warned + "</ul>\n");
@@ -363,7 +481,7 @@ std::string run_section(const RunAccount& run) {
   }
   return "<h2 id=\"run\">The run</h2>\n<p>" + html_text(run.started) + ", " +
          html_text(duration_text(run.seconds)) + " before this report, of <code>" +
-         html_text(run.capture) + "</code></p>\n" + in_table(rows) + kNotYet;
+         html_text(run.capture) + "</code></p>\n" + in_table(rows);
 }
 
 }  // namespace
@@ -422,7 +540,7 @@ std::string html_text(std::string_view text) {
 
 std::string report_page(std::span<const StageStatus> stages, const std::filesystem::path& workspace,
                         const ReportOptions& options, const ReportContent& content) {
-  const auto& [figures, run, run_problem, drawn, subject] = content;
+  const auto& [figures, gauges, run, run_problem, drawn, subject] = content;
   const std::string title =
       "Atelier: " + workspace.filename().string() + (subject.empty() ? "" : ", " + subject);
   std::vector<Attention> attention;
@@ -439,12 +557,15 @@ std::string report_page(std::span<const StageStatus> stages, const std::filesyst
       if (!figure.met) {
         const std::string by =
             figure.missed_by.empty() ? "" : " by " + figure.missed_by + " (" + figure.range + ")";
-        attend(attention, {false, {figure.name}, "", figure.value + ", " + figure.verdict + by});
+        const std::string of = figure.note.empty() ? "" : ": " + figure.note;
+        attend(attention,
+               {false, {figure.name}, "", figure.value + ", " + figure.verdict + by + of});
       }
     }
   }
   std::string overview;
-  std::string sections = (run ? run_section(*run) : "") + figures_section(figures);
+  std::string sections;
+  const FirstPictures first = first_pictures(stages, options);
   for (const StageStatus& status : stages) {
     attend_to(status, attention);
     overview += "<tr><th><a href=\"#" + html_text(status.stage) + "\">" + html_text(status.stage) +
@@ -453,20 +574,22 @@ std::string report_page(std::span<const StageStatus> stages, const std::filesyst
     const auto pictures = drawn.find(status.stage);
     if (status.state != StageStatus::State::None || pictures != drawn.end()) {
       sections += section_of(status, workspace, options,
-                             pictures == drawn.end() ? std::string() : pictures->second);
+                             pictures == drawn.end() ? std::string() : pictures->second, first);
     }
   }
+  const std::string chart = gauges_svg(gauges);
   return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
          "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "
          "img-src data:; media-src data:; style-src 'unsafe-inline'\">\n"
          "<meta name=\"viewport\" content=\"width=device-width\">\n<title>" +
          html_text(title) + "</title><style>" + kReportStyle + "</style></head>\n<body>\n<h1>" +
-         html_text(title) + "</h1>\n" +
+         html_text(title) + "</h1>\n" + first_section(first, stages, workspace, options) +
          (attention.empty() ? "<p>No warnings.</p>\n"
                             : "<div class=\"attention\"><ul>\n" + list_of(std::move(attention)) +
                                   "</ul></div>\n") +
-         (run ? "" : in_table(overview)) + sections + "<p class=\"quiet\">" +
-         html_text(build_info()) + "</p>\n</body></html>\n";
+         (chart.empty() ? "" : "<h2 id=\"figures\">Figures that matter</h2>\n" + chart) +
+         (run ? run_section(*run) : in_table(overview)) + sections + figures_section(figures) +
+         kNotYet + "<p class=\"quiet\">" + html_text(build_info()) + "</p>\n</body></html>\n";
 }
 
 }  // namespace atelier

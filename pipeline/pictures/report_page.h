@@ -11,6 +11,7 @@
 
 #include "core/options.h"
 #include "core/store/workspace_status.h"
+#include "pipeline/pictures/report_gauges.h"
 #include "pipeline/pictures/run_account.h"
 
 namespace atelier {
@@ -45,6 +46,7 @@ struct ReportFigures {
 /// Content of the page beside the stages; all of it optional.
 struct ReportContent {
   ReportFigures figures = {};
+  std::vector<Gauge> gauges = {};                 ///< the figures that matter, of few rows
   std::optional<RunAccount> run = std::nullopt;   ///< what the last `run` of the chain came to
   std::string run_problem = {};                   ///< why there is no `run` where one should be
   std::map<std::string, std::string> drawn = {};  ///< HTML for stages' sections, by stage
@@ -52,13 +54,14 @@ struct ReportContent {
   std::string subject = {};                       ///< who was captured, for the title
 };
 
-/// The report on a workspace as one HTML page that needs no other file: what asks for attention
-/// first (what failed and is damaged before all else: outdated results, ended or missing consent,
-/// findings; one text of several stages once), then for each stage its figures, images, videos,
-/// the options that somebody set, its inputs and files; figures, where there are any, in a section
-/// of their own before the stages, and before them what the last run came to, or first of what asks
-/// for attention why that cannot be said. Every text that came from a file is escaped; the page
-/// runs no script and loads nothing.
+/// The report on a workspace as one HTML page that needs no other file. First the video and the
+/// strip of the last stage in their order that has any; then what asks for attention (what failed
+/// and is damaged before all else: outdated results, ended or missing consent, findings, each with
+/// the setting to try; one text of several stages once); then the figures that matter as a picture,
+/// and what the last run came to. The details follow: for each stage its images, videos and
+/// figures, the options that somebody set, its inputs and files; then every figure against the
+/// ground truth, where there is one. Every text that came from a file is escaped; the page runs no
+/// script and loads nothing.
 ///
 /// Images and videos of sound results are shown as far as the options allow, the others only
 /// named: what lies at the result's top first (strips, sheets), then some of each folder's,

@@ -41,11 +41,10 @@ const std::string& end_at(const JsonPlace& place) {
 }  // namespace
 
 std::string run_account_text(const RunAccount& account) {
-  nlohmann::ordered_json json = {{"schema", kSchema},
-                                 {"version", 1},
-                                 {"capture", account.capture},
-                                 {"started", account.started},
-                                 {"seconds", account.seconds}};
+  nlohmann::ordered_json json = {
+      {"schema", kSchema},          {"version", 1},
+      {"capture", account.capture}, {"started", account.started},
+      {"seconds", account.seconds}, {"report_seconds", account.report_seconds}};
   json["stages"] = nlohmann::ordered_json::array();
   for (const RunStageAccount& one : account.stages) {
     json["stages"].push_back({{"stage", one.stage},
@@ -67,6 +66,9 @@ RunAccount parse_run_account(std::string_view text, const std::string& file) {
   account.capture = root.at("capture").text();
   account.started = root.at("started").text();
   account.seconds = seconds_at(root.at("seconds"));
+  if (const auto report = root.find("report_seconds")) {  // since version 0.2 of the program
+    account.report_seconds = seconds_at(*report);
+  }
   for (const JsonPlace& one : root.at("stages").items()) {
     account.stages.push_back({one.at("stage").text(), end_at(one.at("end")), one.at("why").text(),
                               seconds_at(one.at("expected")), seconds_at(one.at("seconds"))});

@@ -21,8 +21,9 @@ struct RunStageAccount {
 /// The account that a run leaves in its workspace, report/run.json, for the report.
 struct RunAccount {
   std::string capture;
-  std::string started;  ///< "2026-11-21T10:40:00Z"
-  double seconds = 0;   ///< of its stages; the report, in which they stand, comes behind them
+  std::string started;        ///< "2026-11-21T10:40:00Z"
+  double seconds = 0;         ///< of its stages; the report, in which they stand, comes behind them
+  double report_seconds = 0;  ///< of the report; 0: not known
   std::vector<RunStageAccount> stages;
 };
 

@@ -74,12 +74,14 @@ std::string subject_of([[maybe_unused]] std::span<const StageStatus> stages) {
 }
 
 /// Figures of the workspace's results against the ground truth of their capture; none without one.
+/// @param gauges  receives those that matter: what was judged first of each stage, what is missed
 ReportFigures figures_of([[maybe_unused]] const std::filesystem::path& workspace,
-                         const std::string& truth) {
+                         const std::string& truth, std::vector<Gauge>& gauges) {
   ReportFigures figures;
   if (truth.empty()) {
     return figures;
   }
+  std::set<std::string> drawn;  // stages
   const Targets targets = targets_named("auto", truth);
   const bool demo = targets == Targets::Demo;
   figures.judged_by = demo ? kDemo : kAccuracy;
@@ -101,6 +103,11 @@ ReportFigures figures_of([[maybe_unused]] const std::filesystem::path& workspace
     }
     in_table.insert(row.key);
     in_table.insert(row.stage);
+    if (row.value && row.side != Measure::Side::None &&
+        (drawn.insert(row.stage).second || row.verdict == "missed")) {
+      gauges.push_back({row.key, row.why, figure.value, row.target, *row.value, row.limit,
+                        row.side == Measure::Side::AtLeast, figure.met});
+    }
     figures.targets.push_back(std::move(figure));
   }
   for (const Measure& one : measured.measures) {
@@ -118,6 +125,35 @@ ReportFigures figures_of([[maybe_unused]] const std::filesystem::path& workspace
     }
   }
   return figures;
+}
+
+/// Metrics by which results can be judged by themselves.
+std::vector<Gauge> own_gauges(std::span<const StageStatus> stages) {
+  std::vector<Gauge> gauges;
+  for (const StageStatus& status : stages) {
+    const StageRow* row = find_row(status.stage);
+    if (row == nullptr || !status.manifest) {
+      continue;
+    }
+    for (const KeyFigure& key : row->key_figures) {
+      const auto found = status.manifest->metrics.find(std::string(key.metric));
+      if (found == status.manifest->metrics.end()) {
+        continue;
+      }
+      const StageMetric* metric = find_metric(row->stage, key.metric);
+      const bool metres = metric != nullptr && metric->unit == "m";
+      const double scale = metres ? 1e3 : 1;
+      const std::string unit = metres                                      ? "mm"
+                               : metric != nullptr && metric->unit == "dB" ? "dB"
+                                                                           : "";
+      const Measure measure{"", found->second, unit, key.limit, key.side, ""};
+      gauges.push_back({status.stage + "." + std::string(key.metric), std::string(key.words),
+                        with_unit(scale * found->second, unit),
+                        target_text(key.side, scale * key.limit), found->second, key.limit,
+                        key.side == Measure::Side::AtLeast, is_met(measure)});
+    }
+  }
+  return gauges;
 }
 
 }  // namespace
@@ -138,7 +174,10 @@ std::vector<StageStatus> write_report(const std::filesystem::path& workspace,
   } catch (const DataError& error) {  // the results are as good without it
     content.run_problem = std::string("what the last run came to cannot be read: ") + error.what();
   }
-  content.figures = figures_of(workspace, truth);
+  content.figures = figures_of(workspace, truth, content.gauges);
+  if (truth.empty()) {
+    content.gauges = own_gauges(stages);
+  }
   content.drawn = stage_pictures(stages, workspace);
   content.subject = subject_of(stages);
   write_file_atomically(page, report_page(stages, workspace, options, content));

@@ -11,6 +11,7 @@
 #include "core/store/stage.h"
 #include "core/store/stage_plan.h"
 #include "pipeline/row/chain_place.h"
+#include "pipeline/row/key_figure.h"
 #include "pipeline/row/option_rules.h"
 #include "pipeline/row/report_places.h"
 #include "pipeline/row/target.h"
@@ -23,6 +24,8 @@ namespace atelier {
 /// stages in its line of CMakeLists.txt; nothing else lists stages.
 struct StageRow {
   Stage stage;
+  /// Description of its command's INPUT for --help, a noun phrase.
+  std::string_view input_help = "File or folder to read";
 
   /// The stage that it is listed after, if not the previous one of its room: the one that makes its
   /// INPUT.
@@ -52,6 +55,9 @@ struct StageRow {
   int measure_place = 0;
 
   std::span<const Target> targets = {};
+
+  /// Metrics by which a result is judged where there is no ground truth.
+  std::span<const KeyFigure> key_figures = {};
 
   /// Constraints between its options. Several rows may share one set. Null: none.
   const OptionRules* rules = nullptr;

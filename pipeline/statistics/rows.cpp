@@ -16,6 +16,8 @@ const StageRow& statistics_row() {
                 .run = run_statistics,
                 .check_input = check_statistics_input,
                 .frame_wise = true},
+      .input_help =
+          "Mesh sequence: a folder of meshes, one a frame, or sequence.h5 with its frames",
   };
   return row;
 }

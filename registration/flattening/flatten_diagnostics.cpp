@@ -38,8 +38,9 @@ std::optional<Finding> open_body_finding(const Mesh& body, const std::string& na
   }
   return Finding{Severity::Warning, "body-open", name,
                  "the body's surface is open at " + std::to_string(openings) +
-                     (openings == 1 ? " place" : " places") + ", where cloth has no side to lie on",
-                 "a closed body, if the garment lies there"};
+                     (openings == 1 ? " place" : " places") +
+                     ", where inside and outside cannot be told apart",
+                 "close it there if the garment touches it"};
 }
 
 std::optional<Finding> seam_finding(double mismatch, const std::string& name) {
@@ -51,7 +52,7 @@ std::optional<Finding> seam_finding(double mismatch, const std::string& name) {
   std::snprintf(text, sizeof text, "the two sides of a seam differ by %.2f%% of their length",
                 100 * mismatch);
   return Finding{Severity::Warning, "seams-unequal", name, text,
-                 "0.3% at most: more --flatten.panel.iterations, or other seams"};
+                 "0.3% can be sewn: more --flatten.panel.iterations, or other seams"};
 }
 
 std::optional<Finding> fabric_finding(const PatternLayout& layout, double fabric_width,
@@ -70,8 +71,8 @@ std::optional<Finding> fabric_finding(const PatternLayout& layout, double fabric
   }
   char text[200];
   std::snprintf(text, sizeof text,
-                "piece '%.40s' is %.2f m wide with its allowance, the fabric %.2f m: laid out on "
-                "%.2f m",
+                "piece '%.40s' is %.2f m wide with its seam allowance, and the fabric %.2f m: the "
+                "layout takes a width of %.2f m",
                 widest == nullptr ? "" : widest->name.c_str(), width, fabric_width, layout.width);
   return Finding{Severity::Warning, "fabric-narrow", name, text,
                  "a larger --pattern.fabric-width, or a seam through that piece"};

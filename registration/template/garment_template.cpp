@@ -63,7 +63,7 @@ std::vector<Index> chosen_rows(Index count, int most) {
   return rows;
 }
 
-/// What all frames say before one is chosen, and that one.
+/// Evidence of all frames, before one is chosen, and that one.
 struct Overview {
   std::vector<Index> rows;
   TakeOverview take;
@@ -178,7 +178,7 @@ std::vector<char> dynamic_region(const GarmentTemplate& made, const ClothedFrame
   return region;
 }
 
-/// What is the same for made and imported templates once the mesh stands.
+/// Steps that made and imported templates share once the mesh stands.
 void dress(GarmentTemplate& made, const GarmentBoundaries& boundaries, const ClothedFrames& frames,
            const std::vector<Index>& rows, const Points& body, std::uint8_t label,
            const GarmentTemplateOptions& options) {
@@ -194,10 +194,11 @@ void dress(GarmentTemplate& made, const GarmentBoundaries& boundaries, const Clo
   }
   for (const std::string& opening : garment.boundary_names) {
     if (opening.starts_with("opening")) {
-      made.findings.push_back({Severity::Warning, "opening-unnamed", garment.name,
-                               "an opening that is no neck, cuff, waist, hem or ankle: part of the "
-                               "garment may never be seen, or it leaves the images",
-                               "look at the template; another --template.frame may show more"});
+      made.findings.push_back(
+          {Severity::Warning, "opening-unnamed", garment.name,
+           "an opening that is no neck, cuff, waist, hem or ankle: part of the "
+           "garment may never be seen, or it leaves the images",
+           "look at the template in the report; another --frame may show more of it"});
     }
   }
   check_garment(garment, garment.name);
@@ -222,7 +223,7 @@ void turn_round(Mesh& mesh) {
   }
 }
 
-/// What a scan shows of a garment: its faces, whose first corner has the label, and their size.
+/// A garment's part of a scan: the faces whose first corner has the label, and their size.
 struct ShownGarment {
   Triangles faces;
   Points corners;     ///< the first of each face
@@ -282,7 +283,7 @@ std::optional<Finding> far_from_scan(const Mesh& mesh, const Mesh& scan, std::ui
                  of_area("half of what the scan shows of this garment is farther than %.2f m from "
                          "the imported mesh",
                          middle),
-                 "a mesh of this garment, placed on its frame's body (--frame)"};
+                 "place the mesh on the body of its frame; --frame says which frame that is"};
 }
 
 /// A warning where the surface had openings that the mesh has not, or the mesh closes over a limb:
@@ -539,10 +540,12 @@ GarmentTemplate garment_template(const ClothedFrames& frames, std::uint8_t label
         "60% at most: cameras all round, or an imported template");
   }
   if (made.area_unseen > kMuchUnseen * area) {
-    made.findings.push_back({Severity::Warning, "much-unseen", name,
-                             of_area("%.0f%% of the surface is not seen in any frame and made up",
-                                     100 * made.area_unseen / area),
-                             "look at the template; more cameras, or an imported template"});
+    made.findings.push_back(
+        {Severity::Warning, "much-unseen", name,
+         of_area("%.0f%% of the surface is not seen in any frame and is a smooth guess",
+                 100 * made.area_unseen / area),
+         "look at the template in the report; more cameras, or a mesh of the garment with "
+         "--import"});
   }
   const Mesh& mesh = made.garment.mesh;
   const std::vector<WornPose> poses = worn_poses(mesh, frame.body, taken.followed);

@@ -46,15 +46,24 @@ std::optional<Finding> tracking_failure(const std::string& garment,
   if (lost.empty()) {
     return std::nullopt;
   }
-  char what[200];
+  char what[320];
   std::snprintf(what, sizeof what,
-                "lost in %zu of %zu frames: the scan speaks of %.2f of it, images agree with its "
-                "texture by %.2f, at worst",
-                lost.size(), frames.size(), support, correlation);
-  return Finding{Severity::Warning, "tracking-failure", garment,
-                 what + std::string(" (frames ") + places_text(lost, frames) + ")",
-                 "look at the template and at these frames' scans; what slides along cloth without "
-                 "a print is not seen"};
+                "its position is not to be relied on in %zu of %zu frames (%s); at worst, only "
+                "%.0f%% of its surface has a scan near it",
+                lost.size(), frames.size(), places_text(lost, frames).substr(0, 120).c_str(),
+                100 * support);
+  std::string found = what;
+  if (correlation < kMinCorrelation) {
+    std::snprintf(what, sizeof what,
+                  ", and its texture matches the images with a correlation of %.2f, where %.1f "
+                  "and more is usual",
+                  correlation, kMinCorrelation);
+    found += what;
+  }
+  return Finding{Severity::Warning, "tracking-failure", garment, found,
+                 "compare garment and images of these frames in the report; where the template is "
+                 "wrong, take one of another frame: atelier template --frame N; where scans are, "
+                 "more cameras or better masks (sliding along cloth without a print is not found)"};
 }
 
 std::optional<Finding> inside_body(const std::string& garment,
@@ -72,12 +81,12 @@ std::optional<Finding> inside_body(const std::string& garment,
     return std::nullopt;
   }
   char what[120];
-  std::snprintf(what, sizeof what, "inside the body in %zu of %zu frames, %.1f %% of it at worst",
-                inside.size(), frames.size(), 100 * most);
+  std::snprintf(what, sizeof what, "up to %.1f%% of it lies inside the body, in %zu of %zu frames",
+                100 * most, inside.size(), frames.size());
   return Finding{Severity::Warning, "inside-body", garment,
-                 what + std::string(" (frames ") + places_text(inside, frames) + ")",
-                 "look at the body of these frames: is it as wide as the person, do its limbs pass "
-                 "through each other; --collision keeps cloth out of it"};
+                 what + std::string(" (") + places_text(inside, frames) + ")",
+                 "look in the report whether the body of these frames is wider than the person, or "
+                 "its limbs pass through each other; --collision true keeps cloth outside"};
 }
 
 }  // namespace atelier

@@ -11,15 +11,15 @@ namespace atelier {
 /// Diagnostics of a registered frame.
 struct TrackedFrameFigures {
   int frame_id = 0;
-  double support = 0;      ///< share of the garment's area that the scan speaks of
+  double support = 0;      ///< share of the garment's area that has a scan near it
   double correlation = 0;  ///< of images with the template's texture; 0: nothing was compared
   double inside = 0;       ///< share of vertices and triangles' centres inside the body
 };
 
 /// The frames in which a garment was lost, as one warning `tracking-failure`; nothing where it was
-/// followed in all. The scan then speaks of less than 0.75 of its area, or images agree with its
-/// texture by less than 0.5. Garments that were followed had 0.80 and 0.72 at least in all frames
-/// of captures, a dress that was lost 0.67 and 0.18 at most (docs/results/registration.md).
+/// followed in all. Less than 0.75 of its area then has a scan near it, or images correlate with
+/// its texture by less than 0.5. Garments that were followed had 0.80 and 0.72 at least in all
+/// frames of captures, a dress that was lost 0.67 and 0.18 at most (docs/results/registration.md).
 std::optional<Finding> tracking_failure(const std::string& garment,
                                         std::span<const TrackedFrameFigures> frames);
 

@@ -365,8 +365,8 @@ TEST_F(Animate, BadMotions_AreRefused) {
   expect_refused(animate({"--motion", (root_ / "motions").string(), "--dry-run"}), "a folder");
   expect_refused(animate({"--material", "denim"}), "did you mean '--material.name'?", 2);
   expect_refused(stage("material", {"--material.name", "denim", "--search.coarse", "4"}),
-                 "search.coarse does nothing with material.name denim", 2);
-  expect_refused(animate({"--motion", "twits"}), "did you mean 'twist'?");
+                 "--search.coarse does nothing with --material.name denim", 2);
+  expect_refused(animate({"--motion", "twits"}), "did you mean 'twist'?", 2);
   MotionClip stranger = person_clip();
   for (std::size_t j = 0; j < stranger.skeleton.names.size(); ++j) {
     stranger.skeleton.names[j] = "bone" + std::to_string(j);
@@ -409,31 +409,31 @@ TEST_F(Animate, MismatchedClothOrBodies_AreRefused) {
   expect_refused(stage("animate", {"--camera", "09"}), "one of the capture's: 00, 01, 02");
   expect_refused(stage("animate", {"--camera", "fornt"}), "did you mean 'front'?");
   EXPECT_FALSE(fs::exists(workspace() / "animate"));
-  expect_refused(animate({"--material.stretch-warp", "-0.5"}), "material.stretch_warp", 2);
-  expect_refused(animate({"--garment", "cape"}), "cape");
+  expect_refused(animate({"--material.stretch-warp", "-0.5"}), "--material.stretch-warp cannot be", 2);
+  expect_refused(animate({"--garment", "cape"}), "--garment cannot be 'cape'", 2);
 }
 
 TEST_F(Animate, ConflictingOptions_AreRefusedAtTheStart) {
   const std::vector<std::pair<std::vector<std::string>, std::string>> refused = {
       {{"material", "--search.stretch-low", "1000", "--search.stretch-high", "100"},
-       "search.stretch_low cannot be 1000 with search.stretch_high 100: it takes less"},
+       "--search.stretch-low cannot be 1000 with --search.stretch-high 100: it takes less"},
       {{"material", "--search.bending-low", "1e-5", "--search.bending-high", "1e-5"},
-       "search.bending_low cannot be 1e-05 with search.bending_high 1e-05: it takes less"},
+       "--search.bending-low cannot be 1e-05 with --search.bending-high 1e-05: it takes less"},
       {{"run", "--material.search.stretch-low", "2e4"},
-       "material.search.stretch_low cannot be 20000 with material.search.stretch_high"},
+       "--material.search.stretch-low cannot be 20000 with material.search.stretch_high"},
       {{"reconstruct", "--hull.voxel_size", "0.5", "--hull.half_extent", "0.1"},
-       "with hull.half_extent 0.1: it takes less"},
+       "with --hull.half_extent 0.1: it takes less"},
       {{"track", "--window", "3", "--overlap", "2"},
-       "overlap cannot be 2 with window 3: it takes at most half"},
+       "--overlap cannot be 2 with --window 3: it takes at most half"},
       {{"appearance", "--resolution", "100"}, "resolution cannot be 100"},
       {{"appearance", "--shading", "3"}, "shading cannot be 3: it takes powers of 2"},
       {{"animate", "--camera", "01", "--width", "64"},
-       "width does nothing with camera 01, which is the capture's"},
+       "--width does nothing with --camera 01, which is the capture's"},
       {{"animate", "--camera", "01", "--framing.margin", "0.1"}, "framing.margin does nothing"},
       {{"animate", "--pictures", "false", "--background", "white"},
-       "background does nothing with pictures false: leave it out, or say --pictures"},
+       "--background does nothing with --pictures false: leave it out, or say --pictures"},
       {{"run", "--animate.pictures", "false", "--animate.camera", "orbit"},
-       "animate.camera does nothing with animate.pictures false"}};
+       "--animate.camera does nothing with --animate.pictures false"}};
   write_dressed_workspace(capture(), workspace());
   for (const auto& [arguments, words] : refused) {
     if (run({arguments[0], "--help"}).exit_code != 0) {

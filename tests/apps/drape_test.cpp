@@ -53,8 +53,9 @@ TEST_F(DrapeRefuses, MissingOrTakenPlace_IsRefused) {
 }
 
 TEST_F(DrapeRefuses, UnknownGarments_AreRefused) {
-  refused({"--garment", "cape"}, 3, "dress, tee, skirt, trousers");
-  refused({"--garment", "dres"}, 3, ", did you mean 'dress'?");
+  refused({"--garment", "cape"}, 2,
+          "--garment cannot be 'cape': it takes dress, tee, skirt, trousers");
+  refused({"--garment", "dres"}, 2, ", did you mean 'dress'?");
   refused({"--garment", "tee+"}, 3, "''");
   refused({"--garment", "nothere.json"}, 3, "nothere.json");
   const std::string bad = (root_.path() / "bad.json").string();
@@ -64,7 +65,7 @@ TEST_F(DrapeRefuses, UnknownGarments_AreRefused) {
 
 TEST_F(DrapeRefuses, BadBodiesAndOptions_AreRefused) {
   refused({"--body", "nobody.glb"}, 3, "nobody.glb");
-  refused({"--body", "femal"}, 3, "or its folder, did you mean 'female'?");
+  refused({"--body", "femal"}, 2, "or its folder, did you mean 'female'?");
   refused({"--human.stature", "0.9"}, 2, "--human.stature cannot be 0.9: it is in [1.4, 2.15] m");
   refused({"--human.waist_girth", "3"}, 2, "waist_girth");
   refused({"--pattern_scale", "9"}, 2, "pattern_scale");

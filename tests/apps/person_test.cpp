@@ -104,7 +104,7 @@ TEST_F(Person, NoMinimalSequence_UsesTheClothedOne) {
   const ChildResult result = run_stage(
       "personalize", {"--sequence", "clothed", "--shape-rounds", "1", "--surface-rounds", "1"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("not minimally clothed: shape from skin and keypoints"));
+  EXPECT_THAT(result.err, HasSubstr("is not minimally clothed: the shape comes from bare skin"));
   const ChildResult unknown = run_stage("personalize", {"--sequence", "naked"});
   EXPECT_EQ(unknown.exit_code, 3);
   EXPECT_THAT(unknown.err, HasSubstr("one of clothed, minimal"));
@@ -407,8 +407,8 @@ TEST_F(Person, AllZeroLabels_CountAsNoLabels) {
   ASSERT_EQ(tracked.exit_code, 0) << tracked.err;
   EXPECT_THAT(tracked.err, HasSubstr("all is taken as clothing"));
   EXPECT_THAT(tracked.err,
-              HasSubstr("minimal: note labels-absent [scans]: no point has a label; all is "
-                        "taken as skin"));
+              HasSubstr("minimal: note labels-absent [scans]: no point has a label; every point "
+                        "is taken as skin"));
   EXPECT_THAT(tracked.err, Not(HasSubstr("scan-far")));
   const ChildResult person = run_stage(
       "personalize", {"--samples", "800", "--shape-rounds", "1", "--surface-rounds", "1"});
@@ -600,8 +600,8 @@ TEST_F(Person, LabelExclusionWithoutScans_ExcludesNothing) {
   const ChildResult result = run_stage("track", {"--exclude", "labels", "--input.scans", "none"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err,
-              HasSubstr("clothed: warning no-scans [scans]: keypoints alone; nothing is left "
-                        "out"));
+              HasSubstr("clothed: warning no-scans [scans]: there are no scans, so clothing cannot "
+                        "be left out by its labels; nothing is left out"));
 }
 
 TEST_F(Person, TwoPeople_AreToldApart) {
@@ -781,8 +781,8 @@ TEST_F(Person, WrongCalls_AreRefused) {
   const ChildResult idler =
       run_stage("track", {"--exclude", "none", "--dynamic.swing", "0.02", "--compare", "false"});
   EXPECT_EQ(idler.exit_code, 2);
-  EXPECT_THAT(idler.err, HasSubstr("dynamic.swing does nothing with exclude none"));
-  EXPECT_THAT(idler.err, HasSubstr("compare does nothing with exclude none"));
+  EXPECT_THAT(idler.err, HasSubstr("--dynamic.swing does nothing with --exclude none"));
+  EXPECT_THAT(idler.err, HasSubstr("--compare does nothing with --exclude none"));
 }
 
 }  // namespace

@@ -330,8 +330,11 @@ TEST_F(Register, FrameWithoutScan_IsPredictedAndReportedAsFailure) {
   missing.scan = 1;
   const ChildResult done = registered();
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.out + done.err, HasSubstr("no-scan [frames 1]: body and images alone"));
-  EXPECT_THAT(done.out + done.err, HasSubstr("warning tracking-failure [lower]: lost in"));
+  EXPECT_THAT(done.out + done.err,
+              HasSubstr("no-scan [frames 1]: the garment follows body and images alone there"));
+  EXPECT_THAT(
+      done.out + done.err,
+      HasSubstr("warning tracking-failure [lower]: its position is not to be relied on in"));
   EXPECT_EQ(manifest()["metrics"]["frames"], 3);
 }
 

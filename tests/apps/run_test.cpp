@@ -88,8 +88,84 @@ TEST_F(Run, DryRun_ReportsThePlanAndChangesNothing) {
               AllOf(HasSubstr("3 cameras, 2 frames, 0 with masks"), HasSubstr("about "),
                     HasSubstr("reconstruct  would run: it has no result in this workspace"),
                     HasSubstr("track        would run: after reconstruct"),
-                    HasSubstr("body         skipped: no frame has images with masks")));
+                    HasSubstr("body         is skipped: no frame has images with masks")));
   EXPECT_FALSE(fs::exists(workspace_));
+}
+
+TEST_F(Run, DryRun_SaysEachSkippedStageOnce) {
+  const std::string out = run({"--dry-run"}).out;
+  const std::string skipped = "no frame has images with masks";
+  EXPECT_THAT(out, HasSubstr("body         is skipped: " + skipped));
+  EXPECT_THAT(out, Not(HasSubstr("run: body is skipped")));
+}
+
+TEST_F(Run, DryRunWhereNothingIsToDo_SaysSo) {
+  ASSERT_EQ(run({"--from", "reconstruct", "--to", "reconstruct"}).exit_code, 0);
+  const ChildResult plan = run({"--from", "reconstruct", "--to", "reconstruct", "--dry-run"});
+  EXPECT_THAT(plan.out, HasSubstr("run: every result of 1 stage is there; a run would write the "
+                                  "report alone again"));
+}
+
+TEST_F(Run, CaptureWithoutImagesAndKeypoints_IsNoSuccess) {
+  fs::remove_all(capture_ / "images");
+  fs::remove_all(capture_ / "keypoints2d");
+  for (const std::vector<std::string>& more : {std::vector<std::string>{"--dry-run"}, {}}) {
+    const ChildResult result = run(more);
+    EXPECT_EQ(result.exit_code, 3) << result.out;
+    EXPECT_THAT(result.err, HasSubstr(capture_.string() + ": every stage is skipped: "));
+  }
+}
+
+TEST_F(Run, WorkspaceOfAnotherCapture_IsReplacedOnlyWhenAsked) {
+  const std::vector<std::string> stages = {"--from", "reconstruct", "--to", "reconstruct"};
+  ASSERT_EQ(run(stages).exit_code, 0);
+  run({"--to", "validate"});
+  const std::string before = *current_name(workspace_ / "reconstruct");
+  const fs::path first = root_ / "first";
+  fs::rename(capture_, first);
+  SmallCapture other;
+  other.frames = {0, 1, 2};
+  write_small_capture(capture_, other);
+  fs::remove_all(capture_ / "labels");
+  fs::rename(capture_, root_ / "second");
+  fs::rename(first, capture_);
+  const auto second = [&](std::vector<std::string> more) {
+    std::vector<std::string> all = command(std::move(more));
+    all[2] = (root_ / "second").string();
+    return run_child(all);
+  };
+  for (const std::vector<std::string>& more : {std::vector<std::string>{}, {"--dry-run"}}) {
+    expect_refusal(
+        second(more), 2,
+        "it holds results of another capture, " + capture_.string() + " (validate, reconstruct)");
+  }
+  const ChildResult plan = second({"--replace", "--dry-run", "--to", "validate"});
+  EXPECT_THAT(plan.out, HasSubstr("results of " + capture_.string() + " would be set aside"));
+  EXPECT_EQ(*current_name(workspace_ / "reconstruct"), before);
+
+  const ChildResult done = second({"--replace", "--to", "validate"});
+  EXPECT_THAT(done.out, HasSubstr("results of " + capture_.string() +
+                                  " are set aside: validate, "
+                                  "reconstruct"));
+  EXPECT_FALSE(has_result("reconstruct")) << "which nobody takes for one of the second capture";
+  EXPECT_TRUE(has_result("validate"));
+  EXPECT_TRUE(fs::exists(workspace_ / "reconstruct" / before)) << "aside, not gone";
+  EXPECT_NE(second({"--to", "validate"}).exit_code, 2) << "all of it is the second's now";
+  // The first one is taken up where it was left.
+  EXPECT_THAT(run({"--replace", "--from", "reconstruct", "--to", "reconstruct"}).out,
+              HasSubstr("reconstruct is done already"));
+}
+
+TEST_F(Run, MovedOrGrownCapture_IsNoOther) {
+  ASSERT_EQ(run({"--from", "reconstruct", "--to", "reconstruct"}).exit_code, 0);
+  const fs::path moved = root_ / "moved";
+  fs::rename(capture_, moved);
+  std::vector<std::string> all = command({"--from", "reconstruct", "--to", "reconstruct"});
+  all[2] = moved.string();
+  EXPECT_THAT(run_child(all).out, HasSubstr("reconstruct is done already"));
+  fs::rename(moved, capture_);
+  std::ofstream(capture_ / "notes.txt") << "more";
+  EXPECT_EQ(run({"--from", "reconstruct", "--to", "reconstruct"}).exit_code, 0);
 }
 
 TEST_F(Run, DryRunOnDamagedResult_PlansToRecomputeIt) {
@@ -231,11 +307,13 @@ TEST(RunOnARealTrial, RealTrial_RunsPossibleStagesAndExplainsSkippedOnes) {
   const ChildResult plan = with({"--dry-run"});
   ASSERT_EQ(plan.exit_code, 0) << plan.err;
   for (const char* stage : {"body", "template", "register", "flatten", "material", "appearance"}) {
+    std::string name = stage;
+    name.resize(12, ' ');
     EXPECT_THAT(plan.out + plan.err,
-                HasSubstr(std::string(stage) + " is skipped: no frame has images with masks"))
+                HasSubstr(name + " is skipped: no frame has images with masks"))
         << stage;
   }
-  EXPECT_THAT(plan.out + plan.err, HasSubstr("simulate is skipped: no garment was captured"));
+  EXPECT_THAT(plan.out + plan.err, HasSubstr("simulate     is skipped: no garment was captured"));
   EXPECT_THAT(plan.out, HasSubstr("animate      would run"));
   EXPECT_FALSE(fs::exists(root / "work"));
 

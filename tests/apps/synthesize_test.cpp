@@ -560,10 +560,10 @@ TEST(SynthesizeRefuses, ImpossibleOptions_AreRefused) {
   refused({"--dome.width", "16384", "--dome.height", "16384"}, 2, "64 million");
   refused({"--shutter", "0.19"}, 2, "longer than a frame");
   refused({"--cloth_sequence", "x.npz"}, 2, "body-sequence");
-  refused({"--garment", "cape"}, 3, "cape");
+  refused({"--garment", "cape"}, 2, "--garment cannot be 'cape'");
   refused({"--garment", "tee+tee"}, 2, "twice");
-  refused({"--motion", "cartwheel"}, 3, "stride, squat");
-  refused({"--motion", "strid"}, 3, "did you mean 'stride'?");
+  refused({"--motion", "cartwheel"}, 2, "stride, squat");
+  refused({"--motion", "strid"}, 2, "did you mean 'stride'?");
   refused({"--garment", "nowhere.json"}, 3, "nowhere.json");
   refused({"--motion", "nowhere.bvh"}, 3, "nowhere.bvh");
   refused({"--minimal_frames", "0", "--start", "3"}, 3, "after the motion's end");

@@ -31,10 +31,11 @@ TEST(TrackingFailure, FramesWithTrackingFailure_GiveOneFinding) {
   EXPECT_EQ(finding->severity, Severity::Warning);
   EXPECT_EQ(finding->code, "tracking-failure");
   EXPECT_EQ(finding->place, "dress");
-  EXPECT_THAT(finding->what, HasSubstr("lost in 10 of 12 frames"));
-  EXPECT_THAT(finding->what, HasSubstr("speaks of 0.50"));
-  EXPECT_THAT(finding->what, HasSubstr("by 0.15"));
-  EXPECT_THAT(finding->what, HasSubstr("(frames 10 to 12, 14, 16 to 21)"));
+  EXPECT_THAT(finding->what, HasSubstr("not to be relied on in 10 of 12 frames (10 to 12, 14, "
+                                       "16 to 21)"));
+  EXPECT_THAT(finding->what, HasSubstr("only 50% of its surface has a scan near it"));
+  EXPECT_THAT(finding->what, HasSubstr("correlation of 0.15"));
+  EXPECT_THAT(finding->advice, HasSubstr("atelier template --frame"));
 }
 
 TEST(InsideBody, FewTrianglesInside_GiveNoFinding) {
@@ -50,8 +51,8 @@ TEST(InsideBody, FramesWithManyTrianglesInside_GiveOneFinding) {
   ASSERT_TRUE(finding);
   EXPECT_EQ(finding->code, "inside-body");
   EXPECT_EQ(finding->place, "lower");
-  EXPECT_THAT(finding->what, HasSubstr("in 3 of 4 frames, 3.4 % of it at worst"));
-  EXPECT_THAT(finding->what, HasSubstr("(frames 4, 5, 7)"));
+  EXPECT_THAT(finding->what,
+              HasSubstr("up to 3.4% of it lies inside the body, in 3 of 4 frames (4, 5, 7)"));
 }
 
 }  // namespace

@@ -69,7 +69,7 @@ TEST_F(AddedStage, FramesOfAPartialRun_AreKept) {
 TEST_F(AddedStage, BrokenRule_IsRefused) {
   const ChildResult refused = run_toy({"--low", "5", "--high", "3"});
   EXPECT_EQ(refused.exit_code, kExitUsage);
-  EXPECT_THAT(refused.err, HasSubstr("low cannot be 5 with high 3: it takes less than that"));
+  EXPECT_THAT(refused.err, HasSubstr("--low cannot be 5 with --high 3: it takes less than that"));
   EXPECT_FALSE(std::filesystem::exists(workspace()));
 }
 

@@ -127,7 +127,8 @@ TEST(ReportPage, Page_LoadsInABrowserWithEveryImage) {
   write_image(folder / "sheet.png", Image(2, 1, 3, 0.5F));
   std::ofstream(folder / "torn.png") << "no PNG";
   const fs::path page = root.path() / "page.html";
-  const RunAccount account{"a capture", "2026-01-01T00:00:00Z", 3, {{"track", "done", "", 1, 2}}};
+  const RunAccount account{
+      "a capture", "2026-01-01T00:00:00Z", 3, 0, {{"track", "done", "", 1, 2}}};
   std::ofstream(page) << report_page(
       std::span(&status, 1), root.path(), {},
       {.run = account,
@@ -152,6 +153,7 @@ TEST(ReportPage, FailedAndSkippedStages_ComeFirst) {
   const RunAccount account{"<c>",
                            "",
                            1,
+                           0,
                            {{"track", "failed", "a <b>reason</b>", 1, 2},
                             {"body", "skipped", "it reads track", 0, 0},
                             {"validate", "done", "", 0, 0}}};
@@ -173,6 +175,7 @@ TEST(ReportPage, Errors_ComeBeforeWarningsAndRepeatsAreMerged) {
   const RunAccount account{"c",
                            "",
                            1,
+                           0,
                            {{"body", "skipped", reason, 0, 0},
                             {"template", "skipped", reason, 0, 0},
                             {"animate", "failed", "no such motion", 0, 0}}};
@@ -181,8 +184,8 @@ TEST(ReportPage, Errors_ComeBeforeWarningsAndRepeatsAreMerged) {
   EXPECT_THAT(head,
               AllOf(HasSubstr("<b>statistics, reconstruct</b>: no consent is recorded: state"),
                     HasSubstr("<b>statistics, reconstruct</b>: a doubt of both"),
-                    HasSubstr("<li class=\"error\"><b>statistics, reconstruct</b>: error "
-                              "distortion-scaled"),
+                    HasSubstr("<li class=\"error\"><b>statistics, reconstruct</b>: a 64th <span "
+                              "class=\"quiet\">(distortion-scaled, file)</span>"),
                     HasSubstr("<b>body, template</b> were skipped: " + reason),
                     Not(HasSubstr("consent-none"))));
   EXPECT_LT(head.find("no such motion"), head.find("distortion-scaled"));
@@ -190,6 +193,65 @@ TEST(ReportPage, Errors_ComeBeforeWarningsAndRepeatsAreMerged) {
   const std::string run = page.substr(page.find("<h2 id=\"run\""));
   EXPECT_EQ(run.find(reason), run.rfind(reason)) << "the second is said to be as the first";
   EXPECT_THAT(run, HasSubstr("as body"));
+}
+
+TEST(ReportPage, FilmAndStripOfTheLastStage_ComeFirst) {
+  const TemporaryDirectory root;
+  StageStatus early = result_of({{"strip.png", 1, {}}});
+  StageStatus last =
+      result_of({{"animation.mp4", 4, {}}, {"other.png", 1, {}}, {"strip.png", 1, {}}});
+  last.stage = last.manifest->stage = "animate";
+  StageStatus damaged = result_of({{"later.png", 1, {}}});
+  damaged.stage = damaged.manifest->stage = "damaged";
+  damaged.state = StageStatus::State::Damaged;
+  for (const StageStatus& status : {early, last}) {
+    const fs::path folder = root.path() / status.stage / folder_name(status.manifest->key);
+    fs::create_directories(folder);
+    for (const ManifestOutput& output : status.manifest->outputs) {
+      std::ofstream(folder / output.path) << status.stage << output.path;
+    }
+  }
+  last.manifest->warnings = {"a doubt"};
+  const std::vector<StageStatus> stages = {early, last, damaged};
+  const std::string page = report_page(stages, root.path());
+  const std::string head = page.substr(0, page.find("a doubt"));
+  EXPECT_THAT(head, AllOf(HasSubstr("<video"), HasSubstr("alt=\"strip.png\""),
+                          Not(HasSubstr("other.png"))));
+  const auto times = [&](const std::string& what) {
+    int count = 0;
+    for (std::size_t at = 0; (at = page.find(what, at)) != std::string::npos; ++at) {
+      ++count;
+    }
+    return count;
+  };
+  EXPECT_EQ(times("<video"), 1) << "not in its section as well";
+  EXPECT_EQ(times("alt=\"strip.png\""), 2) << "the other stage's";
+}
+
+TEST(ReportPage, Findings_AreSaidPlainlyWithTheSettingToTry) {
+  StageStatus status = result_of({{"a.txt", 1, {}}});
+  status.manifest->warnings = {
+      "warning sync-off [cam <3>]: the camera is late; set it -> --capture.sync cam3=2",
+      "warning: no code", "warning half [open: no end"};
+  const std::string page = report_page(std::span(&status, 1), "w");
+  EXPECT_THAT(page, AllOf(HasSubstr("the camera is late; set it; try <code>--capture.sync "
+                                    "cam3=2</code> <span class=\"quiet\">(sync-off, cam "
+                                    "&lt;3&gt;)</span>"),
+                          HasSubstr(": warning: no code</li>"),
+                          HasSubstr(": warning half [open: no end</li>")));
+}
+
+TEST(ReportPage, FiguresThatMatter_AreDrawnBeforeTheDetails) {
+  const std::vector<Gauge> gauges = {
+      {"track.mean_mm", "of <joints>", "8 mm", "at most 6", 8, 6, false, false},
+      {"labels.miou", "", "0.98", "at least 0.95", 0.98, 0.95, true, true},
+      {"not.finite", "", "nan", "", std::nan(""), 1, false, true}};
+  const std::string page = report_page({}, "w", {}, {.gauges = gauges});
+  EXPECT_THAT(page, AllOf(HasSubstr("Figures that matter"), HasSubstr("of &lt;joints&gt;"),
+                          HasSubstr("at most 6, missed"), HasSubstr("at least 0.95<"),
+                          Not(HasSubstr("not.finite"))));
+  EXPECT_EQ(gauges_svg({}), "");
+  EXPECT_THAT(report_page({}, "w"), Not(HasSubstr("Figures that matter")));
 }
 
 TEST(ReportPage, TargetTable_ShowsMissesAndMissingMeasurements) {
@@ -204,7 +266,7 @@ TEST(ReportPage, TargetTable_ShowsMissesAndMissingMeasurements) {
   const std::string page = report_page({}, "w", {}, {.figures = figures});
   EXPECT_THAT(
       page,
-      AllOf(HasSubstr("<b>track.mean_mm</b>: 8 mm, missed by 2 mm (at most 6)"),
+      AllOf(HasSubstr("<b>track.mean_mm</b>: 8 mm, missed by 2 mm (at most 6): over 12 frames"),
             HasSubstr("0 met, 1 missed, 0 not judged, 1 not measured. By some ranges."),
             HasSubstr("<td class=\"state error\">missed</td>"),
             HasSubstr("at most 5, missed by 3 mm"), HasSubstr("there is no &lt;result&gt; of body"),
