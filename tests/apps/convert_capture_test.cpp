@@ -74,6 +74,31 @@ TEST(ConvertCapture, EveryLayout_KeepsConsent) {
   }
 }
 
+TEST(ConvertCapture, SequencesOfOneRig_AreJoined) {
+  const TemporaryDirectory folder;
+  write_small_capture(folder / "a");
+  write_small_capture(folder / "b");
+  const std::string a = (folder / "a").string();
+  const std::string b = (folder / "b").string();
+  const std::string out = (folder / "out").string();
+  const ChildResult joined = convert({a, b, out, "--join", "clothed,minimal"});
+  ASSERT_EQ(joined.exit_code, 0) << joined.err;
+  EXPECT_THAT(joined.out, HasSubstr("3 cameras, 4 frames"));
+  const CaptureInfo info = open_dataset(out).info;
+  ASSERT_EQ(info.sequences.size(), 2U);
+  EXPECT_EQ(info.sequences[1].kind, "minimal");
+  const ChildResult two = convert({a, b, "--join", "clothed,minimal"});
+  EXPECT_EQ(two.exit_code, 2);
+  EXPECT_THAT(two.err, HasSubstr("convert-capture A B OUT --join clothed,minimal"));
+  const ChildResult unsaid = convert({a, b, (folder / "new").string()});
+  EXPECT_EQ(unsaid.exit_code, 2);
+  EXPECT_THAT(unsaid.err, HasSubstr("--join makes one capture of several"));
+  const ChildResult kind = convert({a, b, (folder / "new").string(), "--join", "clothed,naked"});
+  EXPECT_EQ(kind.exit_code, 2);
+  EXPECT_THAT(kind.err, HasSubstr("'naked': clothed or minimal"));
+  EXPECT_FALSE(fs::exists(folder / "new"));
+}
+
 TEST(ConvertCapture, MissingConsent_IsReported) {
   const TemporaryDirectory folder;
   write_small_capture(folder / "capture");
