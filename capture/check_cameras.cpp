@@ -57,13 +57,27 @@ void check_lens(const Camera& camera, std::vector<Finding>& findings) {
     const auto back = ray ? project(camera, camera_center(camera) + *ray) : std::nullopt;
     lost += back && (*back - Eigen::Vector2d(x, y)).norm() < 0.5 ? 0 : 1;
   }
-  if (lost > 0) {
-    findings.push_back({lost > kSteps ? Severity::Error : Severity::Warning, "camera-distortion",
-                        camera.id,
-                        sentence("the distortion folds over at %d of %d places of the image's rim",
-                                 lost, 4 * kSteps),
-                        "are the coefficients in OpenCV's order (k1 k2 p1 p2 k3), not scaled?"});
+  if (lost == 0) {
+    return;
   }
+  // A fisheye's image may reach beyond 90 degrees, where no ray is: that is a wide lens, unless it
+  // folds before.
+  const Eigen::Vector3d aside(std::sin(89.9 * kDegrees), 0, std::cos(89.9 * kDegrees));
+  if (camera.distortion_model == Distortion::Fisheye &&
+      project(camera,
+              camera_center(camera) + camera.camera_from_world_rotation.transpose() * aside)) {
+    findings.push_back({Severity::Note, "camera-distortion", camera.id,
+                        sentence("%d of %d places of the image's rim look 90 degrees and more "
+                                 "aside",
+                                 lost, 4 * kSteps),
+                        "nothing: pixels there are not used"});
+    return;
+  }
+  findings.push_back({lost > kSteps ? Severity::Error : Severity::Warning, "camera-distortion",
+                      camera.id,
+                      sentence("the distortion folds over at %d of %d places of the image's rim",
+                               lost, 4 * kSteps),
+                      "are the coefficients in OpenCV's order (k1 k2 p1 p2 k3), not scaled?"});
 }
 
 /// Where most cameras look: of all pairs the place that most axes pass.

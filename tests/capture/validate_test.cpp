@@ -51,6 +51,20 @@ TEST(CheckCameras, GoodRig_HasNoFinding) {
   EXPECT_THAT(codes(check_cameras(stage())), IsEmpty());
 }
 
+TEST(CheckCameras, FisheyeBeyond90Degrees_IsANoteUnlessItFolds) {
+  std::vector<Camera> cameras = stage();
+  cameras[0].distortion_model = Distortion::Fisheye;
+  cameras[0].fx = cameras[0].fy = 50;  // 2 radians to either side
+  std::vector<Finding> findings = check_cameras(cameras);
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings[0].code, "camera-distortion");
+  EXPECT_EQ(findings[0].severity, Severity::Note);
+  cameras[0].distortion = {-0.3};
+  findings = check_cameras(cameras);
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings[0].severity, Severity::Error);
+}
+
 struct CameraDefect {
   const char* code;
   const char* place;
