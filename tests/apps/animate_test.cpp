@@ -26,6 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 /// What a sequence in one file holds.
 struct MeshSequenceShape {
@@ -64,6 +65,19 @@ TEST_F(Animate, CaptureMotion_StartsFromTheRegisteredGarment) {
   ASSERT_EQ(played.motion.poses.size(), 3u);
   EXPECT_NEAR(played.motion.poses[2].root_translation.z(), 0.04, 1e-9);
   EXPECT_THAT(animate().out, HasSubstr("is done already"));
+}
+
+TEST_F(Animate, SkirtThatNothingHolds_FallsAndIsSaidToHaveLeftItsPlace) {
+  write_dressed_workspace(capture(), workspace());
+  const ChildResult held = animate();
+  ASSERT_EQ(held.exit_code, 0) << held.err;
+  EXPECT_LT(metrics()["held_distance"], 0.01);
+  EXPECT_THAT(held.err, Not(HasSubstr("left its place")));
+  const ChildResult fell = animate({"--holding", "none"});
+  ASSERT_EQ(fell.exit_code, 0) << fell.err;
+  EXPECT_GT(metrics()["held_distance"], 0.1);
+  EXPECT_THAT(fell.out + fell.err, HasSubstr("lower waist: "));
+  EXPECT_THAT(fell.out + fell.err, HasSubstr("left its place"));
 }
 
 TEST_F(Animate, MotionFile_IsPlayedAtItsRate) {

@@ -131,6 +131,17 @@ inline std::vector<Points> walking_skirt() {
   return skirts;
 }
 
+/// What holds the skirt: its waist, which does not pull.
+inline std::string skirt_holding() {
+  const Garment skirt = tube_skirt();
+  std::string vertices;
+  for (const int v : skirt.boundaries[0]) {
+    vertices += (vertices.empty() ? "" : ", ") + std::to_string(v);
+  }
+  return "[[held]]\ngarment = \"lower\"\nopening = \"waist\"\nkind = \"band\"\nvertices = [" +
+         vertices + "]\n";
+}
+
 /// Results of the stages before `animate`, made in a moment.
 inline constexpr std::array kDressedStages = {
     Stage{.name = "personalize",
@@ -182,6 +193,7 @@ inline constexpr std::array kDressedStages = {
           .run =
               [](StageRun& run) {
                 write_meshes(run, "registered/lower", tube_skirt().mesh.faces, walking_skirt());
+                run.output_text("holding.toml", skirt_holding());
               }},
 };
 
