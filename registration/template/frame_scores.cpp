@@ -134,8 +134,8 @@ TakeOverview take_overview(const ClothedFrames& frames, const std::vector<Index>
   for (FrameScore& score : take.scores) {
     score.shown /= std::max(take.area, 1e-9);
     score.follow = static_cast<double>(std::min(kMaxFollow, std::max(score.row, last - score.row)));
-    score.score =
-        score.shown - score.at_hands - score.folded - score.facing - kSlideWeight * score.follow;
+    score.score = score.shown - kHandsWeight * score.at_hands - score.folded - score.facing -
+                  kSlideWeight * score.follow;
   }
   return take;
 }
