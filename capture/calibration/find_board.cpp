@@ -303,6 +303,10 @@ FoundBoard of_marker(const cv::Mat& grey, const BoardOptions& board) {
   return found;
 }
 
+void add_setting(const std::string& setting, NearbyBoard& nearby) {
+  nearby.setting += (nearby.setting.empty() ? "" : " ") + setting;
+}
+
 /// A chessboard of nearly as many squares, or of the given number without the markers asked for.
 std::optional<NearbyBoard> nearby_chessboard(const cv::Mat& grey, const BoardOptions& board) {
   // One square more or less on a side is the usual mistake; the largest that fits is the board.
@@ -320,14 +324,18 @@ std::optional<NearbyBoard> nearby_chessboard(const cv::Mat& grey, const BoardOpt
     }
     NearbyBoard nearby;
     nearby.what = "a chessboard of " + size_text(other);
-    nearby.advice = "columns and rows count squares, not inner corners";
+    nearby.advice =
+        "the board as it was printed; columns and rows count squares, not inner corners";
     if (board.kind != BoardKind::Chessboard) {
       nearby.what += " without markers";
-      nearby.advice = "take the board for a chessboard";
-      nearby.setting = "--board.kind chessboard ";
+      add_setting("--board.kind chessboard", nearby);
     }
-    nearby.setting += "--board.columns " + std::to_string(other.columns) + " --board.rows " +
-                      std::to_string(other.rows);
+    if (other.columns != board.columns) {
+      add_setting("--board.columns " + std::to_string(other.columns), nearby);
+    }
+    if (other.rows != board.rows) {
+      add_setting("--board.rows " + std::to_string(other.rows), nearby);
+    }
     return nearby;
   }
   return std::nullopt;
@@ -358,14 +366,16 @@ std::optional<NearbyBoard> nearby_charuco(const cv::Mat& grey, const BoardOption
   NearbyBoard nearby;
   nearby.what = "a ChArUco board of " + std::to_string(best.pattern.columns) +
                 " squares across, with markers of the dictionary " + dictionary;
-  nearby.advice = "say the board's kind, dictionary and number of squares";
+  nearby.advice = "the board as it was printed";
   if (board.kind != BoardKind::Charuco) {
-    nearby.setting += "--board.kind charuco ";
+    add_setting("--board.kind charuco", nearby);
   }
   if (dictionary != board.dictionary) {
-    nearby.setting += "--board.dictionary " + dictionary + " ";
+    add_setting("--board.dictionary " + dictionary, nearby);
   }
-  nearby.setting += "--board.columns " + std::to_string(best.pattern.columns);
+  if (best.pattern.columns != board.columns) {
+    add_setting("--board.columns " + std::to_string(best.pattern.columns), nearby);
+  }
   return nearby;
 }
 
@@ -395,10 +405,10 @@ std::optional<NearbyBoard> nearby_board(const ByteImage& image, const BoardOptio
     if (nearby && inverted != board.inverted) {
       nearby->what += inverted ? ", printed with black and white exchanged"
                                : ", not printed with black and white exchanged";
-      nearby->setting += inverted ? " --board.inverted" : " --board.inverted=false";
+      add_setting(inverted ? "--board.inverted" : "--board.inverted=false", *nearby);
     }
-    if (nearby) {
-      return nearby;
+    if (nearby) {  // the very board that was asked for, too little of it: nothing to say
+      return nearby->setting.empty() ? std::nullopt : nearby;
     }
   }
   return nearby_chessboard(grey_of(image, board.inverted), board);

@@ -220,24 +220,24 @@ TEST(FindBoard, WrongCharuco_IsNamedWithTheRightOne) {
   EXPECT_THAT(find_board(image, wrong).rejected, HasSubstr("no marker of the dictionary 5x5_100"));
   nearby = nearby_board(image, wrong);
   ASSERT_TRUE(nearby.has_value());
-  EXPECT_THAT(nearby->setting, HasSubstr("--board.dictionary 4x4_50 --board.columns 6"));
+  EXPECT_EQ(nearby->setting, "--board.dictionary 4x4_50");
   wrong = {.columns = 6, .rows = 8};
   nearby = nearby_board(image, wrong);
   ASSERT_TRUE(nearby.has_value());
-  EXPECT_THAT(nearby->setting, HasSubstr("--board.kind charuco --board.columns 6"));
+  EXPECT_THAT(nearby->setting, HasSubstr("--board.kind charuco"));
   ByteImage inverted = image;
   for (std::uint8_t& value : inverted.data) {
     value = static_cast<std::uint8_t>(255 - value);
   }
   nearby = nearby_board(inverted, board);
   ASSERT_TRUE(nearby.has_value());
-  EXPECT_THAT(nearby->setting, HasSubstr("--board.inverted"));
+  EXPECT_EQ(nearby->setting, "--board.inverted");
   const BoardOptions plain{.columns = 9, .rows = 6, .square = 0.05};
   const ByteImage chessboard =
       rendered(PrintedBoard(plain), camera, before(plain, Glass::Straight, 0.2));
   nearby = nearby_board(chessboard, charuco_of(9, 6));
   ASSERT_TRUE(nearby.has_value());
-  EXPECT_THAT(nearby->setting, HasSubstr("--board.kind chessboard --board.columns 9"));
+  EXPECT_EQ(nearby->setting, "--board.kind chessboard");
 }
 
 TEST(FindBoard, OtherShareOfMarkers_IsFoundAllTheSame) {
