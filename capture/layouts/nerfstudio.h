@@ -11,7 +11,8 @@ namespace atelier {
 /// transforms_train.json) with a world-from-camera matrix for each image, intrinsics for all or
 /// for each (fl_x ... or camera_angle_x), masks. World: Z up, arbitrary unit; camera x right, y up,
 /// z back; pixels as ours. Models OPENCV, OPENCV_FISHEYE, PINHOLE, SIMPLE_PINHOLE. A camera or a
-/// frame all of whose images are held out is so; others that are cannot be told, which is a finding.
+/// frame all of whose images are held out is so; others that are cannot be told, which is a
+/// finding.
 std::string recognize_nerfstudio(const std::filesystem::path& path);
 Dataset read_nerfstudio(const std::filesystem::path& path, const DatasetOptions& options,
                         const Limits& limits);
