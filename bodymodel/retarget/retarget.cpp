@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kMaxScale = 2.5;       // of steps, unsaid: from an adult to a small child
 constexpr double kUprightCosine = 0.7;  // of trunk and legs: below it they lie apart
-constexpr double kSame = 1e-6;          // of legs, and radians: rounding of a file
+constexpr double kSameLength = 1e-6;    // of legs, and radians: rounding of a file
 constexpr double kSole = 0.03;          // metres above the floor in which rest vertices are soles
 constexpr Index kTouching = 1000;       // vertices sampled for the lowest point, half of them soles
 
@@ -252,7 +252,7 @@ OptionTable describe(RetargetOptions& options) {
 
 bool same_skeleton(const Skeleton& a, const Skeleton& b, double legs) {
   if (a.names != b.names || a.parents != b.parents || a.offsets.rows() != b.offsets.rows() ||
-      !((a.offsets - b.offsets).cwiseAbs().maxCoeff() <= kSame * legs)) {
+      !((a.offsets - b.offsets).cwiseAbs().maxCoeff() <= kSameLength * legs)) {
     return false;
   }
   for (Index j = 0; j < a.offsets.rows(); ++j) {
@@ -260,7 +260,7 @@ bool same_skeleton(const Skeleton& a, const Skeleton& b, double legs) {
       return skeleton.rest_rotations.rows() == 0 ? Eigen::Matrix3d::Identity().eval()
                                                  : rotation_matrix(skeleton.rest_rotations.row(j));
     };
-    if (!rest(a).isApprox(rest(b), kSame)) {
+    if (!rest(a).isApprox(rest(b), kSameLength)) {
       return false;
     }
   }

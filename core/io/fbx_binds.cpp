@@ -18,12 +18,12 @@ constexpr std::string_view kBinaryHead("Kaydara FBX Binary  \0\x1a\0", 23);
 constexpr std::uint32_t kWideOffsets = 7500;  // version from which records count in 64 bits
 constexpr std::size_t kNumbers = 16;
 
-using Numbers = std::array<double, kNumbers>;
+using MatrixNumbers = std::array<double, kNumbers>;
 
 /// A matrix, by columns as the file has it, of the cluster that is being read.
 class BindList {
  public:
-  void add(std::string_view name, const Numbers& numbers) {
+  void add(std::string_view name, const MatrixNumbers& numbers) {
     const Eigen::Matrix4d matrix = Eigen::Map<const Eigen::Matrix4d>(numbers.data());
     if (name == "Transform") {
       transform_ = matrix;
@@ -44,8 +44,8 @@ bool is_bind_name(std::string_view name) {
 }
 
 /// Sixteen numbers: an array that is not compressed, or one after the other.
-std::optional<Numbers> record_numbers(ByteReader& in, std::uint64_t properties) {
-  Numbers numbers = {};
+std::optional<MatrixNumbers> record_numbers(ByteReader& in, std::uint64_t properties) {
+  MatrixNumbers numbers = {};
   const char type = in.text(1, "a type")[0];
   if (properties == 1 && type == 'd') {
     const auto count = in.little<std::uint32_t>("a count");
@@ -93,7 +93,7 @@ void read_binary(std::span<const std::byte> bytes, BindList& binds) {
     }
     const std::size_t begin = in.position();
     if (length > 0 && is_bind_name(name)) {
-      if (const std::optional<Numbers> numbers = record_numbers(in, properties)) {
+      if (const std::optional<MatrixNumbers> numbers = record_numbers(in, properties)) {
         binds.add(name, *numbers);
       }
     }
@@ -116,7 +116,7 @@ void read_text(std::string_view text, BindList& binds) {
       from = text.find("a:", from);
       from = from == std::string_view::npos ? from : from + 2;
     }
-    Numbers numbers = {};
+    MatrixNumbers numbers = {};
     bool all = from != std::string_view::npos;
     for (std::size_t i = 0; all && i < numbers.size(); ++i) {
       from = text.find_first_not_of(" \t\r\n,", from);

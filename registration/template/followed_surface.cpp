@@ -32,19 +32,19 @@ constexpr double kShows = 0.75;          // of the surface
 constexpr double kBeyond = 0.03;         // m past the rim
 
 /// Where a point's foot on a surface is.
-struct Foot {
+struct FootOnCloth {
   int face = 0;
   Eigen::Vector3d barycentric = Eigen::Vector3d::Zero();
   double along = 0;  // m past the rim, along the surface
   double off = 0;    // m from the surface, along its normal
 };
 
-std::vector<Foot> feet_on(const Mesh& mesh, const Points& points) {
+std::vector<FootOnCloth> feet_on(const Mesh& mesh, const Points& points) {
   const std::vector<char> rim = rim_vertices(topology_of(mesh.faces, mesh.vertices.rows()));
   const Points normals = vertex_normals(mesh.vertices, mesh.faces);
   const std::vector<ClosestPoint> closest =
       closest_points(build_tree(mesh.vertices, mesh.faces), points);
-  std::vector<Foot> feet(closest.size());
+  std::vector<FootOnCloth> feet(closest.size());
   for (std::size_t i = 0; i < feet.size(); ++i) {
     const ClosestPoint& on = closest[i];
     bool at_rim = true;
@@ -69,7 +69,7 @@ double share_beyond(const Mesh& surface, const GarmentScan& scan) {
   if (scan.faces.rows() == 0) {
     return 0;
   }
-  const std::vector<Foot> feet = feet_on(surface, scan.vertices);
+  const std::vector<FootOnCloth> feet = feet_on(surface, scan.vertices);
   double beyond = 0;
   for (std::size_t v = 0; v < feet.size(); ++v) {
     beyond += feet[v].along > kBeyond ? scan.areas[static_cast<Index>(v)] : 0;
@@ -154,9 +154,9 @@ Triangles other_faces(const Mesh& scan, std::uint8_t label) {
 
 /// How far a frame's cloth goes on past each vertex of the rims of the surface that was followed
 /// there: for each loop the median, m. A whole rim that lies short of the cloth is one that slid.
-std::vector<double> slides_of(const Mesh& placed, const std::vector<Foot>& feet) {
+std::vector<double> slides_of(const Mesh& placed, const std::vector<FootOnCloth>& feet) {
   std::vector<double> past(static_cast<std::size_t>(placed.vertices.rows()), 0);
-  for (const Foot& foot : feet) {
+  for (const FootOnCloth& foot : feet) {
     Index corner = 0;
     foot.barycentric.maxCoeff(&corner);
     double& most = past[static_cast<std::size_t>(placed.faces(foot.face, corner))];
@@ -188,10 +188,10 @@ MissingPoints missing_of(OrientedPoints cloud, const FollowedSurface& followed,
                          const Points& vertices, const TriangleTree& own, double spacing) {
   Mesh placed = followed.mesh;
   placed.vertices = vertices;
-  const std::vector<Foot> feet = feet_on(placed, cloud.points);
+  const std::vector<FootOnCloth> feet = feet_on(placed, cloud.points);
   Points places(cloud.points.rows(), 3);
   for (Index i = 0; i < places.rows(); ++i) {
-    const Foot& foot = feet[static_cast<std::size_t>(i)];
+    const FootOnCloth& foot = feet[static_cast<std::size_t>(i)];
     places.row(i).setZero();
     for (int k = 0; k < 3; ++k) {
       places.row(i) += foot.barycentric[k] * followed.mesh.vertices.row(placed.faces(foot.face, k));

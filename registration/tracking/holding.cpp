@@ -121,7 +121,7 @@ std::vector<double> deviations(const Take& take, const Triangles& body_faces) {
 }
 
 /// A ring that may hold the garment, and what frames say of it.
-struct Candidate {
+struct RingCandidate {
   std::size_t opening = 0;
   std::vector<int> vertices;
   bool closed = true;
@@ -227,9 +227,9 @@ std::vector<int> upper_run(const std::vector<int>& loop, const Points& at) {
   return longest;
 }
 
-std::vector<Candidate> candidates_of(const FollowedGarment& garment, const Points& at,
-                                     const HoldingOptions& options) {
-  std::vector<Candidate> all;
+std::vector<RingCandidate> candidates_of(const FollowedGarment& garment, const Points& at,
+                                         const HoldingOptions& options) {
+  std::vector<RingCandidate> all;
   for (std::size_t b = 0; b < garment.boundaries.size(); ++b) {
     if (garment.boundaries[b].size() < kMinRing) {
       continue;
@@ -268,7 +268,7 @@ double share_on_shoulders(const Points& cloth, const std::vector<ClosestPoint>& 
 
 /// Measures the rings against the body in some frames; whether the garment lies on the shoulders.
 bool measure_rings(const Take& take, const Triangles& body_faces,
-                   std::vector<Candidate>& candidates) {
+                   std::vector<RingCandidate>& candidates) {
   std::vector<double> shares;
   for (const Index row : spread_rows(static_cast<Index>(take.cloth.size()), kGapFrames)) {
     const Points& cloth = take.cloth[static_cast<std::size_t>(row)];
@@ -277,7 +277,7 @@ bool measure_rings(const Take& take, const Triangles& body_faces,
     shares.push_back(share_on_shoulders(cloth, nearest, body, body_faces));
     Points middles(static_cast<Index>(candidates.size()), 3);
     for (std::size_t c = 0; c < candidates.size(); ++c) {
-      Candidate& one = candidates[c];
+      RingCandidate& one = candidates[c];
       Points feet(static_cast<Index>(one.vertices.size()), 3);
       std::vector<int> rows;
       std::vector<double> gaps;
@@ -303,7 +303,7 @@ bool measure_rings(const Take& take, const Triangles& body_faces,
   return median(std::move(shares)) > kShoulderShare;
 }
 
-HeldRing held_ring(const FollowedGarment& garment, const Candidate& one, HoldingKind kind,
+HeldRing held_ring(const FollowedGarment& garment, const RingCandidate& one, HoldingKind kind,
                    double weight, const HoldingOptions& options) {
   HeldRing ring;
   ring.garment = garment.name;
@@ -328,10 +328,10 @@ HeldRing held_ring(const FollowedGarment& garment, const Candidate& one, Holding
 
 /// Of each opening the first ring, from its edge down, that `taken` takes.
 template <typename Taken>
-std::vector<const Candidate*> best_rings(const std::vector<Candidate>& candidates,
-                                         const Taken& taken) {
-  std::vector<const Candidate*> best;
-  for (const Candidate& one : candidates) {
+std::vector<const RingCandidate*> best_rings(const std::vector<RingCandidate>& candidates,
+                                             const Taken& taken) {
+  std::vector<const RingCandidate*> best;
+  for (const RingCandidate& one : candidates) {
     if (!taken(one)) {
       continue;
     }
@@ -342,10 +342,10 @@ std::vector<const Candidate*> best_rings(const std::vector<Candidate>& candidate
   return best;
 }
 
-const Candidate* highest_of(const std::vector<const Candidate*>& rings) {
+const RingCandidate* highest_of(const std::vector<const RingCandidate*>& rings) {
   const auto found = std::max_element(
       rings.begin(), rings.end(),
-      [](const Candidate* a, const Candidate* b) { return a->height() < b->height(); });
+      [](const RingCandidate* a, const RingCandidate* b) { return a->height() < b->height(); });
   return found == rings.end() ? nullptr : *found;
 }
 
@@ -354,12 +354,12 @@ const Candidate* highest_of(const std::vector<const Candidate*>& rings) {
 std::vector<HeldRing> find_holding(const FollowedGarment& garment, const HoldingOptions& options) {
   ATELIER_CHECK(garment.frames > 0 && options.frames > 0, "a garment in no frame");
   const Take take = read_take(garment, options);
-  std::vector<Candidate> candidates = candidates_of(garment, take.cloth.front(), options);
+  std::vector<RingCandidate> candidates = candidates_of(garment, take.cloth.front(), options);
   if (candidates.empty()) {
     return {};
   }
   const std::vector<double> deviation = deviations(take, garment.body_faces);
-  for (Candidate& one : candidates) {
+  for (RingCandidate& one : candidates) {
     std::vector<double> of_ring;
     for (const int v : one.vertices) {
       of_ring.push_back(deviation[static_cast<std::size_t>(v)]);
@@ -370,17 +370,17 @@ std::vector<HeldRing> find_holding(const FollowedGarment& garment, const Holding
   const bool moves = quantile_of(deviation, 0.9) > options.moving;
   const double weight =
       kGravity * options.areal_density * face_areas(take.cloth.front(), garment.faces).sum();
-  const auto steady = [&](const Candidate& one) {
+  const auto steady = [&](const RingCandidate& one) {
     return moves && one.goes_round() && one.deviation < options.steady && one.gap() < options.near;
   };
-  const Candidate* highest = highest_of(best_rings(candidates, [&](const Candidate& one) {
+  const RingCandidate* highest = highest_of(best_rings(candidates, [&](const RingCandidate& one) {
     return one.goes_round() && one.gap() < options.far;
   }));
   if (on_shoulders && highest == nullptr) {  // a hood or a cowl stands far off
-    highest = highest_of(best_rings(candidates, [](const Candidate&) { return true; }));
+    highest = highest_of(best_rings(candidates, [](const RingCandidate&) { return true; }));
   }
-  const std::vector<const Candidate*> held = best_rings(candidates, steady);
-  const Candidate* first = on_shoulders ? nullptr : highest_of(held);
+  const std::vector<const RingCandidate*> held = best_rings(candidates, steady);
+  const RingCandidate* first = on_shoulders ? nullptr : highest_of(held);
   // What is steady far below the top, as a cuff is, does not hold a garment whose top is free.
   if (!on_shoulders && highest != nullptr &&
       (first == nullptr || first->opening != highest->opening)) {
@@ -393,7 +393,7 @@ std::vector<HeldRing> find_holding(const FollowedGarment& garment, const Holding
   if (first != nullptr) {
     rings.push_back(held_ring(garment, *first, HoldingKind::Band, weight, options));
   }
-  for (const Candidate* one : held) {
+  for (const RingCandidate* one : held) {
     const bool known = (first != nullptr && one->opening == first->opening) ||
                        (on_shoulders && highest != nullptr && one->opening == highest->opening);
     if (!known && one->closed && one->deviation < kSteadyOfTight * options.steady &&

@@ -19,7 +19,7 @@ namespace {
 
 constexpr double kLongest = 100;   // m
 constexpr double kStiffest = 1e6;  // N
-constexpr std::string_view kHead =
+constexpr std::string_view kFileHead =
     "# What holds the garments on the body (docs/reference/formats.md). Of a band the vertices "
     "move\n"
     "# with the body, and it pulls where the body is larger than rest_girth; what rests hangs by\n"
@@ -115,7 +115,7 @@ HeldRing ring_at(const JsonPlace& place) {
 }  // namespace
 
 std::string holding_text(const std::vector<HeldRing>& rings) {
-  std::string text(kHead);
+  std::string text(kFileHead);
   if (rings.empty()) {
     text += "held = []  # nothing was found that holds a garment\n";
   }
