@@ -48,7 +48,7 @@ std::vector<PanelEdge> loop_of_edges(int count) {
   std::vector<PanelEdge> edges;
   edges.reserve(static_cast<std::size_t>(count));
   for (int i = 0; i < count; ++i) {
-    edges.push_back({.start = i, .end = (i + 1) % count});
+    edges.push_back({i, (i + 1) % count, {}, ""});
   }
   return edges;
 }

@@ -12,10 +12,10 @@ struct PanelEdge {
   int start = 0;                          ///< corner
   int end = 0;                            ///< corner
   std::vector<Eigen::Vector2d> controls;  ///< inner control points, 0 to 2, metres
+  std::string name;  ///< of the opening that it borders ("neck", "hem"), "" if it is sewn
   /// Of an arc (without control points) the tangent of a quarter of its angle, as in DXF: positive
   /// if it runs counter-clockwise from start to end, 1 a semicircle; 0: no arc.
   double bulge = 0;
-  std::string name;  ///< of the opening that it borders ("neck", "hem"), "" if it is sewn
 };
 
 /// Where a panel waits before it is sewn: its plane (or, bent, a cylinder) in the world.

@@ -43,10 +43,11 @@ struct GarmentTemplate {
   int holes_closed = 0;       ///< number of closed gaps of the observations
   double area_carried = 0;    ///< m2 of the surface that was taken from other frames' scans
   double area_unseen = 0;     ///< m2 of the surface that no scan shows
-  double beyond = 0;          ///< share of what frames show of the garment that it lacks, median
-  double told_rims = 1;       ///< share of its rims where frames show that it ends (told_rims)
-  bool whole = true;          ///< nothing is missing that the take shows, no opening without a name
-  int pushed_out = 0;         ///< vertices that were inside the body or nearer than `clearance`
+  double beyond = 0;  ///< share of what frames show of the garment that it lacks, median of those
+                      ///< in which it was followed well
+  double told_rims = 1;  ///< share of its rims where frames show that it ends (told_rims)
+  bool whole = true;     ///< nothing is missing that the take shows, no opening without a name
+  int pushed_out = 0;    ///< vertices that were inside the body or nearer than `clearance`
   std::vector<Finding> findings;
 };
 

@@ -324,6 +324,11 @@ TEST_F(Program, HelpSummaries_AreInOneColumn) {
   EXPECT_EQ(columns.size(), 1U);
 }
 
+TEST_F(Program, CommandThatTheBuildLeavesOut_IsNamedAsSuch) {
+  expect_refusal(run_child({small_program_path(), "masks"}), kExitUsage,
+                 "this build of atelier leaves out the command 'masks'; cmake --preset release");
+}
+
 TEST_F(Program, FullStandardOutput_IsAnEnvironmentError) {
   const ChildResult result =
       run_child({"bash", "-c", small_program_path() + " --help > /dev/full"});

@@ -125,7 +125,7 @@ TEST(GarmentCode, CircleEdge_IsAnArcOfItsRadius) {
   Panel panel;
   panel.corners.resize(2, 2);
   panel.corners << 0, 0, 2, 0;
-  panel.edges = {{0, 1, {}, 1.0, ""}, {1, 0, {}, 1.0, ""}};  // two semicircles: a disc
+  panel.edges = {{0, 1, {}, "", 1.0}, {1, 0, {}, "", 1.0}};  // two semicircles: a disc
   EXPECT_NEAR(panel_area(panel), std::numbers::pi, 1e-3);
   EXPECT_NEAR(sample_edge(panel, 0, 2)(1, 1), -1, 1e-4);
   panel.edges[0].bulge = -0.2;  // above the chord

@@ -13,6 +13,10 @@ std::span<const Command> all_commands() {
   return kCommands;
 }
 
+std::string_view commands_left_out() {
+  return "masks";
+}
+
 std::span<const StandAlone> all_stand_alone() {
   return {};
 }
