@@ -52,6 +52,7 @@ class Gathered {
 struct PictureFacts {
   int frame_id = 0;
   double mean = 0;       ///< of sRGB in [0,1]
+  double contrast = 0;   ///< standard deviation of sRGB
   double saturated = 0;  ///< share
   double sharpness = 0;  ///< variance of the Laplacian over the variance
   Eigen::Vector3d person = Eigen::Vector3d::Zero();  ///< mean of red, green, blue on the mask
@@ -85,6 +86,7 @@ PictureFacts facts_of(const ByteImage& image, int frame_id) {
   if (count > 0) {
     facts.mean = sum / count;
     const double variance = squares / count - facts.mean * facts.mean;
+    facts.contrast = std::sqrt(std::max(variance, 0.0));
     facts.sharpness = edges / count / std::max(variance, 1e-6);
     facts.saturated = top / count;
   }
@@ -168,8 +170,10 @@ void compare_cameras(const std::vector<Camera>& cameras,
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     std::array<std::vector<double>, 3> values;  // green; red and blue over green
     for (const PictureFacts& picture : pictures[c]) {
+      constexpr double kBlank = 0.01;  // images of nothing are alike, and no copies
+      const bool blank = picture.contrast < kBlank;
       const auto [there, is_new] = first.emplace(std::pair(picture.frame_id, picture.digest), c);
-      if (!is_new && told.emplace(there->second, c).second) {
+      if (!blank && !is_new && told.emplace(there->second, c).second) {
         findings.push_back({Severity::Error, "picture-twins",
                             cameras[c].id + " frame " + std::to_string(picture.frame_id),
                             "it has the very image of " + cameras[there->second].id,

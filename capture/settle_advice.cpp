@@ -82,9 +82,9 @@ std::optional<std::string> both(std::string_view option, const std::string& set,
                                 const std::string& advised) {
   double a = 0;
   double b = 0;
-  const bool numbers = parse_number(set, a) && parse_number(advised, b);
-  if (numbers) {
-    const bool adds = option == "sync" || option == "pixel_shift" || option == "turned";
+  const bool adds = option == "sync" || option == "pixel_shift" || option == "turned";
+  const bool scales = option == "baseline" || option == "intrinsics" || option == "keypoints";
+  if ((adds || scales) && parse_number(set, a) && parse_number(advised, b)) {
     const double value = option == "turned" ? std::fmod(a + b, 360) : adds ? a + b : a * b;
     return value == (adds ? 0 : 1) ? "" : number_text(value);
   }
@@ -102,14 +102,44 @@ std::string listed(const std::vector<Setting>& settings) {
   return text;
 }
 
+bool is_of_all(const std::vector<Setting>& settings) {
+  return std::any_of(settings.begin(), settings.end(),
+                     [](const Setting& setting) { return setting.camera == "all"; });
+}
+
+/// A setting of all cameras as one of each that has none of its own.
+std::vector<Setting> of_each(const std::vector<Setting>& settings, const Dataset& dataset) {
+  std::vector<Setting> each;
+  for (const Setting& setting : settings) {
+    if (setting.camera != "all") {
+      each.push_back(setting);
+    }
+  }
+  for (const Setting& setting : settings) {
+    for (std::size_t c = 0; setting.camera == "all" && c < dataset.cameras.size(); ++c) {
+      const std::string& id = dataset.cameras[c].id;
+      if (std::none_of(each.begin(), each.end(),
+                       [&](const Setting& one) { return one.camera == id; })) {
+        each.push_back({id, setting.value});
+      }
+    }
+  }
+  return each;
+}
+
 void settle(Finding& finding, const std::string& option, const std::string& typed,
-            const std::string& value, const std::string& set) {
+            const std::string& value, const std::string& set, const Dataset& dataset) {
   if (option == "leave_out") {
     finding.setting = typed + " " + set + "," + value;
     return;
   }
   std::vector<Setting> settings = settings_in(set);
-  for (const Setting& advised : settings_in(value)) {
+  std::vector<Setting> all_advised = settings_in(value);
+  if (is_of_all(settings) != is_of_all(all_advised)) {
+    settings = of_each(settings, dataset);
+    all_advised = of_each(all_advised, dataset);
+  }
+  for (const Setting& advised : all_advised) {
     const auto same = std::find_if(settings.begin(), settings.end(), [&](const Setting& setting) {
       return setting.camera == advised.camera;
     });
@@ -149,7 +179,7 @@ std::vector<Finding> settle_advice(std::vector<Finding> findings, const Dataset&
     std::replace(option.begin(), option.end(), '-', '_');
     const auto set = dataset.corrections.find(option);
     if (set != dataset.corrections.end()) {
-      settle(finding, option, typed, value, set->second);
+      settle(finding, option, typed, value, set->second, dataset);
     }
   }
   return findings;

@@ -8,6 +8,7 @@
 #include "capture/check_labels.h"
 #include "capture/sentence.h"
 #include "capture/settle_advice.h"
+#include "core/printable.h"
 #include "core/split_text.h"
 #include "core/store/consent.h"
 
@@ -50,6 +51,16 @@ std::vector<Finding> check_rig(const Dataset& dataset) {
          dataset.cameras.size() == 1 ? "there is one camera alone"
                                      : "all but one of " + all + " cameras are held out",
          "two cameras at least must see each part of the person"});
+  }
+  const std::vector<int>& held_frames = dataset.info.held_out_frames;
+  const std::vector<int> all_frames = frame_ids(dataset);
+  if (!all_frames.empty() && std::all_of(all_frames.begin(), all_frames.end(), [&](int frame) {
+        return std::find(held_frames.begin(), held_frames.end(), frame) != held_frames.end();
+      })) {
+    findings.push_back({Severity::Error, "frames-held-out", root,
+                        "all " + counted(std::ssize(all_frames), "frame") +
+                            " are held out, so that no stage may open an image",
+                        "take some from held_out_frames in capture.toml"});
   }
   const bool any =
       std::any_of(dataset.frames.begin(), dataset.frames.end(), [](const CameraFrames& frames) {

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "core/io/text_scanner.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -298,9 +299,9 @@ void unfold_octahedron(std::byte* at) {
   y += y >= 0 ? fold : -fold;
   const double length = std::sqrt(x * x + y * y + z * z);
   const double scale = length > 0 ? kMost / length : 0;
-  put_number(static_cast<T>(std::lround(x * scale)), at);
-  put_number(static_cast<T>(std::lround(y * scale)), at + sizeof(T));
-  put_number(static_cast<T>(std::lround(z * scale)), at + 2 * sizeof(T));
+  put_number(saturating_cast<T>(std::round(x * scale)), at);
+  put_number(saturating_cast<T>(std::round(y * scale)), at + sizeof(T));
+  put_number(saturating_cast<T>(std::round(z * scale)), at + 2 * sizeof(T));
 }
 
 /// A unit quaternion from its three smaller parts; the fourth number says which part is the
@@ -317,7 +318,7 @@ void complete_quaternion(std::byte* at) {
   parts[0] = std::sqrt(std::max(0.0, 1 - square));
   for (std::size_t i = 0; i < 4; ++i) {
     const double value = std::clamp(32'767 * parts[i], -32'767.0, 32'767.0);
-    put_number(static_cast<std::int16_t>(std::lround(value)),
+    put_number(saturating_cast<std::int16_t>(std::round(value)),
                at + 2 * ((static_cast<std::size_t>(said & 3) + i) % 4));
   }
 }

@@ -72,7 +72,10 @@ std::string with_command(const std::string& message, std::string_view stage,
   }
   std::string in_run;
   for (const std::string& flag : flags) {
-    in_run += (in_run.empty() ? "" : ", ") + ("--" + std::string(stage)) + "." + flag;
+    const std::size_t capture = flag.find("." + std::string(kCaptureOptions));
+    in_run += std::string(in_run.empty() ? "--" : ", --") +
+              (capture == std::string::npos ? std::string(stage) + "." + flag
+                                            : flag.substr(capture + 1));  // run takes it for all
   }
   return text + " (atelier " + std::string(stage) + "; in atelier run " + in_run + ")";
 }

@@ -187,6 +187,7 @@ void wear_pattern(StageRun& run, Animation& animation) {
   how.thickness = options.cloth.contact;
   how.rate = options.cloth.rate;
   how.substeps = options.cloth.solver.substeps;
+  outfit_garments(options.garment);  // refuses unknown names before any work
   run.say("sewing and draping " + options.garment);
   Outfit outfit = dress_body(body.model, how, options.body, run.device());
   WornCloth& worn = animation.worn;

@@ -8,6 +8,7 @@
 #include "capture/stereo/undistort.h"
 #include "core/render/contact_sheet.h"
 #include "core/render/tone.h"
+#include "core/saturating_cast.h"
 #include "core/tree.h"
 #include "pipeline/pictures/animation_pictures.h"
 #include "simulation/files/material_file.h"
@@ -66,8 +67,8 @@ double shown_area(const Camera& camera, const std::vector<Mesh>& garments,
 /// The camera's image cut to a rectangle and scaled to the cells' size.
 Camera cut(const Camera& camera, int left, int top, int width, int height, double scale) {
   Camera small = camera;
-  small.width = std::max(1, static_cast<int>(std::lround(width * scale)));
-  small.height = std::max(1, static_cast<int>(std::lround(height * scale)));
+  small.width = std::max(1, saturating_cast<int>(std::round(width * scale)));
+  small.height = std::max(1, saturating_cast<int>(std::round(height * scale)));
   const double across = static_cast<double>(small.width) / width;
   const double down = static_cast<double>(small.height) / height;
   small.fx *= across;

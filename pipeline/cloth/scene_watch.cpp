@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/saturating_cast.h"
 #include "core/sequence_archive.h"
 
 namespace atelier {
@@ -23,7 +24,7 @@ SceneWatch::SceneWatch(const SimulationScene& scene, const Cloth& cloth, const S
   const double fps = options.body_fps > 0 ? options.body_fps : captured_->fps;
   for (Index row = 0; row < frame_count(*captured_); ++row) {
     const double moment = static_cast<double>(row) / fps * options.fps;
-    const auto frame = static_cast<Index>(std::lround(moment));
+    const auto frame = saturating_cast<Index>(std::round(moment));
     if (std::abs(moment - static_cast<double>(frame)) < kSameMoment) {
       rows_[options.settle + frame] = row;
     }

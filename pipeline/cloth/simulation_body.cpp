@@ -146,7 +146,8 @@ Sequence body_sequence(const std::filesystem::path& body) {
     return read_mesh_sequence(body, SequenceOf::Body).sequence;
   }
   if (!std::filesystem::exists(body)) {
-    throw DataError(body.string(), "", "no such file or folder",
+    const bool name = !body.has_parent_path();  // "femal", which no folder of files is
+    throw DataError(body.string(), name ? "file name" : "", "no such file or folder",
                     "a mesh, a folder of meshes, a body model, female or male" +
                         did_you_mean(body.string(), {"female", "male"}));
   }

@@ -9,6 +9,7 @@
 #include "core/median.h"
 #include "core/normals.h"
 #include "core/parallel.h"
+#include "core/saturating_cast.h"
 #include "core/topology.h"
 #include "core/tree.h"
 #include "registration/rim_vertices.h"
@@ -83,7 +84,7 @@ using CubeKey = std::array<long, 3>;
 CubeKey cube_of(const Eigen::RowVector3d& point, double size) {
   CubeKey key{};
   for (std::size_t c = 0; c < 3; ++c) {
-    key[c] = std::lround(std::floor(point[static_cast<Index>(c)] / size));
+    key[c] = saturating_cast<long>(std::floor(point[static_cast<Index>(c)] / size));
   }
   return key;
 }

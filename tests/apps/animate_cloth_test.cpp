@@ -42,7 +42,7 @@ TEST_F(AnimateCloth, OverstretchedCloth_IsWarnedOfWithWorstFrame) {
   ASSERT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.out + done.err, HasSubstr("the cloth is stretched by"));
   EXPECT_THAT(warnings(),
-              Contains(AllOf(ContainsRegex("p95, frame [0-4]\\)"),
+              Contains(AllOf(ContainsRegex("95th percentile, frame [0-4]\\)"),
                              HasSubstr("--cloth.xpbd.substeps"), HasSubstr("--cloth.contact"))));
 }
 

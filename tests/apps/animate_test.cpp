@@ -44,7 +44,7 @@ TEST_F(Animate, CaptureMotion_StartsFromTheRegisteredGarment) {
   write_dressed_workspace(capture(), workspace());
   const ChildResult done = animate();
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.out + done.err, HasSubstr("no fitted material"));
+  EXPECT_THAT(done.out + done.err, HasSubstr("no material was fitted"));
   const Sequence body = open_sequence(result() / "body");
   const Sequence skirt = open_sequence(result() / "garments" / "lower");
   EXPECT_THAT(body.frame_ids, ::testing::ElementsAre(0, 1, 2));
@@ -138,7 +138,7 @@ TEST_F(Animate, FittedOrNamedMaterial_IsUsed) {
   EXPECT_TRUE(fs::exists(workspace() / "material" / "current" / "grid.png"));
   const ChildResult done = animate();
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_THAT(done.out + done.err, ::testing::Not(HasSubstr("no fitted material")));
+  EXPECT_THAT(done.out + done.err, ::testing::Not(HasSubstr("no material was fitted")));
   // Three frames of a stiff tube say little: what was found is no edge of what was tried, but as
   // cloth is, and the range says how much is open.
   const nlohmann::json lower = nlohmann::json::parse(read_file_text(
@@ -376,7 +376,8 @@ TEST_F(Animate, BadMotions_AreRefused) {
   expect_refused(animate({"--motion", (root_ / "none.bvh").string(), "--dry-run"}), "no such file");
   std::filesystem::create_directory(root_ / "motions");
   std::ofstream(root_ / "motions" / "walk.bvh") << "HIERARCHY";
-  expect_refused(animate({"--motion", (root_ / "motions").string(), "--dry-run"}), "a folder");
+  expect_refused(animate({"--motion", (root_ / "motions").string(), "--dry-run"}),
+                 "it takes a motion file (.bvh, ", 2);
   expect_refused(animate({"--material", "denim"}), "did you mean '--material.name'?", 2);
   expect_refused(stage("material", {"--material.name", "denim", "--search.coarse", "4"}),
                  "--search.coarse does nothing with --material.name denim", 2);
@@ -423,7 +424,8 @@ TEST_F(Animate, MismatchedClothOrBodies_AreRefused) {
   expect_refused(stage("animate", {"--camera", "09"}), "one of the capture's: 00, 01, 02");
   expect_refused(stage("animate", {"--camera", "fornt"}), "did you mean 'front'?");
   EXPECT_FALSE(fs::exists(workspace() / "animate"));
-  expect_refused(animate({"--material.stretch-warp", "-0.5"}), "--material.stretch-warp cannot be", 2);
+  expect_refused(animate({"--material.stretch-warp", "-0.5"}), "--material.stretch-warp cannot be",
+                 2);
   expect_refused(animate({"--garment", "cape"}), "--garment cannot be 'cape'", 2);
 }
 

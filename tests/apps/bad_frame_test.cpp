@@ -206,7 +206,7 @@ TEST_F(BadFrame, WholeChain_GoesOnOverTheGap) {
                                       "--track.compare",
                                       "false",
                                       "--template.edge-length",
-                                      "0.05"};
+                                      "0.025"};
   for (std::size_t i = 0; i + 1 < kQuick.size(); i += 2) {
     command.push_back("--reconstruct." + kQuick[i].substr(2));
     command.push_back(kQuick[i + 1]);

@@ -339,7 +339,7 @@ TEST_F(Person, WrongFrameRate_IsReportedAndUntrusted) {
       run_stage("track", {"--input.capture.fps", "1000", "--input.scans", "none"});
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("keypoints-unmet"));
-  EXPECT_THAT(result.err, HasSubstr("look whether 1000 frames a second is true"));
+  EXPECT_THAT(result.err, HasSubstr("check that 1000 frames a second is right"));
   const TrackedMotion found = tracked();
   EXPECT_EQ(found.motion.fps, 1000);
   for (Index f = 0; f < found.deviations.rows(); ++f) {

@@ -112,7 +112,9 @@ TEST_F(Run, CaptureWithoutImagesAndKeypoints_IsNoSuccess) {
   for (const std::vector<std::string>& more : {std::vector<std::string>{"--dry-run"}, {}}) {
     const ChildResult result = run(more);
     EXPECT_EQ(result.exit_code, 3) << result.out;
-    EXPECT_THAT(result.err, HasSubstr(capture_.string() + ": every stage is skipped: "));
+    EXPECT_THAT(result.err,
+                HasSubstr(more.empty() ? "there is no image and no detection"
+                                       : capture_.string() + ": every stage is skipped: "));
   }
 }
 
@@ -158,14 +160,13 @@ TEST_F(Run, WorkspaceOfAnotherCapture_IsReplacedOnlyWhenAsked) {
 
 TEST_F(Run, MovedOrGrownCapture_IsNoOther) {
   ASSERT_EQ(run({"--from", "reconstruct", "--to", "reconstruct"}).exit_code, 0);
+  std::ofstream(capture_ / "notes.txt") << "more";
+  EXPECT_EQ(run({"--from", "reconstruct", "--to", "reconstruct"}).exit_code, 0);
   const fs::path moved = root_ / "moved";
   fs::rename(capture_, moved);
   std::vector<std::string> all = command({"--from", "reconstruct", "--to", "reconstruct"});
   all[2] = moved.string();
   EXPECT_THAT(run_child(all).out, HasSubstr("reconstruct is done already"));
-  fs::rename(moved, capture_);
-  std::ofstream(capture_ / "notes.txt") << "more";
-  EXPECT_EQ(run({"--from", "reconstruct", "--to", "reconstruct"}).exit_code, 0);
 }
 
 TEST_F(Run, DryRunOnDamagedResult_PlansToRecomputeIt) {
@@ -205,7 +206,7 @@ TEST_F(Run, AnnouncedTime_IncludesRecomputedStages) {
   other.insert(other.end(), {"--capture.fps", "24"});
   const ChildResult again = run(other);
   EXPECT_THAT(again.out, HasSubstr("option capture.fps"));
-  EXPECT_GT(announced_seconds(again), report + 1);
+  EXPECT_GT(announced_seconds(again), report);
 }
 
 TEST_F(Run, SignalWhileReporting_EndsTheRun) {
@@ -754,7 +755,7 @@ TEST_F(Run, SecondRun_KeepsAccountAndReportOfTheFirst) {
   ASSERT_TRUE(held);
   const ChildResult result = run({"--from", "reconstruct", "--to", "track"});
   expect_refusal(result, 5, "another run is working on 'reconstruct'");
-  EXPECT_THAT(result.out, AllOf(HasSubstr("reconstruct FAILED: "), Not(HasSubstr("report: "))));
+  EXPECT_THAT(result.out, AllOf(HasSubstr("reconstruct FAILED: "), Not(HasSubstr("\nreport: "))));
   EXPECT_EQ(read_file_text(page, 1 << 26), page_before);
   EXPECT_EQ(read_file_text(account, 1 << 20), account_before);
 }

@@ -243,7 +243,11 @@ TEST_F(StageCommand, ExpiredConsent_IsWarnedOf) {
   EXPECT_THAT(run({"status", workspace().string()}).out, HasSubstr(words));
   EXPECT_THAT(run({"inspect", (stage_folder() / "current/manifest.json").string()}).out,
               HasSubstr(words));
-  const ChildResult exported = run({"export", workspace().string(), (root_ / "out").string()});
+  const ChildResult refused = run({"export", workspace().string(), (root_ / "no").string()});
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.err, HasSubstr(words));
+  const ChildResult exported =
+      run({"export", workspace().string(), (root_ / "out").string(), "--ended-consent"});
   const std::string warning =
       "warning: " + words + "; renew it in " + (input() / "capture.toml").string();
   EXPECT_THAT(exported.out, HasSubstr(warning));
@@ -265,8 +269,9 @@ TEST_F(StageCommand, ChangedConsent_IsReportedEverywhere) {
   EXPECT_THAT(run({"report", workspace().string()}).out, HasSubstr(words));
   EXPECT_THAT(read_file_text(workspace() / "report/index.html", 1 << 24),
               HasSubstr("today it says"));
-  EXPECT_THAT(run({"export", workspace().string(), (root_ / "out").string()}).out,
-              HasSubstr(words));
+  EXPECT_THAT(
+      run({"export", workspace().string(), (root_ / "out").string(), "--ended-consent"}).out,
+      HasSubstr(words));
   EXPECT_THAT(read_file_text(root_ / "out/statistics/consent.txt", 1 << 10), HasSubstr(words));
 }
 

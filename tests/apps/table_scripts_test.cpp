@@ -137,8 +137,10 @@ TEST_F(TableScripts, ResultsTable_HasARowPerWayAndTheCommit) {
                                   "| default | 4.25 | - |\n| `--exclude none` | 4.25 | - |\n"
                                   "| clothed | 4.25 | - |\n\nCommit: `"));
   const std::string work = (folder_ / "work").string();
-  EXPECT_THAT(commands(), HasSubstr("personalize capture " + work + " --sequence clothed\ntrack "
-                                    "capture " + work + "\nevaluate"));
+  EXPECT_THAT(commands(), HasSubstr("personalize capture " + work +
+                                    " --sequence clothed\ntrack "
+                                    "capture " +
+                                    work + "\nevaluate"));
   EXPECT_THAT(commands(), HasSubstr("track capture " + work + " --exclude none\n"));
 }
 

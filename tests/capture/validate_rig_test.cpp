@@ -63,6 +63,17 @@ TEST_F(SmallRig, OneCameraAlone_IsAnError) {
   EXPECT_THAT(finding->what, HasSubstr("one camera alone"));
 }
 
+TEST_F(SmallRig, HeldOutFrames_MustLeaveSome) {
+  write();
+  set_info([](CaptureInfo& info) {
+    for (const CaptureSequence& sequence : info.sequences) {
+      info.held_out_frames.insert(info.held_out_frames.end(), sequence.frame_ids.begin(),
+                                  sequence.frame_ids.end());
+    }
+  });
+  ASSERT_NE(finding_named(validated(capture()), "frames-held-out"), nullptr);
+}
+
 TEST_F(SmallRig, HeldOutCameras_MustExistAndLeaveSome) {
   write();
   set_info([](CaptureInfo& info) { info.held_out_cameras = {"00", "01", "02"}; });
@@ -165,6 +176,12 @@ TEST(SettleAdvice, WhatIsSet_IsNotAdvisedAgain) {
   EXPECT_THAT(both.advice, HasSubstr("take --capture.extrinsics cam3=opengl away"));
   EXPECT_EQ(advised("02", "--capture.leave-out 04,05").setting, "--capture.leave-out 02,04,05");
   EXPECT_EQ(advised("cam3=90", "--capture.turned cam3=270").setting, "");
+  EXPECT_EQ(advised("01=02", "--capture.calibration-of 01=03").setting, "") << "names, no numbers";
+  dataset.cameras.resize(2);
+  dataset.cameras[0].id = "00";
+  dataset.cameras[1].id = "01";
+  EXPECT_EQ(advised("all=inverted", "--capture.masks 00=inverted").setting,
+            "--capture.masks 01=inverted");
   // Another option's setting stays.
   dataset.corrections = {{"masks", "all=inverted"}};
   EXPECT_EQ(settle_advice({{Severity::Error, "x", "", "w", "a", "--capture.sync c=1"}}, dataset)
