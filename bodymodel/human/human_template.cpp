@@ -48,7 +48,8 @@ HumanTemplate without_crossings(HumanTemplate body) {
     Points points(static_cast<Index>(n), 3);
     for (std::size_t v = 0; v < n; ++v) {
       for (double* x : {&body.points[v].x, &body.points[v].y, &body.points[v].z}) {
-        *x = kStep * static_cast<double>(saturating_cast<long>(std::round(*x / kStep)));  // as it will be committed
+        *x = kStep * static_cast<double>(
+                         saturating_cast<long>(std::round(*x / kStep)));  // as it will be committed
       }
       points.row(static_cast<Index>(v)) << body.points[v].x, body.points[v].y, body.points[v].z;
     }

@@ -74,8 +74,7 @@ std::vector<SeededDefect> picture_defects() {
          }
        }},
       {"a camera without images", "camera-without-pictures", "cam4", "--capture.leave-out cam4", 1,
-       nullptr,
-       [](Spoiled& s) { std::filesystem::remove_all(s.folder / "images" / "cam4"); }},
+       nullptr, [](Spoiled& s) { std::filesystem::remove_all(s.folder / "images" / "cam4"); }},
       {"an image cut off", "image-damaged", "cam1 frame 7", "", 0, nullptr,
        [](Spoiled& s) { std::filesystem::resize_file(file(s, "images", "cam1", 7), 700); }},
       {"an empty image file", "image-damaged", "cam5 frame 3", "", 1, nullptr,
