@@ -19,7 +19,7 @@ namespace {
 constexpr double kAlong = 25000;  // N/m2, hold of a place along the skin, per metre of band
 constexpr double kAcross = 1000;  // N/m2, and off it
 constexpr double kMostStrain = 0.15;
-constexpr int kRounds = 40;
+constexpr int kHeldRounds = 40;
 
 /// A vertex of a band and where the body would have it.
 struct BandNode {
@@ -52,8 +52,8 @@ class BandSolve {
 
   std::vector<Eigen::Vector3d> solved() {
     // The forces first, then the lengths alone: cloth slides before it tears.
-    for (int round = 0; round < 2 * kRounds; ++round) {
-      for (std::size_t i = 0; i < x_.size() && round < kRounds; ++i) {
+    for (int round = 0; round < 2 * kHeldRounds; ++round) {
+      for (std::size_t i = 0; i < x_.size() && round < kHeldRounds; ++i) {
         balance(i);
       }
       for (std::size_t i = 0; i < links(); ++i) {
