@@ -46,8 +46,8 @@ func _init():
 		print("SEEN weight of ", name, " ", scene.get_node(name).get("blend_shapes/" + mesh.get_blend_shape_name(0)))
 	quit()
 GD
-timeout 50 godot3-server --path . --editor --quit >import.log 2>&1 || true
-timeout 20 godot3-server --path . --script read.gd 2>/dev/null | grep '^SEEN' | tee seen || true
+timeout 240 godot3-server --path . --editor --quit >import.log 2>&1 || true
+timeout 60 godot3-server --path . --script read.gd 2>/dev/null | grep '^SEEN' | tee seen || true
 cat > recorded <<'TEXT'
 SEEN shape [(0, 0, 0), (2, 0, 0), (0, 4, 0), (1, 2, 0.5)]
 SEEN weight of a 0.25
