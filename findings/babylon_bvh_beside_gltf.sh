@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# @babylonjs/core and @babylonjs/loaders 9.28.0: one body's motion as BVH and as glTF, both loaded into a scene
+# npm babylonjs and babylonjs-loaders 9.28.0: one body's motion as BVH and as glTF, both loaded into a scene
 # with Babylon's default (left-handed) system.
 # Guess: both loaders turn right-handed files into the scene's system, so that the two skeletons coincide.
 # Seen: the glTF loader mirrors the body by its __root__ node; the BVH loader takes the numbers as they are. The
@@ -10,14 +10,14 @@
 #   seems left-handed there is not our export's fault.
 set -euo pipefail
 work=$(mktemp -d); trap 'rm -rf "$work"' EXIT; cd "$work"
-npm install --prefer-offline --silent --no-audit --no-fund --ignore-scripts @babylonjs/core@9.28.0 \
-  @babylonjs/loaders@9.28.0 >/dev/null 2>&1 || { echo "babylon 9.28.0 cannot be had"; exit 77; }
+npm install --prefer-offline --silent --no-audit --no-fund --ignore-scripts babylonjs@9.28.0 \
+  babylonjs-loaders@9.28.0 >/dev/null 2>&1 || { echo "babylon 9.28.0 cannot be had"; exit 77; }
 cat > run.mjs <<'JS'
 // Valid: a root and a joint with the channels that the format has; the glTF holds the same two nodes, posed as
 // frame 0 by translation and unit quaternions. Both formats are right-handed, y up here.
-import { FreeCamera, LoadAssetContainerAsync, NullEngine, Quaternion, Scene, Vector3 } from '@babylonjs/core';
-import { ReadBvh } from '@babylonjs/loaders/BVH/bvhLoader.js';
-import '@babylonjs/loaders/glTF/2.0/index.js';
+import babylon from 'babylonjs';
+import 'babylonjs-loaders';
+const { FreeCamera, LoadAssetContainerAsync, NullEngine, Scene, Vector3 } = babylon;
 const turn = [30, 40, 50].map((d) => d * Math.PI / 180);
 const about = (x, y, z, angle) => [x * Math.sin(angle / 2), y * Math.sin(angle / 2), z * Math.sin(angle / 2), Math.cos(angle / 2)];
 const times = ([a, b, c, d], [e, f, g, h]) => [
@@ -37,7 +37,9 @@ for (const right of [false, true]) {
   const scene = new Scene(engine);
   scene.useRightHandedSystem = right;
   new FreeCamera('camera', Vector3.Zero(), scene);
-  const skeleton = ReadBvh(bvh, scene, null, { loopMode: 1 });
+  const loaded = await LoadAssetContainerAsync('data:' + bvh, scene, { pluginExtension: '.bvh' });
+  loaded.addAllToScene();
+  const skeleton = loaded.skeletons[0];
   scene.beginAnimation(skeleton, 0, 1, false).goToFrame(0);
   skeleton.prepare(true);
   const knee = skeleton.bones.find((bone) => bone.name === 'Knee');

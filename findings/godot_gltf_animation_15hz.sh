@@ -2,7 +2,7 @@
 # godot3-server 3.2.3-stable-1+b3 of Debian 12 imports glTF animations by its defaults.
 # Guess: linear keys are kept as they are; splines and steps are sampled finely enough.
 # Seen: all is resampled at 15 keys a second. A spline comes out wrong in itself: at 0.5 and 0.75 s the file has
-#   1.25 and 1.406 m, Godot 0.5 and 0.010 m (at 0.2 s it has 0.968 m for 0.453). A STEP becomes a ramp over the
+#   1.25 and 1.406 m, Godot 0.5 and 0.010 m (at 0.2 s it has 0.968 m for 0.584). A STEP becomes a ramp over the
 #   last 67 ms before each key: at 0.97 s it stands at 0.55 for 0. A 120 Hz take of a hand shaking at 10 Hz with
 #   20 mm comes out up to 26 mm off; keys between the samples are gone. No warning.
 # For users of Atelier: set the import option animation/fps of Godot 3 to the rate of the take and
