@@ -6,7 +6,7 @@
 #   Vertex (0 2 0) of body A, bound to a joint turned by 90 degrees, belongs at (0 1 3); by assimp's bones
 #   it is at (10 2 0), in the other body. No warning, exit status 0.
 # For users of Atelier: two people of one template, or an avatar shown twice, need a mesh each (accessors
-#   may be shared) before assimp and what is built on it (Open3D, Qt, OGRE) read the file.
+#   may be shared) before assimp, or what is built on it as Open3D is, reads the file.
 set -euo pipefail
 version=5.2.5~ds0-1+b1
 [ "$(dpkg-query -W -f='${Version}' assimp-utils 2>/dev/null)" = "$version" ] ||

@@ -3,10 +3,10 @@
 # Guess: the scene is flattened: each node's mesh is placed by its transform and added.
 # Seen: nodes are not looked at: the mesh comes once, in its own coordinates. A body in centimetres under a node
 #   of scale 0.01, as exporters from centimetre programs write it, is 100 times as large, and a second
-#   node that shows the same mesh at (5 0 0) is missing. 3 vertices for 6, no warning. VTK and three give
-#   both, placed.
+#   node that shows the same mesh at (5 0 0) is missing. 3 vertices for 6, no warning. VTK 9.1 gives both,
+#   placed.
 # For users of Atelier: before comparing an avatar with a scan in Open3D flatten the file (gltf-transform
-#   flatten and join, or Blender's "apply"), and check the extents; our own exports have nodes at identity.
+#   flatten and join), and check the extents.
 set -euo pipefail
 need() { [ "$(dpkg-query -W -f='${Version}' "$1" 2>/dev/null)" = "$2" ] || { echo "needs $1=$2 (apt-get install)"; exit 77; }; }
 need python3-open3d 0.16.1+ds-2+b4

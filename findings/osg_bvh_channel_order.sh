@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # OpenSceneGraph 3.6.5+dfsg1-8+b2 of Debian 12 (osgconv) reads a BVH whose joints say "Xrotation Yrotation
-# Zrotation"; its quaternion is compared with the product of the three turns (which three 0.187.0, Babylon
-# 9.28.0 and assimp 5.2.5 give for the same file).
+# Zrotation"; its quaternion is compared with the product of the three turns (which three 0.187.0 and Babylon
+# 9.28.0 give for the same file).
 # Guess: the reader follows the order of the CHANNELS line, as the format says; at worst it refuses others.
 # Seen: it takes the first number as Z, the second as X and the third as Y whatever CHANNELS says, and always
 #   composes Z, X, Y. X30 Y40 Z50 comes out as a turn that is 37.98 degrees off; no warning. A file in the

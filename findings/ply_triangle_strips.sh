@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# A PLY whose faces are `element tristrips`, as the Stanford scans have them, read by meshlab 2020.09+dfsg1-2,
-# blender 3.4.1+dfsg-2+b1, assimp-utils 5.2.5~ds0-1+b1 and python3-open3d 0.16.1+ds-2+b4 of Debian 12.
-# Guess: strips are read (all of these know the Stanford scans) or refused.
-# Seen: four answers for a strip of four vertices, two triangles, all as success: meshlab has 0 1 2 and 2 1 3,
-#   which is right; Blender 0 1 2 and 1 2 3, so every second triangle faces inwards; assimp 1 2 3 alone, the
-#   first triangle of each strip is gone; Open3D none, a mesh of vertices only (a warning says "point cloud").
-# For users of Atelier: old scans in strips come in with holes or with normals that alternate, which a
-#   registration by normals then rejects. Convert by meshlab first, count the triangles.
+# A PLY whose faces are `element tristrips`, as Stanford's scanning tools wrote them, read by meshlab
+# 2020.09+dfsg1-2, blender 3.4.1+dfsg-2+b1, assimp-utils 5.2.5~ds0-1+b1 and python3-open3d 0.16.1+ds-2+b4 of Debian 12.
+# Guess: strips are read right or refused.
+# Seen: four answers for one strip of six vertices, four triangles, all as success: meshlab has the four, right;
+#   Blender has four, but 1 2 3 for 2 1 3 and 3 4 5 for 4 3 5: every second one faces inwards; assimp has the last
+#   triangle of the strip alone, and turned; Open3D has none, a mesh of vertices only (it warns of a point cloud).
+# For users of Atelier: old scans in strips come in with normals that alternate, which a registration by normals
+#   then rejects, or nearly without surface. Convert by meshlab first, count the triangles. (Atelier refuses them.)
 set -euo pipefail
 need() { [ "$(dpkg-query -W -f='${Version}' "$1" 2>/dev/null)" = "$2" ] || { echo "needs $1=$2 (apt-get install)"; exit 77; }; }
 need meshlab 2020.09+dfsg1-2
@@ -16,12 +16,12 @@ need python3-open3d 0.16.1+ds-2+b4
 command -v xvfb-run >/dev/null || { echo "needs xvfb-run (apt-get install xvfb)"; exit 77; }
 work=$(mktemp -d); trap 'rm -rf "$work"' EXIT; cd "$work"
 export HOME=$work
-# Valid: an element of any name may have a list; tristrips with vertex_indices is the Stanford repository's own
-# form, a count and that many indices; every second triangle of a strip turns the other way round.
+# Valid: an element of any name may have a list; tristrips with vertex_indices is the known form, a
+# count and that many indices; every second triangle of a strip turns the other way round.
 cat > strips.ply <<'PLY'
 ply
 format ascii 1.0
-element vertex 4
+element vertex 6
 property float x
 property float y
 property float z
@@ -32,7 +32,9 @@ end_header
 1 0 0
 0 1 0
 1 1 0
-4 0 1 2 3
+0 2 0
+1 2 0
+6 0 1 2 3 4 5
 PLY
 cat > by_meshlab.py <<'PY'
 print([[int(i) for i in line.split()[1:4]] for line in open('strips.off').read().splitlines()[2:] if line.startswith('3 ')])
@@ -62,9 +64,9 @@ assimp export strips.ply scene.json -fassjson >/dev/null
   echo "Open3D $(/usr/bin/python3 by_open3d.py)"
 } | tee seen
 cat > recorded <<'TEXT'
-meshlab [[0, 1, 2], [2, 1, 3]]
-Blender [[0, 1, 2], [1, 2, 3]]
-assimp [[1, 2, 3]]
+meshlab [[0, 1, 2], [2, 1, 3], [2, 3, 4], [4, 3, 5]]
+Blender [[0, 1, 2], [1, 2, 3], [2, 3, 4], [3, 4, 5]]
+assimp [[3, 4, 5]]
 Open3D []
 TEXT
 cmp -s seen recorded || { echo "changed: recorded was"; cat recorded; exit 1; }

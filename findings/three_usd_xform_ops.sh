@@ -6,8 +6,8 @@
 #   xformOpOrder does not list, which USD has switched off, is applied if there is no xformOpOrder. And an
 #   animated xformOp:rotateZ or xformOp:transform yields no animation, beside translate, orient and rotateXYZ
 #   that do. No warning for any of it.
-# For users of Atelier: write one xformOp:transform or translate + orient + scale without suffixes for still
-#   prims, and translate + orient for moving ones; then three shows what usdview shows.
+# For users of Atelier: write translate and orient without suffixes, still or moving, and always an xformOpOrder;
+#   these three reads right. A still xformOp:transform is read right too.
 set -euo pipefail
 work=$(mktemp -d); trap 'rm -rf "$work"' EXIT; cd "$work"
 npm install --prefer-offline --silent --no-audit --no-fund --ignore-scripts three@0.187.0 >/dev/null 2>&1 ||
