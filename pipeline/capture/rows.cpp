@@ -2,6 +2,7 @@
 
 #include "capture/layouts/capture_lacks.h"
 #include "capture/layouts/open_dataset.h"
+#include "core/store/frame_selection.h"
 #include "pipeline/capture/capture_rules.h"
 #include "pipeline/capture/reconstruct_measures.h"
 #include "pipeline/capture/reconstruct_pictures.h"
@@ -41,11 +42,12 @@ const StageRow& validate_row() {
                 .metrics = kValidateMetrics,
                 .options = option_set<ValidateStageOptions>,
                 .run = run_validate,
-                .check_input = require_no_folder_above,
+                .check_input = check_capture_input,
                 .states_consent = true},
       .input_help =
           "Capture to judge: its folder, in any layout that docs/reference/formats.md lists",
-      .chain = ChainPlace{.cost = {.seconds = 0.5, .per_picture = 0.04, .unmasked = true}},
+      .chain = ChainPlace{.cost = {.seconds = 0.5, .per_picture = 0.04, .unmasked = true},
+                          .report_cost = {.seconds = 0.3}},
   };
   return row;
 }
@@ -60,13 +62,24 @@ const StageRow& reconstruct_row() {
                 .metrics = kReconstructMetrics,
                 .options = option_set<ReconstructStageOptions>,
                 .run = run_reconstruct,
-                .check_input = require_no_folder_above,
+                .check_input = check_capture_input,
                 .frame_wise = true,
                 .has_cuda = true,
                 .device_keyed = true},
       .input_help = "Capture to reconstruct: images with masks or labels, 2D keypoints, cameras",
+      .require_startable =
+          [](const StageRequest& request) {
+            if (!request.selection.everything()) {
+              const auto& options = options_of<ReconstructStageOptions>(request.options);
+              some_selected_frames(request.selection,
+                                   frames_with_masks(stage_dataset(request.input, options.capture)),
+                                   request.input.string());
+            }
+          },
       .chain = ChainPlace{.lacks = lacks_evidence,
-                          .cost = {.per_picture = 6, .per_frame = 2.5, .parallel = true}},
+                          .cost = {.per_picture = 6, .per_frame = 2.5, .parallel = true},
+                          .report_cost = {.seconds = 0.5, .per_picture = 0.03},
+                          .truth_cost = {.per_frame = 0.5}},
       .measure = measure_reconstruct,
       .targets = kReconstructTargets,
       .key_figures = kReconstructFigures,

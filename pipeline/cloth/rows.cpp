@@ -12,6 +12,7 @@
 #include "pipeline/cloth/simulate_measures.h"
 #include "pipeline/cloth/simulate_pictures.h"
 #include "pipeline/cloth/simulate_stage.h"
+#include "pipeline/outfit/held_cloth.h"
 #include "pipeline/row/stage_row.h"
 
 namespace atelier {
@@ -63,10 +64,15 @@ const StageRow& material_row() {
                 .options = option_set<MaterialStageOptions>,
                 .file_options = {"holding"},
                 .run = run_material,
-                .check_input = require_no_folder_above},
+                .check_input = check_capture_input},
       .input_help = "Capture with clothed frames, of which WORKSPACE has the registered garments",
+      .require_startable =
+          [](const StageRequest& request) {
+            require_holding_named(options_of<MaterialStageOptions>(request.options).holding);
+          },
       .chain = ChainPlace{.lacks = lacks_clothes,
                           .cost = {.seconds = 1, .per_clothed = 0.7},
+                          .report_cost = {.seconds = 0.5},
                           .fabric = kFabric},
       .measure = measure_material,
       .measure_place = 4,
@@ -95,10 +101,16 @@ const StageRow& simulate_row() {
                 .device_keyed = true},
       .input_help =
           "Folder of a scene, such as WORKSPACE/scene: garment.*, body.* or body/, motion.*",
+      .require_startable =
+          [](const StageRequest& request) {
+            require_holding_named(options_of<SimulateOptions>(request.options).holding);
+          },
       .chain = ChainPlace{.lacks = lacks_scene,
                           .made_of = of_clothes,
                           .input = simulated_scene,
                           .cost = {.seconds = 6, .per_frame = 1},
+                          .report_cost = {.seconds = 1},
+                          .truth_cost = {.per_clothed = 0.3},
                           .fabric = kFabric},
       .measure = measure_simulate,
       .measure_place = 4,

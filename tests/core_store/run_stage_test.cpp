@@ -275,14 +275,14 @@ TEST_F(RunStage, EmptySelectionOnFinishedResult_IsRefused) {
   run("frames");
   StageRequest what = request("frames");
   ASSERT_EQ(set_frames(what.selection, "100:200"), "");
-  EXPECT_THAT(refusal<DataError>("frames", what), HasSubstr("'--frames 100:200': there are"));
+  EXPECT_THAT(refusal<DataError>("frames", what), HasSubstr("frames: '100:200'; expected a range"));
   ASSERT_EQ(set_frames(what.selection, "3:6"), "");
   EXPECT_EQ(run("frames", what).end, End::AlreadyDone);
 }
 
 TEST_F(RunStage, InputOfOtherKind_IsRefusedWhenPlanned) {
   Stage picky = *find_stage(kTestStages, "count");
-  picky.check_input = [](const std::filesystem::path& input) {
+  picky.check_input = [](const std::filesystem::path& input, const OptionTable&) {
     if (!std::filesystem::is_directory(input)) {
       throw DataError(input.string(), "scene", "no folder", "a folder");
     }

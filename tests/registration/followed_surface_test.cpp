@@ -123,6 +123,47 @@ TEST(FollowedSurface, TemplateThatLacksWhatFramesShow_IsNotWhole) {
   }
 }
 
+TEST(FollowedSurface, FrameInWhichItWasLost_SaysNothing) {
+  FollowedSurface::Frame well;
+  well.support = 0.75;
+  well.beyond = 0.02;
+  FollowedSurface::Frame lost;
+  lost.support = 0.74;
+  lost.beyond = 0.9;
+  FollowedSurface followed;
+  followed.frames = {lost, well, lost, lost};
+  EXPECT_EQ(median_beyond(followed), 0.02);
+  followed.frames = {lost, lost};
+  EXPECT_EQ(median_beyond(followed), 0);
+
+  // A frame that lost the skirt, the sixth part of a turn off, adds nothing to a template.
+  const std::vector<Capsule> pose = capsules();
+  const ClothedFrames frames = hidden_by_turns(pose);
+  const ClothedFrame own = frames.load(1);
+  constexpr double kSpacing = 0.0075;  // m
+  const TakeOverview take = take_overview(frames, {0, 1, 2, 3}, kClothLabel);
+  followed = followed_surface(
+      garment_template(frames, kClothLabel, "lower", coarse(TemplateSource::Frame)).garment.mesh, 1,
+      frames, {0, 1, 2, 3}, kClothLabel);
+  const auto added = [&] {
+    GarmentPoints cloud =
+        garment_points(own.scan, kClothLabel, own.body, frames.body_faces, kSpacing);
+    add_carried(cloud, own, take.cover, followed, frames, kSpacing);
+    return cloud.points;
+  };
+  lost = followed.frames.front();
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(M_PI / 3, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  lost.vertices = Points(lost.vertices * turn.transpose());
+  followed.frames.push_back(lost);
+  const Points misled = added();
+  followed.frames.back().support = 0.5;
+  const Points with_lost = added();
+  followed.frames.pop_back();
+  EXPECT_EQ(with_lost, added());
+  EXPECT_FALSE(with_lost.rows() == misled.rows() && with_lost == misled);
+}
+
 TEST(FollowedSurface, FramesThatShowNothingMore_ChangeNothing) {
   const std::vector<Capsule> pose = capsules();
   const ClothedFrames frames = frames_of({pose, pose, pose}, [=](std::size_t i) {
