@@ -78,7 +78,7 @@ void check_capture_info(const CaptureInfo& info, const std::string& file) {
   if (info.sequences.empty()) {
     refuse("sequence", "none", "at least one [[sequence]]");
   }
-  std::set<int> frames;
+  std::vector<int> frames;  // increasing
   std::set<std::string> names;
   for (const CaptureSequence& sequence : info.sequences) {
     const std::string where = "sequence '" + sequence.name + "'";
@@ -96,11 +96,15 @@ void check_capture_info(const CaptureInfo& info, const std::string& file) {
     }
     for (std::size_t i = 0; i < sequence.frame_ids.size(); ++i) {
       const int id = sequence.frame_ids[i];
-      if (id < 0 || (i > 0 && id <= sequence.frame_ids[i - 1]) || !frames.insert(id).second) {
+      if (id < 0 || (i > 0 && id <= sequence.frame_ids[i - 1]) ||
+          std::binary_search(frames.begin(), frames.end(), id)) {
         refuse(where, "frame id " + std::to_string(id),
                "ids from 0 that increase and are in one sequence");
       }
     }
+    const auto old =
+        frames.insert(frames.end(), sequence.frame_ids.begin(), sequence.frame_ids.end());
+    std::inplace_merge(frames.begin(), old, frames.end());
   }
   for (const std::string& camera : info.held_out_cameras) {
     if (!is_plain_name(camera)) {
@@ -108,7 +112,7 @@ void check_capture_info(const CaptureInfo& info, const std::string& file) {
     }
   }
   for (const int id : info.held_out_frames) {
-    if (!frames.contains(id)) {
+    if (!std::binary_search(frames.begin(), frames.end(), id)) {
       refuse("held_out_frames", std::to_string(id), "frames of the sequences");
     }
   }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <string>
@@ -49,21 +50,26 @@ class Gathered {
   std::map<std::pair<std::string, std::string>, Entry> entries_;
 };
 
+/// The first half of a SHA-256: no two images share it by chance.
+using ShortDigest = std::array<std::uint8_t, 16>;
+
+/// Kept of every image of every camera until cameras are compared: 48 bytes.
 struct PictureFacts {
+  ShortDigest digest{};
   int frame_id = 0;
-  double mean = 0;       ///< of sRGB in [0,1]
-  double contrast = 0;   ///< standard deviation of sRGB
-  double saturated = 0;  ///< share
-  double sharpness = 0;  ///< variance of the Laplacian over the variance
-  Eigen::Vector3d person = Eigen::Vector3d::Zero();  ///< mean of red, green, blue on the mask
-  Digest digest{};
+  float mean = 0;                 ///< of sRGB in [0,1]
+  float contrast = 0;             ///< standard deviation of sRGB
+  float saturated = 0;            ///< share
+  float sharpness = 0;            ///< variance of the Laplacian over the variance
+  std::array<float, 3> person{};  ///< mean of red, green, blue on the mask
 };
 
 PictureFacts facts_of(const ByteImage& image, int frame_id) {
   PictureFacts facts;
   facts.frame_id = frame_id;
-  facts.digest =
+  const Digest digest =
       sha256(std::string_view(reinterpret_cast<const char*>(image.data.data()), image.data.size()));
+  std::copy_n(digest.begin(), facts.digest.size(), facts.digest.begin());
   const int c = image.channels;
   double sum = 0;
   double squares = 0;
@@ -84,13 +90,29 @@ PictureFacts facts_of(const ByteImage& image, int frame_id) {
     }
   }
   if (count > 0) {
-    facts.mean = sum / count;
-    const double variance = squares / count - facts.mean * facts.mean;
-    facts.contrast = std::sqrt(std::max(variance, 0.0));
-    facts.sharpness = edges / count / std::max(variance, 1e-6);
-    facts.saturated = top / count;
+    const double mean = sum / count;
+    const double variance = squares / count - mean * mean;
+    facts.mean = static_cast<float>(mean);
+    facts.contrast = static_cast<float>(std::sqrt(std::max(variance, 0.0)));
+    facts.sharpness = static_cast<float>(edges / count / std::max(variance, 1e-6));
+    facts.saturated = static_cast<float>(top / count);
   }
   return facts;
+}
+
+/// Of each picture the first with the same bytes, which may be itself.
+std::vector<std::uint32_t> first_with_bytes(const std::vector<PictureFacts>& pictures) {
+  std::vector<std::uint32_t> order(pictures.size());
+  std::iota(order.begin(), order.end(), 0U);
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+    return pictures[a].digest < pictures[b].digest;
+  });
+  std::vector<std::uint32_t> first(pictures.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    const bool same = i > 0 && pictures[order[i]].digest == pictures[order[i - 1]].digest;
+    first[order[i]] = same ? first[order[i - 1]] : order[i];
+  }
+  return first;
 }
 
 void judge_pictures(const std::string& camera, const std::vector<PictureFacts>& pictures,
@@ -101,7 +123,7 @@ void judge_pictures(const std::string& camera, const std::vector<PictureFacts>& 
     sharpness.push_back(picture.sharpness);
   }
   const double usual = median(sharpness);
-  std::map<Digest, int> frame_of;  // the first with these bytes
+  const std::vector<std::uint32_t> first = first_with_bytes(pictures);
   for (std::size_t i = 0; i < pictures.size(); ++i) {
     const PictureFacts& picture = pictures[i];
     if (picture.mean < options.black) {
@@ -119,14 +141,13 @@ void judge_pictures(const std::string& camera, const std::vector<PictureFacts>& 
                    "the image is less sharp than the camera's others",
                    "is it out of focus, moved, or scaled?");
     }
-    const auto [same, is_new] = frame_of.emplace(picture.digest, picture.frame_id);
     if (i == 0) {
       continue;
     }
     const PictureFacts& before = pictures[i - 1];
-    if (!is_new) {
+    if (first[i] != i) {
       gathered.add(Severity::Warning, "frame-duplicate", camera, picture.frame_id,
-                   "the image is that of frame " + std::to_string(same->second),
+                   "the image is that of frame " + std::to_string(pictures[first[i]].frame_id),
                    "did the recorder drop a frame? then later frames may be out of step");
     } else if (before.mean > options.black &&
                std::abs(picture.mean - before.mean) > options.jump * before.mean) {
@@ -140,11 +161,12 @@ void judge_pictures(const std::string& camera, const std::vector<PictureFacts>& 
 }
 
 /// Mean colour of the person, as if the camera had no gain; nothing (0) of grey pictures.
-Eigen::Vector3d colour_on(const ByteImage& image, const ByteImage& mask, const Camera& camera) {
+std::array<float, 3> colour_on(const ByteImage& image, const ByteImage& mask,
+                               const Camera& camera) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   double count = 0;
   if (image.channels < 3 || mask.width != image.width || mask.height != image.height) {
-    return sum;
+    return {};
   }
   for (int y = 0; y < mask.height; ++y) {
     for (int x = 0; x < mask.width; ++x) {
@@ -157,33 +179,74 @@ Eigen::Vector3d colour_on(const ByteImage& image, const ByteImage& mask, const C
     }
   }
   constexpr double kFew = 50;
-  return count < kFew ? Eigen::Vector3d::Zero() : Eigen::Vector3d(sum / count);
+  if (count < kFew) {
+    return {};
+  }
+  sum /= count;
+  return {static_cast<float>(sum.x()), static_cast<float>(sum.y()), static_cast<float>(sum.z())};
+}
+
+/// Pairs of cameras that have one image of a frame, by the second camera.
+void find_twins(const std::vector<Camera>& cameras,
+                const std::vector<std::vector<PictureFacts>>& pictures,
+                std::vector<Finding>& findings) {
+  struct Twin {
+    std::size_t camera = 0;
+    int frame_id = 0;
+    std::size_t other = 0;
+  };
+  std::vector<Twin> twins;
+  std::set<std::pair<std::size_t, std::size_t>> told;
+  std::vector<std::size_t> next(pictures.size());  // of each camera, whose pictures are by frame
+  while (true) {
+    std::optional<int> frame;
+    for (std::size_t c = 0; c < pictures.size(); ++c) {
+      if (next[c] < pictures[c].size()) {
+        const int id = pictures[c][next[c]].frame_id;
+        frame = frame ? std::min(*frame, id) : id;
+      }
+    }
+    if (!frame) {
+      break;
+    }
+    std::map<ShortDigest, std::size_t> first;
+    for (std::size_t c = 0; c < pictures.size(); ++c) {
+      if (next[c] == pictures[c].size() || pictures[c][next[c]].frame_id != *frame) {
+        continue;
+      }
+      const PictureFacts& picture = pictures[c][next[c]++];
+      constexpr float kBlank = 0.01F;  // images of nothing are alike, and no copies
+      const auto [there, is_new] = first.emplace(picture.digest, c);
+      if (picture.contrast >= kBlank && !is_new && told.emplace(there->second, c).second) {
+        twins.push_back({c, *frame, there->second});
+      }
+    }
+  }
+  std::stable_sort(twins.begin(), twins.end(),
+                   [](const Twin& a, const Twin& b) { return a.camera < b.camera; });
+  for (const Twin& twin : twins) {
+    findings.push_back({Severity::Error, "picture-twins",
+                        cameras[twin.camera].id + " frame " + std::to_string(twin.frame_id),
+                        "it has the very image of " + cameras[twin.other].id,
+                        "was a camera's folder copied under another name?",
+                        "--capture.leave-out " + cameras[twin.camera].id});
+  }
 }
 
 /// Images of two cameras that are one image, and cameras whose colours are not the others'.
 void compare_cameras(const std::vector<Camera>& cameras,
                      const std::vector<std::vector<PictureFacts>>& pictures,
                      std::vector<Finding>& findings) {
-  std::map<std::pair<int, Digest>, std::size_t> first;
-  std::set<std::pair<std::size_t, std::size_t>> told;
+  find_twins(cameras, pictures, findings);
   std::vector<Eigen::Vector3d> colours;
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     std::array<std::vector<double>, 3> values;  // green; red and blue over green
     for (const PictureFacts& picture : pictures[c]) {
-      constexpr double kBlank = 0.01;  // images of nothing are alike, and no copies
-      const bool blank = picture.contrast < kBlank;
-      const auto [there, is_new] = first.emplace(std::pair(picture.frame_id, picture.digest), c);
-      if (!blank && !is_new && told.emplace(there->second, c).second) {
-        findings.push_back({Severity::Error, "picture-twins",
-                            cameras[c].id + " frame " + std::to_string(picture.frame_id),
-                            "it has the very image of " + cameras[there->second].id,
-                            "was a camera's folder copied under another name?",
-                            "--capture.leave-out " + cameras[c].id});
-      }
-      if (picture.person.y() > 0) {
-        values[0].push_back(picture.person.y());
-        values[1].push_back(picture.person.x() / picture.person.y());
-        values[2].push_back(picture.person.z() / picture.person.y());
+      const auto [red, green, blue] = picture.person;
+      if (green > 0) {
+        values[0].push_back(green);
+        values[1].push_back(red / green);
+        values[2].push_back(blue / green);
       }
     }
     colours.emplace_back(median(values[0]), median(values[1]), median(values[2]));
@@ -345,15 +408,10 @@ std::vector<Finding> check_frames(FrameReader& reader, const FrameCheckOptions& 
   Gathered gathered;
   std::vector<Finding> camera_findings;
   std::vector<std::string> without_pictures;
-  std::set<int> all_frames;
+  std::vector<int> all_frames = frame_ids(dataset);
   bool any_picture = false;
-  for (const CaptureSequence& sequence : dataset.info.sequences) {
-    all_frames.insert(sequence.frame_ids.begin(), sequence.frame_ids.end());
-  }
   for (const CameraFrames& frames : dataset.frames) {
-    for (const auto& [frame, place] : frames.images) {
-      all_frames.insert(frame);
-    }
+    add_frames(all_frames, frames.images.frames());
     any_picture = any_picture || !frames.images.empty();
   }
   const auto lacks = [](const CameraFrames& frames, int frame) {
@@ -372,6 +430,7 @@ std::vector<Finding> check_frames(FrameReader& reader, const FrameCheckOptions& 
     const CameraFrames& frames = dataset.frames[c];
     const auto index = static_cast<Index>(c);
     std::vector<PictureFacts> pictures;
+    pictures.reserve(frames.images.size() / static_cast<std::size_t>(options.every) + 1);
     const auto& held_out = dataset.info.held_out_cameras;
     const bool held = std::find(held_out.begin(), held_out.end(), camera.id) != held_out.end();
     if (frames.images.empty() && !all_frames.empty() && !held) {

@@ -1,6 +1,8 @@
 #include "capture/dataset.h"
 
 #include <algorithm>
+#include <iterator>
+#include <utility>
 
 namespace atelier {
 
@@ -20,6 +22,16 @@ std::vector<int> frame_ids(const Dataset& dataset) {
   }
   std::sort(ids.begin(), ids.end());
   return ids;
+}
+
+void add_frames(std::vector<int>& frames, const std::vector<int>& more) {
+  if (std::includes(frames.begin(), frames.end(), more.begin(), more.end())) {
+    return;
+  }
+  std::vector<int> all;
+  all.reserve(std::max(frames.size(), more.size()));
+  std::set_union(frames.begin(), frames.end(), more.begin(), more.end(), std::back_inserter(all));
+  frames = std::move(all);
 }
 
 }  // namespace atelier

@@ -7,21 +7,12 @@
 #include <vector>
 
 #include "capture/capture_info.h"
-#include "capture/frame_path.h"
+#include "capture/frame_places.h"
 #include "core/camera.h"
 #include "core/finding.h"
 #include "core/types.h"
 
 namespace atelier {
-
-/// Location of one image, mask, label image or detection.
-struct DataPlace {
-  FramePath file;      ///< a file of its own, a zip, a video, an HDF5 file
-  std::string member;  ///< name inside a zip or an HDF5 file; "": the file itself
-  int index = -1;      ///< frame of a video or row of an array, from 0; -1: neither
-
-  bool operator==(const DataPlace&) const = default;
-};
 
 /// Corrections of a camera's detections where files are wrong (layouts/corrections.h).
 struct KeypointReading {
@@ -37,12 +28,12 @@ struct KeypointReading {
 
 /// Data of one camera, by frame id.
 struct CameraFrames {
-  std::map<int, DataPlace> images;
-  std::map<int, DataPlace> masks;      ///< of the person
-  std::map<int, DataPlace> labels;     ///< of CaptureInfo::label_taxonomy
-  std::map<int, DataPlace> keypoints;  ///< of CaptureInfo::keypoint_schema
-  KeypointReading reading;             ///< of the keypoints
-  bool inverted_masks = false;         ///< the masks are set in the background
+  FramePlaces images;
+  FramePlaces masks;            ///< of the person
+  FramePlaces labels;           ///< of CaptureInfo::label_taxonomy
+  FramePlaces keypoints;        ///< of CaptureInfo::keypoint_schema
+  KeypointReading reading;      ///< of the keypoints
+  bool inverted_masks = false;  ///< the masks are set in the background
   int turn = 0;  ///< quarter turns, clockwise, that images were given after the calibration
   int view_rotation = 0;  ///< degrees by which the recorder says that it turned them; 0: none
   int image_width = 0;    ///< pixels of the first readable image; 0: none
@@ -69,9 +60,9 @@ struct Dataset {
   CaptureInfo info;            ///< subject, sequences (fps, frame ids), schemas, held-out, consent
   bool calibrated = true;      ///< false: cameras have ids and sizes alone (fx, fy are 0)
   std::vector<Camera> cameras;
-  std::vector<CameraFrames> frames;      ///< one for each camera
-  std::map<int, DataPlace> keypoints3d;  ///< optional, by frame id
-  std::string keypoint_schema_3d;        ///< of keypoints3d
+  std::vector<CameraFrames> frames;  ///< one for each camera
+  FramePlaces keypoints3d;           ///< optional, by frame id
+  std::string keypoint_schema_3d;    ///< of keypoints3d
   KeypointFile keypoint_file = KeypointFile::OpenPose;
   double keypoint_shift = 0;  ///< px, added to the files' coordinates: 0.5 if centres are integers
   FileWorld file_world;       ///< unit and up axis that were assumed for the files
@@ -86,5 +77,8 @@ Index camera_index(const Dataset& dataset, const std::string& id);
 
 /// Every frame id of every sequence, increasing.
 std::vector<int> frame_ids(const Dataset& dataset);
+
+/// Adds those of `more` that `frames` does not have; both are increasing.
+void add_frames(std::vector<int>& frames, const std::vector<int>& more);
 
 }  // namespace atelier

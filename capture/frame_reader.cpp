@@ -54,11 +54,6 @@ const char* extension_of(ImageFormat format) {
   return ".png";
 }
 
-const DataPlace* find_place(const std::map<int, DataPlace>& places, int frame_id) {
-  const auto found = places.find(frame_id);
-  return found == places.end() ? nullptr : &found->second;
-}
-
 PersonKeypoints as_meant(PersonKeypoints person, const Dataset& dataset, std::size_t camera) {
   const KeypointReading& reading = dataset.frames[camera].reading;
   if (reading != KeypointReading{}) {
@@ -137,8 +132,8 @@ struct FrameReader::State {
   Limits limits;
   std::optional<ZipArchive> zip;  ///< the one read last
   std::optional<VideoFile> video;
-  FramePath video_path;
-  FramePath hdf5_path;  ///< of `hdf5`
+  std::filesystem::path video_path;
+  std::filesystem::path hdf5_path;  ///< of `hdf5`
   std::map<std::string, Tensor> hdf5;
   std::map<std::string, std::map<int, std::vector<PersonKeypoints>>> detections;
 
@@ -150,14 +145,13 @@ struct FrameReader::State {
 
   /// One dataset of an HDF5 file. Reading starts a process that reads the whole file, so that what
   /// the other cameras have of the same frame comes with it.
-  const Tensor& hdf5_tensor(const DataPlace& place, std::map<int, DataPlace> CameraFrames::*kind,
-                            int frame_id) {
+  const Tensor& hdf5_tensor(const DataPlace& place, FramePlaces CameraFrames::*kind, int frame_id) {
     if (hdf5_path != place.file || !hdf5.contains(place.member)) {
       std::vector<std::string> names = {place.member};
       if (kind != nullptr) {
         for (const CameraFrames& frames : dataset.frames) {
-          const DataPlace* other = find_place(frames.*kind, frame_id);
-          if (other != nullptr && other->file == place.file && other->member != place.member) {
+          const std::optional<DataPlace> other = (frames.*kind).find(frame_id);
+          if (other && other->file == place.file && other->member != place.member) {
             names.push_back(other->member);
           }
         }
@@ -168,7 +162,7 @@ struct FrameReader::State {
     return hdf5.at(place.member);
   }
 
-  std::vector<std::byte> bytes(const DataPlace& place, std::map<int, DataPlace> CameraFrames::*kind,
+  std::vector<std::byte> bytes(const DataPlace& place, FramePlaces CameraFrames::*kind,
                                int frame_id) {
     if (is_zip(place)) {
       if (!zip || zip->file() != place.file.string()) {
@@ -211,8 +205,8 @@ struct FrameReader::State {
   }
 
   /// Row `index` of an array [F,K,C] of numbers.
-  RowMatrix row_of(const DataPlace& place, std::map<int, DataPlace> CameraFrames::*kind,
-                   int frame_id, std::int64_t columns) {
+  RowMatrix row_of(const DataPlace& place, FramePlaces CameraFrames::*kind, int frame_id,
+                   std::int64_t columns) {
     const Tensor& tensor = hdf5_tensor(place, kind, frame_id);
     const auto refuse = [&](const std::string& expected) {
       throw DataError(place.file.string(), place.member, "an array of " + shape_text(tensor.shape),
@@ -254,9 +248,9 @@ const Dataset& FrameReader::dataset() const {
 }
 
 std::optional<ImageHeader> FrameReader::image_header(Index camera_idx, int frame_id) {
-  const DataPlace* place =
-      find_place(state_->dataset.frames[state_->camera(camera_idx)].images, frame_id);
-  if (place == nullptr) {
+  const std::optional<DataPlace> place =
+      state_->dataset.frames[state_->camera(camera_idx)].images.find(frame_id);
+  if (!place) {
     return std::nullopt;
   }
   if (is_video(*place)) {
@@ -273,9 +267,9 @@ std::optional<ImageHeader> FrameReader::image_header(Index camera_idx, int frame
 }
 
 std::optional<ByteImage> FrameReader::byte_image(Index camera_idx, int frame_id) {
-  const DataPlace* place =
-      find_place(state_->dataset.frames[state_->camera(camera_idx)].images, frame_id);
-  if (place == nullptr) {
+  const std::optional<DataPlace> place =
+      state_->dataset.frames[state_->camera(camera_idx)].images.find(frame_id);
+  if (!place) {
     return std::nullopt;
   }
   if (is_video(*place)) {
@@ -286,9 +280,9 @@ std::optional<ByteImage> FrameReader::byte_image(Index camera_idx, int frame_id)
 }
 
 std::optional<Image> FrameReader::image(Index camera_idx, int frame_id) {
-  const DataPlace* place =
-      find_place(state_->dataset.frames[state_->camera(camera_idx)].images, frame_id);
-  if (place == nullptr) {
+  const std::optional<DataPlace> place =
+      state_->dataset.frames[state_->camera(camera_idx)].images.find(frame_id);
+  if (!place) {
     return std::nullopt;
   }
   if (is_video(*place)) {
@@ -299,9 +293,9 @@ std::optional<Image> FrameReader::image(Index camera_idx, int frame_id) {
 }
 
 std::optional<ByteImage> FrameReader::mask(Index camera_idx, int frame_id) {
-  const DataPlace* place =
-      find_place(state_->dataset.frames[state_->camera(camera_idx)].masks, frame_id);
-  if (place != nullptr) {
+  const std::optional<DataPlace> place =
+      state_->dataset.frames[state_->camera(camera_idx)].masks.find(frame_id);
+  if (place) {
     ByteImage read = binary_mask(state_->bytes(*place, &CameraFrames::masks, frame_id),
                                  name_of(*place), state_->limits);
     if (state_->dataset.frames[state_->camera(camera_idx)].inverted_masks) {
@@ -321,9 +315,9 @@ std::optional<ByteImage> FrameReader::mask(Index camera_idx, int frame_id) {
 }
 
 std::optional<ByteImage> FrameReader::labels(Index camera_idx, int frame_id) {
-  const DataPlace* place =
-      find_place(state_->dataset.frames[state_->camera(camera_idx)].labels, frame_id);
-  if (place == nullptr) {
+  const std::optional<DataPlace> place =
+      state_->dataset.frames[state_->camera(camera_idx)].labels.find(frame_id);
+  if (!place) {
     return std::nullopt;
   }
   const LabelTaxonomy& taxonomy = label_taxonomy(state_->dataset.info.label_taxonomy);
@@ -340,22 +334,21 @@ std::optional<ByteImage> FrameReader::labels(Index camera_idx, int frame_id) {
 
 std::optional<ImageHeader> FrameReader::mask_header(Index camera_idx, int frame_id) {
   const CameraFrames& frames = state_->dataset.frames[state_->camera(camera_idx)];
-  const DataPlace* mask = find_place(frames.masks, frame_id);
-  const DataPlace* place = mask != nullptr ? mask : find_place(frames.labels, frame_id);
-  if (place == nullptr) {
+  const std::optional<DataPlace> mask = frames.masks.find(frame_id);
+  const std::optional<DataPlace> place = mask ? mask : frames.labels.find(frame_id);
+  if (!place) {
     return std::nullopt;
   }
   return read_image_header(
-      state_->bytes(*place, mask != nullptr ? &CameraFrames::masks : &CameraFrames::labels,
-                    frame_id),
+      state_->bytes(*place, mask ? &CameraFrames::masks : &CameraFrames::labels, frame_id),
       name_of(*place), state_->limits);
 }
 
 std::vector<PersonKeypoints> FrameReader::keypoints(Index camera_idx, int frame_id) {
   const Dataset& dataset = state_->dataset;
-  const DataPlace* place =
-      find_place(dataset.frames[state_->camera(camera_idx)].keypoints, frame_id);
-  if (place == nullptr) {
+  const std::optional<DataPlace> place =
+      dataset.frames[state_->camera(camera_idx)].keypoints.find(frame_id);
+  if (!place) {
     return {};
   }
   if (dataset.keypoint_file == KeypointFile::Rows) {
@@ -389,8 +382,8 @@ std::vector<PersonKeypoints> FrameReader::keypoints(Index camera_idx, int frame_
 
 std::vector<PersonPoints> FrameReader::keypoints3d(int frame_id) {
   const Dataset& dataset = state_->dataset;
-  const DataPlace* place = find_place(dataset.keypoints3d, frame_id);
-  if (place == nullptr) {
+  const std::optional<DataPlace> place = dataset.keypoints3d.find(frame_id);
+  if (!place) {
     return {};
   }
   std::vector<PersonPoints> people;
@@ -411,9 +404,9 @@ std::vector<PersonPoints> FrameReader::keypoints3d(int frame_id) {
 }
 
 std::optional<EncodedImage> FrameReader::encoded_image(Index camera_idx, int frame_id) {
-  const DataPlace* place =
-      find_place(state_->dataset.frames[state_->camera(camera_idx)].images, frame_id);
-  if (place == nullptr) {
+  const std::optional<DataPlace> place =
+      state_->dataset.frames[state_->camera(camera_idx)].images.find(frame_id);
+  if (!place) {
     return std::nullopt;
   }
   if (is_video(*place)) {

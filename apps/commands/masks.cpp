@@ -121,6 +121,7 @@ CameraMasks masks_of(const Dataset& dataset, std::size_t c, const MasksArguments
     return result;
   }
   EmptyStage background;
+  MovingBackground moving;
   if (method == MaskMethod::Plates) {
     background = background_of_plates(plates_of(arguments.plates, id));
   } else if (method == MaskMethod::Time) {
@@ -132,7 +133,7 @@ CameraMasks masks_of(const Dataset& dataset, std::size_t c, const MasksArguments
         some.push_back(three_channels(std::move(*image)));
       }
     }
-    MovingBackground moving = background_over_time(some);
+    moving = background_over_time(some, options.mask);
     constexpr double kDoubtful = 0.05;
     if (moving.still_share > kDoubtful) {
       result.findings.push_back(
@@ -141,7 +142,7 @@ CameraMasks masks_of(const Dataset& dataset, std::size_t c, const MasksArguments
                "% of the image something stays or moves for half of the time",
            "take clean plates (--plates), or frames in which the person walks about"});
     }
-    background = std::move(moving.background);
+    background = moving.background;
   }
   const fs::path folder = fs::path(arguments.out) / "labels" / id;
   make_private_directory(folder);
@@ -163,9 +164,10 @@ CameraMasks masks_of(const Dataset& dataset, std::size_t c, const MasksArguments
                           std::to_string(background.mean.height) + " pixels",
                       std::to_string(picture.width) + " x " + std::to_string(picture.height));
     }
-    ByteImage mask = method == MaskMethod::Chroma
-                         ? mask_by_chroma(picture, options.chroma, options.mask)
-                         : mask_from_background(picture, background, options.mask);
+    const ByteImage mask =
+        method == MaskMethod::Chroma ? mask_by_chroma(picture, options.chroma, options.mask)
+        : method == MaskMethod::Time ? mask_over_time(picture, moving, options.mask)
+                                     : mask_from_background(picture, background, options.mask);
     const auto set = std::count_if(mask.data.begin(), mask.data.end(),
                                    [](std::uint8_t value) { return value != 0; });
     if (set == 0) {

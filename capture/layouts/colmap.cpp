@@ -196,8 +196,12 @@ Dataset dataset_of_model(const fs::path& path, const std::map<std::uint32_t, Cam
                                     std::to_string(posed.size()) + " images are not there",
                                 "put them into images/ under the names of the images file"});
     for (CameraFrames& frames : dataset.frames) {
-      std::erase_if(frames.images,
-                    [](const auto& entry) { return !fs::exists(entry.second.file); });
+      const FramePlaces listed = std::exchange(frames.images, {});
+      for (const auto& [frame, place] : listed) {
+        if (fs::exists(place.file)) {
+          frames.images.add(frame, place);
+        }
+      }
     }
   }
   dataset.root = root;

@@ -160,15 +160,11 @@ void require_value(std::string_view option, const Written& entry) {
 
 /// The same frames under other numbers; those that become negative are left out, and so are those
 /// that no sequence has, where sequences are said.
-void renumber(std::map<int, DataPlace>& places, int by, const std::set<int>& wanted) {
-  std::map<int, DataPlace> moved;
-  for (auto& [frame, place] : places) {
-    const int now = frame + by;
-    if (now >= 0 && (wanted.empty() || wanted.contains(now))) {
-      moved.emplace(now, std::move(place));
-    }
+void renumber(FramePlaces& places, int by, const std::vector<int>& wanted) {
+  places = places.shifted(by);
+  if (!wanted.empty()) {
+    places = places.only(wanted);
   }
-  places = std::move(moved);
 }
 
 void leave_out(Dataset& dataset, const std::string& names) {
@@ -301,10 +297,7 @@ void correct_cameras(Dataset& dataset, const CorrectionOptions& options) {
 }
 
 void correct_frames(Dataset& dataset, const CorrectionOptions& options) {
-  std::set<int> wanted;
-  for (const CaptureSequence& sequence : dataset.info.sequences) {
-    wanted.insert(sequence.frame_ids.begin(), sequence.frame_ids.end());
-  }
+  const std::vector<int> wanted = frame_ids(dataset);
   for (const Entry& entry : entries_of(dataset, "sync", options.sync)) {
     const int by = whole_number("sync", entry.value);
     for (const std::size_t camera : entry.cameras) {

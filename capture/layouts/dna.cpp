@@ -172,7 +172,7 @@ void list_images(const DnaFiles& files, const std::map<std::string, std::size_t>
       const auto camera = index.find(short_id(parts[1]));
       const std::optional<int> frame = frame_number(parts[3]);
       if (camera != index.end() && frame) {
-        dataset.frames[camera->second].images[*frame] = {files.main, name, -1};
+        dataset.frames[camera->second].images.set(*frame, {files.main, name, -1});
       }
     }
   }
@@ -186,7 +186,7 @@ void list_annotations(const DnaFiles& files, const std::map<std::string, std::si
                       std::int64_t max_rows, Dataset& dataset) {
   std::int64_t row_count = 0;  // an array's shape costs a file nothing, a place of a row does
   const auto rows = [&](const Tensor& tensor, const std::string& name, std::int64_t columns) {
-    std::map<int, DataPlace> places;
+    FramePlaces places;
     if (tensor.shape.size() != 3 || tensor.shape[1] < 1 || tensor.shape[2] < columns) {
       dataset.findings.push_back(
           {Severity::Warning, "keypoints-shape", files.annotations.string() + ": " + name,
@@ -201,7 +201,7 @@ void list_annotations(const DnaFiles& files, const std::map<std::string, std::si
     }
     row_count += tensor.shape[0];
     for (int i = 0; i < static_cast<int>(tensor.shape[0]); ++i) {
-      places[i] = {files.annotations, name, i};
+      places.add(i, {files.annotations, name, i});
     }
     return places;
   };
@@ -211,7 +211,7 @@ void list_annotations(const DnaFiles& files, const std::map<std::string, std::si
     if (parts.size() == 4 && parts[0] == "Mask" && parts[2] == "mask") {
       const std::optional<int> frame = frame_number(parts[3]);
       if (camera != index.end() && frame) {
-        dataset.frames[camera->second].masks[*frame] = {files.annotations, name, -1};
+        dataset.frames[camera->second].masks.set(*frame, {files.annotations, name, -1});
       }
     } else if (parts.size() == 2 && parts[0] == "Keypoints_2D" && camera != index.end()) {
       dataset.frames[camera->second].keypoints = rows(tensor, name, 3);

@@ -37,9 +37,10 @@ bool is_video(const std::string& extension) {
   return std::find(kVideos.begin(), kVideos.end(), extension) != kVideos.end();
 }
 
-/// Entries of a folder, sorted; none if there is no such folder.
-std::vector<fs::path> entries(const fs::path& folder, const Limits& limits) {
-  std::vector<fs::path> paths;
+/// Names in a folder, sorted; none if there is no such folder. Not paths, which keep each of their
+/// parts: some 700 bytes of a file.
+std::vector<std::string> entries(const fs::path& folder, const Limits& limits) {
+  std::vector<std::string> names;
   std::error_code error;
   const fs::file_type kind = fs::status(folder, error).type();
   if (error && kind != fs::file_type::not_found) {  // what may not be looked at is not absent
@@ -47,23 +48,24 @@ std::vector<fs::path> entries(const fs::path& folder, const Limits& limits) {
                            system_reason(error.value()));
   }
   if (kind != fs::file_type::directory) {
-    return paths;
+    return names;
   }
   error.clear();
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
-    if (static_cast<std::int64_t>(paths.size()) >= limits.frames) {
+    if (std::ssize(names) >= limits.frames) {
       throw DataError(folder.string(), "", "more files than " + std::to_string(limits.frames),
                       "fewer");
     }
-    if (entry.path().filename().string().front() != '.') {
-      paths.push_back(entry.path());
+    std::string name = entry.path().filename().string();
+    if (name.front() != '.') {
+      names.push_back(std::move(name));
     }
   }
   if (error) {
     throw EnvironmentError(folder.string(), system_reason(error.value()));
   }
-  std::sort(paths.begin(), paths.end());
-  return paths;
+  std::sort(names.begin(), names.end());
+  return names;
 }
 
 /// Refuses a file where a folder is looked for, or where one that is to hold it is.
@@ -79,20 +81,31 @@ void refuse_file_for_folder(fs::path folder) {
   }
 }
 
-void add(std::map<int, DataPlace>& frames, const std::string& name, const DataPlace& place,
-         std::size_t run) {
-  const std::optional<int> number = frame_number(name, run);
-  if (!number) {
-    return;
+/// Places by the numbers of their names.
+/// @param place_of  of a name
+template <class PlaceOf>
+FramePlaces numbered(const std::vector<std::string>& names, const PlaceOf& place_of) {
+  const std::size_t run = frame_run(names);
+  std::vector<std::pair<int, std::uint32_t>> order;  // so that places are added by frame
+  order.reserve(names.size());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (const std::optional<int> number = frame_number(names[i], run)) {
+      order.emplace_back(*number, static_cast<std::uint32_t>(i));
+    }
   }
-  const auto [at, is_new] = frames.emplace(*number, place);
-  if (!is_new) {
-    throw DataError(place.file.string(), place.member,
-                    "a second image of frame " + std::to_string(*number) + " beside " +
-                        (at->second.member.empty() ? fs::path(at->second.file).filename().string()
-                                                   : at->second.member),
-                    "one file for each frame number (the last number of the name that differs)");
+  std::sort(order.begin(), order.end());
+  FramePlaces frames;
+  for (const auto& [number, i] : order) {
+    const DataPlace place = place_of(names[i]);
+    if (!frames.add(number, place)) {
+      const DataPlace there = *frames.find(number);
+      throw DataError(place.file.string(), place.member,
+                      "a second image of frame " + std::to_string(number) + " beside " +
+                          (there.member.empty() ? there.file.filename().string() : there.member),
+                      "one file for each frame number (the last number of the name that differs)");
+    }
   }
+  return frames;
 }
 
 /// Whether the digits at the end of a name are a camera's: "000012_cam04", "f12-view_3".
@@ -108,32 +121,33 @@ bool is_camera_number(const std::string& name, std::string_view digits) {
   return before.ends_with("cam") || before.ends_with("camera") || before.ends_with("view");
 }
 
-/// The files of a folder that frames may be in, sorted.
-std::vector<fs::path> files_of_frames(const fs::path& folder,
-                                      const std::vector<std::string>& extensions,
-                                      const Limits& limits) {
+/// Names of the files of a folder that frames may be in, sorted.
+std::vector<std::string> files_of_frames(const fs::path& folder,
+                                         const std::vector<std::string>& extensions,
+                                         const Limits& limits) {
   refuse_file_for_folder(folder);
-  std::vector<fs::path> files;
-  for (const fs::path& path : entries(folder, limits)) {
-    const std::string extension = lower_extension(path);
+  std::vector<std::string> files;
+  for (std::string& name : entries(folder, limits)) {
+    const std::string extension = lower_extension(name);
     const bool wanted = extensions.empty() ? is_picture(extension)
                                            : std::find(extensions.begin(), extensions.end(),
                                                        extension) != extensions.end();
     if (!wanted) {
       continue;
     }
-    if (fs::is_directory(path) && !digit_runs(path.filename().string()).empty()) {
+    const fs::path path = folder / name;
+    if (fs::is_directory(path) && !digit_runs(name).empty()) {
       throw DataError(path.string(), "", "a folder", "a file");
     }
     if (fs::is_regular_file(path)) {
-      files.push_back(path);
+      files.push_back(std::move(name));
     }
   }
   return files;
 }
 
 /// The last number without leading zeros, in its text.
-std::string number_key(const std::string& name) {
+std::string_view number_key(std::string_view name) {
   std::size_t end = name.size();
   while (end > 0 && !is_digit(name[end - 1])) {
     --end;
@@ -162,59 +176,54 @@ std::size_t frame_run(const std::vector<std::string>& names) {
     return 1;
   }
   for (std::size_t k = 0; k < runs; ++k) {
-    std::set<std::string> values;
+    std::vector<std::string_view> values;
+    values.reserve(names.size());
     for (const std::string& name : names) {
       const std::vector<std::string_view> of_name = digit_runs(name);
-      values.insert(number_key(std::string(of_name[of_name.size() - 1 - k])));
+      values.push_back(number_key(of_name[of_name.size() - 1 - k]));
     }
-    if (values.size() == names.size()) {
+    std::sort(values.begin(), values.end());
+    if (std::adjacent_find(values.begin(), values.end()) == values.end()) {
       return k;
     }
   }
   return 0;
 }
 
-std::map<int, DataPlace> numbered_files(const fs::path& folder,
-                                        const std::vector<std::string>& extensions,
-                                        const Limits& limits) {
-  std::map<int, DataPlace> frames;
-  const std::vector<fs::path> files = files_of_frames(folder, extensions, limits);
-  std::vector<std::string> names;
-  names.reserve(files.size());
-  for (const fs::path& path : files) {
-    names.push_back(path.filename().string());
-  }
-  const std::size_t run = frame_run(names);
-  const auto shared = std::make_shared<const std::string>(folder.string());
-  for (const std::string& name : names) {
-    add(frames, name, {FramePath(shared, name), "", -1}, run);
-  }
-  return frames;
+FramePlaces numbered_files(const fs::path& folder, const std::vector<std::string>& extensions,
+                           const Limits& limits) {
+  return numbered(files_of_frames(folder, extensions, limits), [&](const std::string& name) {
+    return DataPlace{folder / name, "", -1};
+  });
 }
 
-std::map<std::int64_t, DataPlace> stamped_files(const fs::path& folder,
-                                                const std::vector<std::string>& extensions,
-                                                const Limits& limits) {
-  std::map<std::int64_t, DataPlace> files;
+StampedFiles stamped_files(const fs::path& folder, const std::vector<std::string>& extensions,
+                           const Limits& limits) {
+  StampedFiles stamped;
+  stamped.folder = folder;
   constexpr std::size_t kShortest = 10;  // digits: seconds since 1970
-  for (const fs::path& path : files_of_frames(folder, extensions, limits)) {
-    const std::string name = path.filename().string();
+  for (std::string& name : files_of_frames(folder, extensions, limits)) {
     const std::vector<std::string_view> runs = digit_runs(name);
     const auto stamp =
         runs.empty() || runs.back().size() < kShortest ? std::nullopt : long_number(runs.back());
     if (stamp) {
-      files.emplace(*stamp, DataPlace{path, "", -1});
+      stamped.files.push_back({*stamp, std::move(name)});
     }
   }
-  return files;
+  // Of two files of one stamp the first counts.
+  std::stable_sort(stamped.files.begin(), stamped.files.end(),
+                   [](const auto& a, const auto& b) { return a.stamp < b.stamp; });
+  const auto same = std::unique(stamped.files.begin(), stamped.files.end(),
+                                [](const auto& a, const auto& b) { return a.stamp == b.stamp; });
+  stamped.files.erase(same, stamped.files.end());
+  return stamped;
 }
 
-std::map<int, DataPlace> camera_pictures(const fs::path& base, const std::string& name,
-                                         const Limits& limits) {
+FramePlaces camera_pictures(const fs::path& base, const std::string& name, const Limits& limits) {
   if (name.empty()) {
     return {};
   }
-  std::map<int, DataPlace> frames = numbered_files(base / name, {}, limits);
+  FramePlaces frames = numbered_files(base / name, {}, limits);
   if (!frames.empty()) {
     return frames;
   }
@@ -227,18 +236,14 @@ std::map<int, DataPlace> camera_pictures(const fs::path& base, const std::string
         members.push_back(member);
       }
     }
-    const std::size_t run = frame_run(members);
-    for (const std::string& member : members) {
-      add(frames, member, {zip, member, -1}, run);
-    }
-    return frames;
+    return numbered(members, [&](const std::string& member) { return DataPlace{zip, member, -1}; });
   }
   for (const char* extension : kVideos) {
     const fs::path path = base / (name + extension);
     if (fs::exists(path)) {
       const int count = VideoFile(path, limits).frames();
       for (int i = 0; i < count; ++i) {
-        frames.emplace(i, DataPlace{path, "", i});
+        frames.add(i, {path, "", i});
       }
       return frames;
     }
@@ -248,14 +253,14 @@ std::map<int, DataPlace> camera_pictures(const fs::path& base, const std::string
 
 std::vector<std::string> camera_names(const fs::path& base, const Limits& limits) {
   std::set<std::string> names;
-  for (const fs::path& path : entries(base, limits)) {
-    const std::string extension = lower_extension(path);
-    if (fs::is_directory(path)) {
-      if (path.filename() != "lost+found") {  // of a disk's root, and its owner's alone
-        names.insert(path.filename().string());
+  for (const std::string& name : entries(base, limits)) {
+    const std::string extension = lower_extension(name);
+    if (fs::is_directory(base / name)) {
+      if (name != "lost+found") {  // of a disk's root, and its owner's alone
+        names.insert(name);
       }
     } else if (extension == ".zip" || is_video(extension)) {
-      names.insert(path.stem().string());
+      names.insert(fs::path(name).stem().string());
     }
   }
   return {names.begin(), names.end()};
@@ -270,10 +275,9 @@ std::vector<fs::path> files_ending(const fs::path& folder, std::string_view suff
     return text;
   };
   std::vector<fs::path> found;
-  for (const fs::path& path : entries(folder, limits)) {
-    if (lower(path.filename().string()).ends_with(lower(std::string(suffix))) &&
-        fs::is_regular_file(path)) {
-      found.push_back(path);
+  for (const std::string& name : entries(folder, limits)) {
+    if (lower(name).ends_with(lower(std::string(suffix))) && fs::is_regular_file(folder / name)) {
+      found.push_back(folder / name);
     }
   }
   return found;
@@ -291,16 +295,16 @@ MatchedNames matched_names(const std::vector<std::string>& ids,
   }
   std::map<std::string, std::vector<std::string>> by_number;
   for (const std::string& name : left) {
-    by_number[number_key(name)].push_back(name);
+    by_number[std::string(number_key(name))].push_back(name);
   }
   std::map<std::string, int> ids_of_number;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     if (result.names[i].empty()) {
-      ++ids_of_number[number_key(ids[i])];
+      ++ids_of_number[std::string(number_key(ids[i]))];
     }
   }
   for (std::size_t i = 0; i < ids.size(); ++i) {
-    const std::string key = number_key(ids[i]);
+    const std::string key(number_key(ids[i]));
     // Only where one camera and one name have that number: "cam1_json" and "cam1_img" would tie.
     if (result.names[i].empty() && !key.empty() && ids_of_number[key] == 1 &&
         by_number[key].size() == 1) {
@@ -330,7 +334,7 @@ MatchedNames matched_names(const std::vector<std::string>& ids,
 namespace {
 
 /// The name in `base` of every camera that lacks `kind`, with findings on how they were matched.
-std::vector<std::string> names_in(Dataset& dataset, std::map<int, DataPlace> CameraFrames::*kind,
+std::vector<std::string> names_in(Dataset& dataset, FramePlaces CameraFrames::*kind,
                                   const fs::path& base, const Limits& limits) {
   std::vector<std::string> ids;
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
@@ -371,10 +375,10 @@ std::vector<std::string> names_in(Dataset& dataset, std::map<int, DataPlace> Cam
 
 }  // namespace
 
-Dataset with_pictures(Dataset dataset, std::map<int, DataPlace> CameraFrames::*kind,
-                      const fs::path& base, const Limits& limits) {
+Dataset with_pictures(Dataset dataset, FramePlaces CameraFrames::*kind, const fs::path& base,
+                      const Limits& limits) {
   const std::vector<std::string> names = names_in(dataset, kind, base, limits);
-  std::vector<std::map<std::int64_t, DataPlace>> stamped(names.size());
+  std::vector<StampedFiles> stamped(names.size());
   for (std::size_t c = 0; c < names.size(); ++c) {
     if (!names[c].empty()) {
       dataset.frames[c].*kind = camera_pictures(base, names[c], limits);
@@ -398,12 +402,12 @@ fs::path one_detection_file(const fs::path& base, const std::string& name, const
 
 /// Frames of such a file; none if it is another one or of one frame. One that cannot be read is
 /// told of where its frames are read.
-std::map<int, DataPlace> frames_of_file(const fs::path& file, const Limits& limits) {
-  std::map<int, DataPlace> frames;
+FramePlaces frames_of_file(const fs::path& file, const Limits& limits) {
+  FramePlaces frames;
   try {
     const std::string text = read_file_text(file, limits.text_file_bytes);
     for (const auto& [frame, people] : parse_detection_frames(text, file.string(), 0, limits)) {
-      frames.emplace(frame, DataPlace{file, "", frame});
+      frames.add(frame, {file, "", frame});
     }
   } catch (const DataError&) {
     frames.clear();
@@ -412,24 +416,19 @@ std::map<int, DataPlace> frames_of_file(const fs::path& file, const Limits& limi
 }
 
 /// Some programs count frames from 1 where a video's begin at 0.
-std::map<int, DataPlace> beside_images(std::map<int, DataPlace> frames,
-                                       const std::map<int, DataPlace>& images) {
+FramePlaces beside_images(FramePlaces frames, const FramePlaces& images) {
   if (frames.empty() || images.empty() || images.begin()->first != 0 ||
-      frames.begin()->first == 0 || frames.rbegin()->first != images.rbegin()->first + 1) {
+      frames.begin()->first == 0 || frames.last_frame() != images.last_frame() + 1) {
     return frames;
   }
-  std::map<int, DataPlace> moved;
-  for (const auto& [frame, place] : frames) {
-    moved.emplace(frame - 1, place);
-  }
-  return moved;
+  return frames.shifted(-1);
 }
 
 }  // namespace
 
 Dataset with_keypoints(Dataset dataset, const fs::path& base, const Limits& limits) {
   const std::vector<std::string> names = names_in(dataset, &CameraFrames::keypoints, base, limits);
-  std::vector<std::map<std::int64_t, DataPlace>> stamped(names.size());
+  std::vector<StampedFiles> stamped(names.size());
   for (std::size_t c = 0; c < names.size(); ++c) {
     if (!names[c].empty()) {
       CameraFrames& frames = dataset.frames[c];
@@ -437,7 +436,7 @@ Dataset with_keypoints(Dataset dataset, const fs::path& base, const Limits& limi
       const fs::path file =
           frames.keypoints.size() <= 1 ? one_detection_file(base, names[c], limits) : fs::path();
       if (!file.empty()) {
-        std::map<int, DataPlace> of_file = frames_of_file(file, limits);
+        FramePlaces of_file = frames_of_file(file, limits);
         if (of_file.size() > 1) {
           frames.keypoints = beside_images(std::move(of_file), frames.images);
         }

@@ -2,7 +2,6 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -24,21 +23,30 @@ std::size_t frame_run(const std::vector<std::string>& names);
 /// DataError for two files of one number, for more files than `limits.frames`, for a file in the
 /// folder's place or above it and for a folder in the place of a frame's file; EnvironmentError
 /// (the folder that refuses) where it may not be looked at.
-std::map<int, DataPlace> numbered_files(const std::filesystem::path& folder,
-                                        const std::vector<std::string>& extensions = {},
-                                        const Limits& limits = {});
+FramePlaces numbered_files(const std::filesystem::path& folder,
+                           const std::vector<std::string>& extensions = {},
+                           const Limits& limits = {});
 
-/// The files of a folder whose last number has 10 digits and more: time stamps, in the unit of the
-/// names. Throws as numbered_files.
-std::map<std::int64_t, DataPlace> stamped_files(const std::filesystem::path& folder,
-                                                const std::vector<std::string>& extensions = {},
-                                                const Limits& limits = {});
+/// Files of one folder that are named by time stamps, in the unit of the names.
+struct StampedFiles {
+  struct File {
+    std::int64_t stamp = 0;
+    std::string name;
+  };
+  std::filesystem::path folder;
+  std::vector<File> files;  ///< by stamp, each stamp once
+};
+
+/// The files of a folder whose last number has 10 digits and more. Throws as numbered_files.
+StampedFiles stamped_files(const std::filesystem::path& folder,
+                           const std::vector<std::string>& extensions = {},
+                           const Limits& limits = {});
 
 /// The images of one camera: of the folder `base`/`name`, else of the zip `base`/`name`.zip, else
 /// of the video `base`/`name`.mp4 (.mov, .avi, .mkv). None if nothing is there. Throws as
 /// numbered_files, ZipArchive and VideoFile.
-std::map<int, DataPlace> camera_pictures(const std::filesystem::path& base, const std::string& name,
-                                         const Limits& limits = {});
+FramePlaces camera_pictures(const std::filesystem::path& base, const std::string& name,
+                            const Limits& limits = {});
 
 /// Names of the cameras that have a folder, a zip or a video in `base`, sorted; none if there is no
 /// such folder. Hidden names and lost+found are left out. Throws EnvironmentError where it may not
@@ -64,7 +72,7 @@ MatchedNames matched_names(const std::vector<std::string>& ids,
 /// A data set with the images of `base` (camera_pictures) as its images, masks or labels; cameras
 /// that have some already keep them. Files that are named by time stamps are numbered by them
 /// (number_by_time). Findings say how names were matched.
-Dataset with_pictures(Dataset dataset, std::map<int, DataPlace> CameraFrames::*kind,
+Dataset with_pictures(Dataset dataset, FramePlaces CameraFrames::*kind,
                       const std::filesystem::path& base, const Limits& limits = {});
 
 /// The same with the JSON files of `base/<camera>` as its keypoints: one for each frame, or one of

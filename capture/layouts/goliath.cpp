@@ -32,8 +32,8 @@ std::string id_of(const JsonPlace& place) {
 }
 
 /// The zips of one kind by camera: cam<ID>.zip.
-Dataset with_zips(Dataset dataset, std::map<int, DataPlace> CameraFrames::*kind,
-                  const fs::path& base, const Limits& limits) {
+Dataset with_zips(Dataset dataset, FramePlaces CameraFrames::*kind, const fs::path& base,
+                  const Limits& limits) {
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
     dataset.frames[c].*kind = camera_pictures(base, "cam" + dataset.cameras[c].id, limits);
   }

@@ -16,7 +16,7 @@ struct Found {
 
 bool has_pictures(const fs::path& base, const std::string& name, const Limits& limits) {
   return !fs::is_directory(base / name) || !numbered_files(base / name, {}, limits).empty() ||
-         !stamped_files(base / name, {}, limits).empty();
+         !stamped_files(base / name, {}, limits).files.empty();
 }
 
 Found found_in(const fs::path& path, const Limits& limits) {

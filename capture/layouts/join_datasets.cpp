@@ -85,14 +85,6 @@ std::vector<Index> cameras_in_part(const Dataset& first, const Dataset& part) {
   return of;
 }
 
-std::map<int, DataPlace> raised(const std::map<int, DataPlace>& places, int by) {
-  std::map<int, DataPlace> result;
-  for (const auto& [frame, place] : places) {
-    result[frame + by] = place;
-  }
-  return result;
-}
-
 /// Adds a part's sequence, its frames `by` higher.
 void add_part(Dataset& all, const Dataset& part, const std::vector<Index>& cameras, int by,
               const std::string& name, const std::string& kind) {
@@ -117,10 +109,10 @@ void add_part(Dataset& all, const Dataset& part, const std::vector<Index>& camer
     }
     for (const auto& kinds : {&CameraFrames::images, &CameraFrames::masks, &CameraFrames::labels,
                               &CameraFrames::keypoints}) {
-      (own.*kinds).merge(raised(frames.*kinds, by));
+      (own.*kinds).merge((frames.*kinds).shifted(by));
     }
   }
-  all.keypoints3d.merge(raised(part.keypoints3d, by));
+  all.keypoints3d.merge(part.keypoints3d.shifted(by));
   const auto add_new = [](auto& mine, const auto& theirs) {
     for (const auto& one : theirs) {
       if (std::find(mine.begin(), mine.end(), one) == mine.end()) {

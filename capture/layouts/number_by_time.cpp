@@ -9,7 +9,7 @@
 namespace atelier {
 namespace {
 
-using Stamped = std::vector<std::map<std::int64_t, DataPlace>>;
+using Stamped = std::vector<StampedFiles>;
 
 /// Stamps in a second, by the digits of one.
 double stamps_in_a_second(std::int64_t stamp) {
@@ -21,11 +21,9 @@ double stamps_in_a_second(std::int64_t stamp) {
 /// Median time from one file of a camera to the next; 0: no camera has two.
 double interval_of(const Stamped& stamped) {
   std::vector<double> gaps;
-  for (const auto& files : stamped) {
-    for (auto at = files.begin(); at != files.end(); ++at) {
-      if (at != files.begin()) {
-        gaps.push_back(static_cast<double>(at->first - std::prev(at)->first));
-      }
+  for (const StampedFiles& camera : stamped) {
+    for (std::size_t i = 1; i < camera.files.size(); ++i) {
+      gaps.push_back(static_cast<double>(camera.files[i].stamp - camera.files[i - 1].stamp));
     }
   }
   return median(std::move(gaps));
@@ -34,9 +32,9 @@ double interval_of(const Stamped& stamped) {
 /// The first stamp of each frame.
 std::vector<std::int64_t> times_of(const Stamped& stamped, double interval) {
   std::vector<std::int64_t> all;
-  for (const auto& files : stamped) {
-    for (const auto& [stamp, place] : files) {
-      all.push_back(stamp);
+  for (const StampedFiles& camera : stamped) {
+    for (const StampedFiles::File& file : camera.files) {
+      all.push_back(file.stamp);
     }
   }
   std::sort(all.begin(), all.end());
@@ -62,10 +60,10 @@ int frame_at(const std::vector<std::int64_t>& times, std::int64_t stamp, double 
 
 }  // namespace
 
-void number_by_time(Dataset& dataset, std::map<int, DataPlace> CameraFrames::*kind,
-                    const Stamped& stamped, const std::string& place) {
-  const bool any =
-      std::any_of(stamped.begin(), stamped.end(), [](const auto& files) { return !files.empty(); });
+void number_by_time(Dataset& dataset, FramePlaces CameraFrames::*kind, const Stamped& stamped,
+                    const std::string& place) {
+  const bool any = std::any_of(stamped.begin(), stamped.end(),
+                               [](const StampedFiles& camera) { return !camera.files.empty(); });
   if (!any) {
     return;
   }
@@ -85,10 +83,10 @@ void number_by_time(Dataset& dataset, std::map<int, DataPlace> CameraFrames::*ki
          "nothing, if that is the frame rate; --capture.fps says it otherwise"});
   }
   for (std::size_t c = 0; c < stamped.size(); ++c) {
-    for (const auto& [stamp, file] : stamped[c]) {
+    for (const auto& [stamp, name] : stamped[c].files) {
       const int frame = frame_at(dataset.frame_times, stamp, dataset.frame_interval);
       if (frame >= 0) {
-        (dataset.frames[c].*kind).emplace(frame, file);
+        (dataset.frames[c].*kind).add(frame, {stamped[c].folder / name, "", -1});
       }
     }
   }

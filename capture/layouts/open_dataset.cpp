@@ -476,7 +476,7 @@ void settle_cameras(Dataset& dataset) {
 double video_fps(const Dataset& dataset, const Limits& limits) {
   for (const CameraFrames& frames : dataset.frames) {
     if (!frames.images.empty()) {
-      const DataPlace& place = frames.images.begin()->second;
+      const DataPlace place = frames.images.begin()->second;
       if (place.member.empty() && place.index >= 0) {
         return VideoFile(place.file, limits).fps();
       }
@@ -491,19 +491,16 @@ void settle_sequences(Dataset& dataset, const DatasetOptions& options, const Lim
     sequences.push_back({"capture", "clothed", 0, {}});
   }
   if (sequences.size() == 1 && sequences.front().frame_ids.empty()) {
-    std::set<int> ids;
-    const auto collect = [&](std::map<int, DataPlace> CameraFrames::*kind) {
+    std::vector<int>& ids = sequences.front().frame_ids;
+    const auto collect = [&](FramePlaces CameraFrames::*kind) {
       for (const CameraFrames& frames : dataset.frames) {
-        for (const auto& [frame, place] : frames.*kind) {
-          ids.insert(frame);
-        }
+        add_frames(ids, (frames.*kind).frames());
       }
     };
     collect(&CameraFrames::images);
     if (ids.empty()) {
       collect(&CameraFrames::keypoints);
     }
-    sequences.front().frame_ids.assign(ids.begin(), ids.end());
   }
   for (CaptureSequence& sequence : sequences) {
     if (options.fps > 0) {
@@ -540,7 +537,7 @@ SomePeople some_people(const Dataset& dataset, const Limits& limits) {
   constexpr std::size_t kSamples = 12;  // of each camera
   SomePeople some;
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
-    const std::map<int, DataPlace>& places = dataset.frames[c].keypoints;
+    const FramePlaces& places = dataset.frames[c].keypoints;
     const std::size_t step = std::max<std::size_t>(1, places.size() / kSamples);
     std::size_t i = 0;
     for (const auto& [frame, place] : places) {

@@ -87,7 +87,7 @@ Dataset read_panoptic(const fs::path& path, const DatasetOptions& /*options*/,
   dataset.info.keypoint_schema.clear();
   for (const std::string kind : {"hd", "vga", "kinect"}) {
     for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
-      std::map<int, DataPlace>& images = dataset.frames[c].images;
+      FramePlaces& images = dataset.frames[c].images;
       const std::string& id = dataset.cameras[c].id;
       if (images.empty()) {
         images = camera_pictures(dataset.root / (kind + "Imgs"), id, limits);

@@ -137,9 +137,9 @@ Dataset dataset_of(const std::vector<PosedImage>& images, const std::string& fil
     dataset.frames.emplace_back();
   };
   const auto put = [&](int frame, const PosedImage& image) {
-    dataset.frames.back().images[frame] = image.image;
+    dataset.frames.back().images.set(frame, image.image);
     if (!image.mask.file.empty()) {
-      dataset.frames.back().masks[frame] = image.mask;
+      dataset.frames.back().masks.set(frame, image.mask);
     }
   };
   for (const auto& [part, members] : groups) {

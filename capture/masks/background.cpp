@@ -118,6 +118,133 @@ bool is_shadow(const Image& image, std::size_t p, const EmptyStage& background,
   return true;
 }
 
+/// Replaces a pixel's background by the value that most frames come within `reach` of.
+void take_most_frequent(const std::vector<Image>& images, std::size_t p, float reach,
+                        EmptyStage& background) {
+  std::vector<std::array<float, 3>> values;
+  values.reserve(images.size());
+  for (const Image& image : images) {
+    values.push_back(coded_pixel(image, p));
+  }
+  std::size_t best = 0;
+  std::size_t most = 0;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const auto near = static_cast<std::size_t>(std::count_if(
+        values.begin(), values.end(),
+        [&](const std::array<float, 3>& value) { return distance(values[i], value) <= reach; }));
+    if (near > most) {
+      most = near;
+      best = i;
+    }
+  }
+  std::array<std::vector<float>, 3> linear;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (distance(values[best], values[i]) <= reach) {
+      const auto channels = static_cast<std::size_t>(images[i].channels);
+      for (std::size_t c = 0; c < 3; ++c) {
+        linear[c].push_back(images[i].data[p * channels + (channels == 1 ? 0 : c)]);
+      }
+    }
+  }
+  for (std::size_t c = 0; c < 3; ++c) {
+    background.mean.data[3 * p + c] = median_of(linear[c]);
+  }
+}
+
+/// Numbers, from 1, of the parts outside of a mask that do not reach the image's border.
+cv::Mat holes_of(const ByteImage& mask) {
+  cv::Mat outside(mask.height, mask.width, CV_8UC1);
+  for (int y = 0; y < mask.height; ++y) {
+    for (int x = 0; x < mask.width; ++x) {
+      outside.at<std::uint8_t>(y, x) = mask.at(x, y) != 0 ? 0 : 255;
+    }
+  }
+  cv::Mat parts;
+  const int count = cv::connectedComponents(outside, parts, 4);
+  std::vector<bool> open(static_cast<std::size_t>(count), false);
+  open[0] = true;  // the mask
+  for (int y = 0; y < mask.height; ++y) {
+    for (int x = 0; x < mask.width; ++x) {
+      if (x == 0 || y == 0 || x == mask.width - 1 || y == mask.height - 1) {
+        open[static_cast<std::size_t>(parts.at<int>(y, x))] = true;
+      }
+    }
+  }
+  std::vector<int> number(static_cast<std::size_t>(count), 0);
+  int next = 0;
+  for (std::size_t i = 0; i < number.size(); ++i) {
+    number[i] = open[i] ? 0 : ++next;
+  }
+  for (int y = 0; y < mask.height; ++y) {
+    for (int x = 0; x < mask.width; ++x) {
+      int& part = parts.at<int>(y, x);
+      part = number[static_cast<std::size_t>(part)];
+    }
+  }
+  return parts;
+}
+
+/// Whether most of a hole is background: seen in the open in other frames, or of a colour that the
+/// background has around the hole, where it was seen in the open.
+bool shows_background(const cv::Mat& hole, const MovingBackground& moving) {
+  constexpr int kLevels = 24;  // of each gamma-coded channel
+  const auto level_of = [&](int x, int y) {
+    const std::size_t p = static_cast<std::size_t>(y) * static_cast<std::size_t>(hole.cols) +
+                          static_cast<std::size_t>(x);
+    const std::array<float, 3> value = coded_pixel(moving.background.mean, p);
+    std::array<int, 3> level{};
+    for (std::size_t c = 0; c < 3; ++c) {
+      level[c] = std::clamp(saturating_cast<int>(value[c] * kLevels), 0, kLevels - 1);
+    }
+    return level;
+  };
+  const auto at = [](const std::array<int, 3>& level) {
+    return static_cast<std::size_t>((level[0] * kLevels + level[1]) * kLevels + level[2]);
+  };
+  const cv::Rect box = cv::boundingRect(hole);
+  const int reach = std::max({box.width, box.height, hole.rows / 20});
+  const cv::Rect around =
+      cv::Rect(box.x - reach, box.y - reach, box.width + 2 * reach, box.height + 2 * reach) &
+      cv::Rect(0, 0, hole.cols, hole.rows);
+  std::vector<int> colours(static_cast<std::size_t>(kLevels * kLevels * kLevels), 0);
+  int open = 0;
+  for (int y = around.y; y < around.y + around.height; ++y) {
+    for (int x = around.x; x < around.x + around.width; ++x) {
+      if (moving.seen_open.at(x, y) != 0 && hole.at<std::uint8_t>(y, x) == 0) {
+        ++colours[at(level_of(x, y))];
+        ++open;
+      }
+    }
+  }
+  const auto is_around = [&](const std::array<int, 3>& level) {
+    int count = 0;
+    for (int dr = -1; dr <= 1; ++dr) {
+      for (int dg = -1; dg <= 1; ++dg) {
+        for (int db = -1; db <= 1; ++db) {
+          const std::array<int, 3> other = {level[0] + dr, level[1] + dg, level[2] + db};
+          if (std::all_of(other.begin(), other.end(),
+                          [](int value) { return value >= 0 && value < kLevels; })) {
+            count += colours[at(other)];
+          }
+        }
+      }
+    }
+    constexpr double kShare = 0.01;  // of what is open around: no single pixels
+    return count > kShare * open;
+  };
+  int area = 0;
+  int background = 0;
+  for (int y = box.y; y < box.y + box.height; ++y) {
+    for (int x = box.x; x < box.x + box.width; ++x) {
+      if (hole.at<std::uint8_t>(y, x) != 0) {
+        ++area;
+        background += moving.seen_open.at(x, y) != 0 || is_around(level_of(x, y)) ? 1 : 0;
+      }
+    }
+  }
+  return 2 * background > area;
+}
+
 cv::Mat disc(double radius) {
   const int r = saturating_cast<int>(std::round(radius));
   return cv::getStructuringElement(cv::MORPH_ELLIPSE, cv::Size(2 * r + 1, 2 * r + 1));
@@ -180,7 +307,8 @@ EmptyStage background_of_plates(const std::vector<Image>& plates) {
   return background;
 }
 
-MovingBackground background_over_time(const std::vector<Image>& frames) {
+MovingBackground background_over_time(const std::vector<Image>& frames,
+                                      const MaskOptions& options) {
   constexpr std::size_t kLeast = 5;
   if (frames.size() < kLeast) {
     throw DataError("", "frames", std::to_string(frames.size()), "5 at least, or clean plates");
@@ -191,13 +319,35 @@ MovingBackground background_over_time(const std::vector<Image>& frames) {
   // Where the person stays, values fall apart: the spread is far above the picture's noise.
   std::vector<float> spreads = moving.background.spread.data;
   const float usual = std::max(median_of(spreads), 1e-3F);
-  std::size_t apart = 0;
+  const auto apart = std::count_if(spreads.begin(), spreads.end(),
+                                   [&](float spread) { return spread > 8 * usual; });
+  moving.still_share = static_cast<double>(apart) / static_cast<double>(spreads.size());
+  for (std::size_t p = 0; p < spreads.size(); ++p) {
+    if (moving.background.spread.data[p] > 2 * usual) {
+      take_most_frequent(frames, p, 4 * usual, moving.background);
+    }
+  }
   for (float& spread : moving.background.spread.data) {
-    apart += spread > 8 * usual ? 1 : 0;
     spread = std::clamp(spread, 0.5F * usual, 2 * usual);
   }
-  moving.still_share =
-      static_cast<double>(apart) / static_cast<double>(moving.background.spread.data.size());
+  const Image& first = frames.front();
+  std::vector<std::size_t> open(spreads.size(), 0);
+  for (const Image& frame : frames) {
+    const ByteImage mask = mask_from_background(frame, moving.background, options);
+    const cv::Mat holes = holes_of(mask);
+    for (int y = 0; y < first.height; ++y) {
+      for (int x = 0; x < first.width; ++x) {
+        const bool seen = mask.at(x, y) == 0 && holes.at<int>(y, x) == 0;
+        open[static_cast<std::size_t>(y) * static_cast<std::size_t>(first.width) +
+             static_cast<std::size_t>(x)] += seen ? 1 : 0;
+      }
+    }
+  }
+  const std::size_t often = std::max<std::size_t>(2, frames.size() / 10);
+  moving.seen_open = ByteImage(first.width, first.height, 1);
+  for (std::size_t p = 0; p < open.size(); ++p) {
+    moving.seen_open.data[p] = open[p] >= often ? 255 : 0;
+  }
   return moving;
 }
 
@@ -214,6 +364,25 @@ ByteImage mask_from_background(const Image& image, const EmptyStage& background,
     mask.data[p] = difference > allowed && !is_shadow(image, p, background, options) ? 255 : 0;
   }
   return clean_mask(mask, options);
+}
+
+ByteImage mask_over_time(const Image& image, const MovingBackground& moving,
+                         const MaskOptions& options) {
+  ByteImage mask = mask_from_background(image, moving.background, options);
+  const cv::Mat holes = holes_of(mask);
+  double count = 0;
+  cv::minMaxLoc(holes, nullptr, &count);
+  for (int hole = 1; hole <= static_cast<int>(count); ++hole) {
+    const cv::Mat inside = holes == hole;
+    if (!shows_background(inside, moving)) {
+      for (int y = 0; y < mask.height; ++y) {
+        for (int x = 0; x < mask.width; ++x) {
+          mask.at(x, y) = inside.at<std::uint8_t>(y, x) != 0 ? 255 : mask.at(x, y);
+        }
+      }
+    }
+  }
+  return mask;
 }
 
 ByteImage mask_by_chroma(const Image& image, const ChromaOptions& chroma,

@@ -19,16 +19,6 @@ struct EmptyStage {
 /// that of the whole image's noise. Throws DataError for none, or plates of two sizes.
 EmptyStage background_of_plates(const std::vector<Image>& plates);
 
-/// From the frames themselves: the median of each pixel over time, its spread by the median
-/// deviation. Right where the person leaves each pixel for more than half of the frames, so that
-/// she must walk about; `still_share` says for how much of the image that is in doubt (pixels
-/// that take two values). Throws DataError for fewer than five frames, or frames of two sizes.
-struct MovingBackground {
-  EmptyStage background;
-  double still_share = 0;  ///< share of pixels whose values over time fall apart
-};
-MovingBackground background_over_time(const std::vector<Image>& frames);
-
 struct MaskOptions {
   double threshold = 6;          ///< deviations from the background that make foreground, [1, 100]
   double min_difference = 0.03;  ///< of gamma-coded values, that is foreground at least, [0, 1]
@@ -49,6 +39,28 @@ OptionTable describe(MaskOptions& options);
 /// for sizes that differ.
 ByteImage mask_from_background(const Image& image, const EmptyStage& background,
                                const MaskOptions& options = {});
+
+/// Background that the frames themselves show.
+struct MovingBackground {
+  EmptyStage background;
+  double still_share = 0;  ///< share of pixels whose values over time fall apart
+  ByteImage seen_open;     ///< 255 where it was seen in some frames outside of any mask's holes
+};
+
+/// From the frames themselves: the most frequent value of each pixel, up to the noise of the
+/// images. The background comes back to one value, a person's clothes shade as they move: it may be
+/// covered for more than half of the frames, unless by somebody who stands still. `still_share`
+/// says for how much of the image it is in doubt (pixels that take two values). Throws DataError
+/// for fewer than five frames, or frames of two sizes.
+MovingBackground background_over_time(const std::vector<Image>& frames,
+                                      const MaskOptions& options = {});
+
+/// mask_from_background, with the holes filled that the mask encloses, unless background is seen
+/// in them: for most of a hole, in the open in other frames, or of a colour that the open
+/// background has nearby (our choice). What stands still in one place for all frames is taken for
+/// background where it has no edge.
+ByteImage mask_over_time(const Image& image, const MovingBackground& moving,
+                         const MaskOptions& options = {});
 
 struct ChromaOptions {
   std::vector<double> key = {0, 0.6,

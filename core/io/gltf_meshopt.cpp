@@ -289,7 +289,7 @@ void put_number(T value, std::byte* at) {
 /// A unit vector from two coordinates on an octahedron; the third number is what 1 is.
 template <class T>
 void unfold_octahedron(std::byte* at) {
-  constexpr double kMost = static_cast<double>((1 << (8 * sizeof(T) - 1)) - 1);
+  constexpr double kLargest = static_cast<double>((1 << (8 * sizeof(T) - 1)) - 1);
   double x = number_at<T>(at);
   double y = number_at<T>(at + sizeof(T));
   const double z =
@@ -298,7 +298,7 @@ void unfold_octahedron(std::byte* at) {
   x += x >= 0 ? fold : -fold;
   y += y >= 0 ? fold : -fold;
   const double length = std::sqrt(x * x + y * y + z * z);
-  const double scale = length > 0 ? kMost / length : 0;
+  const double scale = length > 0 ? kLargest / length : 0;
   put_number(saturating_cast<T>(std::round(x * scale)), at);
   put_number(saturating_cast<T>(std::round(y * scale)), at + sizeof(T));
   put_number(saturating_cast<T>(std::round(z * scale)), at + 2 * sizeof(T));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <functional>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -25,79 +26,103 @@ namespace {
 
 constexpr std::size_t kChunk = std::size_t{1} << 20;
 
-struct Entry {
+/// A file of an input.
+struct InputFile {
   std::filesystem::path path;
   std::string name;  ///< relative, with "/"
 };
 
-/// Gathers the files below a folder; symbolic links are followed.
-class Gathering {
+using VisitFile = std::function<void(InputFile file)>;
+
+/// Visits the files below a folder by their names; symbolic links are followed. An input has
+/// millions of files: no more than the names in one folder are held at a time.
+class FileWalk {
  public:
-  explicit Gathering(const std::filesystem::path& root) : root_(root) {}
+  FileWalk(const std::filesystem::path& root, const VisitFile& visit)
+      : root_(root), visit_(visit) {}
 
   /// @param real  the same folder without links
-  void folder(const std::filesystem::path& folder, const std::filesystem::path& real) {
+  /// @param name  of the folder: "" or with "/" at its end
+  void folder(const std::filesystem::path& folder, const std::filesystem::path& real,
+              const std::string& name) {
     if (std::find(above_.begin(), above_.end(), real) != above_.end()) {
       throw DataError(folder.string(), "", "a symbolic link that leads in a circle",
                       "a link to a folder that does not contain it");
     }
     above_.push_back(real);
+    for (std::string& entry : sorted_entries(folder)) {
+      if (!entry.ends_with('/')) {
+        file({folder / entry, name + entry});
+        continue;
+      }
+      entry.pop_back();
+      const std::filesystem::path inner = folder / entry;
+      const bool link = link_kind(inner) == std::filesystem::file_type::symlink;
+      this->folder(inner, link ? std::filesystem::canonical(inner) : real / entry,
+                   name + entry + "/");
+    }
+    above_.pop_back();
+  }
+
+  std::int64_t files() const { return files_; }
+
+ private:
+  /// Folders with "/" at their end, so that whole names are in order.
+  static std::vector<std::string> sorted_entries(const std::filesystem::path& folder) {
+    std::vector<std::string> entries;
     std::error_code error;
     auto walk = std::filesystem::directory_iterator(folder, error);
     for (; !error && walk != std::filesystem::directory_iterator(); walk.increment(error)) {
-      if (!walk->path().filename().string().starts_with(".")) {
-        add(walk->path(), real);
+      std::string entry = walk->path().filename().string();
+      if (!entry.starts_with(".")) {
+        const bool is_folder = file_kind(walk->path()) == std::filesystem::file_type::directory;
+        entries.push_back(std::move(entry.append(is_folder ? "/" : "")));
       }
     }
     if (error) {
       throw EnvironmentError(folder.string(),
                              "cannot list the folder: " + system_reason(error.value()));
     }
-    above_.pop_back();
+    std::sort(entries.begin(), entries.end());
+    return entries;
   }
 
-  std::vector<Entry> sorted() {
-    std::sort(entries_.begin(), entries_.end(),
-              [](const Entry& a, const Entry& b) { return a.name < b.name; });
-    return std::move(entries_);
-  }
-
- private:
-  void add(const std::filesystem::path& path, const std::filesystem::path& real_folder) {
+  void file(InputFile found) {
     using std::filesystem::file_type;
-    const bool link = link_kind(path) == file_type::symlink;
-    const file_type kind = file_kind(path);
-    if (kind == file_type::directory) {
-      folder(path, link ? std::filesystem::canonical(path) : real_folder / path.filename());
-    } else if (kind == file_type::regular) {
-      std::string name = path.lexically_relative(root_).generic_string();
-      if (name != kConsentFile) {  // consent is no content
-        entries_.push_back({path, std::move(name)});
-      }
-    } else if (link && kind == file_type::not_found) {
-      throw DataError(path.string(), "",
-                      "a symbolic link to " + std::filesystem::read_symlink(path).string() +
+    const file_type kind = file_kind(found.path);
+    if (kind == file_type::not_found && link_kind(found.path) == file_type::symlink) {
+      throw DataError(found.path.string(), "",
+                      "a symbolic link to " + std::filesystem::read_symlink(found.path).string() +
                           ", where nothing is",
                       "a link to a file or folder that is there");
-    } else {
-      throw DataError(path.string(), "", "neither file nor folder", "files and folders alone");
     }
-    if (static_cast<std::int64_t>(entries_.size()) > kMaxFiles) {
+    if (kind != file_type::regular) {
+      throw DataError(found.path.string(), "", "neither file nor folder",
+                      "files and folders alone");
+    }
+    if (found.name == kConsentFile) {  // consent is no content
+      return;
+    }
+    if (++files_ > kMaxFiles) {
       throw DataError(root_.string(), "", "more than " + std::to_string(kMaxFiles) + " files",
                       "a smaller folder");
     }
+    visit_(std::move(found));
   }
 
   const std::filesystem::path& root_;
+  const VisitFile& visit_;
   std::vector<std::filesystem::path> above_;  ///< folders on the way to the current one
-  std::vector<Entry> entries_;
+  std::int64_t files_ = 0;
 };
 
-std::vector<Entry> entries_of(const std::filesystem::path& root) {
+/// Visits the file `root`, or every file below it.
+void visit_files(const std::filesystem::path& root, const VisitFile& visit) {
   using std::filesystem::file_type;
   const file_type status = file_kind(root);
   if (status == file_type::regular) {
-    return {{root, root.filename().string()}};
+    visit({root, root.filename().string()});
+    return;
   }
   if (status == file_type::not_found) {
     throw DataError(root.string(), "", "nothing there", "an existing file or folder");
@@ -111,13 +136,11 @@ std::vector<Entry> entries_of(const std::filesystem::path& root) {
     throw EnvironmentError(root.string(),
                            "cannot list the folder: " + system_reason(error.value()));
   }
-  Gathering gathering(root);
-  gathering.folder(root, real);
-  std::vector<Entry> entries = gathering.sorted();
-  if (entries.empty()) {
+  FileWalk walk(root, visit);
+  walk.folder(root, real, "");
+  if (walk.files() == 0) {
     throw DataError(root.string(), "", "an empty folder", "files");
   }
-  return entries;
 }
 
 /// Sizes and times of the files, without reading one.
@@ -126,24 +149,24 @@ struct Look {
   std::int64_t bytes = 0;
 };
 
-Look look_at(const std::vector<Entry>& entries) {
+Look look_at(const std::filesystem::path& root) {
   Look look;
   Sha256 hash;
-  for (const Entry& entry : entries) {
+  visit_files(root, [&](const InputFile& file) {
     struct stat status {};
-    if (stat(entry.path.c_str(), &status) != 0) {
+    if (stat(file.path.c_str(), &status) != 0) {
       const int error = errno;
       if (error == EACCES || error == EPERM) {
-        throw EnvironmentError(entry.path.string(), "cannot look at it: " + system_reason(error));
+        throw EnvironmentError(file.path.string(), "cannot look at it: " + system_reason(error));
       }
-      throw DataError(entry.path.string(), "", std::generic_category().message(error),
+      throw DataError(file.path.string(), "", std::generic_category().message(error),
                       "a readable file");
     }
-    hash.update(entry.name + "\n" + std::to_string(status.st_size) + " " +
+    hash.update(file.name + "\n" + std::to_string(status.st_size) + " " +
                 std::to_string(status.st_mtim.tv_sec) + "." +
                 std::to_string(status.st_mtim.tv_nsec) + "\n");
     look.bytes += status.st_size;
-  }
+  });
   look.stamp = hash.finish();
   return look;
 }
@@ -236,35 +259,46 @@ FileDigest digest_of_file(const std::filesystem::path& path) {
 
 InputDigest digest_of_input(const std::filesystem::path& path, const StageEvents& events,
                             ConsentPart consent) {
-  const std::vector<Entry> entries = entries_of(path);
   InputDigest result;
-  const Look look = look_at(entries);
+  const Look look = look_at(path);
   result.stamp = look.stamp;
   DigestMeter meter(events);
   meter.expect(look.bytes);
-  const bool single = entries.size() == 1 && entries[0].path == path;
-  std::vector<FileDigest> digests(entries.size());
-  parallel_for(static_cast<Index>(entries.size()), 1, [&](Index begin, Index end) {
-    for (Index i = begin; i < end && !meter.stopped(); ++i) {
-      const auto at = static_cast<std::size_t>(i);
-      digests[at] = !single && entries[at].name == "capture.toml"
-                        ? digest_without_consent(entries[at].path, meter)
-                        : read_digest(entries[at].path, 0, meter);
+  const bool single = file_kind(path) == std::filesystem::file_type::regular;
+  Sha256 hash;
+  std::vector<InputFile> files;  // read together
+  std::vector<std::uint64_t> sketched;
+  const auto read_them = [&] {
+    std::vector<FileDigest> digests(files.size());
+    parallel_for(static_cast<Index>(files.size()), 1, [&](Index begin, Index end) {
+      for (Index i = begin; i < end && !meter.stopped(); ++i) {
+        const auto at = static_cast<std::size_t>(i);
+        digests[at] = !single && files[at].name == "capture.toml"
+                          ? digest_without_consent(files[at].path, meter)
+                          : read_digest(files[at].path, 0, meter);
+      }
+    });
+    for (std::size_t i = 0; i < files.size(); ++i) {
+      // A single file's name is no part of its content: renaming it redoes nothing.
+      hash.update((single ? std::string("file") : files[i].name) + "\n" +
+                  std::to_string(digests[i].size) + " " + hex(digests[i].digest) + "\n");
+      result.bytes += digests[i].size;
+      if (!single) {
+        sketched.push_back(leading_number(digests[i].digest));
+      }
+    }
+    result.files += std::ssize(files);
+    files.clear();
+  };
+  visit_files(path, [&](InputFile file) {
+    constexpr std::size_t kTogether = 4096;
+    files.push_back(std::move(file));
+    if (files.size() == kTogether) {
+      read_them();
     }
   });
-  Sha256 hash;
-  std::vector<std::uint64_t> files;
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    // A single file's name is no part of its content: renaming it redoes nothing.
-    hash.update((single ? std::string("file") : entries[i].name) + "\n" +
-                std::to_string(digests[i].size) + " " + hex(digests[i].digest) + "\n");
-    result.bytes += digests[i].size;
-    if (!single) {
-      files.push_back(leading_number(digests[i].digest));
-    }
-  }
-  result.sketch = content_sketch(std::move(files));
-  result.files = static_cast<std::int64_t>(entries.size());
+  read_them();
+  result.sketch = content_sketch(std::move(sketched));
   result.digest = hash.finish();
   if (consent == ConsentPart::Keyed) {
     result.digest = with_consent(result.digest, path);
@@ -274,7 +308,7 @@ InputDigest digest_of_input(const std::filesystem::path& path, const StageEvents
 }
 
 Digest stamp_of_input(const std::filesystem::path& path, ConsentPart consent) {
-  const Digest stamp = look_at(entries_of(path)).stamp;
+  const Digest stamp = look_at(path).stamp;
   return consent == ConsentPart::Keyed ? with_consent(stamp, path) : stamp;
 }
 

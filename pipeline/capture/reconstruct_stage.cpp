@@ -391,14 +391,15 @@ std::vector<InstantView> instant_of(const Dataset& dataset, int frame, int halvi
     view.mask = std::move(*mask);
     const CameraFrames& files = dataset.frames[c];
     require_size("an image", view.image.width, view.image.height, view.camera, frame,
-                 files.images.at(frame));
+                 *files.images.find(frame));
     if (auto labels = reader.labels(index, frame)) {
       view.labels = std::move(*labels);
       require_size("a label image", view.labels.width, view.labels.height, view.camera, frame,
-                   files.labels.at(frame));
+                   *files.labels.find(frame));
     }
-    require_size("a mask", view.mask.width, view.mask.height, view.camera, frame,
-                 files.masks.contains(frame) ? files.masks.at(frame) : files.labels.at(frame));
+    require_size(
+        "a mask", view.mask.width, view.mask.height, view.camera, frame,
+        files.masks.contains(frame) ? *files.masks.find(frame) : *files.labels.find(frame));
     for (int i = 0; i < halvings; ++i) {
       view.camera = halved(view.camera);
       view.image = halved(view.image);

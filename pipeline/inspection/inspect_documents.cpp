@@ -2,6 +2,7 @@
 #include <array>
 #include <exception>
 #include <iterator>
+#include <limits>
 #include <optional>
 #include <set>
 #include <string>
@@ -38,6 +39,7 @@
 #include "pipeline/pictures/run_account.h"
 #include "registration/flattening/seam_input.h"
 #include "registration/sewing/garment_pattern_json.h"
+#include "registration/sewing/sewing_pattern.h"
 #include "simulation/files/material_file.h"
 
 namespace atelier {
@@ -88,7 +90,35 @@ struct DocumentMark {
   void (*read)(const std::string& text, const std::string& file) = nullptr;
   const char* file_name = "";  ///< that it has, where keys do not tell
   bool in_list = false;        ///< keys of the first object in a list
+  /// Reads it as well, and adds what its kind alone has.
+  void (*add)(const std::string& text, const std::string& file, Inspection& inspection) = nullptr;
 };
+
+void add_pattern(const std::string& text, const std::string& file, Inspection& inspection) {
+  const SewingPattern pattern = garment_pattern_from_json(text, file);
+  double area = 0;
+  std::size_t edges = 0;
+  double lowest = std::numeric_limits<double>::infinity();
+  double highest = -lowest;
+  for (const Panel& panel : pattern.panels) {
+    area += panel_area(panel);
+    edges += panel.edges.size();
+    for (Index i = 0; i < panel.corners.rows(); ++i) {
+      const double height = place(panel.placement, panel.corners.row(i).transpose()).y();
+      lowest = std::min(lowest, height);
+      highest = std::max(highest, height);
+    }
+  }
+  inspection.add("panels", pattern.panels.size());
+  inspection.add("edges", edges);
+  inspection.add("seams", pattern.seams.size());
+  inspection.add("area", area, "m2");
+  inspection.add("lowest", lowest, "m");
+  inspection.add("highest", highest, "m");
+  for (const Panel& panel : pattern.panels) {
+    inspection.add_member(panel.name, panel_area(panel), "m2");
+  }
+}
 
 const std::vector<DocumentMark>& document_marks() {
   static const std::vector<DocumentMark> marks = {
@@ -144,9 +174,10 @@ const std::vector<DocumentMark>& document_marks() {
        [](const std::string& text, const std::string& file) { parse_transforms(text, file); }},
       {{"pattern", "properties"},
        "sewing pattern, Garment-Pattern-Generator or GarmentCode",
-       [](const std::string& text, const std::string& file) {
-         garment_pattern_from_json(text, file);
-       }},
+       nullptr,
+       "",
+       false,
+       add_pattern},
       {{},
        "materials of garments",
        [](const std::string& text, const std::string& file) { parse_materials(text, file); },
@@ -204,7 +235,9 @@ void inspect_json(const std::filesystem::path& path, Inspection& inspection) {
   if (json.is_object() && json.contains("schema") && json["schema"].is_string()) {
     inspection.add("schema", json["schema"].get<std::string>());
   }
-  if (json.is_structured()) {
+  if (mark != nullptr && mark->add != nullptr) {
+    mark->add(read_file_text(path, Limits{}.text_file_bytes), path.string(), inspection);
+  } else if (json.is_structured()) {
     inspection.add("entries", json.size());
   }
 }

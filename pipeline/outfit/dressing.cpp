@@ -458,6 +458,7 @@ GroundTruthGarment sewn_garment(const std::pair<std::string, Label>& garment,
 Garment cut_panels(const std::string& name, const BodyModel& body, const OutfitOptions& options) {
   SewingPattern pattern = pattern_of(name, tailor_measures(body));
   if (name.ends_with(".json")) {
+    move_off_ground(pattern);
     for (Panel& panel : pattern.panels) {
       panel.corners *= options.pattern_scale;
       panel.placement.origin *= options.pattern_scale;

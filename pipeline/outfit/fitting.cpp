@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
 #include "bodymodel/humanoid.h"
 #include "bodymodel/kinematics.h"
@@ -21,10 +22,17 @@ constexpr double kSmplShoulders = 0.21;      // m up to the shoulder joints
 constexpr double kSmplHips = -0.32;          // m down to the hip joints
 constexpr double kSmplArmpits = 0.12;        // m; what reaches above it hangs on the shoulders
 constexpr double kSmplTrunkMiddle = 0.0165;  // m, half way between the patterns' fronts and backs
-constexpr double kSinking = 0.02;            // m that cloth sinks while it is sewn
-constexpr double kHemRidesUp = 0.15;         // m; what ends less below the hips can stay above them
-constexpr double kEase = 0.03;               // m of girth: cloth keeps off the skin, and breath
-constexpr double kMinShareOfMass = 0.7;      // of the average, of a person who is not ill
+constexpr double kSmplCrown = 0.7;           // m; no pattern round her reaches so high
+// Of GarmentCode's mean body, from the ground below it (mean_all.yaml: height, head_l, waist_line,
+// hips_line, armscye_depth; the shoulder joints by their height in SMPL).
+constexpr double kStandingShoulders = 1.40;     // m
+constexpr double kStandingHips = 0.853;         // m
+constexpr double kStandingArmpits = 1.28;       // m
+constexpr double kStandingTrunkMiddle = 0.025;  // m, as of SMPL's
+constexpr double kSinking = 0.02;               // m that cloth sinks while it is sewn
+constexpr double kHemRidesUp = 0.15;     // m; what ends less below the hips can stay above them
+constexpr double kEase = 0.03;           // m of girth: cloth keeps off the skin, and breath
+constexpr double kMinShareOfMass = 0.7;  // of the average, of a person who is not ill
 
 /// First and one past the last vertex of every panel: vertices of a panel are consecutive.
 std::vector<std::pair<Index, Index>> panel_ranges(const Garment& panels) {
@@ -149,6 +157,23 @@ Pose arms_out_pose(const BodyModel& body) {
     }
   }
   return pose;
+}
+
+void move_off_ground(SewingPattern& pattern) {
+  double top = -std::numeric_limits<double>::infinity();
+  for (const Panel& panel : pattern.panels) {
+    for (Index i = 0; i < panel.corners.rows(); ++i) {
+      top = std::max(top, place(panel.placement, panel.corners.row(i).transpose()).y());
+    }
+  }
+  if (!(top > kSmplCrown)) {
+    return;
+  }
+  const double down =
+      top > kStandingArmpits ? kStandingShoulders - kSmplShoulders : kStandingHips - kSmplHips;
+  for (Panel& panel : pattern.panels) {
+    panel.placement.origin -= Eigen::Vector3d(0, down, kStandingTrunkMiddle - kSmplTrunkMiddle);
+  }
 }
 
 bool reaches_shoulders(const Garment& panels) {

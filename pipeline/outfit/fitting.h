@@ -7,12 +7,18 @@
 #include "bodymodel/human/default_human.h"
 #include "core/garment.h"
 #include "core/pose.h"
+#include "registration/sewing/sewing_pattern.h"
 
 namespace atelier {
 
 /// The arms straight out to the sides, the rest as at rest: the pose that the patterns of
 /// Garment-Pattern-Generator are made for. Throws DataError for a body that is no person.
 Pose arms_out_pose(const BodyModel& body);
+
+/// Patterns of GarmentCode lie round her mean body (assets/bodies/mean_all.yaml), which stands on
+/// the ground. One that does, told by panels above the head of SMPL's woman, is moved to where it
+/// would lie round her: what reaches to the shoulders by the shoulders, the rest by the hips.
+void move_off_ground(SewingPattern& pattern);
 
 /// Those patterns lie round the mean woman of SMPL, in metres from that body's origin, which is in
 /// her trunk. Moves the panels to where they hang on another body with its arms out: what reaches

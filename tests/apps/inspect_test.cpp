@@ -358,6 +358,19 @@ TEST_F(Inspect, JsonDocuments_AreRecognized) {
   }
 }
 
+TEST_F(Inspect, SewingPattern_ShowsItsPanels) {
+  const std::filesystem::path file = source_directory() / "fuzz/corpus/pattern/cubic.json";
+  const nlohmann::json seen = nlohmann::json::parse(run({"inspect", file.string(), "--json"}).out);
+  EXPECT_EQ(seen["panels"], 2);
+  EXPECT_EQ(seen["seams"], 2);
+  EXPECT_EQ(seen["edges"], 8);
+  EXPECT_NEAR(seen["highest"].get<double>(), 1.03, 1e-9);
+  EXPECT_NEAR(seen["lowest"].get<double>(), 0.48, 1e-9);
+  // A trapezium of 44 and 70 cm, 55 cm high, less what the waist's curve takes.
+  EXPECT_NEAR(seen["members"]["front"].get<double>(), 0.55 * 0.57, 0.01);
+  EXPECT_NEAR(seen["area"].get<double>(), 2 * seen["members"]["front"].get<double>(), 1e-6);
+}
+
 TEST_F(Inspect, MakeHumanAndCaptureFiles_AreShown) {
   const std::filesystem::path corpus = source_directory() / "fuzz/corpus";
   EXPECT_THAT(run({"inspect", (corpus / "mhclo/small.mhclo").string()}).out,

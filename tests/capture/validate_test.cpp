@@ -239,11 +239,13 @@ class CheckFrames : public ::testing::Test {
   }
   void put_image(int camera, int frame, const ByteImage& image) {
     write_image(file("i", camera, frame), image);
-    dataset_.frames[static_cast<std::size_t>(camera)].images[frame].file = file("i", camera, frame);
+    dataset_.frames[static_cast<std::size_t>(camera)].images.set(
+        frame, {file("i", camera, frame), "", -1});
   }
   void put_mask(int camera, int frame, const ByteImage& mask) {
     write_image(file("m", camera, frame), mask);
-    dataset_.frames[static_cast<std::size_t>(camera)].masks[frame].file = file("m", camera, frame);
+    dataset_.frames[static_cast<std::size_t>(camera)].masks.set(frame,
+                                                                {file("m", camera, frame), "", -1});
   }
   std::vector<Finding> findings() const {
     FrameReader reader(dataset_);
@@ -431,7 +433,7 @@ class CheckKeypoints : public ::testing::Test {
         const std::filesystem::path file =
             folder_.path() / (std::to_string(c) + "_" + std::to_string(f) + ".json");
         std::ofstream(file) << openpose_json({{-1, rows}});
-        dataset_.frames[c].keypoints[f].file = file;
+        dataset_.frames[c].keypoints.set(f, {file, "", -1});
       }
     }
     FrameReader reader(dataset_);

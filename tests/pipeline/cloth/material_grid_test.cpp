@@ -69,7 +69,7 @@ class MaterialGrid : public ::testing::Test {
       }
       const fs::path file = folder_ / ("camera" + std::to_string(c) + ".png");
       write_image(file, image);
-      dataset_.frames[c].images[kFrame].file = file;
+      dataset_.frames[c].images.set(kFrame, {file, "", -1});
     }
   }
   fixtures::TemporaryDirectory folder_;
@@ -119,7 +119,7 @@ TEST_F(MaterialGrid, TakenPicture_IsCutAsItsCameraIs) {
 TEST_F(MaterialGrid, HeldOutCamera_IsNotOpened) {
   const std::size_t first = camera_of(*taken_garments(dataset_, trials_), dataset_);
   dataset_.info.held_out_cameras = {dataset_.cameras[first].id};
-  fs::remove(dataset_.frames[first].images[kFrame].file);
+  fs::remove(dataset_.frames[first].images.find(kFrame)->file);
   const auto other = taken_garments(dataset_, trials_);
   ASSERT_TRUE(other.has_value());
   EXPECT_NE(camera_of(*other, dataset_), first);

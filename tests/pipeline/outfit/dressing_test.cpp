@@ -7,9 +7,11 @@
 
 #include "core/error.h"
 #include "pipeline/outfit/fitting.h"
+#include "pipeline/outfit/tailor.h"
 #include "pipeline/synthesis/synthetic_subject.h"
 #include "simulation/contact/crossings.h"
 #include "tests/pipeline/outfit/human_fixture.h"
+#include "tests/support/places.h"
 #include "tests/support/test_data.h"
 
 namespace atelier {
@@ -83,6 +85,36 @@ INSTANTIATE_TEST_SUITE_P(
                       RealGarment{"tee", "basic tee/tee.json", Label::Upper, 1.30, 1.45},
                       RealGarment{"skirt", "skirts/skirt_4_panels.json", Label::Lower, 0.9, 1.15}),
     [](const auto& one) { return std::string(one.param.name); });
+
+TEST(StandingPatterns, SkirtOfGarmentCode_HangsRoundTheWaist) {
+  const OutfitOptions options =
+      coarse((fixtures::source_directory() / "fuzz/corpus/pattern/cubic.json").string());
+  Garment panels = cut_panels(options.garment, woman(), options);
+  EXPECT_LT(panels.mesh.vertices.col(1).maxCoeff(), 0.3) << "from the origin of SMPL's woman";
+  const TailorMeasures measures = tailor_measures(woman());
+  place_round_body(panels, woman(), woman().mesh.vertices);
+  EXPECT_NEAR(panels.mesh.vertices.col(1).maxCoeff(), measures.waist.y(), 0.06);
+  const Outfit outfit = dress_body(woman(), options);
+  EXPECT_EQ(outfit.garments[0].label, Label::Lower);
+  EXPECT_NEAR(outfit.state.positions.col(1).maxCoeff(), measures.waist.y(), 0.08);
+}
+
+TEST(StandingPatterns, UpperPattern_IsMovedByTheShoulders) {
+  const auto pattern = [](double top) {
+    SewingPattern one;
+    one.panels.resize(1);
+    one.panels[0].corners.resize(3, 2);
+    one.panels[0].corners << -0.2, 0, 0.2, 0, 0, 0.4;
+    one.panels[0].placement.origin = {0, top - 0.4, 0};
+    return one;
+  };
+  for (const auto& [top, left] :
+       {std::pair(0.45, 0.45), std::pair(1.05, 1.05 - 1.173), std::pair(1.45, 1.45 - 1.19)}) {
+    SewingPattern one = pattern(top);
+    move_off_ground(one);
+    EXPECT_NEAR(one.panels[0].placement.origin.y() + 0.4, left, 1e-9) << top;
+  }
+}
 
 TEST(RealGarmentsRefused, TightGarment_IsRefusedWithAdvice) {
   ATELIER_TEST_FILE(root, "garments/pattern_generator/Patterns");
