@@ -1,10 +1,12 @@
 #include "simulation/solver.h"
 
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include "core/error.h"
 #include "core/nearest_name.h"
+#include "simulation/projective/projective.h"
 #include "simulation/xpbd/xpbd.h"
 
 namespace atelier {
@@ -39,6 +41,80 @@ class XpbdBatch final : public SolverBatch {
   ClothSweep sweep_;
 };
 
+class ProjectiveFrictionSolver final : public Solver {
+ public:
+  ProjectiveFrictionSolver(const SimulationModel& model, const SolverOptions& options,
+                           Device device)
+      : Solver(options.name, on_cpu(device)), solver_(model.cloth, model.body_faces, options) {}
+
+  static Device on_cpu(Device device) {
+    const std::string conflict = projective_conflict(device);
+    ATELIER_CHECK(conflict.empty(), conflict);
+    return device;
+  }
+
+  void set_state(const ClothState& state) override { solver_.set_state(state); }
+  ClothState state() const override { return solver_.state(); }
+  FrameReport step(const Control& control) override { return solver_.advance(control); }
+
+ private:
+  ProjectiveSolver solver_;
+};
+
+/// The cloth with a variation's factors on its stiffness.
+Cloth varied(Cloth cloth, const ClothVariation& variation) {
+  ATELIER_CHECK(std::isfinite(variation.stretch) && variation.stretch > 0 &&
+                    std::isfinite(variation.bending) && variation.bending > 0,
+                "factors of a variation are above 0");
+  for (ClothSpring& s : cloth.springs) {
+    s.stiffness *= variation.stretch;
+  }
+  for (ClothHinge& h : cloth.hinges) {
+    h.stiffness *= variation.bending;
+  }
+  for (ClothStrain& s : cloth.strains) {
+    s.warp *= variation.stretch;
+    s.weft *= variation.stretch;
+    s.shear *= variation.stretch;
+  }
+  return cloth;
+}
+
+class ProjectiveFrictionBatch final : public SolverBatch {
+ public:
+  ProjectiveFrictionBatch(const SimulationModel& model,
+                          const std::vector<ClothVariation>& variations,
+                          const SolverOptions& options, Device device) {
+    ATELIER_CHECK(!variations.empty(), "a sweep of no scenes");
+    for (const ClothVariation& variation : variations) {
+      SolverOptions own = options;
+      own.friction = variation.friction >= 0 ? variation.friction : options.friction;
+      const SimulationModel scene{varied(model.cloth, variation), model.body_faces};
+      scenes_.push_back(std::make_unique<ProjectiveFrictionSolver>(scene, own, device));
+    }
+  }
+
+  int scene_count() const override { return static_cast<int>(scenes_.size()); }
+  void set_state(int scene, const ClothState& state) override { at(scene).set_state(state); }
+  ClothState state(int scene) const override { return at(scene).state(); }
+  std::vector<FrameReport> step(const Control& control) override {
+    std::vector<FrameReport> reports;
+    for (const std::unique_ptr<ProjectiveFrictionSolver>& scene : scenes_) {
+      reports.push_back(scene->step(control));
+    }
+    return reports;
+  }
+
+ private:
+  ProjectiveFrictionSolver& at(int scene) const {
+    ATELIER_CHECK(scene >= 0 && scene < scene_count(),
+                  "scene " + std::to_string(scene) + " of the sweep");
+    return *scenes_[static_cast<std::size_t>(scene)];
+  }
+
+  std::vector<std::unique_ptr<ProjectiveFrictionSolver>> scenes_;
+};
+
 /// How one solver is created.
 struct SolverRow {
   const char* name;
@@ -49,14 +125,26 @@ struct SolverRow {
                                         const SolverOptions& options, Device device);
 };
 
-constexpr std::array kSolverRows = {SolverRow{
-    "xpbd",
-    [](const SimulationModel& model, const SolverOptions& options, Device device)
-        -> std::unique_ptr<Solver> { return std::make_unique<XpbdSolver>(model, options, device); },
-    [](const SimulationModel& model, const std::vector<ClothVariation>& variations,
-       const SolverOptions& options, Device device) -> std::unique_ptr<SolverBatch> {
-      return std::make_unique<XpbdBatch>(model, variations, options, device);
-    }}};
+constexpr std::array kSolverRows = {
+    SolverRow{"xpbd",
+              [](const SimulationModel& model, const SolverOptions& options,
+                 Device device) -> std::unique_ptr<Solver> {
+                return std::make_unique<XpbdSolver>(model, options, device);
+              },
+              [](const SimulationModel& model, const std::vector<ClothVariation>& variations,
+                 const SolverOptions& options, Device device) -> std::unique_ptr<SolverBatch> {
+                return std::make_unique<XpbdBatch>(model, variations, options, device);
+              }},
+    SolverRow{"projective-friction",
+              [](const SimulationModel& model, const SolverOptions& options,
+                 Device device) -> std::unique_ptr<Solver> {
+                return std::make_unique<ProjectiveFrictionSolver>(model, options, device);
+              },
+              [](const SimulationModel& model, const std::vector<ClothVariation>& variations,
+                 const SolverOptions& options, Device device) -> std::unique_ptr<SolverBatch> {
+                return std::make_unique<ProjectiveFrictionBatch>(model, variations, options,
+                                                                 device);
+              }}};
 
 const SolverRow& solver_row(const std::string& name) {
   for (const SolverRow& row : kSolverRows) {
@@ -101,7 +189,8 @@ ClothState step(const SimulationModel& model, const ClothState& state, const Con
 }
 
 std::string solver_conflict(const SolverOptions& options, Device device) {
-  return options.name == "xpbd" ? xpbd_conflict(xpbd_options(options), device) : "";
+  return options.name == "xpbd" ? xpbd_conflict(xpbd_options(options), device)
+                                : projective_conflict(device);
 }
 
 std::string idle_on_device(const SolverOptions& options, Device device) {

@@ -45,6 +45,7 @@ struct DrapeOptions {
   int frames = 240;   ///< at most, 60 a second, once the garment is on
   bool video = true;  ///< a turntable, which takes as long as the rest
   double rest_speed = kAtRest;
+  std::string solver = "xpbd";  ///< by which the dressed cloth comes to rest
   Device device = Device::Cpu;
   OutfitOptions outfit;
   DefaultHumanOptions human;
@@ -63,6 +64,8 @@ OptionTable describe(DrapeOptions& options) {
   table.add("rest_speed", options.rest_speed, 1e-4, 10, "m/s",
             "Speed below which 99% of the vertices must be for the cloth to be at rest");
   table.add("video", options.video, "Turntable video beside the images");
+  table.add("solver", options.solver, solver_names(),
+            "Simulator by which the dressed cloth comes to rest; panels are sewn by xpbd");
   table.add("device", options.device, {{"cpu", Device::Cpu}, {"cuda", Device::Cuda}},
             "Device of the cloth simulation");
   OptionTable human = describe(options.human);
@@ -96,6 +99,11 @@ void require_used(const DrapeOptions& options) {
     throw UsageError(
         "--fit body does nothing without a pattern file (.json): drafted garments fit as they are; "
         "leave it out");
+  }
+  SolverOptions settling;
+  settling.name = options.solver;
+  if (const std::string conflict = solver_conflict(settling, options.device); !conflict.empty()) {
+    throw UsageError("--solver " + options.solver + ": " + conflict);
   }
   if (is_default_human(options)) {
     return;
@@ -191,6 +199,7 @@ Draped dress_and_settle(const DrapeOptions& options) {
     draped.dressing.push_back(seen[at]);
   }
   SolverOptions solver = draped.outfit.solver;
+  solver.name = options.solver;
   solver.time_step = 1.0 / 60;
   solver.velocity_damping = kSettlingDamping;
   const std::unique_ptr<Solver> hang =

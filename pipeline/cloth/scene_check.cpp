@@ -173,7 +173,8 @@ void require_scene_options(const ScenePaths& paths, const SimulateOptions& optio
   require_none({
       {wind && options.wind.size() != 3, "--wind takes three numbers: --wind '[0, 0, 5]'"},
       {wind && !(options.solver.drag > 0) && !(options.solver.lift > 0),
-       "--wind does nothing to cloth without drag or lift: " + solver_flag("drag") + " 1"},
+       "--wind does nothing to cloth without drag or lift: " +
+           solver_flag("drag", "", options.solver) + " 1"},
       {!paths.motion.empty() && paths.body.empty(),
        "--motion takes a --body that can be posed: a body model, female or male"},
       {options.pin_top > 0 && paths.body.empty(),
@@ -193,7 +194,7 @@ void require_scene_options(const ScenePaths& paths, const SimulateOptions& optio
            (paths.body.empty() || is_one_mesh(paths.body)),
        "there are no frames to simulate: give --settle or --length"},
       {of_body && paths.body.empty(),
-       solver_flag("friction") +
+       solver_flag("friction", "", options.solver) +
            ", .thickness, .contact-reach and .body-edges are of contact with a body; "
            "give --body, or leave them out"},
       {options.body_fps > 0 && (!paths.motion.empty() || is_one_mesh(paths.body)),
@@ -204,7 +205,7 @@ void require_scene_options(const ScenePaths& paths, const SimulateOptions& optio
   });
   if (const std::string idle = idle_on_device(options.solver, device); !idle.empty()) {
     throw UsageError(
-        solver_flag(idle) + " does nothing on " +
+        solver_flag(idle, "", options.solver) + " does nothing on " +
         (device == Device::Cpu ? "the CPU; use --device cuda" : "a GPU; use --device cpu") +
         ", or leave it out");
   }

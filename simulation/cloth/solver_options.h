@@ -63,17 +63,28 @@ struct XpbdMethodOptions {
   int cuda_blocks = 0;  ///< blocks of a scene, 0: as the barrier allows, up to 1024
 };
 
+/// Options of projective dynamics with dry friction alone (Ly et al. 2020).
+struct ProjectiveMethodOptions {
+  int substeps = 10;    ///< per frame, 1 to 10000
+  int iterations = 10;  ///< local and global steps of a substep, 1 to 100000
+};
+
 /// The table of XPBD's options, common ones and its own, without a prefix.
 OptionTable describe_xpbd(CommonSolverOptions& common, XpbdMethodOptions& method);
+/// The same of projective dynamics, but for common ones without effect on it.
+OptionTable describe_projective(CommonSolverOptions& common, ProjectiveMethodOptions& method);
 
 /// How cloth is solved: by which solver, what is common to all, and a struct for each solver.
 struct SolverOptions : CommonSolverOptions {
-  std::string name = "xpbd";  ///< one of solver_names(); no option of the program while it is alone
+  std::string name = "xpbd";  ///< one of solver_names()
   XpbdMethodOptions xpbd;
+  ProjectiveMethodOptions projective;
 };
 
-/// The options with the solver's name before theirs: "xpbd.substeps". `without`: fields that the
-/// caller sets itself ("time_step"), which are left out.
+/// The solver's name as "solver", and the options of each with its name before theirs:
+/// "xpbd.substeps", "projective_friction.substeps". What is common to all is one value under each
+/// name: "xpbd.friction" and "projective_friction.friction" are the same. `without`: fields that
+/// the caller sets itself ("time_step"), which are left out.
 OptionTable describe(SolverOptions& options, const std::vector<std::string>& without = {});
 
 /// The flag of one field: "--xpbd.self-contact" of "self_contact"; with `section` "cloth" it is

@@ -83,6 +83,9 @@ TEST(SolverInterface, RestartedMidway_ContinuesBitIdentically) {
   for (const std::string& name : solver_names()) {
     scene.options.name = name;
     for (const Device device : fixtures::devices()) {
+      if (!solver_conflict(scene.options, device).empty()) {
+        continue;
+      }
       const std::unique_ptr<Solver> whole = create_solver(scene.model, scene.options, device);
       ClothState middle;
       for (int frame = 0; frame < 12; ++frame) {
@@ -140,16 +143,34 @@ TEST(SolverInterface, BatchOfScenes_MatchesXpbdSweep) {
 
 TEST(SolverOptions, Names_BeginWithTheSolver) {
   SolverOptions options;
-  const OptionTable table = describe(options);
+  OptionTable table = describe(options);
   XpbdOptions xpbd;
   const OptionTable own = describe(xpbd);
-  ASSERT_EQ(table.fields.size(), own.fields.size());
+  ProjectiveMethodOptions method;
+  const OptionTable projective = describe_projective(xpbd, method);
+  ASSERT_EQ(table.fields.size(), 1 + own.fields.size() + projective.fields.size());
+  EXPECT_EQ(table.fields[0].name, "solver");
+  EXPECT_EQ(table.fields[0].choices, solver_names());
   for (std::size_t i = 0; i < own.fields.size(); ++i) {
-    EXPECT_EQ(table.fields[i].name, "xpbd." + own.fields[i].name);
-    EXPECT_EQ(option_text(table.fields[i]), option_text(own.fields[i])) << own.fields[i].name;
+    const OptionField& field = table.fields[1 + i];
+    EXPECT_EQ(field.name, "xpbd." + own.fields[i].name);
+    EXPECT_EQ(option_text(field), option_text(own.fields[i])) << own.fields[i].name;
   }
+  for (std::size_t i = 0; i < projective.fields.size(); ++i) {
+    EXPECT_EQ(table.fields[1 + own.fields.size() + i].name,
+              "projective_friction." + projective.fields[i].name);
+  }
+  // What is common is one value.
+  EXPECT_EQ(set_option(table, "projective_friction.friction", "0.7"), "");
+  EXPECT_EQ(set_option(table, "projective_friction.iterations", "3"), "");
+  EXPECT_EQ(set_option(table, "solver", "projective-friction"), "");
+  EXPECT_EQ(options.friction, 0.7);
+  EXPECT_EQ(options.projective.iterations, 3);
+  EXPECT_NE(options.xpbd.iterations, 3);
+  EXPECT_EQ(solver_flag("self_contact", "", options), "--projective-friction.self-contact");
+  options = {};
   OptionTable fewer = describe(options, {"time_step", "report"});
-  EXPECT_EQ(fewer.fields.size(), own.fields.size() - 2);
+  EXPECT_EQ(fewer.fields.size(), table.fields.size() - 4);
   EXPECT_EQ(set_option(fewer, "xpbd.iterations", "7"), "");
   EXPECT_EQ(set_option(fewer, "xpbd.thickness", "0.003"), "");
   EXPECT_EQ(xpbd_options(options).iterations, 7);
@@ -182,7 +203,7 @@ TEST(SolverRefused, UnknownName_SuggestsKnownNames) {
       FAIL() << "created";
     } catch (const DataError& error) {
       EXPECT_EQ(error.found, "'xpdb'");
-      EXPECT_THAT(error.expected, HasSubstr("xpbd, did you mean 'xpbd'?"));
+      EXPECT_THAT(error.expected, HasSubstr("xpbd, projective-friction, did you mean 'xpbd'?"));
     }
   }
 }
@@ -194,8 +215,32 @@ TEST(SolverRefused, NonFiniteState_Throws) {
   EXPECT_THROW(step(scene.model, state, scene.control(0), scene.options), DataError);
 }
 
+TEST(SolverInterface, ProjectiveBatch_VariesStiffnessAndFriction) {
+  SolverScene scene;
+  scene.options.name = "projective-friction";
+  const std::vector<ClothVariation> variations{{1, 1, -1}, {4, 0.1, 0.1}};
+  const std::unique_ptr<SolverBatch> batch =
+      create_solver_batch(scene.model, variations, scene.options);
+  ASSERT_EQ(batch->scene_count(), 2);
+  const std::unique_ptr<Solver> alone = create_solver(scene.model, scene.options);
+  for (int frame = 0; frame < 3; ++frame) {
+    alone->step(scene.control(frame));
+    EXPECT_EQ(batch->step(scene.control(frame)).size(), 2u);
+  }
+  expect_same(batch->state(0), alone->state());
+  EXPECT_NE(batch->state(1).positions, alone->state().positions);
+  batch->set_state(1, batch->state(0));
+  expect_same(batch->state(1), alone->state());
+  EXPECT_THROW(batch->state(2), LogicError);
+}
+
 TEST(SolverRefused, ConflictingOptions_Throw) {
   SolverScene scene;
+  scene.options.name = "projective-friction";
+  EXPECT_EQ(solver_conflict(scene.options, Device::Cpu), "");
+  EXPECT_NE(solver_conflict(scene.options, Device::Cuda), "");
+  EXPECT_THROW(create_solver(scene.model, scene.options, Device::Cuda), LogicError);
+  scene.options.name = "xpbd";
   scene.options.xpbd.vectors = "avx2";
   scene.options.xpbd.precision = "double";
   EXPECT_NE(solver_conflict(scene.options, Device::Cpu), "");

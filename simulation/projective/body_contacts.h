@@ -1,0 +1,83 @@
+#pragma once
+
+#include <vector>
+
+#include "simulation/cloth/cloth_state.h"
+#include "simulation/cloth/solver_options.h"
+#include "simulation/contact/body_contact_math.h"
+#include "simulation/contact/contact_tree.h"
+
+namespace atelier {
+
+/// A particle that may touch the body within a step: a bound on its velocity.
+struct BodyContact {
+  int particle;
+  Vec3d normal;  ///< outwards, unit
+  Vec3d moves;   ///< m/s, velocity of the body's point
+  double least;  ///< m/s, least velocity along the normal: faster into the body is too deep
+};
+
+/// Contact of a cloth's particles with a moving body: which there are in a step, and, after it,
+/// that nothing has passed (body_contact_math.h).
+class BodyContacts {
+ public:
+  BodyContacts(const Triangles& faces, const CommonSolverOptions& options, const Material& material,
+               int substeps);
+
+  /// Takes over the body's motion in a frame of `time_step` s and collects what each particle may
+  /// meet.
+  void begin_frame(const Control& control, double time_step, const std::vector<Vec4<double>>& x,
+                   const std::vector<Vec4<double>>& velocity,
+                   const std::vector<Vec4<double>>& acceleration);
+  bool empty() const { return body_.face_count == 0; }
+
+  /// Contacts of substep `s`, in which particles would move from `x` by `h` times `flight` m/s. A
+  /// particle that is too near already is moved out, slowly (`x` changes): that does not become
+  /// velocity.
+  const std::vector<BodyContact>& find(int s, double h, std::vector<Vec4<double>>& x,
+                                       const std::vector<Vec4<double>>& flight);
+
+  /// Keeps what went from `start` to `x` in substep `s` out of the body: where a step passed
+  /// through it or ended in it, `x` is moved out. Returns whether the particle touches.
+  bool keep_out(int s, int particle, BodyParticle<double>& p);
+  /// The same of a particle that cloth moved, from `origin` at the substep's start.
+  bool meet(int s, int particle, BodyParticle<double>& p, const Vec4<double>& origin,
+            Meeting meeting);
+  /// See end_outside in body_contact_math.h.
+  void end_outside(std::vector<Vec4<double>>& x);
+
+  /// Depth of the deepest free particle inside [m], and how many there are.
+  struct Penetration {
+    int count = 0;
+    double depth = 0;
+  };
+  Penetration penetration(const std::vector<Vec4<double>>& x) const;
+  const std::vector<BodyOutlook<double>>& outlook() const { return outlook_; }
+  double friction() const { return rule_.friction; }
+
+ private:
+  FreeFlight<double> free_flight(Index i) const { return {xyz(frame_start_[i]), flight_[i]}; }
+  BodySubstep<double> substep(int s, const BodyContactRule<double>& rule) const {
+    return {body_, rule, static_cast<double>(s) / substeps_,
+            static_cast<double>(s + 1) / substeps_};
+  }
+  FaceChoice<double> choose(Index i, const Passage<double>& way, BodySearch search) const;
+
+  Triangles body_faces_;
+  std::vector<FaceIndices> faces_;
+  int substeps_;
+  BodyContactRule<double> rule_{};
+  BodyContactRule<double> wide_{};  ///< looks further than the distance that is kept
+  bool has_inside_ = false;
+  std::vector<Vec4<double>> body_start_, body_end_;
+  ContactTree<double> tree_;
+  BodyView<double> body_{};
+  std::vector<Vec4<double>> frame_start_;
+  std::vector<Vec3<double>> flight_;
+  std::vector<BodyOutlook<double>> outlook_;
+  std::vector<int> candidates_;
+  std::vector<BodyContact> contacts_;
+  std::vector<BodyContact> found_;  ///< [V], particle -1: none
+};
+
+}  // namespace atelier

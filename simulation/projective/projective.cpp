@@ -1,0 +1,408 @@
+#include "simulation/projective/projective.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "simulation/contact/exact_counts.h"
+#include "simulation/projective/body_contacts.h"
+#include "simulation/projective/cholesky.h"
+#include "simulation/projective/contact_impulses.h"
+#include "simulation/projective/elastic_rows.h"
+#include "simulation/xpbd/backend.h"
+#include "simulation/xpbd/prepared_cloth.h"
+#include "simulation/xpbd/self_contact_cpu.h"
+#include "simulation/xpbd/sweep_math.h"
+
+namespace atelier {
+namespace {
+
+constexpr Index kParticleGrain = 2048;
+
+using Lanes = std::vector<Vec4<double>>;
+
+/// The options as the parts that both solvers share take them.
+XpbdOptions shared_options(const SolverOptions& options) {
+  XpbdOptions shared;
+  static_cast<CommonSolverOptions&>(shared) = options;
+  shared.substeps = options.projective.substeps;
+  shared.precision = "double";
+  return shared;
+}
+
+/// Free particles in their order; -1: fixed.
+std::vector<int> free_places(const PreparedCloth<double>& prepared, int& count) {
+  std::vector<int> place(static_cast<std::size_t>(prepared.count), -1);
+  count = 0;
+  for (int i = 0; i < prepared.count; ++i) {
+    if (prepared.inverse_mass[i] > 0) {
+      place[i] = count++;
+    }
+  }
+  return place;
+}
+
+}  // namespace
+
+struct ProjectiveSolver::Scene {
+  Scene(const Cloth& cloth, const Triangles& body_faces, const SolverOptions& options)
+      : cloth(cloth),
+        body_faces(body_faces),
+        options(options),
+        shared(shared_options(options)),
+        h(options.time_step / options.projective.substeps),
+        prepared(prepare_cloth<double>(cloth)),
+        rows(make_elastic_rows(cloth, prepared.internal)),
+        place(free_places(prepared, free_count)),
+        mass(particle_masses()),
+        matrix(projective_matrix(rows, mass, place, free_count, h)),
+        factor(matrix, free_positions()),
+        body(body_faces, options, cloth.material, options.projective.substeps) {
+    const std::size_t n = static_cast<std::size_t>(prepared.count);
+    for (Lanes* lanes : {&x, &start, &velocity, &acceleration, &target, &wish, &v, &at, &force,
+                         &momentum, &origin, &carry}) {
+      lanes->resize(n);
+    }
+    of_rows.resize(rows.rows.size());
+    solved.resize(static_cast<std::size_t>(free_count));
+    touched.resize(n);
+    moved.resize(n);
+    if (options.self_contact && cloth.faces.rows() > 0) {
+      self = std::make_unique<SelfContactCpu<double>>(cloth, prepared, shared);
+    }
+    counted = {cloth.faces,
+               body_faces,
+               cloth.rest_positions,
+               cloth.layer,
+               options.thickness >= 0 ? options.thickness : cloth.material.thickness,
+               options.self_contact ? kept_self_thickness(cloth, shared) : 0};
+  }
+
+  std::vector<double> particle_masses() const {
+    std::vector<double> out(static_cast<std::size_t>(prepared.count));
+    for (int i = 0; i < prepared.count; ++i) {
+      out[i] = cloth.mass[prepared.external[i]];
+    }
+    return out;
+  }
+
+  Points free_positions() const {
+    Points out(free_count, 3);
+    for (int i = 0; i < prepared.count; ++i) {
+      if (place[i] >= 0) {
+        out.row(place[i]) = cloth.rest_positions.row(prepared.external[i]);
+      }
+    }
+    return out;
+  }
+
+  template <class Work>
+  void for_particles(const Work& work) const {
+    parallel_for(prepared.count, kParticleGrain, [&](Index begin, Index end) {
+      for (Index i = begin; i < end; ++i) {
+        work(i);
+      }
+    });
+  }
+
+  void begin_frame(const Control& control) {
+    const Points targets = pin_targets_of(cloth, control, body_faces, state.positions);
+    const Points air = air_accelerations(cloth, state, control, shared);
+    for_particles([&](Index i) {
+      const int vertex = prepared.external[i];
+      const auto lane = [&](const auto& row) { return Vec4<double>{row[0], row[1], row[2], 0}; };
+      x[i] = lane(state.positions.row(vertex));
+      x[i].w = prepared.inverse_mass[i];
+      velocity[i] = lane(state.velocities.row(vertex));
+      target[i] = lane(targets.row(vertex));
+      acceleration[i] = lane(air.row(vertex) + control.gravity.transpose());
+    });
+    std::fill(touched.begin(), touched.end(), 0);
+    body.begin_frame(control, options.time_step, x, velocity, acceleration);
+    if (self != nullptr) {
+      self->begin_frame();
+    }
+  }
+
+  void substep(int s) {
+    const double share = 1.0 / (options.projective.substeps - s);
+    for_particles([&](Index i) {
+      const bool is_free = place[i] >= 0;
+      if (!is_free) {
+        velocity[i] = with_w((share / h) * (xyz(target[i]) - xyz(x[i])), 0.0);
+      }
+      wish[i] = is_free ? with_w(xyz(velocity[i]) + h * xyz(acceleration[i]), 0.0) : velocity[i];
+    });
+    impulses.begin_step(body.find(s, h, x, wish), body.friction(), mass);
+    v = velocity;
+    for (int k = 0; k < options.projective.iterations; ++k) {
+      iterate();
+    }
+    start = x;
+    for_particles([&](Index i) {
+      velocity[i] = v[i];
+      x[i] = with_w(xyz(x[i]) + h * xyz(v[i]), x[i].w);
+    });
+    keep_apart(s);
+    const double keep = 1 / (1 + options.velocity_damping * h);
+    for_particles([&](Index i) {
+      if (moved[i] != 0) {
+        velocity[i] = with_w((1 / h) * (xyz(x[i]) - xyz(start[i])), 0.0);
+      }
+      if (place[i] >= 0) {
+        velocity[i] = with_w(keep * xyz(velocity[i]), 0.0);
+      }
+    });
+  }
+
+  /// Forces where velocities `v` lead to.
+  void evaluate_forces() {
+    for_particles([&](Index i) { at[i] = with_w(xyz(x[i]) + h * xyz(v[i]), 0.0); });
+    elastic_forces(rows, at, v, of_rows, force);
+  }
+
+  void iterate() {
+    evaluate_forces();
+    for_particles(
+        [&](Index i) { momentum[i] = with_w(mass[i] * xyz(wish[i]) + h * xyz(force[i]), 0.0); });
+    impulses.hold(momentum);
+    for_particles([&](Index i) {
+      if (place[i] >= 0) {
+        solved[place[i]] = with_w(xyz(momentum[i]) - mass[i] * xyz(v[i]), 0.0);
+      }
+    });
+    for (const ContactImpulse& c : impulses.contacts()) {
+      Vec4<double>& to = solved[place[c.contact.particle]];
+      to = with_w(xyz(to) + c.impulse, 0.0);
+    }
+    factor.solve(solved);
+    for_particles([&](Index i) {
+      if (place[i] >= 0) {
+        v[i] = with_w(xyz(v[i]) + xyz(solved[place[i]]), 0.0);
+      }
+    });
+  }
+
+  /// Nothing passes: tethers, the body, other cloth. `x` moves, `start` with what was there before.
+  void keep_apart(int s) {
+    std::fill(moved.begin(), moved.end(), 0);
+    std::fill(touched.begin(), touched.end(), 0);
+    for (const ContactImpulse& c : impulses.contacts()) {
+      touched[c.contact.particle] = squared_norm(c.impulse) > 0 ? 1 : 0;
+    }
+    if (!prepared.tether_anchor.empty()) {
+      for_particles([&](Index i) {
+        const int anchor = prepared.tether_anchor[i];
+        if (anchor >= 0) {
+          const Vec4<double> before = x[i];
+          project_tether(x[i], xyz(x[anchor]), prepared.tether_length[i]);
+          moved[i] = before.x != x[i].x || before.y != x[i].y || before.z != x[i].z ? 1 : 0;
+        }
+      });
+    }
+    if (self == nullptr) {
+      meet_body(s, false, Meeting::Touches);
+      return;
+    }
+    self->begin_substep(options.projective.substeps - s);
+    origin = start;
+    std::fill(carry.begin(), carry.end(), Vec4<double>{});
+    meet_body(s, false, Meeting::Touches);
+    const SelfMotion<double> motion{x, start, carry, origin, touched};
+    self->push(motion);
+    note_moved();
+    meet_body(s, true, Meeting::Touches);
+    bool kept = false;
+    for (int pass = 0; pass < kSelfKeeps && self->keep_back(motion, pass); ++pass) {
+      kept = true;
+      note_moved();
+      meet_body(s, true, meeting_in_pass(pass));
+    }
+    if (kept) {
+      self->all_kept();
+      note_moved();
+      meet_body(s, true, Meeting::Leaves);
+    }
+  }
+
+  void note_moved() {
+    for_particles([&](Index i) {
+      if (self->moved(static_cast<int>(i))) {
+        moved[i] = 1;
+      }
+    });
+  }
+
+  /// `again`: only whom cloth moved since.
+  void meet_body(int s, bool again, Meeting meeting) {
+    if (body.empty()) {
+      return;
+    }
+    parallel_for(prepared.count, kParticleGrain / 8, [&](Index begin, Index end) {
+      for (Index i = begin; i < end; ++i) {
+        if (again && !self->moved(static_cast<int>(i))) {
+          continue;
+        }
+        const int particle = static_cast<int>(i);
+        BodyParticle<double> p{x[i], start[i], {}, xyz(carry[i])};
+        const bool touches = body.meet(s, particle, p, again ? origin[i] : start[i], meeting);
+        if (touches) {
+          touched[i] = 1;
+          moved[i] = 1;
+        }
+        if (p.x.x != x[i].x || p.x.y != x[i].y || p.x.z != x[i].z) {
+          moved[i] = 1;
+        }
+        x[i] = p.x;
+        start[i] = p.start;
+        if (self != nullptr) {
+          carry[i] = with_w(p.moved, self->comes_out(body.outlook(), particle) ? 1.0 : 0.0);
+        }
+      }
+    });
+  }
+
+  FrameReport advance(const Control& control) {
+    check_control(control, cloth, body_faces.rows() > 0 ? body_faces.maxCoeff() + 1 : 0,
+                  options.time_step);
+    begin_frame(control);
+    for (int s = 0; s < options.projective.substeps; ++s) {
+      substep(s);
+    }
+    body.end_outside(x);
+    ClothState next{Points(prepared.count, 3), Points(prepared.count, 3), state.frame + 1};
+    for_particles([&](Index i) {
+      const int vertex = prepared.external[i];
+      next.positions.row(vertex) << x[i].x, x[i].y, x[i].z;
+      next.velocities.row(vertex) << velocity[i].x, velocity[i].y, velocity[i].z;
+    });
+    check_finite(next.positions, next.frame);
+    state = std::move(next);
+    FrameReport report;
+    report.frame = state.frame;
+    report.body_contacts = static_cast<int>(std::count(touched.begin(), touched.end(), 1));
+    if (self != nullptr) {
+      report.self_contacts = self->active_count();
+      report.self_candidates = self->candidate_count();
+      report.self_searches = self->search_count();
+      report.self_renewals = self->renewal_count();
+    }
+    if (options.report) {
+      const BodyContacts::Penetration inside = body.penetration(x);
+      report.penetrating = inside.count;
+      report.penetration_depth = inside.depth;
+      report = report_state(cloth, {}, state, {{}, {}, h}, report);
+    }
+    if (control.exact_counts ||
+        (options.intersection_interval > 0 && report.frame % options.intersection_interval == 0)) {
+      report = with_exact_counts(report, counted, state.positions, control);
+    }
+    return report;
+  }
+
+  ProjectiveResidual residual() const {
+    const std::size_t n = static_cast<std::size_t>(prepared.count);
+    Lanes reached(n);
+    Lanes forces(n);
+    Lanes scratch(of_rows.size());
+    for_particles([&](Index i) { reached[i] = with_w(xyz(start[i]) + h * xyz(v[i]), 0.0); });
+    elastic_forces(rows, reached, v, scratch, forces);
+    Lanes implied(n);
+    double weight = 0;
+    for_particles([&](Index i) {
+      implied[i] = with_w(mass[i] * (xyz(v[i]) - xyz(wish[i])) - h * xyz(forces[i]), 0.0);
+    });
+    std::vector<char> free_of_contact(n, 1);
+    for (const ContactImpulse& c : impulses.contacts()) {
+      free_of_contact[c.contact.particle] = 0;
+    }
+    double sum = 0;
+    int count = 0;
+    for (std::size_t i = 0; i < n; ++i) {
+      if (place[i] >= 0) {
+        weight += mass[i] * norm(xyz(acceleration[i])) * h / free_count;
+        sum += free_of_contact[i] != 0 ? squared_norm(xyz(implied[i])) : 0;
+        count += free_of_contact[i];
+      }
+    }
+    ProjectiveResidual out;
+    out.contacts = static_cast<int>(impulses.contacts().size());
+    if (weight > 0) {
+      out.contact = impulses.residual(implied, v, weight);
+      out.momentum = count > 0 ? std::sqrt(sum / count) / weight : 0;
+    }
+    return out;
+  }
+
+  Cloth cloth;
+  Triangles body_faces;
+  SolverOptions options;
+  XpbdOptions shared;
+  double h;  ///< s, a substep
+  PreparedCloth<double> prepared;
+  ElasticRows rows;
+  int free_count = 0;
+  std::vector<int> place;  ///< of particles in the matrix, -1: fixed
+  std::vector<double> mass;
+  Eigen::SparseMatrix<double> matrix;
+  CholeskyFactor factor;
+  BodyContacts body;
+  ContactImpulses impulses;
+  CountedCloth counted;
+  std::unique_ptr<SelfContactCpu<double>> self;  ///< null: no contact with itself
+  ClothState state;
+
+  Lanes x;             ///< w: inverse mass
+  Lanes start;         ///< at the substep's start
+  Lanes velocity;      ///< m/s
+  Lanes acceleration;  ///< of gravity and air
+  Lanes target;        ///< of fixed particles at the end of the frame
+  Lanes wish;          ///< velocity without elasticity and contact
+  Lanes v;             ///< of the iteration
+  Lanes at;            ///< where it leads to
+  Lanes force, of_rows;
+  Lanes momentum;       ///< N s, with which a particle leaves the step without impulses
+  Lanes solved;         ///< of free particles
+  Lanes origin, carry;  ///< see SelfMotion
+  std::vector<char> touched;
+  std::vector<char> moved;  ///< 1: by what keeps things apart after the iterations
+};
+
+ProjectiveSolver::ProjectiveSolver(const Cloth& cloth, const Triangles& body_faces,
+                                   const SolverOptions& options) {
+  SolverOptions checked = options;
+  const std::vector<std::string> problems = check_options(describe(checked));
+  ATELIER_CHECK(problems.empty(), "options of projective dynamics: " + problems.front());
+  scene_ = std::make_unique<Scene>(cloth, body_faces, options);
+  set_state(rest_state(cloth));
+}
+ProjectiveSolver::~ProjectiveSolver() = default;
+ProjectiveSolver::ProjectiveSolver(ProjectiveSolver&&) noexcept = default;
+ProjectiveSolver& ProjectiveSolver::operator=(ProjectiveSolver&&) noexcept = default;
+
+void ProjectiveSolver::set_state(const ClothState& state) {
+  ATELIER_CHECK(state.positions.rows() == scene_->prepared.count &&
+                    state.velocities.rows() == scene_->prepared.count,
+                "the state is of another cloth");
+  check_finite(state.positions, state.frame);
+  scene_->state = state;
+}
+
+ClothState ProjectiveSolver::state() const {
+  return scene_->state;
+}
+
+FrameReport ProjectiveSolver::advance(const Control& control) {
+  return scene_->advance(control);
+}
+
+ProjectiveResidual ProjectiveSolver::residual() const {
+  return scene_->residual();
+}
+
+std::string projective_conflict(Device device) {
+  return device == Device::Cpu ? "" : "projective dynamics runs on the CPU alone";
+}
+
+}  // namespace atelier

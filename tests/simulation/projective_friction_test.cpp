@@ -1,0 +1,168 @@
+// Known answers of friction for projective dynamics; friction_test.cpp has XPBD's.
+#include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
+
+#include <gtest/gtest.h>
+
+#include "simulation/projective/coulomb.h"
+#include "simulation/projective/projective.h"
+#include "tests/simulation/cloth_fixtures.h"
+#include "tests/simulation/test_bodies.h"
+
+namespace atelier {
+namespace {
+
+using fixtures::still;
+
+SolverOptions projective_options(double time_step, int substeps, int iterations) {
+  SolverOptions options;
+  options.name = "projective-friction";
+  options.time_step = time_step;
+  options.projective.substeps = substeps;
+  options.projective.iterations = iterations;
+  options.report = false;
+  return options;
+}
+
+/// A patch of cloth on a plane that falls along +x, at its contact distance.
+struct SlopedPatch {
+  Cloth cloth;
+  Mesh plane;
+  ClothState state;
+  Eigen::RowVector3d down;
+};
+SlopedPatch sloped_patch(double angle, double friction) {
+  SlopedPatch out;
+  Garment garment = fixtures::garment_of(fixtures::sheet(3, 3, 0.03), 0.2, 500, 1e-4);
+  garment.material.friction = friction;
+  garment.material.thickness = 1e-3;
+  out.cloth = make_cloth(garment);
+  out.plane = fixtures::incline(angle, 20);
+  out.state = rest_state(out.cloth);
+  out.down = {std::cos(angle), -std::sin(angle), 0};
+  const Eigen::AngleAxisd turn(-angle, Eigen::Vector3d::UnitZ());
+  const Eigen::Vector3d normal = turn * Eigen::Vector3d::UnitY();
+  for (Index v = 0; v < out.state.positions.rows(); ++v) {
+    out.state.positions.row(v) =
+        (turn * out.state.positions.row(v).transpose() + 1e-3 * normal).transpose();
+  }
+  return out;
+}
+
+/// Speed down the slope after a second.
+double speed_after_a_second(double angle, double friction, const SolverOptions& options) {
+  const SlopedPatch patch = sloped_patch(angle, friction);
+  ProjectiveSolver solver(patch.cloth, patch.plane.faces, options);
+  solver.set_state(patch.state);
+  const int frames = static_cast<int>(std::lround(1 / options.time_step));
+  for (int i = 0; i < frames; ++i) {
+    solver.advance(still(patch.plane.vertices));
+  }
+  return solver.state().velocities.colwise().mean().dot(patch.down);
+}
+
+TEST(ProjectiveIncline, SlidingCloth_AcceleratesByCoulombsLaw) {
+  const double angle = std::numbers::pi / 4;
+  const SolverOptions options = projective_options(0.01, 10, 10);
+  for (const double mu : {0.0, 0.1, 0.3, 0.6, 0.9, 0.99}) {
+    const double expected = 9.81 * (std::sin(angle) - mu * std::cos(angle));
+    const double found = speed_after_a_second(angle, mu, options);
+    EXPECT_NEAR(found, expected, 1e-4 * 9.81) << mu;
+    RecordProperty("off_" + std::to_string(mu), std::to_string((found - expected) / 9.81));
+  }
+}
+
+TEST(ProjectiveIncline, Threshold_IsTheFrictionCoefficient) {
+  const double mu = 0.4;
+  const SolverOptions options = projective_options(0.01, 4, 10);
+  EXPECT_LT(speed_after_a_second(std::atan(mu - 1e-3), mu, options), 1e-9);
+  EXPECT_GT(speed_after_a_second(std::atan(mu + 1e-3), mu, options), 5e-3);
+}
+
+TEST(ProjectiveIncline, HighFriction_HoldsWithoutCreepForTenSeconds) {
+  for (const double mu : {1.01, 1.1}) {
+    const SlopedPatch patch = sloped_patch(std::numbers::pi / 4, mu);
+    ProjectiveSolver solver(patch.cloth, patch.plane.faces, projective_options(1.0 / 60, 4, 10));
+    solver.set_state(patch.state);
+    for (int i = 0; i < 600; ++i) {
+      solver.advance(still(patch.plane.vertices));
+    }
+    const ClothState end = solver.state();
+    EXPECT_LT((end.positions - patch.state.positions).rowwise().norm().maxCoeff(), 1e-6) << mu;
+    EXPECT_LT(end.velocities.rowwise().norm().maxCoeff(), 1e-9) << mu;
+  }
+}
+
+// A belt brings cloth to its speed in t = v / (mu g).
+TEST(ProjectiveBelt, MovingBelt_AcceleratesClothByFriction) {
+  const double mu = 0.4;
+  const double belt = 1.0;
+  const SlopedPatch patch = sloped_patch(0, mu);
+  ProjectiveSolver solver(patch.cloth, patch.plane.faces, projective_options(1.0 / 60, 10, 10));
+  solver.set_state(patch.state);
+  const double until = belt / (mu * 9.81);
+  Points at = patch.plane.vertices;
+  for (int i = 0; i < 30; ++i) {
+    Control control;
+    control.body_start = at;
+    at.col(0).array() += belt / 60;
+    control.body_end = at;
+    solver.advance(control);
+    const double t = (i + 1) / 60.0;
+    const double speed = solver.state().velocities.col(0).mean();
+    EXPECT_NEAR(speed, std::min(belt, mu * 9.81 * t), t < until ? 1e-6 : 1e-9) << t;
+  }
+}
+
+// A sheet over a ball whose middle it touches: what is left of Coulomb's law at every contact falls
+// with iterations.
+double residual_on_a_ball(int iterations) {
+  Garment garment = fixtures::garment_of(fixtures::sheet(14, 14, 0.02, 'a'), 0.2, 300, 1e-5);
+  garment.mesh.vertices.rowwise() -= Eigen::RowVector3d(0.14, -0.102, 0.14);
+  garment.material.friction = 0.4;
+  garment.material.thickness = 1e-3;
+  const Mesh ball = fixtures::sphere(0.1, 24, 48);
+  ProjectiveSolver solver(make_cloth(garment), ball.faces,
+                          projective_options(1.0 / 60, 10, iterations));
+  double sum = 0;
+  for (int i = 0; i < 12; ++i) {
+    solver.advance(still(ball.vertices));
+    sum += i < 8 ? 0 : solver.residual().contact / 4;
+  }
+  EXPECT_GT(solver.residual().contacts, 5);
+  return sum;
+}
+
+TEST(ProjectiveResidual, CoulombsLaw_IsMetWithIterations) {
+  double last = 1e9;
+  for (const int iterations : {5, 10, 20, 30, 300}) {
+    const double residual = residual_on_a_ball(iterations);
+    EXPECT_LT(residual, last) << iterations;
+    last = residual;
+    RecordProperty("of_" + std::to_string(iterations), std::to_string(residual));
+  }
+  EXPECT_LT(last, 0.05);
+}
+
+TEST(CoulombImpulse, Impulse_StaysInTheCone) {
+  const Vec3d up{0, 1, 0};
+  const auto at = [&](double x, double y, double friction) {
+    return coulomb_impulse({x, y, 0}, up, friction);
+  };
+  EXPECT_EQ(norm(at(1, -1, 0.5)), 0);
+  EXPECT_EQ(at(0.4, 1, 0.5).x, 0.4);
+  EXPECT_EQ(at(2, 1, 0.5).x, 0.5);
+  EXPECT_EQ(at(2, 1, 0.5).y, 1);
+  EXPECT_EQ(at(2, 1, 0).x, 0);
+  // Sticks within the cone, slips on its border, is apart: no residual. All else has one.
+  EXPECT_EQ(coulomb_residual({0.2, 1, 0}, {}, up, 0.5, 1), 0);
+  EXPECT_NEAR(coulomb_residual({-0.5, 1, 0}, {3, 0, 0}, up, 0.5, 1), 0, 1e-12);
+  EXPECT_EQ(coulomb_residual({}, {1, 2, 0}, up, 0.5, 1), 0);
+  EXPECT_GT(coulomb_residual({0.2, 1, 0}, {0.1, 0, 0}, up, 0.5, 1), 0.05);
+  EXPECT_GT(coulomb_residual({}, {0, -0.1, 0}, up, 0.5, 1), 0.05);
+  EXPECT_GT(coulomb_residual({0, -1, 0}, {}, up, 0.5, 1), 0.5);
+}
+
+}  // namespace
+}  // namespace atelier

@@ -1,0 +1,406 @@
+// Projective dynamics against known answers; what all solvers promise is in solver_test.cpp.
+#include "simulation/projective/projective.h"
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <limits>
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "core/random.h"
+#include "simulation/projective/cholesky.h"
+#include "simulation/projective/elastic_rows.h"
+#include "tests/simulation/elastica.h"
+#include "tests/simulation/test_bodies.h"
+
+namespace atelier {
+namespace {
+
+SolverOptions projective_statics(double time_step, int substeps, int iterations, double damping) {
+  SolverOptions options;
+  options.name = "projective-friction";
+  options.time_step = time_step;
+  options.projective.substeps = substeps;
+  options.projective.iterations = iterations;
+  options.velocity_damping = damping;
+  options.report = false;
+  return options;
+}
+
+ClothState settled(ProjectiveSolver& solver, const Control& control, int most, double rest_speed) {
+  for (int i = 0; i < most; ++i) {
+    solver.advance(control);
+    if (i % 10 == 9 && solver.state().velocities.rowwise().norm().maxCoeff() < rest_speed) {
+      break;
+    }
+  }
+  return solver.state();
+}
+
+// T7.
+TEST(ProjectiveCantilever, LoadedCantilever_MatchesTheElastica) {
+  for (const fixtures::ElasticaRow& row : fixtures::kElastica) {
+    const fixtures::ClampedStrip held =
+        fixtures::clamped_strip(fixtures::strip('e', 24), row.gamma, fixtures::Across::Straight);
+    ProjectiveSolver solver(held.cloth, {},
+                            projective_statics(held.slow / 60, 60, 10, 20 / held.slow));
+    const fixtures::Tip tip = fixtures::tip_at(held.mesh, settled(solver, {}, 200, 1e-6).positions);
+    const auto check = [&](const char* of, double found, double expected) {
+      EXPECT_NEAR(found / expected, 1, 0.02) << of << ", gamma " << row.gamma;
+      RecordProperty(std::string(of) + "_off_at_" + std::to_string(row.gamma),
+                     std::to_string(found / expected - 1));
+    };
+    check("drop", tip.drop, row.drop);
+    check("out", tip.out, row.out);
+    check("chord", tip.chord(), row.chord);
+    check("slope", tip.slope, row.slope);
+  }
+}
+
+// T8.
+TEST(ProjectiveHeartLoop, Loop_HangsAsTheElastica) {
+  for (const fixtures::HeartLoopRow& row : fixtures::kHeartLoops) {
+    const fixtures::HeartLoopScene loop = fixtures::heart_loop_scene(row.load);
+    ProjectiveSolver solver(loop.cloth, {},
+                            projective_statics(loop.frame, 60, 10, 0.5 / loop.frame));
+    solver.set_state(loop.start);
+    const ClothState state = settled(solver, loop.control, 60, 1e-6);
+    const double drop = -state.positions.col(1).minCoeff() / fixtures::kLength;
+    EXPECT_NEAR(drop / row.drop, 1, 0.02) << "load " << row.load;
+    RecordProperty("off_at_" + std::to_string(row.load), std::to_string(drop / row.drop - 1));
+  }
+}
+
+// T4: n links of spring k with masses m hang m g / k n (n + 1) / 2 longer.
+TEST(ProjectiveChain, HangingChain_StretchesByItsWeight) {
+  const int links = 20;
+  const Cloth cloth = fixtures::chain(links, 0.05, 1000, 0.01, 0.01);
+  ProjectiveSolver solver(cloth, {}, projective_statics(1.0 / 60, 10, 20, 10));
+  const ClothState state = settled(solver, {}, 600, 1e-9);
+  const double expected = 0.01 * 9.81 / 1000 * links * (links + 1) / 2;
+  const double found = -state.positions.col(1).minCoeff() - 0.05 * links;
+  EXPECT_NEAR(found / expected, 1, 1e-4);
+}
+
+// T5: a strip stretches by rho g L^2 / (2 Y) under its own weight.
+TEST(ProjectiveStrip, HangingStrip_StretchesByItsWeight) {
+  const Mesh mesh = fixtures::sheet(4, 40, 0.02, 'e');
+  const double length = mesh.vertices.col(2).maxCoeff();
+  Garment garment = fixtures::garment_of(mesh, 0.2, 100, 0);
+  fixtures::use_flat_rest(garment);
+  ClothOptions options;
+  options.membrane = "strain";
+  const std::vector<int> top =
+      fixtures::vertices_where(mesh.vertices, [](double, double, double z) { return z < 1e-9; });
+  ProjectiveSolver solver(make_cloth(garment, top, options), {},
+                          projective_statics(1.0 / 60, 10, 20, 10));
+  Control control;
+  control.gravity = {0, 0, 9.81};
+  const ClothState state = settled(solver, control, 400, 1e-7);
+  const double expected = 0.2 * 9.81 * length * length / (2 * 100);
+  const double found = state.positions.col(2).maxCoeff() - length;
+  EXPECT_NEAR(found / expected, 1, 0.01);
+  RecordProperty("off", std::to_string(found / expected - 1));
+}
+
+// Implicit Euler takes energy out: a sheet that swings, strikes a ball and slides off never gains.
+TEST(ProjectiveEnergy, NothingFeedsACloth_EnergyFalls) {
+  Garment garment = fixtures::garment_of(fixtures::sheet(12, 12, 0.02, 'a'), 0.2, 300, 1e-5);
+  garment.mesh.vertices.col(1).array() += 0.15;
+  const Mesh ball = fixtures::sphere(0.1, 24, 48);
+  const Cloth cloth = make_cloth(garment, {0});
+  SolverOptions options = projective_statics(1.0 / 60, 10, 20, 0);
+  options.report = true;
+  ProjectiveSolver solver(cloth, ball.faces, options);
+  double last = std::numeric_limits<double>::infinity();
+  double first = 0;
+  for (int i = 0; i < 120; ++i) {
+    const FrameReport report = solver.advance(fixtures::still(ball.vertices));
+    double energy = report.kinetic_energy + report.elastic_energy;
+    const Points positions = solver.state().positions;
+    for (std::size_t v = 0; v < cloth.mass.size(); ++v) {
+      energy += 9.81 * cloth.mass[v] * positions(static_cast<Index>(v), 1);
+    }
+    first = i == 0 ? std::abs(energy) : first;
+    EXPECT_LT(energy, last + 1e-4 * first) << i;
+    last = energy;
+  }
+}
+
+/// Two layers that fall on a moving ball and on each other.
+ClothState fallen(int threads) {
+  set_thread_count(threads);
+  Garment garment = fixtures::garment_of(fixtures::sheet(40, 40, 0.01, 'a'), 0.2, 300, 1e-5);
+  garment.mesh.vertices.col(1).array() += 0.102;
+  Garment outer = garment;
+  outer.mesh.vertices.col(1).array() += 0.003;
+  const Mesh ball = fixtures::sphere(0.1, 12, 24);
+  SolverOptions options = projective_statics(1.0 / 60, 4, 5, 0);
+  options.self_contact = true;
+  options.report = true;
+  ProjectiveSolver solver(join_cloths({make_cloth(garment), make_cloth(outer)}), ball.faces,
+                          options);
+  for (int i = 0; i < 10; ++i) {
+    Control control;
+    control.body_start = ball.vertices.rowwise() + Eigen::RowVector3d(0.005 * i, 0, 0);
+    control.body_end = ball.vertices.rowwise() + Eigen::RowVector3d(0.005 * (i + 1), 0, 0);
+    solver.advance(control);
+  }
+  set_thread_count(0);
+  return solver.state();
+}
+
+TEST(ProjectiveThreads, Result_DoesNotDependOnTheirNumber) {
+  const ClothState one = fallen(1);
+  for (const int threads : {2, 7}) {
+    const ClothState other = fallen(threads);
+    EXPECT_EQ(one.positions, other.positions) << threads;
+    EXPECT_EQ(one.velocities, other.velocities) << threads;
+  }
+}
+
+// A body that moves 40 cm in a frame passes nothing through.
+TEST(ProjectiveSwept, FastBody_TakesTheClothAlong) {
+  Garment garment = fixtures::garment_of(fixtures::sheet(8, 8, 0.02, 'a'), 0.2, 300, 1e-5);
+  garment.mesh.vertices.rowwise() -= Eigen::RowVector3d(0.08, 0.3, 0.08);
+  const Mesh ball = fixtures::sphere(0.15, 24, 48);
+  ProjectiveSolver solver(make_cloth(garment), ball.faces, projective_statics(1.0 / 60, 2, 5, 0));
+  Points at = ball.vertices;
+  for (int i = 0; i < 6; ++i) {
+    Control control;
+    control.body_start = at;
+    at.col(1).array() -= 0.4;
+    control.body_end = at;
+    const FrameReport report = solver.advance(control);
+    EXPECT_EQ(report.penetrating, 0);
+    const Points inside = solver.state().positions.rowwise() - at.colwise().mean();
+    EXPECT_GT(inside.rowwise().norm().minCoeff(), 0.145) << i;
+  }
+  EXPECT_LT(solver.state().positions.col(1).mean(), -2);
+}
+
+TEST(ElasticRows, Forces_AreTheGradientOfTheEnergy) {
+  Garment garment = fixtures::garment_of(fixtures::sheet(3, 3, 0.1, 'a'), 0.2, 300, 1e-2);
+  fixtures::use_flat_rest(garment);
+  ClothOptions options;
+  for (const char* membrane : {"springs", "strain"}) {
+    options.membrane = membrane;
+    const Cloth cloth = make_cloth(garment, {0}, options);
+    std::vector<int> internal(cloth.mass.size());
+    for (std::size_t i = 0; i < internal.size(); ++i) {
+      internal[i] = static_cast<int>(i);
+    }
+    const ElasticRows rows = make_elastic_rows(cloth, internal);
+    const std::size_t n = internal.size();
+    Random random{1, 0, 0};
+    std::vector<Vec4<double>> x(n);
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto p = cloth.rest_positions.row(static_cast<Index>(i));
+      x[i] = {p[0] + 0.02 * uniform(random), p[1] + 0.02 * uniform(random),
+              p[2] + 0.02 * uniform(random), 0};
+    }
+    const std::vector<Vec4<double>> still(n);
+    std::vector<Vec4<double>> of_rows(rows.rows.size());
+    std::vector<Vec4<double>> force(n);
+    elastic_forces(rows, x, still, of_rows, force);
+    const auto energy = [&] {
+      double sum = 0;
+      for (std::size_t r = 0; r < rows.rows.size(); ++r) {
+        const ElasticRow& row = rows.rows[r];
+        Vec3d value{};
+        for (int k = 0; k < 4; ++k) {
+          value += row.particle[k] >= 0 ? row.weight[k] * xyz(x[row.particle[k]]) : Vec3d{};
+        }
+        if (static_cast<int>(r) < rows.bend_begin) {
+          const double off = norm(value) - rows.spring_rest[r];
+          sum += 0.5 * row.stiffness * off * off;
+        } else if (static_cast<int>(r) < rows.yarn_begin) {
+          sum += 0.5 * row.stiffness * squared_norm(value);
+        } else if ((static_cast<int>(r) - rows.yarn_begin) % 2 == 0) {
+          const auto& moduli = rows.yarn_moduli[(r - rows.yarn_begin) / 2];
+          Vec3d weft{};
+          for (int k = 0; k < 3; ++k) {
+            weft += rows.rows[r + 1].weight[k] * xyz(x[row.particle[k]]);
+          }
+          const double cosine = dot(value, weft) / (norm(value) * norm(weft));
+          sum += 0.5 * moduli[0] * (norm(value) - 1) * (norm(value) - 1) +
+                 0.5 * moduli[1] * (norm(weft) - 1) * (norm(weft) - 1) +
+                 0.5 * moduli[2] * cosine * cosine;
+        }
+      }
+      return sum;
+    };
+    for (std::size_t i = 1; i < n; ++i) {
+      const double step = 1e-6;
+      double* const place[3] = {&x[i].x, &x[i].y, &x[i].z};
+      const double found[3] = {force[i].x, force[i].y, force[i].z};
+      for (int axis = 0; axis < 3; ++axis) {
+        const double at = *place[axis];
+        *place[axis] = at + step;
+        const double high = energy();
+        *place[axis] = at - step;
+        const double low = energy();
+        *place[axis] = at;
+        EXPECT_NEAR(found[axis], -(high - low) / (2 * step), 1e-5) << membrane << i;
+      }
+    }
+  }
+}
+
+// A fold by any angle: the row is 2 sin(angle / 2), and its energy that of the hinge.
+TEST(ElasticRows, Bend_MeasuresTheAngle) {
+  Garment garment = fixtures::garment_of(fixtures::sheet(1, 1, 0.1, 'd'), 0.2, 300, 1e-2);
+  const Cloth cloth = make_cloth(garment);
+  ASSERT_EQ(cloth.hinges.size(), 1u);
+  const ElasticRows rows = make_elastic_rows(cloth, {0, 1, 2, 3});
+  const ElasticRow& row = rows.rows[static_cast<std::size_t>(rows.bend_begin)];
+  const ClothHinge& hinge = cloth.hinges[0];
+  const Eigen::Vector3d e0 = cloth.rest_positions.row(hinge.edge0).transpose();
+  const Eigen::Vector3d axis =
+      (cloth.rest_positions.row(hinge.edge1).transpose() - e0).normalized();
+  for (const double angle : {0.0, 0.1, 1.0, 2.5}) {
+    Vec3d value{};
+    for (int k = 0; k < 4; ++k) {
+      Eigen::Vector3d p = cloth.rest_positions.row(row.particle[k]).transpose();
+      if (row.particle[k] == hinge.left) {
+        p = e0 + Eigen::AngleAxisd(angle, axis) * (p - e0);
+      }
+      value += row.weight[k] * Vec3d{p.x(), p.y(), p.z()};
+    }
+    EXPECT_NEAR(norm(value), 2 * std::sin(angle / 2), 1e-12) << angle;
+  }
+  EXPECT_EQ(row.stiffness, hinge.stiffness);
+}
+
+// A cylinder whose rest angles are its own stays one; with flat ones it opens.
+TEST(ProjectiveRestAngles, TemplateAngles_KeepACurvedTemplate) {
+  Mesh mesh = fixtures::sheet(20, 4, 0.01, 'a');
+  const double radius = 0.05;
+  for (Index v = 0; v < mesh.vertices.rows(); ++v) {
+    const double angle = mesh.vertices(v, 0) / radius;
+    mesh.vertices.row(v) << radius * std::sin(angle), radius * std::cos(angle), mesh.vertices(v, 2);
+  }
+  const Garment garment = fixtures::garment_of(mesh, 0.2, 300, 1e-4);
+  Control floating;
+  floating.gravity.setZero();
+  const auto width = [&](const char* rest_angles) {
+    ClothOptions options;
+    options.rest_angles = rest_angles;
+    ProjectiveSolver solver(make_cloth(garment, {}, options), {},
+                            projective_statics(1.0 / 60, 4, 20, 2));
+    for (int i = 0; i < 60; ++i) {
+      solver.advance(floating);
+    }
+    const Points& x = solver.state().positions;
+    return (x.row(0) - x.row(20)).norm();
+  };
+  const double start = (mesh.vertices.row(0) - mesh.vertices.row(20)).norm();
+  EXPECT_NEAR(width("template") / start, 1, 0.01);
+  EXPECT_GT(width("flat"), 1.1 * start);
+}
+
+TEST(CholeskyFactor, Solution_MatchesADenseOne) {
+  const int n = 300;
+  Random random{2, 0, 0};
+  Points positions(n, 3);
+  for (int i = 0; i < n; ++i) {
+    positions.row(i) << uniform(random), uniform(random), 0;
+  }
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int i = 0; i < n; ++i) {
+    entries.emplace_back(i, i, 0.5);
+    for (int j = 0; j < i; ++j) {
+      if ((positions.row(i) - positions.row(j)).norm() < 0.12) {
+        const double k = uniform(random);
+        entries.emplace_back(i, i, k);
+        entries.emplace_back(j, j, k);
+        entries.emplace_back(i, j, -k);
+        entries.emplace_back(j, i, -k);
+      }
+    }
+  }
+  Eigen::SparseMatrix<double> matrix(n, n);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  CholeskyFactor factor(matrix, positions);
+  const Eigen::MatrixXd dense(matrix);
+  Eigen::MatrixXd right(n, 3);
+  for (int i = 0; i < n; ++i) {
+    right.row(i) << uniform(random), uniform(random), uniform(random);
+  }
+  const Eigen::MatrixXd expected = dense.llt().solve(right);
+  std::vector<Vec4<double>> x(n);
+  for (int i = 0; i < n; ++i) {
+    x[i] = {right(i, 0), right(i, 1), right(i, 2), 0};
+  }
+  factor.solve(x);
+  for (int i = 0; i < n; ++i) {
+    EXPECT_NEAR(x[i].x, expected(i, 0), 1e-10);
+    EXPECT_NEAR(x[i].y, expected(i, 1), 1e-10);
+    EXPECT_NEAR(x[i].z, expected(i, 2), 1e-10);
+  }
+  x.pop_back();
+  EXPECT_THROW(factor.solve(x), LogicError);
+  matrix.coeffRef(7, 7) = -1;
+  EXPECT_THROW(CholeskyFactor(matrix, positions), DataError);
+}
+
+TEST(ProjectiveRefused, HostileValues_Throw) {
+  const Cloth cloth =
+      make_cloth(fixtures::garment_of(fixtures::sheet(4, 4, 0.02, 'a'), 0.2, 300, 1e-5), {0});
+  const Mesh ball = fixtures::sphere(0.1, 8, 16);
+  const SolverOptions good = projective_statics(1.0 / 60, 4, 10, 0);
+  const auto refuses = [&](auto change) {
+    SolverOptions options = good;
+    change(options);
+    EXPECT_THROW(ProjectiveSolver(cloth, ball.faces, options), LogicError);
+  };
+  refuses([](SolverOptions& o) { o.projective.iterations = 0; });
+  refuses([](SolverOptions& o) { o.projective.substeps = -3; });
+  refuses([](SolverOptions& o) { o.time_step = std::nan(""); });
+  refuses([](SolverOptions& o) { o.friction = std::numeric_limits<double>::infinity(); });
+  ProjectiveSolver solver(cloth, ball.faces, good);
+  ClothState state = rest_state(cloth);
+  state.positions(2, 1) = std::nan("");
+  EXPECT_THROW(solver.set_state(state), DataError);
+  state.positions.conservativeResize(3, 3);
+  EXPECT_THROW(solver.set_state(state), LogicError);
+  Control control = fixtures::still(ball.vertices);
+  control.body_end(0, 0) = std::nan("");
+  EXPECT_THROW(solver.advance(control), DataError);
+  control = fixtures::still(ball.vertices);
+  control.body_end.col(1).array() += 3;
+  EXPECT_THROW(solver.advance(control), DataError);
+  control = fixtures::still(ball.vertices);
+  control.gravity[0] = std::nan("");
+  EXPECT_THROW(solver.advance(control), LogicError);
+  EXPECT_EQ(solver.state().frame, 0);
+}
+
+// Materials over six orders of magnitude stay finite on a moving ball.
+TEST(ProjectiveRobust, AnyMaterial_StaysFinite) {
+  const Mesh ball = fixtures::sphere(0.1, 12, 24);
+  for (const double stretch : {0.1, 100.0, 1e5}) {
+    for (const double bending : {1e-9, 1e-5, 1e-3}) {
+      Garment garment =
+          fixtures::garment_of(fixtures::sheet(8, 8, 0.02, 'a'), 0.2, stretch, bending);
+      garment.mesh.vertices.col(1).array() += 0.102;
+      ProjectiveSolver solver(make_cloth(garment), ball.faces,
+                              projective_statics(1.0 / 60, 4, 5, 0));
+      for (int i = 0; i < 20; ++i) {
+        Control control;
+        const auto at = [&](int frame) -> Points {
+          return ball.vertices.rowwise() + Eigen::RowVector3d(0.05 * std::sin(frame), 0, 0);
+        };
+        control.body_start = at(i);
+        control.body_end = at(i + 1);
+        ASSERT_NO_THROW(solver.advance(control)) << stretch << " " << bending;
+      }
+      EXPECT_LT(solver.state().velocities.rowwise().norm().maxCoeff(), 30);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace atelier
