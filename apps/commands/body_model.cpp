@@ -475,10 +475,12 @@ Action add_body_model(CLI::App& parser) {
              "MakeHuman: a .target file and its weight, 0 to 1; once for each")
       .once_a_flag()
       .type_name("FILE=WEIGHT");
-  add_option(parser, "--shape", a.shape, "Shape parameters in their own units: stature=1.8")
+  add_option(parser, "--shape", a.shape,
+             "Shape parameters in their own units: stature=1.8; of default, female and male also a "
+             "file of measurements by Valentina or Seamly2D (.vit, .smis)")
       .delimiter(',')
       .once_a_flag()
-      .type_name("NAME=VALUE,...");
+      .type_name("NAME=VALUE,...|FILE");
   add_flag(parser, "--json", a.json, "measure: output as JSON");
   const OptionReader options = add_option_flags(parser, body_model_options());
   return [arguments, options] {

@@ -11,6 +11,7 @@
 #include "apps/console/standard_streams.h"
 #include "bodymodel/formats/body_archive.h"
 #include "bodymodel/formats/skin_weights.h"
+#include "bodymodel/formats/tailor_measurements.h"
 #include "bodymodel/human/default_human.h"
 #include "core/io/lower_extension.h"
 #include "core/io/mesh_gltf.h"
@@ -57,7 +58,21 @@ std::vector<Assignment> assignments(const std::vector<std::string>& texts, const
 }
 
 std::vector<Assignment> shape_assignments(const BodyArguments& arguments) {
-  return assignments(arguments.shape, "NAME=NUMBER");
+  std::vector<std::string> texts = arguments.shape;
+  std::erase_if(texts, has_measurements_extension);
+  return assignments(texts, "NAME=NUMBER");
+}
+
+/// The default human with the measurements of those files that --shape names.
+DefaultHumanOptions measured_human(const BodyArguments& arguments, DefaultHumanOptions human) {
+  for (const std::string& text : arguments.shape) {
+    if (has_measurements_extension(text)) {
+      TailorMeasurements measurements = read_tailor_measurements(text);
+      human = with_measurements(human, measurements);
+      print(measurements.findings);
+    }
+  }
+  return human;
 }
 
 // The default human is recomputed with the measures asked for, so that what is not asked for
@@ -66,6 +81,7 @@ BodyModel generated(const BodyArguments& arguments) {
   DefaultHumanOptions human = arguments.body == "female" ? female_human()
                               : arguments.body == "male" ? male_human()
                                                          : DefaultHumanOptions{};
+  human = measured_human(arguments, human);
   OptionTable table = describe(human);
   for (const Assignment& one : shape_assignments(arguments)) {
     std::string known;
@@ -250,6 +266,12 @@ ShapedInput read_body_input(const BodyArguments& arguments, const BodyOptions& o
   for (const Assignment& target : targets) {
     set_shape(input.model, std::filesystem::path(target.name).stem().string(), target.value,
               input.shape);
+  }
+  for (const std::string& text : arguments.shape) {
+    if (has_measurements_extension(text)) {
+      throw UsageError("--shape " + text.substr(0, 80) +
+                       " has no effect here: measurements shape default, female and male");
+    }
   }
   for (const Assignment& one : shape_assignments(arguments)) {
     set_shape(input.model, one.name, one.value, input.shape);

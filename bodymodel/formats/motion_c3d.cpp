@@ -226,11 +226,20 @@ void read_frames(C3dNumbers& numbers, const C3dLayout& layout, const C3dFrames& 
   }
 }
 
+/// Theia3D writes turning segments and no points.
+void require_points(const C3dFile& file, const std::string& name) {
+  if (file.header().points == 0 && file.type("ROTATION:USED") != 0) {
+    throw DataError(name, "ROTATION", "rotations of segments and no markers",
+                    "markers or joint centres: export these as C3D or TRC, or the skeleton as FBX");
+  }
+}
+
 }  // namespace
 
 MarkerClip read_c3d(std::span<const std::byte> bytes, const std::string& name,
                     const Limits& limits) {
   const C3dFile file(bytes, name);
+  require_points(file, name);
   MarkerClip clip;
   clip.name = name;
   clip.findings = file.findings();

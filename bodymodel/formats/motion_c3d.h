@@ -25,7 +25,8 @@ namespace atelier {
 /// names that are there twice the first counts ("motion-markers-names").
 ///
 /// Throws DataError, with the byte, for a file that is no C3D, counts or blocks beyond the file, a
-/// unit or rate that is none, no named point, coordinates beyond `limits.mesh_coordinate`.
+/// unit or rate that is none, no named point (of Theia3D's rotations of segments with advice),
+/// coordinates beyond `limits.mesh_coordinate`.
 MarkerClip read_c3d(std::span<const std::byte> bytes, const std::string& name,
                     const Limits& limits = {});
 MarkerClip read_c3d(const std::filesystem::path& path, const Limits& limits = {});

@@ -174,8 +174,22 @@ class XmlParser {
       fail("text outside of elements", "XML");
     }
     check_text(tag);
+    if (just_opened_) {
+      elements_.back().text = resolved(without_blanks(text_.substr(at_, tag - at_)));
+      just_opened_ = false;
+    }
     advance(tag);
     return true;
+  }
+
+  static std::string_view without_blanks(std::string_view text) {
+    while (!text.empty() && is_space(text.front())) {
+      text.remove_prefix(1);
+    }
+    while (!text.empty() && is_space(text.back())) {
+      text.remove_suffix(1);
+    }
+    return text;
   }
 
   void skip_past(std::string_view end) {
@@ -243,11 +257,18 @@ class XmlParser {
     }
     const std::string_view raw = text_.substr(at_ + 1, end - at_ - 1);
     check_length(raw.size());
+    if (raw.find_first_of(std::string_view("<\0", 2)) != std::string_view::npos) {
+      fail("'<' or NUL in a value", "&lt;");
+    }
+    std::string result = resolved(raw);
+    advance(end + 1);
+    return result;
+  }
+
+  /// The characters that the five entities stand for; those by number stay as they stand there.
+  std::string resolved(std::string_view raw) const {
     std::string result;
     for (std::size_t i = 0; i < raw.size(); ++i) {
-      if (raw[i] == '<' || raw[i] == '\0') {
-        fail("'<' or NUL in a value", "&lt;");
-      }
       if (raw[i] != '&') {
         result += raw[i];
         continue;
@@ -263,7 +284,6 @@ class XmlParser {
         fail("the entity " + in_quotes(raw.substr(i, 12)), "one of the five of XML");
       }
     }
-    advance(end + 1);
     return result;
   }
 
@@ -291,6 +311,7 @@ class XmlParser {
       if (rest().starts_with(">")) {
         advance(at_ + 1);
         open_.push_back(element.name);
+        just_opened_ = true;
         break;
       }
       if (rest().empty()) {
@@ -338,6 +359,7 @@ class XmlParser {
   std::size_t at_ = 0;
   std::int64_t line_ = 1;
   std::int64_t attributes_ = 0;  ///< of all elements
+  bool just_opened_ = false;     ///< the last element, and nothing has followed its tag
   std::vector<std::string> open_;
   std::vector<XmlElement> elements_;
 };

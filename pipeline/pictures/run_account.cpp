@@ -14,7 +14,7 @@
 namespace atelier {
 namespace {
 
-constexpr const char* kSchema = "atelier.run";
+constexpr const char* kAccountSchema = "atelier.run";
 
 std::filesystem::path account_file(const std::filesystem::path& workspace) {
   return report_folder(workspace) / "run.json";
@@ -42,7 +42,7 @@ const std::string& end_at(const JsonPlace& place) {
 
 std::string run_account_text(const RunAccount& account) {
   nlohmann::ordered_json json = {
-      {"schema", kSchema},          {"version", 1},
+      {"schema", kAccountSchema},   {"version", 1},
       {"capture", account.capture}, {"started", account.started},
       {"seconds", account.seconds}, {"report_seconds", account.report_seconds}};
   json["stages"] = nlohmann::ordered_json::array();
@@ -59,8 +59,8 @@ std::string run_account_text(const RunAccount& account) {
 RunAccount parse_run_account(std::string_view text, const std::string& file) {
   const nlohmann::json parsed = parse_json(text, file);
   const JsonPlace root(parsed, file);
-  if (root.at("schema").text() != kSchema || root.at("version").integer(0, 1 << 20) != 1) {
-    root.fail("another schema", std::string(kSchema) + ", version 1");
+  if (root.at("schema").text() != kAccountSchema || root.at("version").integer(0, 1 << 20) != 1) {
+    root.fail("another schema", std::string(kAccountSchema) + ", version 1");
   }
   RunAccount account;
   account.capture = root.at("capture").text();

@@ -155,6 +155,24 @@ TEST_F(BodyModelCommand, ShowAndPose_WriteImages) {
   EXPECT_GT(std::filesystem::file_size(png("still.mp4")), 500u);
 }
 
+TEST_F(BodyModelCommand, MeasurementsOfValentina_ShapeTheGeneratedBody) {
+  const std::string file = (folder_ / "client.vit").string();
+  std::ofstream(file) << "<vit><unit>cm</unit><body-measurements><m name=\"height\" value=\"172\"/>"
+                         "<m name=\"waist_circ\" value=\"78 + 2\"/></body-measurements></vit>";
+  const ChildResult found =
+      run({"measure", "female", "--shape", file + ",hip_girth=1.04", "--json"});
+  ASSERT_EQ(found.exit_code, 0) << found.err;
+  EXPECT_THAT(found.err, HasSubstr("the body takes height, waist_circ"));
+  const nlohmann::json body = nlohmann::json::parse(found.out);
+  EXPECT_NEAR(body["stature"]["value"].get<double>(), 1.72, 0.004);
+  EXPECT_NEAR(body["waist_girth"]["value"].get<double>(), 0.80, 0.002);
+  EXPECT_NEAR(body["hip_girth"]["value"].get<double>(), 1.04, 0.003);
+  const std::string npz = (folder_ / "client.npz").string();
+  ASSERT_EQ(run({"convert", "female", "--out", npz}).exit_code, 0);
+  refused({"measure", npz, "--shape", file}, 2, "measurements shape default, female and male");
+  refused({"measure", "female", "--shape", (folder_ / "none.vit").string()}, 3, "none.vit");
+}
+
 TEST_F(BodyModelCommand, ConvertedBody_KeepsItsShape) {
   const std::string body = (folder_ / "body.npz").string();
   const std::string tall = (folder_ / "tall.npz").string();

@@ -1,6 +1,7 @@
 #include "bodymodel/formats/body_archive.h"
 
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 
 #include <gmock/gmock.h>
@@ -11,6 +12,7 @@
 #include "core/io/npz.h"
 #include "tests/bodymodel/synthetic_body.h"
 #include "tests/bodymodel/synthetic_person.h"
+#include "tests/support/child_process.h"
 #include "tests/support/temporary_directory.h"
 
 namespace atelier {
@@ -183,6 +185,21 @@ TEST(BodyArchive, InconsistentMotions_AreRefused) {
         a["root_translation"] = tensor_of<double>(std::vector<double>(6), {2, 3});
       },
       "2 frames of 63");
+}
+
+TEST(BodyArchive, NamesOfJoints_AreTextInNumpy) {
+  if (std::system("/usr/bin/python3 -c 'import numpy' 2>/dev/null") != 0) {
+    GTEST_SKIP() << "no NumPy (package python3-numpy)";
+  }
+  const fixtures::TemporaryDirectory folder;
+  write_motion(folder / "a.npz", fixtures::person_clip());
+  const fixtures::ChildResult found =
+      fixtures::run_child({"/usr/bin/python3", "-c",
+                           "import numpy, sys; names = numpy.load(sys.argv[1])['joint_names']; "
+                           "print(names.dtype.kind, list(names).index('" +
+                               fixtures::person_clip().skeleton.names[3] + "'))",
+                           (folder / "a.npz").string()});
+  EXPECT_EQ(found.out, "U 3\n") << found.err;
 }
 
 }  // namespace

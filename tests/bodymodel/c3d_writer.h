@@ -40,11 +40,11 @@ class C3dWriter {
     const double metres = options_.unit == "mm" ? 0.001 : 1;
     std::string parameters("\1\120\0", 3);
     parameters += static_cast<char>(options_.processor);
-    parameters += group("POINT", 1) + group("TRIAL", 2);
+    parameters += group("POINT", 1) + group("TRIAL", 2) + group("ROTATION", 3);
     parameters += numbers("USED", 1, 2, {static_cast<double>(points)});
     parameters += numbers("RATE", 1, 4, {clip.fps});
     for (const C3dWriteOptions::Numbers& more : options_.numbers) {
-      parameters += numbers(more.name, more.group == "TRIAL" ? 2 : 1, more.type, more.values);
+      parameters += numbers(more.name, id_of(more.group), more.type, more.values);
     }
     if (!options_.angles.empty()) {
       parameters += texts("ANGLES", options_.angles);
@@ -121,6 +121,10 @@ class C3dWriter {
            word(static_cast<double>(content.size() + 3)) + content + '\0';  // no description
   }
   std::string group(const std::string& name, int id) const { return record(name, -id, ""); }
+  static int id_of(const std::string& group) {
+    return group == "TRIAL" ? 2 : group == "ROTATION" ? 3 : 1;
+  }
+
   std::string numbers(const std::string& name, int id, int type,
                       const std::vector<double>& values) const {
     std::string content{static_cast<char>(type), 1, static_cast<char>(values.size())};

@@ -132,6 +132,19 @@ TEST(C3d, ModelledOutputs_AreNoMarkers) {
   EXPECT_LT(*std::max_element(fit.rms.begin(), fit.rms.end()), 0.003);
 }
 
+TEST(C3d, RotationsWithoutMarkers_AreRefusedWithWhatToExport) {
+  MarkerClip none;
+  none.fps = 60;
+  none.frame_ids = {1, 2};
+  none.positions.assign(2, Points::Zero(0, 3));
+  none.seen.assign(2, {});
+  fixtures::C3dWriteOptions options;
+  options.numbers = {{"ROTATION", "USED", 2, {17}}};
+  const std::vector<std::byte> file = fixtures::C3dWriter(options).file(none);
+  EXPECT_THAT([&] { read_c3d(file, "theia.c3d"); },
+              ThrowsMessage<DataError>(HasSubstr("rotations of segments and no markers")));
+}
+
 TEST(C3d, NanCoordinates_AreUnseen) {
   MarkerClip clip = fixtures::marked_person(fixtures::plug_in_gait_names()).clip;
   clip.seen[4][7] = false;

@@ -122,8 +122,8 @@ std::set<std::string> packages_of_setup() {
     line = line.substr(0, line.find('#'));
     const std::size_t open = line.find("=(");
     const bool list =
-        open != std::string::npos &&
-        (line.starts_with("build=") || line.starts_with("checks=") || line.starts_with("judges="));
+        open != std::string::npos && (line.starts_with("build=") || line.starts_with("checks=") ||
+                                      line.starts_with("judges=") || line.starts_with("opens_in="));
     if (!inside && !list) {
       continue;
     }

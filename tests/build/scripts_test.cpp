@@ -1,6 +1,8 @@
 // What the scripts say of arguments, and how the demo goes on.
 #include <filesystem>
 #include <fstream>
+#include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -85,6 +87,38 @@ TEST(ScriptsRefused, MissingTestResults_AreAFailure) {
     EXPECT_EQ(result.exit_code, 1);
     EXPECT_THAT(result.err, HasSubstr("no results of tests"));
   }
+}
+
+TEST(ScriptsRefused, OpensInWithoutAnAnimation_SaysWhatItNeeds) {
+  EXPECT_EQ(run_script("opens-in", {"capture"}).exit_code, 2);
+  const TemporaryDirectory folder;
+  const ChildResult result = run_script("opens-in", {"capture", folder.path().string()});
+  EXPECT_EQ(result.exit_code, 1);
+  EXPECT_THAT(result.err, HasSubstr("has no result of animate"));
+}
+
+/// The page that scripts/opens-in prints, as it stands in docs.
+TEST(OpensIn, Page_HasTheLinesOfItsTemplateAndManyPrograms) {
+  std::istringstream lines(read_text(source_directory() / "docs/opens_in.md.in"));
+  std::istringstream page(read_text(source_directory() / "docs/reference/opens_in.md"));
+  std::set<std::string> programs;
+  std::string found;
+  for (std::string line; std::getline(lines, line);) {
+    if (!line.starts_with("@table ")) {
+      ASSERT_TRUE(std::getline(page, found));
+      EXPECT_EQ(found, line) << "scripts/opens-in prints the page again";
+      continue;
+    }
+    for (std::size_t row = 0; page.peek() == '|' && std::getline(page, found); ++row) {
+      if (row >= 2) {  // behind the head
+        programs.insert(found.substr(2, found.find_first_of("0123456789", 2) - 2));
+      }
+    }
+  }
+  EXPECT_GE(programs.size(), 14U);
+  ASSERT_TRUE(std::getline(page, found) && found.empty());
+  ASSERT_TRUE(std::getline(page, found));
+  EXPECT_THAT(found, ::testing::StartsWith("Commit: "));
 }
 
 /// A function of that many lines.

@@ -2,11 +2,13 @@
 //   node three.mjs gltf FILE [SECONDS...]   each mesh: how it looks, its box at rest and then
 //   node three.mjs bvh FILE [SECONDS...]    each joint's place
 //   node three.mjs ply FILE                 vertices, triangles, box
+//   node three.mjs obj FILE                 the same
 //   node three.mjs usd FILE                 each mesh's box
 import { readFileSync } from 'node:fs';
 import * as THREE from 'three';
 import { GLTFLoader } from 'three/examples/jsm/loaders/GLTFLoader.js';
 import { BVHLoader } from 'three/examples/jsm/loaders/BVHLoader.js';
+import { OBJLoader } from 'three/examples/jsm/loaders/OBJLoader.js';
 import { PLYLoader } from 'three/examples/jsm/loaders/PLYLoader.js';
 import { USDLoader } from 'three/examples/jsm/loaders/USDLoader.js';
 
@@ -73,7 +75,13 @@ if (kind === 'gltf') {
 } else if (kind === 'ply') {
   const geometry = new PLYLoader().parse(buffer);
   geometry.computeBoundingBox();
-  say('ply', geometry.attributes.position.count, (geometry.index?.count ?? 0) / 3,
+  const corners = geometry.index ?? geometry.attributes.position;  // no index: three vertices a triangle
+  say('ply', geometry.attributes.position.count, corners.count / 3,
+    ...geometry.boundingBox.min.toArray(), ...geometry.boundingBox.max.toArray());
+} else if (kind === 'obj') {  // three vertices a triangle
+  const { geometry } = new OBJLoader().parse(bytes.toString()).children[0];
+  geometry.computeBoundingBox();
+  say('obj', geometry.attributes.position.count, geometry.attributes.position.count / 3,
     ...geometry.boundingBox.min.toArray(), ...geometry.boundingBox.max.toArray());
 } else if (kind === 'usd') {
   const scene = new USDLoader().parse(buffer);

@@ -108,7 +108,7 @@ class ChildProcess {
       }
       const auto drain = [&](int stream, bool& is_open, std::string& text) {
         if (is_open && FD_ISSET(stream, &open_streams)) {
-          const ssize_t got = read(stream, chunk.data(), chunk.size());
+          const ssize_t got = ::read(stream, chunk.data(), chunk.size());
           is_open = got > 0;
           text.append(chunk.data(), got > 0 ? static_cast<std::size_t>(got) : 0);
         }
