@@ -136,9 +136,8 @@ void read_distortion_as(Camera& camera, std::string_view value) {
 
 void refuse_correction(std::string_view option, const std::string& found,
                        const std::string& expected) {
-  std::string typed(option);
-  std::replace(typed.begin(), typed.end(), '_', '-');
-  throw UsageError("--capture." + typed + " cannot be " + found + ": it takes " + expected);
+  throw UsageError("capture." + std::string(option) + " cannot be " + found + ": it takes " +
+                   expected);
 }
 
 std::span<const Reading> all_readings() {

@@ -22,7 +22,9 @@ struct Reading {
   bool alone = false;       ///< is only looked for in single cameras: of all it cannot be told
 };
 
-/// Refuses a value of an option of corrections: UsageError that names it as it is typed.
+/// Refuses a value of an option of corrections: UsageError that begins with the option's name,
+/// which the program replaces by the flag as it was typed: "capture.sync cannot be 'cam9': it takes
+/// ...".
 [[noreturn]] void refuse_correction(std::string_view option, const std::string& found,
                                     const std::string& expected);
 

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "core/error.h"
+#include "core/unknown_value.h"
 
 namespace atelier {
 namespace {
@@ -44,7 +45,7 @@ std::string excluded_problem(const std::string& list) {
 std::vector<Label> labels_of(const std::string& list) {
   std::vector<Label> labels;
   if (const std::string wrong = read_labels(list, labels); !wrong.empty()) {
-    throw DataError("", "excluded", wrong, kWornNames);
+    throw UnknownValue("", "excluded", list, kWornNames);
   }
   return labels;
 }

@@ -23,6 +23,7 @@
 #include "core/sha256.h"
 #include "core/store/frame_selection.h"
 #include "core/store/output_place.h"
+#include "core/unknown_value.h"
 #include "core/usage_error.h"
 #include "core/writable_place.h"
 #include "pipeline/capture/reconstruct_stage.h"
@@ -189,10 +190,9 @@ int run(const DepthArguments& arguments, const DepthOptions& options) {
   }
   const int frame = options.frame < 0 ? frames.front() : options.frame;
   if (std::find(frames.begin(), frames.end(), frame) == frames.end()) {
-    throw DataError(
-        arguments.capture, "frame " + std::to_string(frame),
-        "no images with masks or labels in two views",
-        "a frame from " + std::to_string(frames.front()) + " to " + std::to_string(frames.back()));
+    throw UnknownValue(arguments.capture, "frame", std::to_string(frame),
+                       "a frame with masks or labels in two views, from " +
+                           std::to_string(frames.front()) + " to " + std::to_string(frames.back()));
   }
   const fs::path folder = arguments.out;
   const int halvings = halvings_for(dataset, options.memory);

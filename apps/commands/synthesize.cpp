@@ -12,7 +12,6 @@
 #include "core/printable.h"
 #include "core/store/workspace_folder.h"
 #include "core/usage_error.h"
-#include "pipeline/outfit/dressing.h"
 #include "pipeline/synthesis/synthesis.h"
 
 namespace atelier {
@@ -61,9 +60,7 @@ int run(const std::string& folder, const SynthesisOptions& options, const std::s
   }
   const std::string out = workspace_place(folder).string();
   if (dry_run) {
-    if (options.body_sequence.empty()) {
-      outfit_garments(options.outfit.garment);  // throws for a name that is none
-    }
+    require_synthesis(out, options);
     std::cout << printable(out) << ": the options are valid\n";
     return kExitDone;
   }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <new>
-#include <optional>
 #include <system_error>
 
 #include "apps/console/device_advice.h"
@@ -13,6 +12,7 @@
 #include "core/file_kind.h"
 #include "core/not_converged.h"
 #include "core/system_reason.h"
+#include "core/unknown_value.h"
 #include "core/usage_error.h"
 
 namespace atelier {
@@ -29,35 +29,23 @@ Failure environment_failure(const std::string& place, const std::string& reason)
           end < reason.size() ? reason.substr(end + 2) : ""};
 }
 
-/// The value in quotes of "'cape'"; "" of any other text.
-std::string quoted_value(const std::string& found) {
-  const bool quoted = found.size() > 2 && found.front() == '\'';
-  return quoted ? found.substr(1, found.find('\'', 1) - 1) : "";
-}
-
-/// Whether a flag was given the name of a garment, motion or body that there is none of: a mistake
-/// on the command line, not in a file. Says it with the flag as it was typed.
-std::optional<Failure> unknown_name(const DataError& data) {
-  const std::string value = data.where == "garment" && data.file.empty() ? quoted_value(data.found)
-                            : data.where == "motion" || data.where == "file name" ? data.file
-                                                                                  : "";
-  const std::string flag =
-      std::filesystem::path(value).has_extension() ? "" : flag_with_value(value);
-  if (flag.empty()) {
-    return std::nullopt;
-  }
+/// A value that asks for what is not there, with the flag as it was typed.
+Failure unknown_value(const UnknownValue& unknown) {
+  const std::string flag = flag_of_value(unknown.option, unknown.value);
   const std::string text =
-      flag + " cannot be '" + value.substr(0, 80) + "': it takes " + data.expected;
-  return Failure{text, kExitUsage, "", "", text, ""};
+      (flag.empty() ? unknown.option : flag) + " cannot be " + unknown.found +
+      (unknown.file.empty() ? ": it takes " : ": of " + unknown.file + " it takes ") +
+      unknown.expected;
+  return {text, kExitUsage, "", "", text, ""};
 }
 
 }  // namespace
 
 Failure failure_of(const std::exception& error) {
+  if (const auto* unknown = dynamic_cast<const UnknownValue*>(&error)) {
+    return unknown_value(*unknown);
+  }
   if (const auto* data = dynamic_cast<const DataError*>(&error)) {
-    if (const std::optional<Failure> unknown = unknown_name(*data)) {
-      return *unknown;
-    }
     return {error.what(), kExitBadData, data->file, data->where, data->found, data->expected};
   }
   if (dynamic_cast<const UsageError*>(&error) != nullptr) {

@@ -127,19 +127,31 @@ const CLI::Option* option_named(const CLI::App& parser, const std::string& argum
   return found == options.end() ? nullptr : *found;
 }
 
+constexpr std::string_view kCaptureSection = "capture.";
+
+/// "held_out_cameras" of "--held-out-cameras".
+std::string option_of_flag(std::string flag) {
+  flag.erase(0, flag.starts_with("--") ? 2 : 0);
+  std::replace(flag.begin(), flag.end(), '-', '_');
+  return flag;
+}
+
+/// The first text in quotes of "capture.sync cannot be 'cam9': ..."; "" if there is none.
+std::string quoted_in(const std::string& problem) {
+  const std::size_t begin = problem.find('\'');
+  const std::size_t end = begin == std::string::npos ? begin : problem.find('\'', begin + 1);
+  return end == std::string::npos ? "" : problem.substr(begin + 1, end - begin - 1);
+}
+
 /// The flag of this parser that an option was renamed to; "" if it was not.
 std::string renamed_flag(const CLI::App& parser, const std::string& flag) {
-  const auto option_of = [](std::string text) {
-    std::replace(text.begin(), text.end(), '-', '_');
-    return text;
-  };
   std::vector<std::string> known;
   for (const CLI::Option* option : parser.get_options()) {
     for (const std::string& name : option->get_lnames()) {
-      known.push_back(option_of(name));
+      known.push_back(option_of_flag(name));
     }
   }
-  const std::string now = renamed_option(option_of(flag.substr(2)), known);
+  const std::string now = renamed_option(option_of_flag(flag), known);
   return now.empty() ? "" : flag_of(now);
 }
 
@@ -237,20 +249,28 @@ std::vector<std::string> with_switches(const CLI::App& parser,
 
 std::string with_typed_flags(std::string problem) {
   for (const auto& [declared, typed] : typed_flags()) {
-    std::string option = declared.substr(std::min<std::size_t>(2, declared.size()));
-    std::replace(option.begin(), option.end(), '-', '_');
-    problem = with_flag(std::move(problem), option);
+    problem = with_flag(std::move(problem), option_of_flag(declared));
   }
-  return problem;
+  if (!problem.starts_with(kCaptureSection)) {
+    return problem;
+  }
+  // Found in a capture, whatever the command calls its options.
+  const std::string option = problem.substr(0, problem.find(' '));
+  const std::string flag = flag_of_value(option, quoted_in(problem));
+  return (flag.empty() ? flag_of(option) : flag) + problem.substr(option.size());
 }
 
-std::string flag_with_value(const std::string& value) {
+std::string flag_of_value(const std::string& option, const std::string& value) {
+  std::string found;
   for (const auto& [declared, typed] : typed_flags()) {
-    if (!value.empty() && typed.value == value) {
-      return typed.flag;
+    const std::string name = option_of_flag(declared);
+    const bool same = name == option || std::string(kCaptureSection) + name == option ||
+                      name.ends_with("." + option);
+    if (same && (found.empty() || typed.value.find(value) != std::string::npos)) {
+      found = typed.flag;
     }
   }
-  return "";
+  return found;
 }
 
 std::string switch_before(const CLI::App& parser, const std::vector<std::string>& arguments,

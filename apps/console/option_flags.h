@@ -25,8 +25,10 @@ std::string flag_of(const std::string& option);
 /// flags were typed: "fps cannot be 0" is "--capture.fps cannot be 0".
 std::string with_typed_flags(std::string problem);
 
-/// The flag of this command line, as it was typed, that was given a value; "" if none was.
-std::string flag_with_value(const std::string& value);
+/// The flag of an option, as it was typed on this command line, that was given a value, perhaps
+/// among others ("tee+cape"); "" if none was.
+/// @param option  its name, or the end of it: "capture.subject" also of --track.capture.subject
+std::string flag_of_value(const std::string& option, const std::string& value);
 
 /// Declares `--config FILE` and a flag for every field of a table, for stages and commands alike:
 /// "--section.the-field value"; what is true or false also as "--field" alone (with_switches).

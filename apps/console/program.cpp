@@ -89,6 +89,13 @@ std::string why_not(const std::string& command, const std::string& option) {
   return "";
 }
 
+constexpr const char* kNeural = "render-neural";  // typed as "render --neural"
+
+/// A command as it is typed.
+std::string typed_name(const CLI::App& parser) {
+  return parser.get_name() == kNeural ? "render --neural" : parser.get_name();
+}
+
 /// Refuses what a command did not understand, in one sentence.
 void refuse_extras(const CLI::App& parser, const std::vector<std::string>& arguments) {
   const std::vector<std::string> extras = parser.remaining();
@@ -98,22 +105,22 @@ void refuse_extras(const CLI::App& parser, const std::vector<std::string>& argum
     return;  // "--" itself only says that what follows are no options
   }
   const std::string& extra = *first;
+  const std::string name = typed_name(parser);
   const std::string shown = "'" + extra.substr(0, 60) + "'";
   if (extra.starts_with("-")) {
     const std::string option = extra.substr(0, extra.find('='));
     if (const std::string other = with_or_without_name(parser, option); !other.empty()) {
-      throw UsageError(
-          parser.get_name() + " has no option " + shown +
-          see(", did you mean '" + other + "'?", "atelier " + parser.get_name() + " --help"));
+      throw UsageError(name + " has no option " + shown +
+                       see(", did you mean '" + other + "'?", "atelier " + name + " --help"));
     }
     if (parser.get_option_no_throw(option) != nullptr) {
-      throw UsageError(parser.get_name() + " takes no " + shown +
+      throw UsageError(name + " takes no " + shown +
                        " behind '--', where nothing is an option: put it before");
     }
     const std::string why = why_not(parser.get_name(), option);
-    throw UsageError(parser.get_name() + " has no option " + shown +
+    throw UsageError(name + " has no option " + shown +
                      (why.empty() ? see(did_you_mean(option, option_names(parser)),
-                                        "atelier " + parser.get_name() + " --help")
+                                        "atelier " + name + " --help")
                                   : why));
   }
   if (const std::string flag = switch_before(parser, arguments, extra); !flag.empty()) {
@@ -122,8 +129,8 @@ void refuse_extras(const CLI::App& parser, const std::vector<std::string>& argum
   const auto options = parser.get_options();
   const bool takes_some = std::any_of(options.begin(), options.end(),
                                       [](const auto* option) { return option->get_positional(); });
-  throw UsageError(parser.get_name() + " does not take " + shown + (takes_some ? " as well" : "") +
-                   "; see atelier " + parser.get_name() + " --help");
+  throw UsageError(name + " does not take " + shown + (takes_some ? " as well" : "") +
+                   "; see atelier " + name + " --help");
 }
 
 /// Runs what a command declared. An error is told to machines that asked for JSON, but for a wrong
@@ -142,8 +149,6 @@ int act(const CLI::App& command, const Action& action) {
     throw;
   }
 }
-
-constexpr const char* kNeural = "render-neural";  // typed as "render --neural"
 
 /// The arguments with the present name of a command that was renamed, of which a warning speaks,
 /// and with "render --neural" as the command that it is, "render-neural".

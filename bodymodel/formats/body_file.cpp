@@ -11,6 +11,7 @@
 #include "core/io/npz.h"
 #include "core/io/scene_file.h"
 #include "core/nearest_name.h"
+#include "core/unknown_value.h"
 
 namespace atelier {
 namespace {
@@ -99,12 +100,14 @@ BodyFile read_body_file(const std::filesystem::path& path, const BodyFileOptions
       throw DataError(path.string(), "file name", refusal.found, refusal.advice);
     }
   }
-  throw DataError(path.string(), "file name",
-                  extension.empty() ? "no body of that name, and no extension"
-                                    : "extension '" + extension.substr(0, 20) + "'",
-                  "default, female, male, .npz, .glb, .gltf, .fbx or MakeHuman's base.obj or its "
-                  "folder" +
-                      did_you_mean(path.string(), {"default", "female", "male"}));
+  const std::string expected =
+      "default, female, male, .npz, .glb, .gltf, .fbx or MakeHuman's base.obj or its folder" +
+      did_you_mean(path.string(), {"default", "female", "male"});
+  if (extension.empty()) {
+    throw UnknownValue("", "body", path.string(), expected);
+  }
+  throw DataError(path.string(), "file name", "extension '" + extension.substr(0, 20) + "'",
+                  expected);
 }
 
 }  // namespace atelier

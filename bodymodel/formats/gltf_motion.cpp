@@ -11,6 +11,7 @@
 #include "core/io/text_scanner.h"
 #include "core/nearest_name.h"
 #include "core/saturating_cast.h"
+#include "core/unknown_value.h"
 
 namespace atelier {
 namespace {
@@ -261,8 +262,7 @@ std::size_t chosen_animation(const GltfScene& scene, const std::string& wanted,
     if (parse_integer(wanted, number) && number >= 1 && std::cmp_less_equal(number, count)) {
       return static_cast<std::size_t>(number) - 1;
     }
-    throw DataError(file, "animations", "none called '" + wanted.substr(0, 40) + "'",
-                    listed + did_you_mean(wanted, names));
+    throw UnknownValue(file, "animation", wanted, listed + did_you_mean(wanted, names));
   }
   std::size_t first = 0;
   while (first + 1 < count && !moves_a_joint(scene, scene.animations[first])) {

@@ -19,6 +19,7 @@
 #include "bodymodel/human/human_rig.h"
 #include "bodymodel/rotation.h"
 #include "core/error.h"
+#include "core/unknown_value.h"
 
 namespace atelier {
 namespace {
@@ -162,9 +163,8 @@ MarkerClip one_person(const MarkerClip& clip, const std::string& wanted,
   if (!wanted.empty()) {
     const auto found = subjects.find(wanted);
     if (found == subjects.end()) {
-      throw DataError(clip.name, "names of the markers",
-                      "no subject '" + wanted.substr(0, 40) + "' before a colon",
-                      "one of " + listed(all));
+      throw UnknownValue(clip.name, "subject", wanted,
+                         "one of " + listed(all) + ", which stand before a colon in the names");
     }
     return some_markers(clip, found->second);
   }

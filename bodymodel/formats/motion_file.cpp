@@ -16,6 +16,7 @@
 #include "core/error.h"
 #include "core/io/npz.h"
 #include "core/io/scene_file.h"
+#include "core/unknown_value.h"
 
 namespace atelier {
 namespace {
@@ -102,8 +103,12 @@ MotionClip read_by_extension(const std::filesystem::path& path, const MotionFile
   if (extension == ".npz") {
     return as_said(read_npz_motion(path, options, limits), options.motion);
   }
+  const std::string expected = "a motion: .bvh, .amc, .trc, .c3d, .npz, .glb, .gltf or .fbx";
+  if (extension.empty()) {
+    throw UnknownValue("", "motion", path.string(), expected);
+  }
   throw DataError(path.string(), "file name", "extension '" + extension.substr(0, 20) + "'",
-                  "a motion: .bvh, .amc, .trc, .c3d, .npz, .glb, .gltf or .fbx");
+                  expected);
 }
 
 }  // namespace

@@ -17,6 +17,7 @@
 #include "core/normals.h"
 #include "core/parallel.h"
 #include "core/saturating_cast.h"
+#include "core/unknown_value.h"
 
 namespace atelier {
 namespace {
@@ -426,9 +427,9 @@ ContinuousMotion continuous_motion(const BodyModel& model, const std::string& mo
                                    double duration, double ground) {
   if (!is_procedural(motion)) {
     if (!std::filesystem::path(motion).has_extension() && !std::filesystem::exists(motion)) {
-      throw DataError(motion, "motion", "no such motion",
-                      "stride, squat, raise, twist, spin, range, or a file" +
-                          did_you_mean(motion, procedural_motions()));
+      throw UnknownValue("", "motion", motion,
+                         "stride, squat, raise, twist, spin, range, or a file" +
+                             did_you_mean(motion, procedural_motions()));
     }
     return file_motion(model, motion, ground);
   }

@@ -10,6 +10,7 @@
 #include "core/io/file_bytes.h"
 #include "core/io/ground_truth_archive.h"
 #include "core/io/json.h"
+#include "core/unknown_value.h"
 
 namespace atelier {
 namespace fs = std::filesystem;
@@ -65,7 +66,7 @@ std::vector<Camera> parse_human36m_cameras(std::string_view text, const std::str
     for (const auto& [key, value] : subjects.value().items()) {
       known += (known.empty() ? "" : ", ") + key.substr(0, 20);
     }
-    subjects.fail("no subject '" + name.substr(0, 40) + "'", "one of " + known.substr(0, 200));
+    throw UnknownValue(file, "capture.subject", name, "one of " + known.substr(0, 200));
   }
   const JsonPlace extrinsics = subjects.at(name);
   if (!extrinsics.value().is_object() ||

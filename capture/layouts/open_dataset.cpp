@@ -19,6 +19,7 @@
 #include "core/limits.h"
 #include "core/saturating_cast.h"
 #include "core/store/consent_file.h"
+#include "core/unknown_value.h"
 
 namespace atelier {
 namespace fs = std::filesystem;
@@ -622,9 +623,9 @@ Dataset open_dataset(const fs::path& path, const DatasetOptions& options, const 
   const Choice choice = choose(path, options);
   Dataset dataset = choice.layout->read(path, options, limits);
   if (options.subject != "auto" && dataset.info.subject != options.subject) {
-    throw DataError(path.string(), "subject", "'" + options.subject.substr(0, 40) + "'",
-                    "auto: captures of layout " + std::string(choice.layout->name) +
-                        " have no subjects to choose from");
+    throw UnknownValue(path.string(), "capture.subject", options.subject,
+                       "auto: captures of layout " + std::string(choice.layout->name) +
+                           " have no subjects to choose from");
   }
   if (dataset.root.empty()) {
     dataset.root = ".";  // a calibration file named without its folder

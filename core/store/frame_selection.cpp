@@ -3,6 +3,7 @@
 #include <charconv>
 
 #include "core/error.h"
+#include "core/unknown_value.h"
 
 namespace atelier {
 namespace {
@@ -84,13 +85,13 @@ std::vector<int> some_selected_frames(const FrameSelection& selection,
   range.shard = 0;
   range.shards = 1;
   if (selected_frames(range, frame_ids).empty() && !frame_ids.empty()) {
-    throw DataError(input, "'" + to_string(selection) + "'",
-                    frame_ids.size() == 1
-                        ? "there is frame " + std::to_string(frame_ids.front()) + " alone"
-                        : "there are " + std::to_string(frame_ids.size()) + " frames, from " +
-                              std::to_string(frame_ids.front()) + " to " +
-                              std::to_string(frame_ids.back()),
-                    "a choice that holds one of them");
+    constexpr std::string_view kFlag = "--frames ";
+    throw UnknownValue(
+        input, "frames", to_string(range).substr(kFlag.size()),
+        frame_ids.size() == 1
+            ? "a range that holds frame " + std::to_string(frame_ids.front()) + ", the only one"
+            : "a range that holds one of " + std::to_string(frame_ids.size()) + " frames, " +
+                  std::to_string(frame_ids.front()) + " to " + std::to_string(frame_ids.back()));
   }
   return selected_frames(selection, frame_ids);
 }

@@ -28,8 +28,8 @@ std::string set_shard(FrameSelection& selection, std::string_view text);
 std::vector<int> selected_frames(const FrameSelection& selection,
                                  const std::vector<int>& frame_ids);
 
-/// The same, but throws DataError that names `input` where frames are there and none of them is in
-/// the range. A shard may have none: a cluster starts as many as it likes.
+/// The same, but throws UnknownValue that names `input` where frames are there and none of them is
+/// in the range. A shard may have none: a cluster starts as many as it likes.
 std::vector<int> some_selected_frames(const FrameSelection& selection,
                                       const std::vector<int>& frame_ids, const std::string& input);
 

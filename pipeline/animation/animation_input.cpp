@@ -16,10 +16,13 @@
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/mesh_sequence_file.h"
+#include "core/io/text_writer.h"
 #include "core/limits.h"
 #include "core/nearest_name.h"
+#include "core/printable.h"
 #include "core/saturating_cast.h"
 #include "core/sequence_archive.h"
+#include "core/unknown_value.h"
 #include "core/usage_error.h"
 #include "pipeline/animation/animation_garments.h"
 #include "pipeline/outfit/dressing.h"
@@ -166,14 +169,19 @@ Motion own_motion(StageRun& run, const AnimationSource& source, const BodyModel&
 }
 
 void require_motion(const AnimateOptions& options) {
-  if (!options.motion.empty() && !is_procedural(options.motion) &&
-      !fs::is_regular_file(options.motion)) {
-    throw DataError(options.motion, "motion",
-                    fs::is_directory(options.motion) ? "a folder" : "no such file",
-                    "a motion file (.bvh, .npz, .glb, .amc, .trc, .c3d), or stride, squat, raise, "
-                    "twist, spin or range" +
-                        did_you_mean(options.motion, procedural_motions()));
+  if (options.motion.empty() || is_procedural(options.motion) ||
+      fs::is_regular_file(options.motion)) {
+    return;
   }
+  const std::string expected =
+      "a motion file (.bvh, .npz, .glb, .amc, .trc, .c3d), or stride, squat, raise, twist, spin or "
+      "range" +
+      did_you_mean(options.motion, procedural_motions());
+  if (!fs::path(options.motion).has_extension()) {
+    throw UnknownValue("", "motion", options.motion, expected);
+  }
+  throw DataError(options.motion, "motion",
+                  fs::is_directory(options.motion) ? "a folder" : "no such file", expected);
 }
 
 Motion new_motion(StageRun& run, const BodyModel& wearer, const AnimateOptions& options) {
@@ -199,9 +207,9 @@ Motion new_motion(StageRun& run, const BodyModel& wearer, const AnimateOptions& 
 Motion motion_part(const Motion& motion, const AnimateOptions& options, std::size_t& first) {
   first = saturating_cast<std::size_t>(std::round(options.start * motion.fps));
   if (first >= motion.poses.size()) {
-    throw DataError(options.motion, "motion",
-                    std::to_string(motion.poses.size()) + " frames, none of them behind --start",
-                    "a motion that is longer than --start");
+    throw UnknownValue(options.motion, "start", number_text(options.start),
+                       "seconds within the motion, which has " +
+                           counted(std::ssize(motion.poses), "frame"));
   }
   std::size_t count = motion.poses.size() - first;
   if (options.seconds > 0) {
@@ -304,6 +312,7 @@ void require_named(const AnimateOptions& options, const fs::path& capture) {
     read_body_file(options.body);  // says what it would have read
   }
   require_motion(options);
+  require_holding_named(options.holding);
   if (!options.cloth_sequence.empty()) {
     if (missing(options.cloth_sequence)) {
       read_mesh_sequence(options.cloth_sequence, SequenceOf::Cloth);

@@ -2,6 +2,7 @@
 
 #include "capture/layouts/capture_lacks.h"
 #include "capture/layouts/open_dataset.h"
+#include "core/store/frame_selection.h"
 #include "pipeline/capture/capture_rules.h"
 #include "pipeline/capture/reconstruct_measures.h"
 #include "pipeline/capture/reconstruct_pictures.h"
@@ -65,6 +66,15 @@ const StageRow& reconstruct_row() {
                 .has_cuda = true,
                 .device_keyed = true},
       .input_help = "Capture to reconstruct: images with masks or labels, 2D keypoints, cameras",
+      .require_startable =
+          [](const StageRequest& request) {
+            if (!request.selection.everything()) {
+              const auto& options = options_of<ReconstructStageOptions>(request.options);
+              some_selected_frames(request.selection,
+                                   frames_with_masks(stage_dataset(request.input, options.capture)),
+                                   request.input.string());
+            }
+          },
       .chain = ChainPlace{.lacks = lacks_evidence,
                           .cost = {.per_picture = 6, .per_frame = 2.5, .parallel = true}},
       .measure = measure_reconstruct,

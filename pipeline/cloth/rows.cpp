@@ -12,6 +12,7 @@
 #include "pipeline/cloth/simulate_measures.h"
 #include "pipeline/cloth/simulate_pictures.h"
 #include "pipeline/cloth/simulate_stage.h"
+#include "pipeline/outfit/held_cloth.h"
 #include "pipeline/row/stage_row.h"
 
 namespace atelier {
@@ -65,6 +66,10 @@ const StageRow& material_row() {
                 .run = run_material,
                 .check_input = require_no_folder_above},
       .input_help = "Capture with clothed frames, of which WORKSPACE has the registered garments",
+      .require_startable =
+          [](const StageRequest& request) {
+            require_holding_named(options_of<MaterialStageOptions>(request.options).holding);
+          },
       .chain = ChainPlace{.lacks = lacks_clothes,
                           .cost = {.seconds = 1, .per_clothed = 0.7},
                           .fabric = kFabric},
@@ -95,6 +100,10 @@ const StageRow& simulate_row() {
                 .device_keyed = true},
       .input_help =
           "Folder of a scene, such as WORKSPACE/scene: garment.*, body.* or body/, motion.*",
+      .require_startable =
+          [](const StageRequest& request) {
+            require_holding_named(options_of<SimulateOptions>(request.options).holding);
+          },
       .chain = ChainPlace{.lacks = lacks_scene,
                           .made_of = of_clothes,
                           .input = simulated_scene,

@@ -19,6 +19,7 @@
 #include "core/saturating_cast.h"
 #include "core/sequence.h"
 #include "core/sequence_archive.h"
+#include "core/unknown_value.h"
 #include "core/usage_error.h"
 #include "simulation/files/material_file.h"
 
@@ -146,10 +147,12 @@ Sequence body_sequence(const std::filesystem::path& body) {
     return read_mesh_sequence(body, SequenceOf::Body).sequence;
   }
   if (!std::filesystem::exists(body)) {
-    const bool name = !body.has_parent_path();  // "femal", which no folder of files is
-    throw DataError(body.string(), name ? "file name" : "", "no such file or folder",
-                    "a mesh, a folder of meshes, a body model, female or male" +
-                        did_you_mean(body.string(), {"female", "male"}));
+    const std::string expected = "a mesh, a folder of meshes, a body model, female or male" +
+                                 did_you_mean(body.string(), {"female", "male"});
+    if (!body.has_parent_path() && !body.has_extension()) {  // "femal"
+      throw UnknownValue("", "body", body.string(), expected);
+    }
+    throw DataError(body.string(), "", "no such file or folder", expected);
   }
   return read_sequence_folder(body);
 }

@@ -3,6 +3,7 @@
 
 #include "capture/layouts/open_dataset.h"
 #include "core/error.h"
+#include "core/unknown_value.h"
 #include "pipeline/garment/template_stage.h"
 
 namespace atelier {
@@ -40,8 +41,8 @@ void require_template_frame(const TemplateStageOptions& options,
   }
   std::sort(ids.begin(), ids.end());
   if (!ids.empty() && !std::binary_search(ids.begin(), ids.end(), options.fit.frame)) {
-    throw DataError(capture.string(), "template.frame", std::to_string(options.fit.frame),
-                    "one of the capture's clothed frames, " + ranges_text(ids) + "; or -1");
+    throw UnknownValue(capture.string(), "template.frame", std::to_string(options.fit.frame),
+                       "one of the capture's clothed frames, " + ranges_text(ids) + "; or -1");
   }
 }
 

@@ -26,6 +26,7 @@
 #include "core/sequence_archive.h"
 #include "core/store/write_text.h"
 #include "core/topology.h"
+#include "core/unknown_value.h"
 #include "pipeline/outfit/wearer_anatomy.h"
 #include "pipeline/pictures/template_pictures.h"
 
@@ -171,8 +172,8 @@ std::vector<Import> imports_in(const std::string& text) {
       return other.label == import.label;
     });
     if (again) {
-      throw DataError("", "import", "'" + part + "', a second mesh of one garment",
-                      "one for each: upper=tee.obj,lower=trousers.obj");
+      throw UnknownValue("", "import", part,
+                         "one mesh for each garment: upper=tee.obj,lower=trousers.obj");
     }
     imports.push_back(std::move(import));
   }
@@ -184,17 +185,17 @@ std::map<Label, fs::path> imports_of(const std::string& text, const std::vector<
   std::map<Label, fs::path> imports;
   for (const Import& import : imports_in(text)) {
     if (!import.label && garments.size() != 1) {
-      throw DataError("", "import", "'" + import.text + "'",
-                      "label=FILE, where several garments are worn: upper=tee.obj");
+      throw UnknownValue("", "import", import.text,
+                         "label=FILE, where several garments are worn: upper=tee.obj");
     }
     const Label label = import.label.value_or(garments.front());
     if (std::find(garments.begin(), garments.end(), label) == garments.end()) {
-      throw DataError("", "import", "'" + import.text + "', of a garment that is not made",
-                      std::string("one of those that are, as ") + label_name(garments.front()));
+      throw UnknownValue(
+          "", "import", import.text,
+          std::string("meshes of garments that are made, such as ") + label_name(garments.front()));
     }
     if (!imports.emplace(label, import.file).second) {
-      throw DataError("", "import", "'" + import.text + "', a second mesh of one garment",
-                      "one for each");
+      throw UnknownValue("", "import", import.text, "one mesh for each garment");
     }
   }
   return imports;
@@ -207,15 +208,15 @@ std::vector<Label> labels_in(const std::string& text) {
   for (const std::string& part : parts_of(text)) {
     const std::optional<Label> label = cloth_label(part);
     if (!label) {
-      throw DataError("", "labels", "'" + part + "'", kExpected);
+      throw UnknownValue("", "labels", part, kExpected);
     }
     if (std::find(labels.begin(), labels.end(), *label) != labels.end()) {
-      throw DataError("", "labels", "'" + part + "' twice", "each garment once");
+      throw UnknownValue("", "labels", part, "each garment once");
     }
     labels.push_back(*label);
   }
   if (labels.empty()) {
-    throw DataError("", "labels", "none", std::string("auto, or ") + kExpected);
+    throw UnknownValue("", "labels", text, std::string("auto, or ") + kExpected);
   }
   return labels;
 }

@@ -19,6 +19,7 @@
 #include "core/normals.h"
 #include "core/saturating_cast.h"
 #include "core/tree.h"
+#include "core/unknown_value.h"
 #include "pipeline/outfit/fitting.h"
 #include "pipeline/outfit/tailor.h"
 #include "registration/orient_faces.h"
@@ -30,6 +31,7 @@
 namespace atelier {
 namespace {
 
+constexpr std::string_view kMakeHumanGarment = "mhclo:";
 constexpr int kSewingFrames = 60;
 constexpr int kFramesPerStitch = 2;     // the threads are shortened evenly, this often
 constexpr double kLittleGravity = 0.3;  // m/s2, of what slides down while it is still open
@@ -247,10 +249,10 @@ std::vector<std::pair<std::string, Label>> outfit_garments(const std::string& ga
       label = Label::Lower;
     } else if (name == "dress") {
       label = Label::Dress;
-    } else if (!name.ends_with(".json") && !name.starts_with("mhclo:")) {
-      throw DataError("", "garment", "'" + name + "'",
-                      "dress, tee, skirt, trousers, a pattern file (.json) or mhclo:FILE" +
-                          did_you_mean(name, {"dress", "tee", "skirt", "trousers"}));
+    } else if (!name.ends_with(".json") && !name.starts_with(kMakeHumanGarment)) {
+      throw UnknownValue("", "garment", name,
+                         "dress, tee, skirt, trousers, a pattern file (.json) or mhclo:FILE" +
+                             did_you_mean(name, {"dress", "tee", "skirt", "trousers"}));
     }
     result.emplace_back(name, label);
   }
@@ -472,6 +474,17 @@ Garment cut_panels(const std::string& name, const BodyModel& body, const OutfitO
   return panels;
 }
 
+void require_garments(const BodyModel& body, const OutfitOptions& options,
+                      const std::string& body_file) {
+  for (const auto& [name, label] : outfit_garments(options.garment)) {
+    if (name.starts_with(kMakeHumanGarment)) {
+      makehuman_garment(name.substr(kMakeHumanGarment.size()), body_file, body);
+    } else if (label == Label::Unknown) {
+      cut_panels(name, body, options);
+    }
+  }
+}
+
 Outfit dress_body(const BodyModel& body, const OutfitOptions& options, const std::string& body_file,
                   Device device, const DressingWatch& watch) {
   const TailorMeasures measures = tailor_measures(body);
@@ -485,8 +498,8 @@ Outfit dress_body(const BodyModel& body, const OutfitOptions& options, const std
     sewing.substeps = 10;
     sewing.time_step = 1.0 / 60;
     GroundTruthGarment truth =
-        names[g].first.starts_with("mhclo:")
-            ? makehuman_garment(names[g].first.substr(6), body_file, body)
+        names[g].first.starts_with(kMakeHumanGarment)
+            ? makehuman_garment(names[g].first.substr(kMakeHumanGarment.size()), body_file, body)
             : sewn_garment(names[g], {body, measures, options, sewing,
                                       kLayerRoom * static_cast<double>(g), device, watch});
     set_material(truth.garment.material, options);

@@ -63,6 +63,11 @@ Outfit dress_body(const BodyModel& body, const OutfitOptions& options,
                   const std::string& body_file = "", Device device = Device::Cpu,
                   const DressingWatch& watch = {});
 
+/// Reads what dress_body would read for its garments, without sewing any. Throws UnknownValue for a
+/// name that is none, DataError for a file that cannot be used.
+void require_garments(const BodyModel& body, const OutfitOptions& options,
+                      const std::string& body_file = "");
+
 /// Clothes that dress_body has put on the same body before, as it left them: nothing is draped.
 Outfit dressed_before(std::vector<GroundTruthGarment> garments, const OutfitOptions& options);
 

@@ -6,9 +6,16 @@
 #include <set>
 
 #include "core/error.h"
+#include "core/unknown_value.h"
 #include "registration/attach_to_body.h"
 
 namespace atelier {
+
+void require_holding_named(const std::string& option) {
+  if (!option.empty() && option != "none" && !std::filesystem::exists(option)) {
+    throw UnknownValue("", "holding", option, "none, or a file as holding.toml of register");
+  }
+}
 
 std::vector<HeldRing> chosen_holding(const std::string& option, const std::filesystem::path& found,
                                      const std::vector<HeldGarment>& garments) {

@@ -16,6 +16,9 @@ inline constexpr const char* kHoldingHelp =
     "What holds the garments: a file as holding.toml of register, edited, or none; empty: as "
     "register found it";
 
+/// Refuses an option `--holding` that names no file. Throws UnknownValue.
+void require_holding_named(const std::string& option);
+
 /// What holds garments by an option `--holding`: the file that it names, or where it is empty
 /// `found` (the file of register); for "none" nothing does, and the rings of `found` are only
 /// watched. Throws DataError for a file that is none or

@@ -20,6 +20,7 @@
 #include "core/printable.h"
 #include "core/sequence_archive.h"
 #include "core/store/result.h"
+#include "core/unknown_value.h"
 
 namespace atelier {
 namespace {
@@ -109,9 +110,8 @@ void check_person(const std::filesystem::path& folder, int person) {
   }
   const std::string count =
       numbers.size() == 1 ? "1 person" : std::to_string(numbers.size()) + " people";
-  throw DataError(
-      folder.string(), "person", "no number " + std::to_string(person),
-      "--input.person with a number that keypoints have; they show " + count + ": " + list);
+  throw UnknownValue(folder.string(), "person", std::to_string(person),
+                     "a number that keypoints have; they show " + count + ": " + list);
 }
 
 /// Whether a label says anything: what is all background is a scan whose labels nobody filled in.

@@ -7,6 +7,7 @@
 #include "bodymodel/formats/body_file.h"
 #include "core/error.h"
 #include "core/normals.h"
+#include "core/unknown_value.h"
 
 namespace atelier {
 namespace {
@@ -21,7 +22,7 @@ const CaptureSequence& measured_sequence(const CaptureInfo& info, const std::str
       }
       names += (names.empty() ? "" : ", ") + sequence.name;
     }
-    throw DataError("", "sequence", "'" + name.substr(0, 80) + "'", "one of " + names);
+    throw UnknownValue("", "sequence", name, "one of " + names);
   }
   for (const CaptureSequence& sequence : info.sequences) {
     if (sequence.kind == "minimal") {

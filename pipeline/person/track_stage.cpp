@@ -14,6 +14,7 @@
 #include "core/io/json_place.h"
 #include "core/io/text_writer.h"
 #include "core/saturating_cast.h"
+#include "core/unknown_value.h"
 #include "pipeline/pictures/person_pictures.h"
 
 namespace atelier {
@@ -35,9 +36,9 @@ std::vector<char> painted_region(const BodyModel& model, const std::string& name
     for (const VertexGroup& known : model.groups) {
       groups += ", " + known.name;
     }
-    throw DataError(name, "region", "neither a vertex group of the body nor a file",
-                    "--region with a JSON list of vertices or one of the body's groups: " +
-                        (groups.empty() ? "it has none" : groups.substr(2)));
+    throw UnknownValue("", "region", name,
+                       "a file with a JSON list of vertices or one of the body's groups: " +
+                           (groups.empty() ? "it has none" : groups.substr(2)));
   }
   constexpr std::size_t kMaxText = 1 << 26;
   const std::string text = read_file_text(name, kMaxText);

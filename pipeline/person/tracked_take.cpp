@@ -2,6 +2,7 @@
 
 #include "capture/layouts/open_dataset.h"
 #include "core/error.h"
+#include "core/unknown_value.h"
 
 namespace atelier {
 
@@ -12,8 +13,7 @@ fs::path tracked_take(const fs::path& tracked, const fs::path& capture, const st
   if (!name.empty()) {
     fs::path file = folder / (name + ".h5");
     if (!fs::exists(file)) {
-      throw DataError(folder.string(), "sequence", "'" + name.substr(0, 80) + "' is not tracked",
-                      "a sequence of the capture");
+      throw UnknownValue(folder.string(), "sequence", name, "a sequence that is tracked");
     }
     return file;
   }

@@ -9,6 +9,7 @@
 #include "core/error.h"
 #include "core/nearest_name.h"
 #include "core/render/tone.h"
+#include "core/unknown_value.h"
 
 namespace atelier {
 namespace {
@@ -40,10 +41,10 @@ const Camera& captured_camera(const std::vector<Camera>& captured, const std::st
   for (const Camera& camera : captured) {
     known.push_back(camera.id);
   }
-  throw DataError("", "camera", "'" + name.substr(0, 80) + "'",
-                  "front, side, back, three-quarter, orbit" +
-                      (names.empty() ? std::string() : ", or one of the capture's: " + names) +
-                      did_you_mean(name, known));
+  throw UnknownValue("", "camera", name,
+                     "front, side, back, three-quarter, orbit" +
+                         (names.empty() ? std::string() : ", or one of the capture's: " + names) +
+                         did_you_mean(name, known));
 }
 
 }  // namespace

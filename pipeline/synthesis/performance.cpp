@@ -8,7 +8,9 @@
 #include "bodymodel/kinematics.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"
+#include "core/io/text_writer.h"
 #include "core/saturating_cast.h"
+#include "core/unknown_value.h"
 
 namespace atelier {
 namespace {
@@ -121,6 +123,16 @@ void check_simulated(const FrameReport& report, double seconds, int frame_id) {
   }
 }
 
+ContinuousMotion clothed_motion(const BodyModel& body, const SynthesisOptions& options) {
+  ContinuousMotion motion =
+      continuous_motion(body, motion_of(options), options.motion.duration, kSoleHeight);
+  if (options.motion.start > motion.duration) {
+    throw UnknownValue(motion_of(options), "start", number_text(options.motion.start),
+                       "at most its " + number_text(motion.duration) + " s");
+  }
+  return motion;
+}
+
 }  // namespace
 
 std::string motion_of(const SynthesisOptions& options) {
@@ -131,6 +143,13 @@ std::string motion_of(const SynthesisOptions& options) {
   const bool flies =
       garment.find("dress") != std::string::npos || garment.find("skirt") != std::string::npos;
   return flies ? "spin" : "stride";
+}
+
+void require_cast(const SynthesisOptions& options) {
+  const BodyModel body =
+      make_subject(options.subject, static_cast<std::uint64_t>(options.seed)).model;
+  require_garments(body, options.outfit, options.subject.body);
+  clothed_motion(body, options);
 }
 
 Performance cast_performance(const SynthesisOptions& options,
@@ -145,16 +164,7 @@ Performance cast_performance(const SynthesisOptions& options,
   performance.minimal = continuous_motion(body, "range", kMinimalSeconds, 0);
   if (options.frames > 0) {
     const double taken = (options.frames - 1) / options.fps;
-    performance.clothed =
-        continuous_motion(body, motion_of(options), options.motion.duration, kSoleHeight);
-    if (options.motion.start > performance.clothed.duration) {
-      char found[80];
-      std::snprintf(found, sizeof(found), "--start %.2f, after the motion's end",
-                    options.motion.start);
-      char expected[80];
-      std::snprintf(expected, sizeof(expected), "at most its %.2f s", performance.clothed.duration);
-      throw DataError(motion_of(options), "motion", found, expected);
-    }
+    performance.clothed = clothed_motion(body, options);
     OutfitOptions outfit = options.outfit;
     outfit.rate = simulation_rate(options);
     performance.outfit = dressed.empty() ? dress_body(body, outfit, options.subject.body)

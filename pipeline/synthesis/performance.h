@@ -41,6 +41,10 @@ struct Performance {
 Performance cast_performance(const SynthesisOptions& options,
                              const std::vector<GroundTruthGarment>& dressed = {});
 
+/// Makes the subject and reads what cast_performance would read, without draping anything. Throws
+/// as that does.
+void require_cast(const SynthesisOptions& options);
+
 /// The motion that the options name, "auto" by what is worn.
 std::string motion_of(const SynthesisOptions& options);
 

@@ -58,6 +58,8 @@ nlohmann::json in_present_names(nlohmann::json said) {
   return said;
 }
 
+constexpr const char* kUnfinished = ".unfinished";  // inside of the capture
+
 /// The folder of a capture while it is being made.
 struct Work {
   fs::path folder;
@@ -269,9 +271,20 @@ void make_folders(const Work& work, const std::vector<Camera>& cameras,
 
 }  // namespace
 
+void require_synthesis(const fs::path& folder, const SynthesisOptions& options) {
+  if (fs::is_directory(folder)) {
+    check_free({folder, folder / kUnfinished}, key_of(options));
+  }
+  if (options.body_sequence.empty()) {
+    require_cast(options);
+  } else {
+    read_performance(options);
+  }
+}
+
 bool synthesize_capture(const fs::path& folder, const SynthesisOptions& options,
                         const SynthesisEvents& events) {
-  const Work work{folder, folder / ".unfinished"};
+  const Work work{folder, folder / kUnfinished};
   const NewFolders made(folder);
   make_private_directory(folder);
   const fs::path lock_file = folder / ".lock";

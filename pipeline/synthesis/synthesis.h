@@ -26,6 +26,10 @@ struct SynthesisEvents {
 bool synthesize_capture(const std::filesystem::path& folder, const SynthesisOptions& options,
                         const SynthesisEvents& events);
 
+/// Refuses what synthesize_capture refuses before it makes anything: a folder that holds something
+/// else, names and files that cannot be used. Drapes nothing and writes nothing. Throws as that.
+void require_synthesis(const std::filesystem::path& folder, const SynthesisOptions& options);
+
 /// The options that a synthetic capture was made with. None where it does not say, or was made by a
 /// version from which the same options give another capture.
 std::optional<SynthesisOptions> synthesis_options_of(const std::filesystem::path& capture);

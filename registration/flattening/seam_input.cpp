@@ -9,6 +9,7 @@
 #include "core/io/json.h"
 #include "core/limits.h"
 #include "core/printable.h"
+#include "core/unknown_value.h"
 #include "registration/flattening/surface_cut.h"
 
 namespace atelier {
@@ -147,8 +148,7 @@ void require_seams_named(const std::string& seams) {
       file_kind(seams) != std::filesystem::file_type::not_found) {
     return;
   }
-  throw DataError("", "seams", "'" + seams + "', which is no file",
-                  "auto, uvs, labels, none, or a file (.json)");
+  throw UnknownValue("", "seams", seams, "auto, uvs, labels, none, or a file (.json)");
 }
 
 std::vector<char> seam_input(const std::string& seams, const Mesh& mesh, const Topology& topology,

@@ -395,8 +395,8 @@ TEST_F(Animate, BadMotions_AreRefused) {
   expect_refused(animate({"--motion", (root_ / "motion.bvh").string()}), "motion.bvh");
   std::ofstream(root_ / "empty.bvh") << "";
   expect_refused(animate({"--motion", (root_ / "empty.bvh").string()}), "empty.bvh");
-  expect_refused(animate({"--start", "10"}), "none of them behind --start");
-  expect_refused(animate({"--sequence", "other"}), "not tracked");
+  expect_refused(animate({"--start", "10"}), "--start cannot be '10'", 2);
+  expect_refused(animate({"--sequence", "other"}), "--sequence cannot be 'other'", 2);
 }
 
 TEST_F(Animate, MismatchedClothOrBodies_AreRefused) {
@@ -421,8 +421,8 @@ TEST_F(Animate, MismatchedClothOrBodies_AreRefused) {
   write_body(root_ / "other.npz", person_body(person_skeleton()));
   expect_refused(animate({"--body", (root_ / "other.npz").string()}), "another topology");
   // Before anything is simulated: a frame that is done would be kept.
-  expect_refused(stage("animate", {"--camera", "09"}), "one of the capture's: 00, 01, 02");
-  expect_refused(stage("animate", {"--camera", "fornt"}), "did you mean 'front'?");
+  expect_refused(stage("animate", {"--camera", "09"}), "one of the capture's: 00, 01, 02", 2);
+  expect_refused(stage("animate", {"--camera", "fornt"}), "did you mean 'front'?", 2);
   EXPECT_FALSE(fs::exists(workspace() / "animate"));
   expect_refused(animate({"--material.stretch-warp", "-0.5"}), "--material.stretch-warp cannot be",
                  2);

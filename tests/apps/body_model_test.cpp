@@ -360,8 +360,8 @@ TEST_F(BodyModelCommand, MeasuresOfNoAdult_AreRefused) {
 
 TEST_F(BodyModelCommand, WrongFiles_AreRefused) {
   refused({"measure", "nobody.xyz"}, 3, "default, female, male");
-  refused({"show", "nobody", "--out", (folder_ / "a.png").string()}, 3, "no body of that name");
-  refused({"show", "femal", "--out", (folder_ / "a.png").string()}, 3, ", did you mean 'female'?");
+  refused({"show", "nobody", "--out", (folder_ / "a.png").string()}, 2, "body cannot be 'nobody'");
+  refused({"show", "femal", "--out", (folder_ / "a.png").string()}, 2, ", did you mean 'female'?");
   refused({"measure", (folder_ / "none.npz").string()}, 3, "none.npz");
   const std::filesystem::path cut = folder_ / "cut.bvh";
   std::ofstream(cut) << "HIERARCHY\nROOT hips\n{\nOFFSET 0 0 0\n";

@@ -387,8 +387,9 @@ TEST_F(Register, BadFrameSelection_IsRefusedWhilePlanning) {
         more.emplace_back("--dry-run");
       }
       const ChildResult result = registered(more);
-      EXPECT_EQ(result.exit_code, 3) << choice;
-      EXPECT_THAT(result.err, HasSubstr("there are 3 frames, from 0 to 2"));
+      EXPECT_EQ(result.exit_code, 2) << choice;
+      EXPECT_THAT(result.err, HasSubstr("--frames cannot be '" + choice + "'"));
+      EXPECT_THAT(result.err, HasSubstr("a range that holds one of 3 frames, 0 to 2"));
     }
   }
   EXPECT_EQ(registered({"--frames", "2", "--dry-run"}).exit_code, 0);

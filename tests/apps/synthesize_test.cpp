@@ -548,10 +548,15 @@ TEST(GarmentFabric, TrousersUnderAPrint_AreWovenUnlessAllIsPrinted) {
 TEST(SynthesizeRefuses, ImpossibleOptions_AreRefused) {
   const TemporaryDirectory folder;
   const auto refused = [&](std::vector<std::string> more, int code, const char* words) {
-    const ChildResult result = run_child(small(folder.path() / "out", std::move(more)));
-    EXPECT_EQ(result.exit_code, code) << result.err;
-    EXPECT_THAT(result.err, HasSubstr(words));
-    EXPECT_FALSE(fs::exists(folder.path() / "out"));
+    for (const char* planned : {"", "--dry-run"}) {
+      if (*planned != '\0') {
+        more.emplace_back(planned);
+      }
+      const ChildResult result = run_child(small(folder.path() / "out", more));
+      EXPECT_EQ(result.exit_code, code) << planned << result.err;
+      EXPECT_THAT(result.err, HasSubstr(words)) << planned;
+      EXPECT_FALSE(fs::exists(folder.path() / "out"));
+    }
   };
   refused({"--frames", "0", "--minimal_frames", "0"}, 2, "the capture would be empty");
   refused({"--dome.cameras", "1"}, 2, "dome.cameras");
@@ -562,11 +567,12 @@ TEST(SynthesizeRefuses, ImpossibleOptions_AreRefused) {
   refused({"--cloth_sequence", "x.npz"}, 2, "body-sequence");
   refused({"--garment", "cape"}, 2, "--garment cannot be 'cape'");
   refused({"--garment", "tee+tee"}, 2, "twice");
+  refused({"--garment", "tee+cape"}, 2, "--garment cannot be 'cape'");
   refused({"--motion", "cartwheel"}, 2, "stride, squat");
   refused({"--motion", "strid"}, 2, "did you mean 'stride'?");
   refused({"--garment", "nowhere.json"}, 3, "nowhere.json");
   refused({"--motion", "nowhere.bvh"}, 3, "nowhere.bvh");
-  refused({"--minimal_frames", "0", "--start", "3"}, 3, "after the motion's end");
+  refused({"--minimal_frames", "0", "--start", "3"}, 2, "--start cannot be '3': of ");
   refused({"--body", "nowhere.npz"}, 3, "nowhere.npz");
   refused({"--body_sequence", "nowhere.npz"}, 3, "nowhere.npz");
   const std::string npz = (folder / "frames.npz").string();

@@ -245,12 +245,12 @@ TEST_F(TemplateStage, ImportedMeshWithLabelCoveringNothing_IsRefused) {
 TEST_F(TemplateStage, EmptyOrRepeatedGarmentLists_AreRefusedAtOnce) {
   for (const char* flag : {"--force", "--dry-run"}) {
     const ChildResult twice = made({"--labels", "upper,upper", flag});
-    EXPECT_EQ(twice.exit_code, 3);
-    EXPECT_THAT(twice.err, HasSubstr("labels: 'upper' twice; expected each garment once"));
+    EXPECT_EQ(twice.exit_code, 2);
+    EXPECT_THAT(twice.err, HasSubstr("--labels cannot be 'upper': it takes each garment once"));
     const ChildResult none = made({"--labels", "", flag});
-    EXPECT_EQ(none.exit_code, 3);
-    EXPECT_THAT(none.err, HasSubstr("labels: none; expected auto, or upper"));
-    EXPECT_EQ(made({"--labels", ",", flag}).exit_code, 3);
+    EXPECT_EQ(none.exit_code, 2);
+    EXPECT_THAT(none.err, HasSubstr("--labels cannot be '': it takes auto, or upper"));
+    EXPECT_EQ(made({"--labels", ",", flag}).exit_code, 2);
   }
 }
 
@@ -263,11 +263,11 @@ TEST_F(TemplateStage, MissingMeshesOrUnwornGarments_AreRefused) {
   EXPECT_THAT(work.out, Not(HasSubstr("vertices, openings")));  // before the first garment
   const std::string file = saved(cone(1.34, 0.17, 1.0, 0.17, 0.03));
   const ChildResult twice = made({"--dry-run", "--import", "upper=" + file + ",upper=" + file});
-  EXPECT_EQ(twice.exit_code, 3);
-  EXPECT_THAT(twice.err, HasSubstr("a second mesh of one garment"));
+  EXPECT_EQ(twice.exit_code, 2);
+  EXPECT_THAT(twice.err, HasSubstr("it takes one mesh for each garment"));
   const ChildResult other = made({"--labels", "upper", "--import", "lower=" + file});
-  EXPECT_EQ(other.exit_code, 3);
-  EXPECT_THAT(other.err, HasSubstr("of a garment that is not made; expected one of those that"));
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.err, HasSubstr("it takes meshes of garments that are made, such as upper"));
 }
 
 TEST_F(TemplateStage, UnreadableMeshes_AreRefusedWhilePlanning) {

@@ -13,6 +13,7 @@
 #include "bodymodel/skinning.h"
 #include "core/error.h"
 #include "core/normals.h"
+#include "core/unknown_value.h"
 #include "tests/bodymodel/synthetic_body.h"
 #include "tests/bodymodel/synthetic_person.h"
 #include "tests/support/places.h"
@@ -235,7 +236,7 @@ TEST(GltfMotion, SeveralAnimations_AreNamedAndChosen) {
   MotionOptions options;
   options.animation = "Run";
   EXPECT_THAT([&] { read_gltf_motion(scene, "a.glb", options); },
-              ThrowsMessage<DataError>(HasSubstr("none called 'Run'")));
+              ThrowsMessage<UnknownValue>(HasSubstr("animation: 'Run'")));
 }
 
 TEST(GltfMotion, AnimatedNodesWithoutASkin_AreASkeleton) {

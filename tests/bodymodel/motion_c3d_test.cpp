@@ -13,6 +13,7 @@
 #include "bodymodel/skinning.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
+#include "core/unknown_value.h"
 #include "tests/bodymodel/c3d_writer.h"
 #include "tests/bodymodel/synthetic_markers.h"
 #include "tests/support/places.h"
@@ -241,7 +242,7 @@ TEST(C3d, TwoPeople_AreRefusedUnlessOneIsChosen) {
   }
   options.subject = "Eve";
   EXPECT_THAT([&] { fit_markers(both, {}, options); },
-              ThrowsMessage<DataError>(HasSubstr("no subject 'Eve'")));
+              ThrowsMessage<UnknownValue>(HasSubstr("subject: 'Eve'; expected one of ")));
 }
 
 TEST(C3d, SubjectThatIsNoPerson_IsLeftOut) {

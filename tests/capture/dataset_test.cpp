@@ -10,6 +10,7 @@
 #include "capture/layouts/write_layout.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
+#include "core/unknown_value.h"
 #include "tests/capture/in_schema.h"
 #include "tests/capture/small_capture.h"
 #include "tests/support/refusals.h"
@@ -359,7 +360,8 @@ TEST(RealDatasets, Human36mCalibration_OpensForEverySubject) {
     EXPECT_NEAR(camera.width, 1000, 50);
   }
   options.subject = "S99";
-  ATELIER_EXPECT_REFUSED(open_dataset(file, options), DataError, "no subject 'S99'");
+  ATELIER_EXPECT_REFUSED(open_dataset(file, options), UnknownValue,
+                         "subject: 'S99'; expected one of");
 }
 
 }  // namespace

@@ -139,11 +139,11 @@ TEST_F(SmallRig, CorrectionOfACameraThatIsNotThere_NamesTheFlagAsTyped) {
   DatasetOptions options;
   options.corrections.leave_out = "09";
   ATELIER_EXPECT_REFUSED(open_dataset(capture(), options), UsageError,
-                         "--capture.leave-out cannot be '09': it takes 'all', or one of 00");
+                         "capture.leave_out cannot be '09': it takes 'all', or one of 00");
   options.corrections = {};
   options.corrections.pixel_shift = "00=left";
   ATELIER_EXPECT_REFUSED(open_dataset(capture(), options), UsageError,
-                         "--capture.pixel-shift cannot be 'left': it takes pixels");
+                         "capture.pixel_shift cannot be 'left': it takes pixels");
 }
 
 TEST(SettleAdvice, WhatIsSet_IsNotAdvisedAgain) {

@@ -275,7 +275,7 @@ TEST_F(RunStage, EmptySelectionOnFinishedResult_IsRefused) {
   run("frames");
   StageRequest what = request("frames");
   ASSERT_EQ(set_frames(what.selection, "100:200"), "");
-  EXPECT_THAT(refusal<DataError>("frames", what), HasSubstr("'--frames 100:200': there are"));
+  EXPECT_THAT(refusal<DataError>("frames", what), HasSubstr("frames: '100:200'; expected a range"));
   ASSERT_EQ(set_frames(what.selection, "3:6"), "");
   EXPECT_EQ(run("frames", what).end, End::AlreadyDone);
 }

@@ -48,10 +48,8 @@ TEST(FrameSelection, RangeWithoutFrames_IsRefusedUnlessInputIsEmpty) {
     some_selected_frames(selection, {8, 9}, "boxes");
     FAIL() << "it was taken";
   } catch (const DataError& error) {
-    EXPECT_STREQ(
-        error.what(),
-        "boxes: '--frames 4:7': there are 2 frames, from 8 to 9; expected a choice that holds one "
-        "of them");
+    EXPECT_STREQ(error.what(),
+                 "boxes: frames: '4:7'; expected a range that holds one of 2 frames, 8 to 9");
   }
 }
 
