@@ -287,21 +287,8 @@ KeypointCheck check_keypoints(FrameReader& reader, const TriangulationOptions& o
   if (frames.empty() || !dataset.calibrated || dataset.info.keypoint_schema.empty()) {
     return check;
   }
-  SeenPerson seen;
-  seen.cameras = dataset.cameras;
-  seen.file_world = dataset.file_world;
-  seen.schema = &keypoint_schema(dataset.info.keypoint_schema);
-  seen.fps = dataset.info.sequences.empty() ? 30 : std::max(dataset.info.sequences[0].fps, 1.0);
-  const Detections all = read_detections(reader, frames);
-  findings.insert(findings.end(), all.findings.begin(), all.findings.end());
-  check.frame_ids = seen.frame_ids = all.frame_ids;
-  seen.detections = main_person(all);
-  if (max_people(all) > 1 && dataset.cameras.size() > 1) {
-    const auto people = associate_people(dataset.cameras, all, *seen.schema, options);
-    if (!people.empty()) {
-      seen.detections = people.front();
-    }
-  }
+  const SeenPerson seen = read_person(reader, frames, options, findings);
+  check.frame_ids = seen.frame_ids;
   check.detections = seen.detections;
   check_rows(dataset, seen.detections, findings);
   if (dataset.cameras.size() < 2 || seen.detections.empty()) {

@@ -16,45 +16,6 @@ namespace {
 constexpr double kFits = 12;         // px of an image 1000 rows high: no detector is further off
 constexpr std::size_t kSample = 10;  // frames that a reading of all cameras is tried on
 
-/// How well all cameras fit together.
-struct Fit {
-  double error = kNowhere;               ///< px at 1000 rows, median camera
-  double share = 0;                      ///< of the detections, that support a point in space
-  std::vector<double> unsupported = {};  ///< [frames x K]: share that does not, negative: unseen
-  std::vector<double> points = {};       ///< px [frames x K]: error of each point, else negative
-};
-
-Fit fit_of(const SeenPerson& seen, const TriangulationOptions& options) {
-  TriangulationOptions plain = options;
-  plain.swaps = false;
-  plain.bridge = 0;
-  plain.distances = false;
-  const Triangulation found =
-      triangulate(seen.cameras, seen.detections, *seen.schema, seen.fps, plain);
-  Fit fit;
-  double supporting = 0;
-  double asked = 0;
-  for (std::size_t f = 0; f < found.frames.size(); ++f) {
-    for (std::size_t k = 0; k < seen.schema->points.size(); ++k) {
-      const SpacePoint& point = found.frames[f].points[k];
-      fit.points.push_back(point.confidence > 0 && !point.bridged ? point.error : -1);
-      const int views = confident_views(seen.detections[f], k);
-      if (views < options.min_views) {
-        fit.unsupported.push_back(-1);
-        continue;
-      }
-      // Two of many views always meet somewhere: what counts is how many do.
-      const int agree = agreeing_views(seen, f, k, point, options.inlier);
-      fit.unsupported.push_back(1 - static_cast<double>(agree) / views);
-      supporting += agree;
-      asked += views;
-    }
-  }
-  fit.share = asked > 0 ? supporting / asked : 0;
-  fit.error = median(found.camera_error);
-  return fit;
-}
-
 SeenPerson some_frames(const SeenPerson& seen) {
   SeenPerson some = seen;
   some.frame_ids.clear();
@@ -88,7 +49,7 @@ bool is_stage(const std::vector<Camera>& cameras) {
   });
 }
 
-Finding finding_of_all(const Reading& reading, const Fit& now, const Fit& then) {
+Finding finding_of_all(const Reading& reading, const RigFit& now, const RigFit& then) {
   std::string what(reading.what);
   what.replace(0, 3, "each camera's");  // "its ..."
   return {Severity::Error,
@@ -121,6 +82,37 @@ int agreeing_views(const SeenPerson& seen, std::size_t frame, std::size_t point,
   return agreeing;
 }
 
+RigFit rig_fit(const SeenPerson& seen, const TriangulationOptions& options) {
+  TriangulationOptions plain = options;
+  plain.swaps = false;
+  plain.bridge = 0;
+  plain.distances = false;
+  const Triangulation found =
+      triangulate(seen.cameras, seen.detections, *seen.schema, seen.fps, plain);
+  RigFit fit;
+  double supporting = 0;
+  double asked = 0;
+  for (std::size_t f = 0; f < found.frames.size(); ++f) {
+    for (std::size_t k = 0; k < seen.schema->points.size(); ++k) {
+      const SpacePoint& point = found.frames[f].points[k];
+      fit.points.push_back(point.confidence > 0 && !point.bridged ? point.error : -1);
+      const int views = confident_views(seen.detections[f], k);
+      if (views < options.min_views) {
+        fit.unsupported.push_back(-1);
+        continue;
+      }
+      // Two of many views always meet somewhere: what counts is how many do.
+      const int agree = agreeing_views(seen, f, k, point, options.inlier);
+      fit.unsupported.push_back(1 - static_cast<double>(agree) / views);
+      supporting += agree;
+      asked += views;
+    }
+  }
+  fit.share = asked > 0 ? supporting / asked : 0;
+  fit.error = median(found.camera_error);
+  return fit;
+}
+
 bool loses_centre(const Camera& before, const Camera& after) {
   const auto off = [](const Camera& camera) {
     return std::max(std::abs(camera.cx / camera.width - 0.5),
@@ -132,9 +124,9 @@ bool loses_centre(const Camera& before, const Camera& after) {
 
 std::optional<Finding> explain_all(const SeenPerson& seen, const TriangulationOptions& options) {
   const SeenPerson some = some_frames(seen);
-  const Fit now = fit_of(some, options);
+  const RigFit now = rig_fit(some, options);
   std::optional<Finding> best;
-  Fit least;
+  RigFit least;
   least.share = 0;
   for (const Reading& reading : all_readings()) {
     if (reading.alone) {
@@ -144,7 +136,7 @@ std::optional<Finding> explain_all(const SeenPerson& seen, const TriangulationOp
     if (!is_stage(meant.cameras) || loses_centre(some.cameras[0], meant.cameras[0])) {
       continue;
     }
-    const Fit fit = fit_of(meant, options);
+    const RigFit fit = rig_fit(meant, options);
     constexpr double kMeet = 0.8;
     constexpr double kMore = 0.1;
     const bool better = fit.share > least.share + 0.03 ||
@@ -161,9 +153,9 @@ std::optional<Finding> explain_all(const SeenPerson& seen, const TriangulationOp
 std::optional<Finding> explain_distortion(const SeenPerson& seen,
                                           const TriangulationOptions& options) {
   const SeenPerson some = some_frames(seen);
-  const Fit now = fit_of(some, options);
+  const RigFit now = rig_fit(some, options);
   const Reading straight{"distortion", "none", "", ""};
-  const Fit none = fit_of(all_read_as(some, straight), options);
+  const RigFit none = rig_fit(all_read_as(some, straight), options);
   std::optional<Finding> best;
   constexpr double kBetter = 0.93;
   double least = kBetter * now.error;
@@ -171,7 +163,7 @@ std::optional<Finding> explain_distortion(const SeenPerson& seen,
     if (reading.option != "distortion") {
       continue;
     }
-    const Fit fit = fit_of(all_read_as(some, reading), options);
+    const RigFit fit = rig_fit(all_read_as(some, reading), options);
     // Numbers that are read rightly are better than no numbers: else what is less wrong by less
     // distortion would do.
     const bool earned = reading.value == straight.value ||

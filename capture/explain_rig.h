@@ -11,6 +11,15 @@ namespace atelier {
 /// px: of a point that has no place in the image.
 inline constexpr double kNowhere = 1000;
 
+/// How well all cameras and detections fit together.
+struct RigFit {
+  double error = kNowhere;               ///< px at 1000 rows, median camera
+  double share = 0;                      ///< of the detections, that support a point in space
+  std::vector<double> unsupported = {};  ///< [frames x K]: share that does not, negative: unseen
+  std::vector<double> points = {};       ///< px [frames x K]: error of each point, else negative
+};
+RigFit rig_fit(const SeenPerson& seen, const TriangulationOptions& options);
+
 /// The reading (camera_readings.h) under which all cameras fit together, where they do not as they
 /// were read: triangulates some frames under each. Nothing if none makes them fit.
 /// O(readings x cameras^3).

@@ -3,10 +3,33 @@
 #include <algorithm>
 #include <cmath>
 
+#include "capture/associate_people.h"
 #include "capture/camera_conventions.h"
+#include "capture/detections.h"
 #include "core/error.h"
 
 namespace atelier {
+
+SeenPerson read_person(FrameReader& reader, const std::vector<int>& frame_ids,
+                       const TriangulationOptions& options, std::vector<Finding>& findings) {
+  const Dataset& dataset = reader.dataset();
+  SeenPerson seen;
+  seen.cameras = dataset.cameras;
+  seen.file_world = dataset.file_world;
+  seen.schema = &keypoint_schema(dataset.info.keypoint_schema);
+  seen.fps = dataset.info.sequences.empty() ? 30 : std::max(dataset.info.sequences[0].fps, 1.0);
+  const Detections all = read_detections(reader, frame_ids);
+  findings.insert(findings.end(), all.findings.begin(), all.findings.end());
+  seen.frame_ids = all.frame_ids;
+  seen.detections = main_person(all);
+  if (max_people(all) > 1 && dataset.cameras.size() > 1) {
+    const auto people = associate_people(dataset.cameras, all, *seen.schema, options);
+    if (!people.empty()) {
+      seen.detections = people.front();
+    }
+  }
+  return seen;
+}
 
 int confident_views(const std::vector<Keypoints2d>& cameras, std::size_t point) {
   int views = 0;

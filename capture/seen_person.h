@@ -6,9 +6,12 @@
 
 #include "capture/camera_readings.h"
 #include "capture/dataset.h"
+#include "capture/frame_reader.h"
 #include "capture/keypoint_schema.h"
 #include "capture/keypoints2d.h"
+#include "capture/triangulation.h"
 #include "core/camera.h"
+#include "core/finding.h"
 
 namespace atelier {
 
@@ -21,6 +24,12 @@ struct SeenPerson {
   std::vector<int> frame_ids;                        ///< [F]
   std::vector<std::vector<Keypoints2d>> detections;  ///< [F][camera], [K,3] or no rows
 };
+
+/// The person that is detected best in some frames of a calibrated capture whose order of keypoints
+/// is known, and what was found while its detections were read.
+/// @param frame_ids  frames to read
+SeenPerson read_person(FrameReader& reader, const std::vector<int>& frame_ids,
+                       const TriangulationOptions& options, std::vector<Finding>& findings);
 
 /// Of detections that are asked.
 inline constexpr double kConfidentDetection = 0.3;

@@ -82,10 +82,10 @@ std::optional<std::string> both(std::string_view option, const std::string& set,
                                 const std::string& advised) {
   double a = 0;
   double b = 0;
-  const bool adds = option == "sync" || option == "pixel_shift" || option == "turned";
+  const bool adds = option == "sync" || option == "pixel_shift";
   const bool scales = option == "baseline" || option == "intrinsics" || option == "keypoints";
   if ((adds || scales) && parse_number(set, a) && parse_number(advised, b)) {
-    const double value = option == "turned" ? std::fmod(a + b, 360) : adds ? a + b : a * b;
+    const double value = adds ? a + b : a * b;
     return value == (adds ? 0 : 1) ? "" : number_text(value);
   }
   if (option == "extrinsics" || option == "distortion" || option == "intrinsics") {
@@ -178,7 +178,8 @@ std::vector<Finding> settle_advice(std::vector<Finding> findings, const Dataset&
     std::string option = typed.substr(kPrefix.size());
     std::replace(option.begin(), option.end(), '-', '_');
     const auto set = dataset.corrections.find(option);
-    if (set != dataset.corrections.end()) {
+    const bool whole = option == "turned";  // open_dataset advises what the option is to be
+    if (set != dataset.corrections.end() && !whole) {
       settle(finding, option, typed, value, set->second, dataset);
     }
   }

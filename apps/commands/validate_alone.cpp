@@ -44,7 +44,7 @@ int validate_alone(const StandAloneRequest& request, const std::optional<std::st
     throw UsageError(
         "--html lies in the capture, which is not changed; choose a path outside of it");
   }
-  FrameReader reader(without_held_out_pictures(open_dataset(capture, chosen.capture)));
+  FrameReader reader(judged_dataset(capture, chosen));
   const Validation validation = validate(reader, chosen.checks);
   if (html) {
     const std::filesystem::path root = std::filesystem::path(capture).lexically_normal();

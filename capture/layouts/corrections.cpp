@@ -8,10 +8,13 @@
 #include <vector>
 
 #include "capture/camera_readings.h"
+#include "core/error.h"
 #include "core/usage_error.h"
 
 namespace atelier {
 namespace {
+
+constexpr std::string_view kAllCameras = "all";
 
 /// "cam3=-4" of an option, as it is written.
 struct Written {
@@ -40,7 +43,7 @@ std::vector<std::size_t> cameras_named(const Dataset& dataset, const char* optio
   std::vector<std::size_t> found;
   std::string known;
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
-    if (name == "all" || dataset.cameras[c].id == name) {
+    if (name == kAllCameras || dataset.cameras[c].id == name) {
       found.push_back(c);
     }
     known += (known.empty() ? "" : ", ") + dataset.cameras[c].id;
@@ -61,6 +64,22 @@ std::vector<std::string_view> parts_of(std::string_view text) {
   return parts;
 }
 
+/// The cameras of "leave_out".
+std::vector<std::string_view> cameras_in_list(std::string_view text) {
+  constexpr std::string_view kOption = "leave_out";
+  const std::vector<std::string_view> names = parts_of(text);
+  for (auto name = names.begin(); name != names.end(); ++name) {
+    if (name->empty()) {
+      refuse(kOption, value_shown(text), "CAMERA,CAMERA");
+    }
+    if (std::find(names.begin(), name, *name) != name) {
+      refuse(kOption, value_shown(text),
+             "each camera once, and " + value_shown(*name) + " is twice");
+    }
+  }
+  return names;
+}
+
 std::vector<Written> written_in(std::string_view option, std::string_view text) {
   std::vector<Written> entries;
   for (const std::string_view part : parts_of(text)) {
@@ -68,15 +87,31 @@ std::vector<Written> written_in(std::string_view option, std::string_view text) 
     if (equals == std::string_view::npos || equals == 0 || equals + 1 == part.size()) {
       refuse(option, value_shown(part), "CAMERA=VALUE,CAMERA=VALUE");
     }
-    entries.push_back({part.substr(0, equals), std::string(part.substr(equals + 1))});
+    const std::string_view camera = part.substr(0, equals);
+    if (std::any_of(entries.begin(), entries.end(),
+                    [&](const Written& before) { return before.camera == camera; })) {
+      refuse(option, value_shown(text),
+             "each camera once, and " + value_shown(camera) + " is twice");
+    }
+    entries.push_back({camera, std::string(part.substr(equals + 1))});
   }
   return entries;
 }
 
+/// "all" is every camera that has no entry of its own.
 std::vector<Entry> entries_of(const Dataset& dataset, const char* option, const std::string& text) {
+  const std::vector<Written> all = written_in(option, text);
   std::vector<Entry> entries;
-  for (const Written& written : written_in(option, text)) {
-    entries.push_back({cameras_named(dataset, option, written.camera), written.value});
+  for (const Written& written : all) {
+    std::vector<std::size_t> cameras = cameras_named(dataset, option, written.camera);
+    if (written.camera == kAllCameras) {
+      std::erase_if(cameras, [&](std::size_t camera) {
+        return std::any_of(all.begin(), all.end(), [&](const Written& other) {
+          return other.camera == dataset.cameras[camera].id;
+        });
+      });
+    }
+    entries.push_back({std::move(cameras), written.value});
   }
   return entries;
 }
@@ -118,7 +153,7 @@ void require_value(std::string_view option, const Written& entry) {
     keypoint_reading(entry.value, 1, 1);
   } else if (option != "calibration_of") {
     read_as(Camera{}, option, entry.value);
-  } else if (entry.camera == "all" || entry.value == "all") {
+  } else if (entry.camera == kAllCameras || entry.value == kAllCameras) {
     refuse(option, "'all'", "one camera on each side");
   }
 }
@@ -138,7 +173,7 @@ void renumber(std::map<int, DataPlace>& places, int by, const std::set<int>& wan
 
 void leave_out(Dataset& dataset, const std::string& names) {
   std::set<std::size_t> gone;
-  for (const std::string_view name : parts_of(names)) {
+  for (const std::string_view name : cameras_in_list(names)) {
     const auto cameras = cameras_named(dataset, "leave_out", name);
     gone.insert(cameras.begin(), cameras.end());
   }
@@ -195,6 +230,16 @@ OptionTable describe(CorrectionOptions& options) {
   return table;
 }
 
+CorrectionOptions corrections_of(const std::map<std::string, std::string>& texts) {
+  CorrectionOptions options;
+  OptionTable table = describe(options);
+  for (const auto& [option, text] : texts) {
+    const std::string problem = set_option(table, option, text);
+    ATELIER_CHECK(problem.empty(), problem);
+  }
+  return options;
+}
+
 std::string correction_problem(std::string_view option, const std::string& text) {
   constexpr std::array kOptions = {
       std::string_view("sync"),       std::string_view("calibration_of"),
@@ -205,10 +250,7 @@ std::string correction_problem(std::string_view option, const std::string& text)
   };
   try {
     if (option == "leave_out") {
-      const std::vector<std::string_view> names = parts_of(text);
-      if (std::find(names.begin(), names.end(), "") != names.end()) {
-        refuse(option, value_shown(text), "CAMERA,CAMERA");
-      }
+      cameras_in_list(text);
     } else if (std::find(kOptions.begin(), kOptions.end(), option) != kOptions.end()) {
       for (const Written& entry : written_in(option, text)) {
         require_value(option, entry);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <string>
 #include <string_view>
 
@@ -25,6 +26,9 @@ struct CorrectionOptions {
   std::string masks;           ///< "all=inverted"
 };
 OptionTable describe(CorrectionOptions& options);
+
+/// The corrections of Dataset::corrections, by option; the others are "".
+CorrectionOptions corrections_of(const std::map<std::string, std::string>& texts);
 
 /// The error in a value of one of these, "sync" say, whatever cameras a capture has: "cannot be
 /// 'cam3=soon': it takes a number of frames"; "" where nothing is. Of other names nothing is said.

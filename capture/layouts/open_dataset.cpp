@@ -18,6 +18,7 @@
 #include "core/file_kind.h"
 #include "core/limits.h"
 #include "core/saturating_cast.h"
+#include "core/split_text.h"
 #include "core/store/consent_file.h"
 #include "core/unknown_value.h"
 
@@ -152,11 +153,11 @@ int quarters_shown(int exif_orientation) {
   }
 }
 
-/// Which way the images of a camera were turned since it was calibrated, in quarters: as their EXIF
-/// says, else so that up in the image is up; 0: nothing tells.
+/// Which way the images of a camera were turned since it was calibrated, by 1 or 3 quarters: as
+/// their EXIF says, else so that up in the image is up; 0: nothing tells.
 int quarters_told(const Camera& camera, const CameraFrames& frames) {
   const int shown = quarters_shown(frames.image_orientation);
-  if (shown > 0) {
+  if (shown == 1 || shown == 3) {
     return 4 - shown;
   }
   constexpr double kUp = 0.7;  // a camera that is tilted by less than 45 degrees
@@ -168,10 +169,42 @@ int quarters_told(const Camera& camera, const CameraFrames& frames) {
   return 0;
 }
 
-/// Images whose sides are those of the calibration in each other's place.
-Finding turned_finding(const Camera& camera, const CameraFrames& frames, const std::string& both) {
+/// "--capture.turned" as it is set, with another turn of one camera; 0 quarters: without it.
+std::string turned_setting(const std::string& set, const std::string& camera, int quarters) {
+  std::string text;
+  const auto add = [&](const std::string& part) { text += (text.empty() ? "" : ",") + part; };
+  for (const std::string& part : split_text(set, ',')) {
+    if (part.substr(0, part.find('=')) != camera) {
+      add(part);
+    }
+  }
+  if (quarters > 0) {
+    add(camera + "=" + std::to_string(90 * quarters));
+  }
+  return text.empty() ? "" : "--capture.turned " + text;
+}
+
+/// Images whose sides are those of the calibration in each other's place, turned as it is set.
+/// @param set  --capture.turned
+Finding turned_finding(const Camera& camera, const CameraFrames& frames, const std::string& both,
+                       const std::string& set) {
+  if (frames.turn % 2 != 0) {  // as they are stored they fit
+    const std::vector<std::string> parts = split_text(set, ',');
+    const bool own = std::any_of(parts.begin(), parts.end(), [&](const std::string& part) {
+      return part.starts_with(camera.id + "=");
+    });
+    const std::string rest = turned_setting(set, camera.id, 0);
+    return {Severity::Error,
+            "image-turned",
+            camera.id,
+            both + " where --capture.turned " + set + " turns them",
+            !own ? "without it the sizes fit: name the cameras that are turned instead of all"
+                 : "take " + camera.id + " from it: without that the sizes fit" +
+                       (rest.empty() ? std::string() : ", as in " + rest),
+            ""};
+  }
   std::string why;
-  if (frames.image_orientation != 1) {
+  if (quarters_shown(frames.image_orientation) % 2 != 0) {
     why = "their EXIF says to show them turned (orientation " +
           std::to_string(frames.image_orientation) + "), and the calibration is of images shown so";
   } else if (frames.view_rotation != 0) {
@@ -181,7 +214,6 @@ Finding turned_finding(const Camera& camera, const CameraFrames& frames, const s
     why = "they are turned by 90 degrees";
   }
   const int quarters = quarters_told(camera, frames);
-  const std::string option = "--capture.turned " + camera.id + "=";
   return {Severity::Error,
           "image-turned",
           camera.id,
@@ -189,15 +221,19 @@ Finding turned_finding(const Camera& camera, const CameraFrames& frames, const s
           quarters > 0 ? "say so, or write the images as they were calibrated"
                        : "write the images as they were calibrated, or say which way they were "
                          "turned: " +
-                             option + "90 (clockwise) or 270",
-          quarters > 0 ? option + std::to_string(90 * quarters) : ""};
+                             turned_setting(set, camera.id, 1) + " (clockwise) or " +
+                             turned_setting(set, camera.id, 3),
+          quarters > 0 ? turned_setting(set, camera.id, quarters) : ""};
 }
 
 /// What is said of turns where sizes do not tell.
-void note_turns(const Camera& camera, const CameraFrames& frames, std::vector<Finding>& findings) {
+void note_turns(const Camera& camera, const CameraFrames& frames, const std::string& turned,
+                std::vector<Finding>& findings) {
   if (frames.turn % 4 != 0) {
     return;
   }
+  // Sizes that fit as images are stored do not fit images turned by 90 degrees, unless square.
+  const bool square = camera.width == camera.height;
   if (frames.view_rotation != 0) {
     findings.push_back(
         {frames.view_rotation == 180 ? Severity::Error : Severity::Warning, "image-turned",
@@ -205,8 +241,10 @@ void note_turns(const Camera& camera, const CameraFrames& frames, std::vector<Fi
          "the recorder shows it turned by " + std::to_string(frames.view_rotation) +
              " degrees (viewrotation); its images have the calibration's size and are taken as "
              "not turned",
-         "look at an image: if it is turned, say --capture.turned " + camera.id + "=" +
-             std::to_string(frames.view_rotation)});
+         "look at an image: if it is turned, " +
+             (square || frames.view_rotation == 180
+                  ? "say " + turned_setting(turned, camera.id, frames.view_rotation / 90)
+                  : std::string("it was calibrated so as well"))});
   }
   if (frames.image_orientation != 1) {
     const int shown = quarters_shown(frames.image_orientation);
@@ -217,13 +255,16 @@ void note_turns(const Camera& camera, const CameraFrames& frames, std::vector<Fi
                         : "turned by " + std::to_string(90 * shown) + " degrees clockwise") +
              " (orientation " + std::to_string(frames.image_orientation) +
              "); they are read as they are stored",
-         shown <= 0 ? "write them as they are shown"
-                    : "if they were calibrated as they are shown, say --capture.turned " +
-                          camera.id + "=" + std::to_string(90 * (4 - shown))});
+         shown <= 0              ? "write them as they are shown"
+         : shown != 2 && !square ? "nothing: their size says that they were calibrated so"
+                                 : "if they were calibrated as they are shown, say " +
+                                       turned_setting(turned, camera.id, 4 - shown)});
   }
 }
 
-void fit_to_pictures(Camera& camera, const CameraFrames& frames, std::vector<Finding>& findings) {
+/// @param turned  --capture.turned
+void fit_to_pictures(Camera& camera, const CameraFrames& frames, const std::string& turned,
+                     std::vector<Finding>& findings) {
   const bool lying = frames.turn % 2 != 0;
   const int width = lying ? frames.image_height : frames.image_width;
   const int height = lying ? frames.image_width : frames.image_height;
@@ -247,7 +288,7 @@ void fit_to_pictures(Camera& camera, const CameraFrames& frames, std::vector<Fin
     camera.height = scale * height;
   }
   if (camera.width == width && camera.height == height) {
-    note_turns(camera, frames, findings);
+    note_turns(camera, frames, turned, findings);
     return;
   }
   const std::string both = "calibrated for " + size_text(camera.width, camera.height) +
@@ -255,13 +296,13 @@ void fit_to_pictures(Camera& camera, const CameraFrames& frames, std::vector<Fin
   const auto cross = [](int a, int b) { return static_cast<std::int64_t>(a) * b; };
   if (cross(camera.width, height) == cross(camera.height, width)) {
     camera = scaled_camera(camera, width, height);
-    note_turns(camera, frames, findings);
+    note_turns(camera, frames, turned, findings);
     findings.push_back({Severity::Note, "image-scale", camera.id,
                         both + ": intrinsics are scaled" +
                             (unsaid ? " (the principal point tells the calibrated size)" : ""),
                         "nothing, if the images were scaled"});
   } else if (cross(camera.width, width) == cross(camera.height, height)) {
-    findings.push_back(turned_finding(camera, frames, both));
+    findings.push_back(turned_finding(camera, frames, both, turned));
   } else {
     const int off = std::max(std::abs(camera.width - width), std::abs(camera.height - height));
     findings.push_back({Severity::Warning, "image-size", camera.id,
@@ -322,11 +363,14 @@ void measure_pictures(Dataset& dataset, const Limits& limits) {
   }
 }
 
-/// Symbolic links in a capture's folder: a note of those that lead somewhere, an error of the
-/// others, which stages refuse (core/store/input_digest.h).
-void find_links(const fs::path& folder, bool refuse, std::vector<Finding>& findings) {
-  std::vector<fs::path> links;
-  std::vector<fs::path> broken;
+/// Symbolic links in a capture's folder.
+struct Links {
+  std::vector<fs::path> sound;
+  std::vector<fs::path> broken;  ///< lead nowhere
+};
+
+Links links_in(const fs::path& folder) {
+  Links links;
   std::error_code error;  // what cannot be listed is told of by whoever reads it
   auto walk = fs::recursive_directory_iterator(folder, error);
   for (; !error && walk != fs::recursive_directory_iterator(); walk.increment(error)) {
@@ -334,30 +378,32 @@ void find_links(const fs::path& folder, bool refuse, std::vector<Finding>& findi
       walk.disable_recursion_pending();
     } else if (walk->is_symlink(error)) {
       std::error_code unreachable;
-      (fs::exists(walk->path(), unreachable) ? links : broken).push_back(walk->path());
+      (fs::exists(walk->path(), unreachable) ? links.sound : links.broken).push_back(walk->path());
     }
   }
-  const auto told = [](const std::vector<fs::path>& some) {
-    std::error_code ignored;
-    const fs::path& first = *std::min_element(some.begin(), some.end());
-    const std::string more =
-        some.size() > 1 ? " (the first of " + std::to_string(some.size()) + " links)" : "";
-    return std::pair(first.string(),
-                     "a symbolic link to " + fs::read_symlink(first, ignored).string() + more);
-  };
-  if (refuse && !(links.empty() && broken.empty())) {
-    const auto [place, what] = told(links.empty() ? broken : links);
-    throw DataError(place, "", what,
-                    "the file itself, as --capture.links refuse asks; --capture.links follow reads "
-                    "what links lead to");
-  }
-  if (!broken.empty()) {
-    const auto [place, what] = told(broken);
+  return links;
+}
+
+/// Place and description of the first of some links.
+std::pair<std::string, std::string> described(const std::vector<fs::path>& some) {
+  std::error_code ignored;
+  const fs::path& first = *std::min_element(some.begin(), some.end());
+  const std::string more =
+      some.size() > 1 ? " (the first of " + std::to_string(some.size()) + " links)" : "";
+  return {first.string(), "a symbolic link to " + fs::read_symlink(first, ignored).string() + more};
+}
+
+/// A note of links that lead somewhere, an error of the others, which stages refuse
+/// (core/store/input_digest.h).
+void find_links(const fs::path& folder, std::vector<Finding>& findings) {
+  const Links links = links_in(folder);
+  if (!links.broken.empty()) {
+    const auto [place, what] = described(links.broken);
     findings.push_back({Severity::Error, "symbolic-link", place, what + ", where nothing is",
                         "correct or remove the link"});
   }
-  if (!links.empty()) {
-    const auto [place, what] = told(links);
+  if (!links.sound.empty()) {
+    const auto [place, what] = described(links.sound);
     findings.push_back({Severity::Note, "symbolic-link", place, what + ", which is followed",
                         "keep what it leads to as long as results are to be made again"});
   }
@@ -382,6 +428,8 @@ void settle_cameras(Dataset& dataset) {
   std::vector<Camera> cameras;
   std::vector<CameraFrames> frames;
   std::set<std::string> ids;
+  const auto set = dataset.corrections.find("turned");
+  const std::string turned = set == dataset.corrections.end() ? "" : set->second;
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
     Camera camera = dataset.cameras[c];
     if (!ids.insert(camera.id).second) {
@@ -397,7 +445,7 @@ void settle_cameras(Dataset& dataset) {
           continue;
         }
         settle_rotation(camera, dataset.findings);
-        fit_to_pictures(camera, dataset.frames[c], dataset.findings);
+        fit_to_pictures(camera, dataset.frames[c], turned, dataset.findings);
         camera = turned_camera(camera, dataset.frames[c].turn);
         check_camera(camera, dataset.root.string());
       } catch (const DataError& error) {
@@ -620,6 +668,9 @@ Dataset open_dataset(const fs::path& path, const DatasetOptions& options, const 
     throw DataError(path.string(), "", "nothing is there", "a folder of a capture");
   }
   require_finished(path);
+  if (options.links == "refuse") {
+    require_no_links(path);
+  }
   const Choice choice = choose(path, options);
   Dataset dataset = choice.layout->read(path, options, limits);
   if (options.subject != "auto" && dataset.info.subject != options.subject) {
@@ -644,7 +695,7 @@ Dataset open_dataset(const fs::path& path, const DatasetOptions& options, const 
   find_unknown_held_out(dataset);
   correct_cameras(dataset, options.corrections);
   settle_world(dataset, options);
-  find_links(path, options.links == "refuse", dataset.findings);
+  find_links(path, dataset.findings);
   measure_pictures(dataset, limits);
   settle_cameras(dataset);
   correct_frames(dataset, options.corrections);
@@ -671,6 +722,27 @@ void require_finished(const fs::path& path) {
   if (fs::exists(path / "synthesis.json", error) && !fs::exists(path / "capture.toml", error)) {
     throw DataError(path.string(), "", "a synthetic capture that was interrupted",
                     "a finished one: run the same synthesize command again");
+  }
+}
+
+void require_no_links(const fs::path& path) {
+  const Links links = links_in(path);
+  if (!links.sound.empty() || !links.broken.empty()) {
+    const auto [place, what] = described(links.sound.empty() ? links.broken : links.sound);
+    throw DataError(place, "", what,
+                    "the file itself, as --capture.links refuse asks; --capture.links follow reads "
+                    "what links lead to");
+  }
+}
+
+void check_capture_input(const fs::path& path, const OptionTable& options) {
+  require_no_folder_above(path);
+  const bool refused =
+      std::any_of(options.fields.begin(), options.fields.end(), [](const OptionField& field) {
+        return field.name == "capture.links" && option_text(field) == "refuse";
+      });
+  if (refused) {
+    require_no_links(path);
   }
 }
 

@@ -40,6 +40,14 @@ Dataset open_dataset(const std::filesystem::path& path, const DatasetOptions& op
 /// Refuses what `synthesize` has not finished. Throws DataError that says how it goes on.
 void require_finished(const std::filesystem::path& path);
 
+/// Refuses a folder with symbolic links in it. Throws DataError that names the first.
+void require_no_links(const std::filesystem::path& path);
+
+/// What every stage refuses of a capture that is its INPUT: a folder above one, and symbolic links
+/// where its option "capture.links" asks for that, which is no part of a result's key. Opens no
+/// file. Throws DataError.
+void check_capture_input(const std::filesystem::path& path, const OptionTable& options);
+
 /// Refuses a folder that is no capture, but holds one: the folder above was named. Opens no file.
 /// Throws DataError with the capture's place.
 void require_no_folder_above(const std::filesystem::path& path);

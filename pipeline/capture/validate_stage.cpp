@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "capture/try_corrections.h"
 #include "core/io/json_text.h"
 #include "pipeline/pictures/validate_page.h"
 
@@ -13,6 +14,18 @@ OptionTable describe(ValidateStageOptions& options) {
   table.add("capture", describe(options.capture));
   table.add(describe(options.checks));
   return table;
+}
+
+Dataset judged_dataset(const std::filesystem::path& capture, const ValidateStageOptions& options) {
+  const auto open = [&](const DatasetOptions& chosen) {
+    return without_held_out_pictures(open_dataset(capture, chosen));
+  };
+  const auto reopen = [&](const std::map<std::string, std::string>& corrections) {
+    DatasetOptions chosen = options.capture;
+    chosen.corrections = corrections_of(corrections);
+    return open(chosen);
+  };
+  return without_wrong_corrections(open(options.capture), reopen, options.checks.keypoints);
 }
 
 std::string validation_json(const std::string& name, const Dataset& dataset,
@@ -39,7 +52,7 @@ std::string validation_json(const std::string& name, const Dataset& dataset,
 void run_validate(StageRun& run) {
   const auto& options = run.options<ValidateStageOptions>();
   const std::filesystem::path& capture = run.input("capture");
-  FrameReader reader(without_held_out_pictures(open_dataset(capture, options.capture)));
+  FrameReader reader(judged_dataset(capture, options));
   const Validation validation = validate(
       reader, options.checks, [&](int done, int total) { run.progress(done, total, "images"); });
   if (run.stop_requested()) {

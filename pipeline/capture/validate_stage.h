@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <filesystem>
 #include <string>
 
 #include "capture/frame_reader.h"
@@ -16,6 +17,10 @@ struct ValidateStageOptions {
   ValidateOptions checks;
 };
 OptionTable describe(ValidateStageOptions& options);
+
+/// A capture as it is judged: held-out images aside, and without corrections that make it worse
+/// (capture/try_corrections.h). Throws as open_dataset.
+Dataset judged_dataset(const std::filesystem::path& capture, const ValidateStageOptions& options);
 
 /// The findings as JSON: capture, layout, cameras, frames, consent, findings, settings.
 std::string validation_json(const std::string& name, const Dataset& dataset,

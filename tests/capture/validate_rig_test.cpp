@@ -175,7 +175,8 @@ TEST(SettleAdvice, WhatIsSet_IsNotAdvisedAgain) {
   EXPECT_EQ(both.setting, "");  // no one value reads both
   EXPECT_THAT(both.advice, HasSubstr("take --capture.extrinsics cam3=opengl away"));
   EXPECT_EQ(advised("02", "--capture.leave-out 04,05").setting, "--capture.leave-out 02,04,05");
-  EXPECT_EQ(advised("cam3=90", "--capture.turned cam3=270").setting, "");
+  EXPECT_EQ(advised("cam3=90", "--capture.turned cam3=270").setting, "--capture.turned cam3=270")
+      << "which takes the place of the other";
   EXPECT_EQ(advised("01=02", "--capture.calibration-of 01=03").setting, "") << "names, no numbers";
   dataset.cameras.resize(2);
   dataset.cameras[0].id = "00";

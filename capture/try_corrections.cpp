@@ -1,0 +1,231 @@
+#include "capture/try_corrections.h"
+
+#include <algorithm>
+#include <optional>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "capture/check_cameras.h"
+#include "capture/explain_rig.h"
+#include "capture/seen_person.h"
+#include "capture/sentence.h"
+#include "core/error.h"
+#include "core/printable.h"
+#include "core/split_text.h"
+#include "core/usage_error.h"
+
+namespace atelier {
+namespace {
+
+using Corrections = std::map<std::string, std::string>;
+
+constexpr std::size_t kTriedFrames = 24;  // of which detections are held against the calibration
+constexpr std::size_t kMostTries = 24;    // beyond, options are taken away as a whole
+
+/// Corrections without one of them, or with another value of it.
+struct Try {
+  std::string without;  ///< "--capture.sync cam3=-4"
+  std::string camera;   ///< that it is of; "" of all or several
+  bool other_value = false;
+  std::string rest;  ///< the option as it is then: "--capture.sync cam5=2"; "" without it
+  Corrections corrections;
+};
+
+std::string typed_option(std::string option) {
+  std::replace(option.begin(), option.end(), '_', '-');
+  return "--capture." + option;
+}
+
+std::string comma_joined(const std::vector<std::string>& parts) {
+  std::string text;
+  for (const std::string& part : parts) {
+    text += (text.empty() ? "" : ",") + part;
+  }
+  return text;
+}
+
+Try try_of(const Corrections& set, const std::string& option, std::vector<std::string> parts,
+           std::size_t at, const std::string& instead) {
+  const std::string typed = typed_option(option) + " ";
+  Try result;
+  result.without = typed + parts[at];
+  const std::string camera = parts[at].substr(0, parts[at].find('='));
+  result.camera = camera == "all" ? "" : camera;
+  if (instead.empty()) {
+    parts.erase(parts.begin() + static_cast<std::ptrdiff_t>(at));
+  } else {
+    parts[at] = camera + "=" + instead;
+    result.other_value = true;
+  }
+  result.corrections = set;
+  const std::string now = comma_joined(parts);
+  if (now.empty()) {
+    result.corrections.erase(option);
+  } else {
+    result.corrections[option] = now;
+    result.rest = typed + now;
+  }
+  return result;
+}
+
+/// Every correction taken away by itself; of images that are turned also each other turn. Cameras
+/// that are left out are nothing that could fit.
+std::vector<Try> tries_of(const Corrections& set) {
+  std::vector<Try> tries;
+  for (const auto& [option, text] : set) {
+    if (option == "leave_out") {
+      continue;
+    }
+    const std::vector<std::string> parts = split_text(text, ',');
+    if (tries.size() + parts.size() > kMostTries) {
+      tries.push_back(try_of(set, option, {text}, 0, ""));
+      tries.back().camera.clear();
+      continue;
+    }
+    for (std::size_t at = 0; at < parts.size(); ++at) {
+      tries.push_back(try_of(set, option, parts, at, ""));
+      for (const char* turn : {"90", "180", "270"}) {
+        if (option == "turned" && !parts[at].ends_with(std::string("=") + turn)) {
+          tries.push_back(try_of(set, option, parts, at, turn));
+        }
+      }
+    }
+  }
+  return tries;
+}
+
+/// How well a capture fits.
+struct Sound {
+  std::ptrdiff_t errors = 0;  ///< found in its files and cameras
+  std::optional<RigFit> fit;  ///< where there are detections
+};
+
+std::vector<int> frames_to_try(const Dataset& dataset) {
+  std::vector<int> frames = frame_ids(dataset);
+  std::erase_if(frames, [&](int frame) {
+    return std::none_of(
+        dataset.frames.begin(), dataset.frames.end(),
+        [&](const CameraFrames& camera) { return camera.keypoints.contains(frame); });
+  });
+  const std::size_t step = std::max<std::size_t>(1, frames.size() / kTriedFrames);
+  std::vector<int> some;
+  for (std::size_t f = 0; f < frames.size() && some.size() < kTriedFrames; f += step) {
+    some.push_back(frames[f]);
+  }
+  return some;
+}
+
+Sound soundness(const Dataset& dataset, const std::vector<int>& frames,
+                const TriangulationOptions& options) {
+  Sound sound;
+  std::vector<Finding> findings = dataset.findings;
+  if (dataset.calibrated) {
+    const std::vector<Finding> cameras = check_cameras(dataset.cameras, dataset.file_world);
+    findings.insert(findings.end(), cameras.begin(), cameras.end());
+  }
+  sound.errors = std::count_if(findings.begin(), findings.end(), [](const Finding& finding) {
+    return finding.severity == Severity::Error;
+  });
+  if (!dataset.calibrated || dataset.info.keypoint_schema.empty() || dataset.cameras.size() < 2 ||
+      frames.empty()) {
+    return sound;
+  }
+  FrameReader reader(dataset);
+  std::vector<Finding> ignored;
+  const SeenPerson seen = read_person(reader, frames, options, ignored);
+  sound.fit = rig_fit(seen, options);
+  return sound;
+}
+
+bool fits_better(const RigFit& then, const RigFit& now) {
+  constexpr double kLess = 0.9;
+  constexpr double kAsMany = 0.02;
+  return then.unsupported.size() == now.unsupported.size() &&
+         (surely_less(then.unsupported, now.unsupported) ||
+          (then.share > now.share - kAsMany && then.error < kLess * now.error &&
+           surely_less(then.points, now.points)));
+}
+
+bool mends(const Sound& then, const Sound& now) {
+  const bool both = then.fit && now.fit;
+  if (both && fits_better(*then.fit, *now.fit)) {
+    return then.errors <= now.errors;
+  }
+  return then.errors < now.errors && !(both && fits_better(*now.fit, *then.fit));
+}
+
+/// Of two that mend: the one that fits better, then the plainer one, which comes first.
+bool is_better(const Sound& a, const Sound& b) {
+  if (a.fit && b.fit) {
+    constexpr double kMore = 0.03;
+    constexpr double kLess = 0.9;
+    if (a.fit->share > b.fit->share + kMore) {
+      return true;
+    }
+    if (a.fit->share > b.fit->share - kMore && a.fit->error < kLess * b.fit->error) {
+      return true;
+    }
+  }
+  return a.errors < b.errors;
+}
+
+/// "87%, with 2.4 px of error"
+std::string fit_text(const RigFit& fit) {
+  return fit.share > 0 ? sentence("%.0f%%, with %.1f px of error", 100 * fit.share, fit.error)
+                       : "none";
+}
+
+Finding wrong_correction(const Try& tried, const Sound& now, const Sound& then) {
+  const std::string otherwise = tried.other_value ? "then " : "without it ";
+  const bool by_fit = then.fit && now.fit && fits_better(*then.fit, *now.fit);
+  const std::string what = by_fit ? "of the detections " + fit_text(*now.fit) +
+                                        ", agree with it, " + otherwise + fit_text(*then.fit)
+                                  : counted(now.errors, "error") + " in the calibration with it, " +
+                                        otherwise + std::to_string(then.errors);
+  std::string advice = "leave it out";
+  if (tried.other_value) {
+    advice = "say " + tried.rest + " instead";
+  } else if (!tried.rest.empty()) {
+    advice += ", and give " + tried.rest + " alone";
+  }
+  return {Severity::Error, "correction-wrong",
+          tried.camera,    tried.without + " makes it worse: " + what,
+          advice,          ""};
+}
+
+}  // namespace
+
+Dataset without_wrong_corrections(Dataset dataset, const Reopen& reopen,
+                                  const TriangulationOptions& options) {
+  std::vector<Finding> wrong;
+  const std::vector<int> frames =
+      dataset.corrections.empty() ? std::vector<int>() : frames_to_try(dataset);
+  for (bool mended = true; mended && !dataset.corrections.empty() && wrong.size() < kMostTries;) {
+    mended = false;
+    const Sound now = soundness(dataset, frames, options);
+    std::optional<std::pair<Try, Sound>> best;
+    Dataset best_dataset;
+    for (const Try& tried : tries_of(dataset.corrections)) {
+      try {
+        Dataset without = reopen(tried.corrections);
+        const Sound then = soundness(without, frames, options);
+        if (mends(then, now) && (!best || is_better(then, best->second))) {
+          best = {tried, then};
+          best_dataset = std::move(without);
+        }
+      } catch (const DataError&) {  // so it cannot be meant
+      } catch (const UsageError&) {
+      }
+    }
+    if (best) {
+      wrong.push_back(wrong_correction(best->first, now, best->second));
+      dataset = std::move(best_dataset);
+      mended = true;
+    }
+  }
+  dataset.findings.insert(dataset.findings.begin(), wrong.begin(), wrong.end());
+  return dataset;
+}
+
+}  // namespace atelier

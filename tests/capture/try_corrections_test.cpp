@@ -1,0 +1,139 @@
+// Corrections that a user gives wrongly are named, and nothing else is blamed; right ones stay.
+
+#include "capture/try_corrections.h"
+
+#include <algorithm>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "capture/layouts/open_dataset.h"
+#include "capture/validate.h"
+#include "tests/capture/seeded_defects.h"
+#include "tests/support/temporary_directory.h"
+
+namespace atelier::fixtures {
+namespace {
+
+namespace fs = std::filesystem;
+using ::testing::HasSubstr;
+
+/// Of an option as it is typed: "sync" and "cam2=3" of "--capture.sync cam2=3".
+std::map<std::string, std::string> correction_in(const std::string& setting) {
+  const std::size_t begin = std::string("--capture.").size();
+  const std::size_t space = setting.find(' ');
+  std::string option = setting.substr(begin, space - begin);
+  std::replace(option.begin(), option.end(), '-', '_');
+  return {{option, setting.substr(space + 1)}};
+}
+
+Dataset judged(const fs::path& folder, const std::map<std::string, std::string>& corrections) {
+  const auto open = [&](const std::map<std::string, std::string>& some) {
+    DatasetOptions options;
+    options.corrections = corrections_of(some);
+    return open_dataset(folder, options);
+  };
+  return without_wrong_corrections(open(corrections), open);
+}
+
+std::string wrong_in(const Dataset& dataset) {
+  std::string text;
+  for (const Finding& finding : dataset.findings) {
+    text += finding.code == "correction-wrong" ? to_string(finding) + "\n" : "";
+  }
+  return text;
+}
+
+SeededRig rig_of_detections() {
+  SeededRig rig;
+  rig.circle = {.count = 4, .width = 800, .height = 600, .focal = 700};
+  rig.frames = 30;
+  rig.pictures = false;
+  return rig;
+}
+
+class WrongCorrection : public ::testing::TestWithParam<std::string> {};
+
+TEST_P(WrongCorrection, OfASoundCapture_IsToBeLeftOut) {
+  const TemporaryDirectory folder;
+  write_seeded(seeded_capture(rig_of_detections()), folder.path());
+  const Dataset dataset = judged(folder.path(), correction_in(GetParam()));
+  EXPECT_THAT(wrong_in(dataset), HasSubstr(GetParam() + " makes it worse"));
+  EXPECT_THAT(wrong_in(dataset), HasSubstr("leave it out"));
+  EXPECT_TRUE(dataset.corrections.empty());
+  FrameReader reader(dataset);
+  for (const Finding& finding : validate(reader).findings) {
+    EXPECT_TRUE(finding.severity != Severity::Error || finding.code == "correction-wrong" ||
+                finding.code == "camera-without-pictures")
+        << to_string(finding);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    EachOption, WrongCorrection,
+    ::testing::Values("--capture.sync cam1=3", "--capture.intrinsics cam1=0.5",
+                      "--capture.intrinsics all=2", "--capture.intrinsics cam2=swapped_centre",
+                      "--capture.baseline cam1=0.1", "--capture.baseline cam3=1000",
+                      "--capture.pixel-shift cam1=40", "--capture.pixel-shift all=-60",
+                      "--capture.extrinsics all=inverse", "--capture.extrinsics cam2=position",
+                      "--capture.calibration-of cam1=cam2", "--capture.keypoints cam1=mirrored",
+                      "--capture.keypoints all=0.5", "--capture.turned cam1=180"));
+
+TEST(TryCorrections, WrongOneAmongRightOnes_IsToldApart) {
+  const TemporaryDirectory folder;
+  SeededCapture capture = seeded_capture(rig_of_detections());
+  capture.keypoints[2] = seeded_detections(rig_of_detections(), capture.cameras[2], 2, -4);
+  write_seeded(capture, folder.path());
+  const Dataset dataset =
+      judged(folder.path(), {{"sync", "cam1=3,cam2=-4"}, {"baseline", "cam0=0.5"}});
+  EXPECT_THAT(wrong_in(dataset), HasSubstr("--capture.sync cam1=3 makes it worse"));
+  EXPECT_THAT(wrong_in(dataset), HasSubstr("leave it out, and give --capture.sync cam2=-4 alone"));
+  EXPECT_THAT(wrong_in(dataset), HasSubstr("--capture.baseline cam0=0.5 makes it worse"));
+  EXPECT_EQ(dataset.corrections, (std::map<std::string, std::string>{{"sync", "cam2=-4"}}));
+}
+
+TEST(TryCorrections, RightCorrectionsOfSeededDefects_Stay) {
+  for (const SeededDefect& defect : all_defects()) {
+    const std::string setting = defect.setting;
+    const bool corrects = setting.find('=') != std::string::npos;  // not a unit, a layout
+    if (!corrects) {
+      continue;
+    }
+    const TemporaryDirectory folder;
+    const SeededRig rig = seeded_rigs()[static_cast<std::size_t>(defect.rig)];
+    write_spoiled(defect, {rig, seeded_capture(rig), folder.path()});
+    EXPECT_EQ(wrong_in(judged(folder.path(), correction_in(setting))), "") << defect.what;
+  }
+}
+
+TEST(TryCorrections, TurnOfImagesThatAreNotTurned_IsToBeLeftOut) {
+  const TemporaryDirectory folder;
+  SeededRig rig;
+  rig.circle = {.count = 4, .width = 80, .height = 100, .focal = 125};
+  rig.frames = 3;
+  write_seeded(seeded_capture(rig), folder.path());
+  for (const std::string set : {"cam1=90", "all=90", "cam0=180,cam1=270"}) {
+    DatasetOptions options;
+    options.corrections.turned = set;
+    for (const Finding& finding : open_dataset(folder.path(), options).findings) {
+      EXPECT_EQ(finding.setting, "") << to_string(finding);
+      EXPECT_EQ(finding.code == "image-turned", finding.severity == Severity::Error);
+    }
+    const std::string wrong = wrong_in(judged(folder.path(), {{"turned", set}}));
+    EXPECT_THAT(
+        wrong, HasSubstr("--capture.turned " + set.substr(set.rfind(',') + 1) + " makes it worse"));
+    EXPECT_THAT(wrong, HasSubstr("leave it out")) << set;
+  }
+}
+
+TEST(TryCorrections, CaptureWithoutDetections_IsJudgedByItsCameras) {
+  const TemporaryDirectory folder;
+  write_seeded(seeded_capture(rig_of_detections()), folder.path());
+  fs::remove_all(folder.path() / "keypoints2d");
+  EXPECT_THAT(wrong_in(judged(folder.path(), {{"extrinsics", "all=inverse"}})),
+              HasSubstr("in the calibration with it, without it 0"));
+  EXPECT_EQ(wrong_in(judged(folder.path(), {{"distortion", "all=none"}})), "");
+}
+
+}  // namespace
+}  // namespace atelier::fixtures
