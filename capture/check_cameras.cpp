@@ -25,21 +25,21 @@ void check_lens(const Camera& camera, std::vector<Finding>& findings) {
   const double angle = 2 * std::atan(0.5 * camera.width / camera.fx) / kDegrees;
   if (camera.distortion_model != Distortion::Fisheye && (angle < 2 || angle > 150)) {
     findings.push_back({Severity::Error, "camera-focal", camera.id,
-                        sentence("fx %.1f over %d px is a field of view of %.1f degrees", camera.fx,
+                        sentence("fx %.6g over %d px is a field of view of %.1f degrees", camera.fx,
                                  camera.width, angle),
                         "are the intrinsics those of this image size, in pixels?"});
   }
   if (std::abs(camera.fx / camera.fy - 1) > 0.1) {
     findings.push_back(
         {Severity::Warning, "camera-aspect", camera.id,
-         sentence("fx %.1f and fy %.1f differ by more than a tenth", camera.fx, camera.fy),
+         sentence("fx %.6g and fy %.6g differ by more than a tenth", camera.fx, camera.fy),
          "pixels of today's cameras are square"});
   }
   const double off_x = camera.cx / camera.width - 0.5;
   const double off_y = camera.cy / camera.height - 0.5;
   if (std::max(std::abs(off_x), std::abs(off_y)) > 0.25) {
     findings.push_back({Severity::Warning, "camera-principal-point", camera.id,
-                        sentence("the principal point (%.1f, %.1f) is far from the middle of "
+                        sentence("the principal point (%.6g, %.6g) is far from the middle of "
                                  "%d x %d px",
                                  camera.cx, camera.cy, camera.width, camera.height),
                         "is the image cropped, turned, or of another size than when calibrated?"});

@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 #include "core/error.h"
 
@@ -237,14 +238,20 @@ void check_camera(const Camera& camera, const std::string& file) {
         std::to_string(camera.width) + " x " + std::to_string(camera.height) + " pixels",
         "a positive size");
   }
-  if (!(camera.fx > 0) || !(camera.fy > 0) || !std::isfinite(camera.fx) ||
-      !std::isfinite(camera.fy)) {
-    throw DataError(file, place,
-                    "focal lengths " + std::to_string(camera.fx) + ", " + std::to_string(camera.fy),
-                    "positive numbers of pixels");
+  constexpr double kMostPixels = 1e8;  // of a lens of 100 m on pixels of 1 um
+  const auto two = [](double x, double y) {
+    char text[64];
+    std::snprintf(text, sizeof text, "%.6g, %.6g", x, y);
+    return std::string(text);
+  };
+  const auto is_focal = [](double focal) { return focal > 0 && focal <= kMostPixels; };
+  if (!is_focal(camera.fx) || !is_focal(camera.fy)) {
+    throw DataError(file, place, "focal lengths " + two(camera.fx, camera.fy),
+                    "numbers of pixels above 0, up to 1e+08");
   }
-  if (!std::isfinite(camera.cx) || !std::isfinite(camera.cy)) {
-    throw DataError(file, place, "a principal point that is not finite", "finite pixels");
+  if (!(std::abs(camera.cx) <= kMostPixels) || !(std::abs(camera.cy) <= kMostPixels)) {
+    throw DataError(file, place, "a principal point at " + two(camera.cx, camera.cy),
+                    "pixels from -1e+08 to 1e+08");
   }
   for (const double coefficient : camera.distortion) {
     if (!std::isfinite(coefficient)) {

@@ -302,6 +302,23 @@ TEST(CameraRefused, BadSizeOrIntrinsics_NamesTheField) {
   EXPECT_NE(camera_refusal(camera).find("principal point"), std::string::npos);
 }
 
+TEST(CameraRefused, IntrinsicsOfNoLens_NameCameraValueAndRange) {
+  Camera camera = make_camera(Distortion::None);
+  camera.id = "left";
+  camera.fx = 1e300;
+  camera.fy = 640;
+  EXPECT_NE(
+      camera_refusal(camera).find("camera 'left': focal lengths 1e+300, 640; expected numbers "
+                                  "of pixels above 0, up to 1e+08"),
+      std::string::npos)
+      << camera_refusal(camera);
+  camera.fx = 640;
+  camera.cy = -1e12;
+  EXPECT_NE(camera_refusal(camera).find("-1e+12; expected pixels from -1e+08 to 1e+08"),
+            std::string::npos)
+      << camera_refusal(camera);
+}
+
 TEST(CameraRefused, MirroringOrScalingRotation_IsRefused) {
   Camera camera = make_camera(Distortion::None);
   camera.camera_from_world_rotation.row(2) *= -1;
