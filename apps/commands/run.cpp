@@ -10,6 +10,7 @@
 #include "apps/console/failure.h"
 #include "apps/console/interrupt.h"
 #include "apps/console/option_flags.h"
+#include "apps/console/replace_results.h"
 #include "apps/console/stage_command.h"
 #include "apps/console/standard_streams.h"
 #include "core/error.h"
@@ -19,7 +20,6 @@
 #include "core/store/result.h"
 #include "core/store/workspace_folder.h"
 #include "core/usage_error.h"
-#include "pipeline/chain/other_capture.h"
 #include "pipeline/chain/outdated_results.h"
 #include "pipeline/chain/run_options.h"
 #include "pipeline/pictures/report_folder.h"
@@ -178,35 +178,6 @@ int report_on(ChainRun& chain, const RunArguments& arguments, const ReportOption
   return chain.exit_code();
 }
 
-/// Refuses a workspace with results of another capture, or sets them aside where that is asked for;
-/// a dry run is only told of them.
-void replace_results(RunArguments& arguments, const OptionSet& options) {
-  const fs::path& workspace = arguments.places.workspace;
-  std::optional<OtherCapture> other = other_capture(workspace, arguments.places.capture);
-  if (!other) {
-    return;
-  }
-  std::string stages;
-  for (const std::string& stage : other->stages) {
-    stages += (stages.empty() ? "" : ", ") + stage;
-  }
-  if (!arguments.replace) {
-    throw UsageError("WORKSPACE cannot be '" + workspace.string() +
-                     "': it holds results of another capture, " + other->path + " (" + stages +
-                     "); name another folder, or give --replace, which sets them aside");
-  }
-  if (!arguments.dry_run) {
-    ChainRun(arguments, options);  // refuses a capture that cannot be read, before anything changes
-    set_aside(workspace, other->stages);
-  }
-  if (!arguments.json) {
-    std::cout << "run: results of " << printable(other->path)
-              << (arguments.dry_run ? " would be" : " are") << " set aside: " << stages
-              << std::endl;
-  }
-  arguments.set_aside = std::move(other->stages);
-}
-
 int run(RunArguments arguments, OptionSet options) {
   if (!arguments.material.empty()) {
     set_material(options, arguments.material);
@@ -228,7 +199,11 @@ int run(RunArguments arguments, OptionSet options) {
     throw UsageError("--to " + arguments.to + " lies before --from " + arguments.from);
   }
   catch_interrupts();
-  replace_results(arguments, options);
+  StageEvents events;
+  events.stop = interrupted;
+  arguments.set_aside = replace_results({"run", places.capture, places.workspace, arguments.replace,
+                                         arguments.dry_run, arguments.json, events},
+                                        [&] { ChainRun(arguments, options); });
   ChainRun chain(arguments, options);
   chain.announce();
   if (arguments.dry_run) {
@@ -279,8 +254,7 @@ Action add_run(CLI::App& parser) {
   add_option(parser, "--material", arguments->material,
              "Fabric of all garments instead of a fitted one")
       .type_name("NAME");
-  add_flag(parser, "--replace", arguments->replace,
-           "Setting aside of the results of another capture in WORKSPACE, instead of a refusal");
+  add_flag(parser, "--replace", arguments->replace, kReplaceHelp);
   add_flag(parser, "--dry-run", arguments->dry_run,
            "Report what would be done and why, without doing it");
   add_flag(parser, "--json", arguments->json, "Events as lines of JSON, for programs");

@@ -9,6 +9,7 @@
 #include "apps/console/arguments.h"
 #include "apps/console/interrupt.h"
 #include "apps/console/option_flags.h"
+#include "apps/console/replace_results.h"
 #include "apps/console/stage_console.h"
 #include "core/error.h"
 #include "core/exit_code.h"
@@ -30,6 +31,7 @@ struct StageArguments {
   std::optional<std::string> frames;
   std::optional<std::string> shard;
   std::string device = "cpu";
+  bool replace = false;
   bool dry_run = false;
   bool json = false;
   StandAloneWork alone;  ///< what the stage also does without a workspace
@@ -74,16 +76,26 @@ void require_no_stage_flags(const StageArguments& arguments) {
   if (arguments.request.force) {
     given("--force");
   }
+  if (arguments.replace) {
+    given("--replace");
+  }
 }
 
 /// Runs the stage, or says what it would do. Errors are the caller's.
-int work(const Stage& stage, const StageRequest& request, bool dry_run, StageConsole& console) {
+int work(const Stage& stage, const StageArguments& arguments, StageConsole& console) {
+  const StageRequest& request = arguments.request;
+  const bool dry_run = arguments.dry_run;
   catch_interrupts();
   require_folder_or_nothing(request.workspace);
   StageEvents events;
   events.progress = [&](const StageProgress& progress) { console.show_progress(progress); };
   events.say = [&](const std::string& line) { console.say(line); };
   events.stop = interrupted;
+  if (reads_capture(stage)) {
+    replace_results({stage.name, request.input, request.workspace, arguments.replace, dry_run,
+                     arguments.json, events},
+                    [&] { require_startable(stage, request); });
+  }
   const std::vector<std::string> outdated = outdated_inputs(stage, request);
   if (dry_run) {
     try {
@@ -159,7 +171,7 @@ int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) 
   }
   StageConsole console(stage, arguments.json);
   console.set_forced(request.force);
-  return work(stage, request, arguments.dry_run, console);
+  return work(stage, arguments, console);
 }
 
 }  // namespace
@@ -241,6 +253,9 @@ Action add_stage(CLI::App& parser, const Stage& stage, const StandAlone* alone) 
         .type_name("i/n");
   }
   add_flag(parser, "--force", request.force, "Compute the result again although it exists");
+  if (reads_capture(stage)) {
+    add_flag(parser, "--replace", arguments->replace, kReplaceHelp);
+  }
   add_flag(parser, "--dry-run", arguments->dry_run,
            "Report what would be done and why, without doing it");
   add_flag(parser, "--json", arguments->json, "Events as lines of JSON, for programs");

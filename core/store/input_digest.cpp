@@ -156,6 +156,15 @@ FileDigest digest_without_consent(const std::filesystem::path& path, DigestMeter
   return {static_cast<std::int64_t>(rest.size()), sha256(rest)};
 }
 
+/// The number that a digest begins with.
+std::uint64_t leading_number(const Digest& digest) {
+  std::uint64_t number = 0;
+  for (std::size_t i = 0; i < sizeof number; ++i) {
+    number = number << 8 | digest[i];
+  }
+  return number;
+}
+
 /// Consent stated inside of an input or beside it, joined to a digest of it.
 Digest with_consent(const Digest& digest, const std::filesystem::path& path) {
   return sha256(hex(digest) + "\n" + consent_toml(read_consent(path)));
@@ -244,12 +253,17 @@ InputDigest digest_of_input(const std::filesystem::path& path, const StageEvents
     }
   });
   Sha256 hash;
+  std::vector<std::uint64_t> files;
   for (std::size_t i = 0; i < entries.size(); ++i) {
     // A single file's name is no part of its content: renaming it redoes nothing.
     hash.update((single ? std::string("file") : entries[i].name) + "\n" +
                 std::to_string(digests[i].size) + " " + hex(digests[i].digest) + "\n");
     result.bytes += digests[i].size;
+    if (!single) {
+      files.push_back(leading_number(digests[i].digest));
+    }
   }
+  result.sketch = content_sketch(std::move(files));
   result.files = static_cast<std::int64_t>(entries.size());
   result.digest = hash.finish();
   if (consent == ConsentPart::Keyed) {

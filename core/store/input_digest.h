@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "core/sha256.h"
+#include "core/store/content_sketch.h"
 #include "core/store/digest_meter.h"
 #include "core/store/stage.h"
 
@@ -26,7 +27,8 @@ struct InputDigest {
   Digest digest{};
   std::int64_t files = 0;
   std::int64_t bytes = 0;
-  Digest stamp{};  ///< of names, sizes and times alone: cheap to take again
+  Digest stamp{};          ///< of names, sizes and times alone: cheap to take again
+  ContentSketch sketch{};  ///< of a folder's files
 };
 
 /// Whether consent that is stated inside of an input counts as its content.

@@ -7,6 +7,7 @@
 
 #include "core/error.h"
 #include "core/io/json.h"
+#include "core/printable.h"
 #include "core/renamed_options.h"
 #include "core/utf8.h"
 
@@ -14,7 +15,7 @@ namespace atelier {
 namespace {
 
 constexpr const char* kSchema = "atelier-manifest";
-constexpr int kSchemaVersion = 2;  // 1: without warnings
+constexpr int kSchemaVersion = 3;  // 1: without warnings, 2: without sketches
 constexpr const char* kSelf = "manifest_sha256";
 
 /// One JSON object that is read field by field, each asked for by name and type.
@@ -140,7 +141,8 @@ nlohmann::json to_json(const Manifest& manifest) {
                               {"files", input.files},
                               {"bytes", input.bytes},
                               {"stage", input.stage},
-                              {"stamp", hex(input.stamp)}});
+                              {"stamp", hex(input.stamp)},
+                              {"sketch", sketch_text(input.sketch)}});
   }
   json["outputs"] = nlohmann::json::array();
   for (const ManifestOutput& output : manifest.outputs) {
@@ -217,6 +219,10 @@ std::vector<ManifestInput> read_inputs(ObjectReader& manifest, const std::string
     input.stage = reader.text("stage");
     if (reader.has("stamp")) {  // older manifests have none
       input.stamp = reader.digest("stamp");
+    }
+    if (reader.has("sketch") && !parse_sketch(reader.text("sketch"), input.sketch)) {
+      reader.refuse(reader.named("sketch"), "'" + reader.text("sketch").substr(0, 70) + "'",
+                    "numbers of 16 lower-case hexadecimal digits, increasing");
     }
     return input;
   });
@@ -325,6 +331,28 @@ Digest stage_key(std::string_view stage, int stage_version, std::string_view dev
   return hash.finish();
 }
 
+bool is_same_input(const ManifestInput& a, const ManifestInput& b) {
+  return a.digest == b.digest || a.path == b.path || holds_mostly(a.sketch, b.sketch) ||
+         holds_mostly(b.sketch, a.sketch);
+}
+
+std::string input_difference(const ManifestInput& there, const ManifestInput& here) {
+  std::string text = amount_text(there.files, there.bytes) + " there, " +
+                     amount_text(here.files, here.bytes) + " here";
+  const SharedFiles files = shared_files(there.sketch, here.sketch);
+  if (files.compared > 0) {
+    text += "; of " + counted(static_cast<std::int64_t>(files.compared), "file") + " there that " +
+            (files.compared == 1 ? "was" : "were") + " compared " +
+            (files.shared == 0 ? "none" : std::to_string(files.shared)) +
+            (files.shared > 1 ? " are here" : " is here");
+  }
+  return text;
+}
+
+std::string amount_text(std::int64_t files, std::int64_t bytes) {
+  return counted(files, "file") + ", " + std::to_string(bytes) + " bytes";
+}
+
 Digest outputs_digest(const Manifest& manifest) {
   Sha256 hash;
   for (const ManifestOutput& output : manifest.outputs) {
@@ -382,9 +410,9 @@ Manifest parse_manifest(std::string_view text, const std::string& file, const Li
           std::to_string(kSchemaVersion) +
               "; a newer atelier wrote it: use that one, or another workspace");
     }
-    const bool has_warnings = reader.count("schema_version") == kSchemaVersion;
+    const bool has_warnings = reader.count("schema_version") > 1;
     if (reader.count("schema_version") < 1) {
-      reader.refuse("schema_version", "0", "1 or " + std::to_string(kSchemaVersion));
+      reader.refuse("schema_version", "0", "1 to " + std::to_string(kSchemaVersion));
     }
     const Digest self = reader.digest(kSelf);
     json.erase(kSelf);

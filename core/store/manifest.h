@@ -10,6 +10,7 @@
 #include "core/limits.h"
 #include "core/sha256.h"
 #include "core/store/consent.h"
+#include "core/store/content_sketch.h"
 
 namespace atelier {
 
@@ -22,7 +23,19 @@ struct ManifestInput {
   std::int64_t bytes = 0;  ///< all together
   std::string stage;       ///< the stage that made it, "" if it came from outside
   Digest stamp{};  ///< of its files' names, sizes and times: where it is the same, so is the digest
+  ContentSketch sketch{};  ///< of a folder from outside, to tell it again once it has changed
 };
+
+/// Whether two inputs of a kind are one and the same: by content, by place, or by most of their
+/// files. So a capture may move, and may grow, lose files or be calibrated again, or both.
+bool is_same_input(const ManifestInput& a, const ManifestInput& b);
+
+/// In what two inputs differ that are not the same: "100 files, 40960 bytes there, 12 files, 4937
+/// bytes here; of 64 files there that were compared 1 is here".
+std::string input_difference(const ManifestInput& there, const ManifestInput& here);
+
+/// "100 files, 40960 bytes".
+std::string amount_text(std::int64_t files, std::int64_t bytes);
 
 /// One option of a run.
 struct ManifestOption {

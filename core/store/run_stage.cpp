@@ -138,11 +138,11 @@ void make_current(const StagePlan& plan) {
 }
 
 /// Renews the parts of a manifest that are not in the key, where they have changed: consent, places
-/// and times of the inputs.
+/// times and sketches of the inputs.
 void renew_account(StageReport& report) {
   const StagePlan& plan = report.plan;
   const auto same_place = [](const ManifestInput& a, const ManifestInput& b) {
-    return a.path == b.path && a.stamp == b.stamp;
+    return a.path == b.path && a.stamp == b.stamp && a.sketch == b.sketch;
   };
   report.manifest = read_manifest(plan.result_folder, plan.manifest.stage);
   if (report.manifest.consent == plan.manifest.consent &&

@@ -140,9 +140,9 @@ struct Stage {
   /// String options that may name a file, the content of which is part of the key.
   std::array<std::string_view, 6> file_options{};
   void (*run)(StageRun& run) = nullptr;  ///< read -> call -> write
-  /// Throws DataError if an INPUT is of another kind; quick, since every plan calls it. Null: the
-  /// INPUT is not checked before the run.
-  void (*check_input)(const std::filesystem::path& input) = nullptr;
+  /// Throws DataError if an INPUT is of another kind, or one that options that are not keyed
+  /// refuse; quick, since every plan calls it. Null: the INPUT is not checked before the run.
+  void (*check_input)(const std::filesystem::path& input, const OptionTable& options) = nullptr;
   bool states_consent = false;  ///< its results contain the consent: a change of it recomputes them
   bool frame_wise = false;      ///< calls `each_frame`, so that it resumes and can be split
   bool has_cuda = false;        ///< has a CUDA twin: without one, --device cuda is refused

@@ -38,8 +38,7 @@ bool lies_inside(const std::filesystem::path& path, const std::filesystem::path&
 }
 
 /// Refuses results of another capture: each input of a kind, the plan's own and those of the
-/// results that it reads, must have the content or the place of one before it. A capture that has
-/// grown or lost files since stays at its place; a moved one keeps its content.
+/// results that it reads, must be the same as one before it.
 void require_one_source(std::vector<ManifestInput>& seen, const Manifest& manifest,
                         const std::string& stage) {
   for (const ManifestInput& input : manifest.inputs) {
@@ -51,15 +50,14 @@ void require_one_source(std::vector<ManifestInput>& seen, const Manifest& manife
     for (const ManifestInput& before : seen) {
       if (before.kind == input.kind) {
         other = &before;
-        known = known || before.digest == input.digest || before.path == input.path;
+        known = known || is_same_input(before, input);
       }
     }
     if (other != nullptr && !known) {
       throw DataError(input.path, "",
                       "the " + input.kind + " that the result of '" + stage +
                           "' was made from, not " + other->path + ": " +
-                          amount_text(input.files, input.bytes) + " there, " +
-                          amount_text(other->files, other->bytes) + " here",
+                          input_difference(input, *other),
                       "results of one " + input.kind + " in a workspace; run 'atelier " + stage +
                           "' with this one first, or take another workspace");
     }
@@ -77,11 +75,11 @@ void add_outside_input(StagePlan& plan, std::string_view kind, const Stage& stag
                     "a folder elsewhere: what is written there would change the input");
   }
   if (stage.check_input != nullptr && file_kind(path) != std::filesystem::file_type::not_found) {
-    stage.check_input(path);
+    stage.check_input(path, request.options.table);
   }
   const InputDigest digest = digest_of_input(path, events, consent_part(stage));
   plan.manifest.inputs.push_back({std::string(kind), path.string(), digest.digest, digest.files,
-                                  digest.bytes, "", digest.stamp});
+                                  digest.bytes, "", digest.stamp, digest.sketch});
   plan.input_paths.push_back(path);
   add_consent(plan.manifest.consent, read_consent(path));
   const std::filesystem::path result = result_around(path);
@@ -209,11 +207,6 @@ std::vector<int> frames_of(const Manifest& manifest) {
 std::string input_change(const ManifestInput& before, const ManifestInput& now) {
   return "input " + now.kind + " changed (" + amount_text(before.files, before.bytes) + " -> " +
          amount_text(now.files, now.bytes) + ")";
-}
-
-std::string amount_text(std::int64_t files, std::int64_t bytes) {
-  return std::to_string(files) + (files == 1 ? " file, " : " files, ") + std::to_string(bytes) +
-         " bytes";
 }
 
 bool is_inside_input(const StageRequest& request) {

@@ -66,9 +66,6 @@ std::vector<int> frames_of(const Manifest& manifest);
 /// "input meshes changed (100 files, 40960 bytes -> 101 files, 41370 bytes)".
 std::string input_change(const ManifestInput& before, const ManifestInput& now);
 
-/// "100 files, 40960 bytes".
-std::string amount_text(std::int64_t files, std::int64_t bytes);
-
 /// In what two manifests of a stage differ that follows from the request: "option
 /// solver.substeps: 8 -> 20", `input_change`, "stage version 1 -> 2".
 std::vector<std::string> request_changes(const Manifest& before, const Manifest& now);

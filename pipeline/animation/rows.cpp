@@ -45,7 +45,7 @@ const StageRow& animate_row() {
                 .options = option_set<AnimateOptions>,
                 .file_options = {"motion", "body", "garment", "cloth_sequence", "holding"},
                 .run = run_animate,
-                .check_input = require_no_folder_above,
+                .check_input = check_capture_input,
                 .frame_wise = true,
                 .has_cuda = true,
                 .device_keyed = true},

@@ -55,7 +55,7 @@ const StageRow& appearance_row() {
                 .metrics = kAppearanceMetrics,
                 .options = option_set<AppearanceStageOptions>,
                 .run = run_appearance,
-                .check_input = require_no_folder_above,
+                .check_input = check_capture_input,
                 .has_cuda = true,
                 .device_keyed = true},
       .input_help = "Capture with images, of which WORKSPACE has registered garments and bodies",
@@ -65,7 +65,8 @@ const StageRow& appearance_row() {
             require_trainable(options, request.device);
             require_cameras(options, request.input);
           },
-      .chain = ChainPlace{.lacks = lacks_look, .cost = {.seconds = 3, .per_picture = 1.3}},
+      .chain = ChainPlace{.lacks = lacks_look,
+                          .cost = {.seconds = 3, .per_picture = 1.3}},
       .measure = measure_appearance,
       .comparison = below_oracle,
       .measure_place = 3,
@@ -89,7 +90,7 @@ const StageRow& oracle_row() {
            .metrics = kAppearanceMetrics,
            .options = option_set<AppearanceStageOptions>,
            .run = run_oracle,
-           .check_input = require_no_folder_above,
+           .check_input = check_capture_input,
            .has_cuda = true,
            .device_keyed = true},
       .input_help = "Synthetic capture, whose ground truth is the geometry",

@@ -42,7 +42,7 @@ const StageRow& validate_row() {
                 .metrics = kValidateMetrics,
                 .options = option_set<ValidateStageOptions>,
                 .run = run_validate,
-                .check_input = require_no_folder_above,
+                .check_input = check_capture_input,
                 .states_consent = true},
       .input_help =
           "Capture to judge: its folder, in any layout that docs/reference/formats.md lists",
@@ -61,7 +61,7 @@ const StageRow& reconstruct_row() {
                 .metrics = kReconstructMetrics,
                 .options = option_set<ReconstructStageOptions>,
                 .run = run_reconstruct,
-                .check_input = require_no_folder_above,
+                .check_input = check_capture_input,
                 .frame_wise = true,
                 .has_cuda = true,
                 .device_keyed = true},

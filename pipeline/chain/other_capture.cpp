@@ -11,6 +11,7 @@
 #include "core/store/file_lock.h"
 #include "core/store/input_digest.h"
 #include "core/store/made_of.h"
+#include "core/store/manifest.h"
 #include "core/store/result.h"
 #include "core/system_reason.h"
 #include "pipeline/stages/stages.h"
@@ -22,19 +23,39 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kCapture = "capture";
 
-/// Whether an input is a capture of another place and of other content.
-bool is_other(const ManifestInput& input, const Stage& stage, const fs::path& capture) {
-  if (!input.stage.empty() || input.kind != kCapture || input.path == capture.string()) {
-    return false;
+/// A capture as an input of today; digested once, and only when it has to be.
+class CaptureNow {
+ public:
+  CaptureNow(const fs::path& capture, const StageEvents& events) : events_(events) {
+    std::error_code ignored;
+    input_.kind = kCapture;
+    input_.path = fs::weakly_canonical(capture, ignored).string();
   }
-  return digest_of_input(capture, {}, consent_part(stage)).digest != input.digest;
-}
+  const ManifestInput& digested(ConsentPart consent) {
+    if (consent_ != consent) {
+      const InputDigest now = digest_of_input(input_.path, events_, consent);
+      input_ = {input_.kind, input_.path, now.digest, now.files,
+                now.bytes,   "",          now.stamp,  now.sketch};
+      consent_ = consent;
+    }
+    return input_;
+  }
+  bool is_other(const ManifestInput& input, const Stage& stage) {
+    return input.stage.empty() && input.kind == kCapture && input.path != input_.path &&
+           !is_same_input(input, digested(consent_part(stage)));
+  }
+
+ private:
+  const StageEvents& events_;
+  ManifestInput input_;
+  std::optional<ConsentPart> consent_;
+};
 
 }  // namespace
 
-std::optional<OtherCapture> other_capture(const fs::path& workspace, const fs::path& capture) {
-  std::error_code ignored;
-  const fs::path place = fs::weakly_canonical(capture, ignored);
+std::optional<OtherCapture> other_capture(const fs::path& workspace, const fs::path& capture,
+                                          const StageEvents& events) {
+  CaptureNow now(capture, events);
   OtherCapture other;
   const auto is_named = [&](const std::string& stage) {
     return std::find(other.stages.begin(), other.stages.end(), stage) != other.stages.end();
@@ -53,8 +74,11 @@ std::optional<OtherCapture> other_capture(const fs::path& workspace, const fs::p
     }
     bool found = false;
     for (const ManifestInput& input : manifest.inputs) {
-      if (is_other(input, stage, place)) {
-        other.path = other.path.empty() ? input.path : other.path;
+      if (now.is_other(input, stage)) {
+        if (other.path.empty()) {
+          other.path = input.path;
+          other.difference = input_difference(input, now.digested(consent_part(stage)));
+        }
         found = true;
       }
       const std::vector<ResultName> behind =

@@ -64,7 +64,7 @@ const StageRow& material_row() {
                 .options = option_set<MaterialStageOptions>,
                 .file_options = {"holding"},
                 .run = run_material,
-                .check_input = require_no_folder_above},
+                .check_input = check_capture_input},
       .input_help = "Capture with clothed frames, of which WORKSPACE has the registered garments",
       .require_startable =
           [](const StageRequest& request) {

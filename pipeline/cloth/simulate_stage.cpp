@@ -148,7 +148,7 @@ void add_metrics(StageRun& run, const std::vector<FrameReport>& reports) {
 
 }  // namespace
 
-void check_simulate_input(const std::filesystem::path& input) {
+void check_simulate_input(const std::filesystem::path& input, const OptionTable& /*options*/) {
   scene_in(input);
 }
 

@@ -32,6 +32,6 @@ inline constexpr std::array kSimulateMetrics = {
 void run_simulate(StageRun& run);
 
 /// Throws DataError unless it is the folder of a scene.
-void check_simulate_input(const std::filesystem::path& input);
+void check_simulate_input(const std::filesystem::path& input, const OptionTable& options);
 
 }  // namespace atelier

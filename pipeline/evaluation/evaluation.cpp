@@ -2,16 +2,15 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <set>
 #include <utility>
 
 #include "capture/capture_measures.h"
 #include "core/error.h"
 #include "core/nearest_name.h"
 #include "core/store/input_digest.h"
+#include "core/store/manifest.h"
 #include "core/store/output_place.h"
 #include "core/store/result.h"
-#include "core/store/stage_plan.h"
 #include "core/store/workspace_status.h"
 #include "core/usage_error.h"
 #include "pipeline/chain/outdated_results.h"
@@ -64,12 +63,12 @@ std::string outdated_problem(const std::vector<StageStatus>& all, const StageRow
 }
 
 /// Refuses the ground truth of another capture than the one that results with figures were made
-/// from. As for `run`, a capture is the same by its content or by its place: results may be of what
-/// it was before it grew where it lies, or before it moved as it is.
+/// from: `is_same_input`, of the ground truth itself or of one that is the same as that.
 void require_own_truth(const std::vector<StageStatus>& all, const fs::path& truth) {
-  constexpr std::string_view kKind = "capture";
   std::error_code ignored;
-  const std::string place = fs::weakly_canonical(truth, ignored).string();
+  ManifestInput own;
+  own.kind = kCapture;
+  own.path = fs::weakly_canonical(truth, ignored).string();
   std::vector<std::pair<const StageStatus*, const ManifestInput*>> unknown;
   for (const StageStatus& status : all) {
     const StageRow* row = find_row(status.stage);
@@ -77,25 +76,24 @@ void require_own_truth(const std::vector<StageStatus>& all, const fs::path& trut
       continue;  // what has changed may have been of another place
     }
     for (const ManifestInput& input : status.manifest->inputs) {
-      if (input.kind == kKind) {
+      if (input.kind == kCapture) {
         unknown.emplace_back(&status, &input);
       }
     }
   }
-  std::set<std::string> places = {place};
-  std::set<Digest> contents;
+  std::vector<ManifestInput> known = {own};
   const auto take_known = [&] {
     std::size_t before = 0;
     do {
       before = unknown.size();
       std::erase_if(unknown, [&](const auto& one) {
-        const ManifestInput& input = *one.second;
-        if (!places.contains(input.path) && !contents.contains(input.digest)) {
-          return false;
+        const bool same = std::any_of(known.begin(), known.end(), [&](const ManifestInput& other) {
+          return is_same_input(other, *one.second);
+        });
+        if (same) {
+          known.push_back(*one.second);
         }
-        places.insert(input.path);
-        contents.insert(input.digest);
-        return true;
+        return same;
       });
     } while (unknown.size() < before);
   };
@@ -104,14 +102,14 @@ void require_own_truth(const std::vector<StageStatus>& all, const fs::path& trut
     return;
   }
   const InputDigest found = digest_of_input(truth);
-  contents.insert(found.digest);
+  own = {kCapture, own.path, found.digest, found.files, found.bytes, "", found.stamp, found.sketch};
+  known.push_back(own);
   take_known();
   if (!unknown.empty()) {
     const auto& [status, input] = unknown.front();
     throw DataError(truth.string(), "",
                     "another capture than the one that the result of '" + status->stage +
-                        "' was made from: " + amount_text(found.files, found.bytes) + " here, " +
-                        amount_text(input->files, input->bytes) + " there",
+                        "' was made from: " + input_difference(*input, own),
                     "--ground-truth " + input->path + ", or the results of this one");
   }
 }

@@ -51,7 +51,7 @@ const StageRow& template_row() {
                 .options = option_set<TemplateStageOptions>,
                 .file_options = {"import"},
                 .run = run_template,
-                .check_input = require_no_folder_above},
+                .check_input = check_capture_input},
       .input_help = "Capture with clothed frames, of which WORKSPACE has scans and bodies",
       .require_startable =
           [](const StageRequest& request) {
@@ -59,7 +59,8 @@ const StageRow& template_row() {
             require_named(options);
             require_template_frame(options, request.input);
           },
-      .chain = ChainPlace{.lacks = lacks_clothes, .cost = {.seconds = 9, .per_clothed = 0.5}},
+      .chain = ChainPlace{.lacks = lacks_clothes,
+                          .cost = {.seconds = 9, .per_clothed = 0.5}},
       .measure = measure_template,
       .targets = kTemplateTargets,
       .key_figures = kTemplateFigures,
@@ -77,7 +78,7 @@ const StageRow& register_row() {
                 .metrics = kRegisterMetrics,
                 .options = option_set<RegisterStageOptions>,
                 .run = run_register,
-                .check_input = require_no_folder_above,
+                .check_input = check_capture_input,
                 .frame_wise = true},
       .input_help =
           "Capture with clothed frames, of which WORKSPACE has template, scans and bodies",
@@ -88,7 +89,8 @@ const StageRow& register_row() {
                                         request.selection, request.input, request.workspace);
             }
           },
-      .chain = ChainPlace{.lacks = lacks_clothes, .cost = {.per_clothed = 5.5}},
+      .chain = ChainPlace{.lacks = lacks_clothes,
+                          .cost = {.per_clothed = 5.5}},
       .measure = measure_register,
       .targets = kRegisterTargets,
       .key_figures = kRegisterFigures,

@@ -136,7 +136,7 @@ void require_named(const FlattenStageOptions& options, [[maybe_unused]] const fs
   require_relaxable(options, garments_in(input));
 }
 
-void check_flatten_input(const fs::path& input) {
+void check_flatten_input(const fs::path& input, const OptionTable& /*options*/) {
   if (garments_in(input).empty()) {
     throw DataError(input.string(), "", "no .obj or .ply",
                     "a mesh for each garment, as 'atelier run' leaves them in WORKSPACE/surfaces");

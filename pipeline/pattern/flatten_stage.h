@@ -54,7 +54,7 @@ inline constexpr std::array kFlattenMetrics = {
 void require_named(const FlattenStageOptions& options, const std::filesystem::path& input);
 
 /// Throws DataError for a folder without a mesh.
-void check_flatten_input(const std::filesystem::path& input);
+void check_flatten_input(const std::filesystem::path& input, const OptionTable& options);
 
 /// A garment's surface -> pattern.svg, pattern.dxf, garment.obj (the surface as it was laid flat,
 /// its texture coordinates the pattern, metres) and stretch.png; of a folder of meshes, as

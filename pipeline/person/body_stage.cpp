@@ -500,7 +500,7 @@ void run_body(StageRun& run) {
   });
 }
 
-void check_refine_input(const fs::path& input) {
+void check_refine_input(const fs::path& input, const OptionTable& /*options*/) {
   if (!fs::exists(input)) {
     throw DataError(input.string(), "", "no registered garment",
                     "a sequence of the garment's meshes over one topology");

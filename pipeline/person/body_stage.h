@@ -42,7 +42,7 @@ void run_body(StageRun& run);
 void run_refine(StageRun& run);
 
 /// Throws DataError, with what to do, unless the garment is a folder or file of meshes.
-void check_refine_input(const std::filesystem::path& input);
+void check_refine_input(const std::filesystem::path& input, const OptionTable& options);
 
 /// Refuses a garment that is no sequence of meshes, or of none of the frames that the workspace's
 /// `track` has. Throws DataError.

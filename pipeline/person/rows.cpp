@@ -79,14 +79,15 @@ const StageRow& personalize_row() {
                 .options = option_set<PersonalizeStageOptions>,
                 .file_options = {"body"},
                 .run = run_personalize,
-                .check_input = require_no_folder_above},
+                .check_input = check_capture_input},
       .input_help = "Capture of the person; best with a minimally clothed sequence",
       .require_startable =
           [](const StageRequest& request) {
             require_measurable(options_of<PersonalizeStageOptions>(request.options), request.input,
                                request.workspace);
           },
-      .chain = ChainPlace{.lacks = lacks_keypoints, .cost = {.seconds = 1, .per_picture = 0.28}},
+      .chain = ChainPlace{.lacks = lacks_keypoints,
+                          .cost = {.seconds = 1, .per_picture = 0.28}},
       .measure = measure_personalize,
       .problem = personalize_problem,
       .targets = kPersonalizeTargets,
@@ -107,13 +108,14 @@ const StageRow& track_row() {
                 .options = option_set<TrackStageOptions>,
                 .file_options = {"region"},
                 .run = run_track,
-                .check_input = require_no_folder_above},
+                .check_input = check_capture_input},
       .input_help = "Capture of the person, of which WORKSPACE has the keypoints and scans",
       .require_startable =
           [](const StageRequest& request) {
             require_trackable(options_of<TrackStageOptions>(request.options), request.workspace);
           },
-      .chain = ChainPlace{.lacks = lacks_keypoints, .cost = {.seconds = 0.3, .per_frame = 0.32}},
+      .chain = ChainPlace{.lacks = lacks_keypoints,
+                          .cost = {.seconds = 0.3, .per_frame = 0.32}},
       .measure = measure_track,
       .problem = track_problem,
       .targets = kTrackTargets,
@@ -134,10 +136,11 @@ const StageRow& body_row() {
                 .metrics = kBodyMetrics,
                 .options = option_set<BodyStageOptions>,
                 .run = run_body,
-                .check_input = require_no_folder_above,
+                .check_input = check_capture_input,
                 .frame_wise = true},
       .input_help = "Capture of the person, of which WORKSPACE has the scans and poses",
-      .chain = ChainPlace{.lacks = lacks_masks, .cost = {.per_frame = 3.1, .parallel = true}},
+      .chain = ChainPlace{.lacks = lacks_masks,
+                          .cost = {.per_frame = 3.1, .parallel = true}},
       .measure = measure_body,
       .measure_place = 1,
       .targets = kBodyTargets,

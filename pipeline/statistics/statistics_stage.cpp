@@ -111,7 +111,7 @@ OptionTable describe(StatisticsStageOptions& options) {
   return table;
 }
 
-void check_statistics_input(const std::filesystem::path& input) {
+void check_statistics_input(const std::filesystem::path& input, const OptionTable& /*options*/) {
   const std::filesystem::file_type kind = file_kind(input);
   if (kind == std::filesystem::file_type::directory ||
       kind == std::filesystem::file_type::regular) {

@@ -27,7 +27,7 @@ inline constexpr std::array kStatisticsMetrics = {
 };
 
 /// Throws DataError for a folder that is no mesh sequence.
-void check_statistics_input(const std::filesystem::path& input);
+void check_statistics_input(const std::filesystem::path& input, const OptionTable& options);
 
 /// A mesh sequence -> frames/<frame>.json (one mesh each) and statistics.json (all of them, and
 /// their ranges).

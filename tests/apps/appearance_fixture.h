@@ -14,6 +14,7 @@
 #include "tests/apps/program_versions.h"
 #include "tests/pipeline/appearance/waving_capture.h"
 #include "tests/support/child_process.h"
+#include "tests/support/flags.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 

@@ -27,6 +27,7 @@
 #include "core/store/file_lock.h"
 #include "core/store/input_digest.h"
 #include "core/store/result.h"
+#include "core/store/stage_plan.h"
 #include "pipeline/pictures/run_account.h"
 #include "registration/flattening/rest_surface.h"
 #include "tests/apps/dressed_workspace.h"
@@ -167,6 +168,22 @@ TEST_F(Run, MovedOrGrownCapture_IsNoOther) {
   std::vector<std::string> all = command({"--from", "reconstruct", "--to", "reconstruct"});
   all[2] = moved.string();
   EXPECT_THAT(run_child(all).out, HasSubstr("reconstruct is done already"));
+}
+
+TEST_F(Run, CaptureThatWasMovedAndHasGrown_IsGoneOnWith) {
+  ASSERT_EQ(run({"--from", "reconstruct", "--to", "reconstruct"}).exit_code, 0);
+  const std::size_t before = frames_of(manifest("reconstruct")).size();
+  const fs::path grown = root_ / "grown";
+  SmallCapture more;
+  more.frames = {3, 4, 5, 6};
+  write_small_capture(grown, more);
+  fs::remove_all(grown / "labels");
+  std::vector<std::string> all = command({"--from", "reconstruct", "--to", "reconstruct"});
+  all[2] = grown.string();
+  const ChildResult result = run_child(all);
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("reconstruct is done,"));
+  EXPECT_EQ(frames_of(manifest("reconstruct")).size(), 2 * before);
 }
 
 TEST_F(Run, DryRunOnDamagedResult_PlansToRecomputeIt) {

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "core/store/result.h"
 #include "tests/capture/small_capture.h"
 #include "tests/support/child_process.h"
 #include "tests/support/places.h"
@@ -92,9 +93,6 @@ TEST(ValidateCommand, SymbolicLinks_AreFollowedOrRefusedAsAsked) {
     EXPECT_THAT(followed.out, Not(HasSubstr("image-broken")));
     std::vector<std::string> strictly = places;
     strictly.insert(strictly.end(), {"--capture.links", "refuse"});
-    if (places.size() > 1) {
-      strictly.push_back("--force");  // the same files have the same result
-    }
     const ChildResult refused = validate(strictly);
     EXPECT_EQ(refused.exit_code, 3);
     EXPECT_THAT(refused.out + refused.err, HasSubstr(picture.string() + ": a symbolic link to"));
@@ -106,6 +104,59 @@ TEST(ValidateCommand, SymbolicLinks_AreFollowedOrRefusedAsAsked) {
   const ChildResult broken = validate({capture.string()});
   EXPECT_EQ(broken.exit_code, 3);
   EXPECT_THAT(broken.out, HasSubstr("error symbolic-link [" + picture.string() + "]"));
+}
+
+TEST(ValidateCommand, WorkspaceOfAnotherCapture_IsReplacedOnlyWhenAsked) {
+  const TemporaryDirectory folder;
+  const fs::path first = folder / "first";
+  const fs::path second = folder / "second";
+  const fs::path work = folder / "work";
+  write_small_capture(first, SmallCapture());
+  SmallCapture other;
+  other.frames = {0, 1, 2};
+  other.detections = false;
+  write_small_capture(second, other);
+  fs::remove_all(second / "labels");
+  validate({first.string(), work.string()});
+  const std::string before = *current_name(work / "validate");
+  for (const char* stage : {"validate", "reconstruct", "track", "animate"}) {
+    for (const char* more : {"--force", "--dry-run"}) {
+      const ChildResult refused =
+          run_child({program_path(), stage, second.string(), work.string(), more});
+      EXPECT_EQ(refused.exit_code, 2) << stage;
+      EXPECT_THAT(refused.err, HasSubstr("it holds results of another capture, " +
+                                         fs::canonical(first).string() + " (validate): "));
+      EXPECT_THAT(refused.err, HasSubstr("there that were compared 1 is here; name another folder, "
+                                         "or give --replace"));
+    }
+  }
+  const std::vector<std::string> asked = {second.string(), work.string(), "--replace"};
+  std::vector<std::string> plan = asked;
+  plan.push_back("--dry-run");
+  EXPECT_THAT(validate(plan).out, HasSubstr("would be set aside: validate"));
+  EXPECT_EQ(*current_name(work / "validate"), before);
+  EXPECT_THAT(validate(asked).out,
+              HasSubstr("validate: results of " + fs::canonical(first).string() +
+                        " are set aside: validate"));
+  EXPECT_NE(*current_name(work / "validate"), before);
+  EXPECT_TRUE(fs::exists(work / "validate" / before)) << "aside, not gone";
+  EXPECT_NE(validate({second.string(), work.string()}).exit_code, 2);
+  const ChildResult alone = validate({second.string(), "--replace"});
+  EXPECT_EQ(alone.exit_code, 2);
+  EXPECT_THAT(alone.err, HasSubstr("--replace goes with INPUT and WORKSPACE"));
+}
+
+TEST(ValidateCommand, CaptureThatCannotBeRead_SetsNothingAside) {
+  const TemporaryDirectory folder;
+  write_small_capture(folder / "first", SmallCapture());
+  const std::string work = (folder / "work").string();
+  validate({(folder / "first").string(), work});
+  for (const char* second : {"nothing", "empty"}) {
+    fs::create_directory(folder / "empty");
+    const ChildResult refused = validate({(folder / second).string(), work, "--replace"});
+    EXPECT_EQ(refused.exit_code, 3) << refused.err;
+    EXPECT_TRUE(current_name(fs::path(work) / "validate"));
+  }
 }
 
 TEST(ValidateCommand, CaptureBehindALink_IsNoLinkInside) {

@@ -39,9 +39,9 @@ TEST_F(WorkspaceCommand, ResultOfANewerVersion_IsLeftAlone) {
   run_statistics({});
   const std::filesystem::path path = stage_folder() / "current/manifest.json";
   std::string text = read_file_text(path, 1 << 20);
-  const std::string version = "\"schema_version\": 2";
+  const std::string version = "\"schema_version\": 3";
   ASSERT_NE(text.find(version), std::string::npos);
-  text.replace(text.find(version), version.size(), "\"schema_version\": 3");
+  text.replace(text.find(version), version.size(), "\"schema_version\": 4");
   std::ofstream(path) << text;
   const ChildResult status = run({"status", workspace().string(), "--check"});
   EXPECT_EQ(status.exit_code, kExitCheckFailed);
@@ -68,7 +68,7 @@ TEST_F(WorkspaceCommand, NewerResultBesideOlderOnes_IsLeftAlone) {
   ASSERT_NE(older, newer);
   const std::string sound = read_file_text(newer / "manifest.json", 1 << 20);
   std::string text = sound;
-  const std::string version = "\"schema_version\": 2";
+  const std::string version = "\"schema_version\": 3";
   ASSERT_NE(text.find(version), std::string::npos);
   text.replace(text.find(version), version.size(), "\"schema_version\": 9");
   std::ofstream(newer / "manifest.json") << text;

@@ -25,7 +25,7 @@ Manifest example() {
                       {"a.names", "\"x\"", "default", true},
                       {"jobs", "4", "file.toml:3", false}};
   manifest.canonical_options = R"({"a.gain":1e+05,"a.names":"x"})";
-  manifest.inputs = {{"meshes", "/data/boxes", sha256("in"), 12, 3456, ""}};
+  manifest.inputs = {{"meshes", "/data/boxes", sha256("in"), 12, 3456, "", {}, {3, 1u << 20}}};
   manifest.outputs = {{"frames/000000.json", 10, sha256("zero")},
                       {"frames/000001.json", 11, sha256("one")},
                       {"statistics.json", 12, sha256("all")}};
@@ -76,6 +76,7 @@ TEST(Manifest, Manifest_RoundTrips) {
   EXPECT_EQ(again.metrics, manifest.metrics);
   EXPECT_EQ(again.warnings, manifest.warnings);
   EXPECT_EQ(again.inputs[0].files, 12);
+  EXPECT_EQ(again.inputs[0].sketch, manifest.inputs[0].sketch);
 }
 
 TEST(Manifest, ManifestOfVersionOne_IsReadWithoutWarnings) {
@@ -90,6 +91,24 @@ TEST(Manifest, ManifestOfVersionOne_IsReadWithoutWarnings) {
               HasSubstr("warnings: an unknown field"));
   EXPECT_THAT(refusal(changed([](auto& j) { j["schema_version"] = 0; })),
               HasSubstr("schema_version: 0"));
+}
+
+TEST(Manifest, ManifestOfVersionTwo_IsReadWithoutSketches) {
+  const Manifest again = parse_manifest(changed([](auto& j) {
+    j["schema_version"] = 2;
+    j["inputs"][0].erase("sketch");
+  }));
+  EXPECT_TRUE(again.inputs[0].sketch.empty());
+  EXPECT_EQ(again.warnings, example().warnings);
+}
+
+TEST(Manifest, DamagedSketches_AreRefused) {
+  for (const std::string& sketch :
+       {std::string("12"), std::string(16, 'F'), std::string(32, '0'), std::string(16, 'x'),
+        std::string(16, 'f') + std::string(16, '0'), std::string(16 * (kSketchSize + 1), '1')}) {
+    EXPECT_THAT(refusal(changed([&](auto& j) { j["inputs"][0]["sketch"] = sketch; })),
+                HasSubstr("inputs[0].sketch"));
+  }
 }
 
 TEST(Manifest, TooManyWarnings_AreRefused) {
@@ -177,7 +196,7 @@ TEST(Manifest, OtherSchema_IsRefused) {
 }
 
 TEST(Manifest, NewerSchemaVersion_IsRefused) {
-  EXPECT_THAT(refusal(changed([](auto& j) { j["schema_version"] = 3; })),
+  EXPECT_THAT(refusal(changed([](auto& j) { j["schema_version"] = 4; })),
               HasSubstr("a newer atelier wrote it"));
 }
 

@@ -282,7 +282,7 @@ TEST_F(RunStage, EmptySelectionOnFinishedResult_IsRefused) {
 
 TEST_F(RunStage, InputOfOtherKind_IsRefusedWhenPlanned) {
   Stage picky = *find_stage(kTestStages, "count");
-  picky.check_input = [](const std::filesystem::path& input) {
+  picky.check_input = [](const std::filesystem::path& input, const OptionTable&) {
     if (!std::filesystem::is_directory(input)) {
       throw DataError(input.string(), "scene", "no folder", "a folder");
     }
