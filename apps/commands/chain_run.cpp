@@ -69,7 +69,7 @@ ChainRun::ChainRun(const RunArguments& arguments, const OptionSet& options)
     }
   }
   const double machine = machine_pace();
-  report_seconds_ = machine * expected_report_seconds(facts_);
+  report_pace_ = machine;
   account_.capture = arguments.places.capture.string();
   account_.started = utc_text(static_cast<double>(std::time(nullptr)));
   for (const StageRow* step : run_steps()) {
@@ -109,7 +109,7 @@ void ChainRun::announce() {
               << facts_.clothed_frames << " of them clothed" << std::endl;
   }
   foresee();
-  double seconds = report_seconds_;
+  double seconds = report_seconds();
   int stages = 0;
   int working = 0;
   for (const RunStageAccount& one : account_.stages) {
@@ -196,9 +196,30 @@ void ChainRun::learn_times() {
         }
       }
     }
-    report_seconds_ = before->report_seconds > 0 ? before->report_seconds : report_seconds_;
+    if (before->report_seconds > 0) {
+      std::vector<std::string> shown;
+      for (const RunStageAccount& earlier : before->stages) {
+        if (earlier.end.starts_with("done")) {
+          shown.push_back(earlier.stage);
+        }
+      }
+      report_pace_ = before->report_seconds / expected_report_seconds(facts_, shown);
+    }
   } catch (const DataError&) {  // the report says it
   }
+}
+
+/// Expected of the report on the results that are there at the end. Stages that take longer than
+/// expected say nothing of it.
+double ChainRun::report_seconds() const {
+  std::vector<std::string> shown;
+  for (const RunStageAccount& one : account_.stages) {
+    const bool to_come = one.end.empty() && works(one.stage);
+    if (to_come || has_result(one.stage)) {
+      shown.push_back(one.stage);
+    }
+  }
+  return report_pace_ * expected_report_seconds(facts_, shown);
 }
 
 double ChainRun::seconds() const {
@@ -211,7 +232,7 @@ void ChainRun::end_report() {
 
 void ChainRun::announce_report() {
   report_begin_ = Clock::now();
-  const double seconds = pace(account_.stages.size(), 0) * report_seconds_;
+  const double seconds = report_seconds();
   if (arguments_.json) {
     show_event({{"event", "report"}, {"expected_seconds", seconds}});
   } else {
@@ -437,12 +458,12 @@ double ChainRun::pace(std::size_t now, double seconds) const {
 
 /// s that remain behind the stage at work. @param seconds  that it takes in all; 0: not known
 double ChainRun::rest_after(std::size_t i, double seconds) const {
-  double rest = report_seconds_;
+  double rest = 0;
   for (std::size_t k = i + 1; k < account_.stages.size(); ++k) {
     const RunStageAccount& one = account_.stages[k];
     rest += one.end.empty() && works(one.stage) ? one.expected : 0;
   }
-  return pace(i, seconds) * rest;
+  return pace(i, seconds) * rest + report_seconds();
 }
 
 StageRequest ChainRun::request_of(std::size_t i, bool make_input) const {

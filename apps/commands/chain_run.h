@@ -87,6 +87,7 @@ class ChainRun {
   double pace(std::size_t now, double seconds) const;
   double rest_after(std::size_t i, double seconds) const;
   void learn_times();
+  double report_seconds() const;
   StageRequest request_of(std::size_t i, bool make_input) const;
   void stage(std::size_t i);
   void end_at(const std::string& stage);
@@ -98,7 +99,7 @@ class ChainRun {
   RunArguments arguments_;
   OptionSet options_;
   CaptureFacts facts_;
-  double report_seconds_ = 0;  ///< expected
+  double report_pace_ = 1;  ///< times that a report takes longer than its parts are expected to
   Clock::time_point report_begin_{};
   RunAccount account_;
   std::vector<Foreseen> foreseen_;  ///< of each stage of the account; of those that are to run

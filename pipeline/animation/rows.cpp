@@ -57,6 +57,8 @@ const StageRow& animate_row() {
       .chain = ChainPlace{.lacks = lacks_evidence,
                           .made_of = of_worn,
                           .cost = {.seconds = 1, .per_frame = 1},
+                          .report_cost = {.seconds = 1.5},
+                          .truth_cost = {.per_clothed = 0.1},
                           .fabric = "material.name",
                           .fabric_from = "fitted_material",
                           .suggested = drafted_garments,

@@ -66,7 +66,9 @@ const StageRow& appearance_row() {
             require_cameras(options, request.input);
           },
       .chain = ChainPlace{.lacks = lacks_look,
-                          .cost = {.seconds = 3, .per_picture = 1.3}},
+                          .cost = {.seconds = 3, .per_picture = 1.3},
+                          .report_cost = {.seconds = 0.5, .per_picture = 0.02},
+                          .truth_cost = {.per_picture = 0.2}},
       .measure = measure_appearance,
       .comparison = below_oracle,
       .measure_place = 3,

@@ -46,7 +46,8 @@ const StageRow& validate_row() {
                 .states_consent = true},
       .input_help =
           "Capture to judge: its folder, in any layout that docs/reference/formats.md lists",
-      .chain = ChainPlace{.cost = {.seconds = 0.5, .per_picture = 0.04, .unmasked = true}},
+      .chain = ChainPlace{.cost = {.seconds = 0.5, .per_picture = 0.04, .unmasked = true},
+                          .report_cost = {.seconds = 0.3}},
   };
   return row;
 }
@@ -76,7 +77,9 @@ const StageRow& reconstruct_row() {
             }
           },
       .chain = ChainPlace{.lacks = lacks_evidence,
-                          .cost = {.per_picture = 6, .per_frame = 2.5, .parallel = true}},
+                          .cost = {.per_picture = 6, .per_frame = 2.5, .parallel = true},
+                          .report_cost = {.seconds = 0.5, .per_picture = 0.03},
+                          .truth_cost = {.per_frame = 0.5}},
       .measure = measure_reconstruct,
       .targets = kReconstructTargets,
       .key_figures = kReconstructFigures,

@@ -11,9 +11,11 @@ namespace {
 
 using Names = std::vector<std::string_view>;
 
-constexpr StageCost kReport{.seconds = 8, .per_picture = 0.1};
-/// Figures against the ground truth measure every surface once more.
-constexpr StageCost kGroundTruthReport{.seconds = 10, .per_picture = 0.1, .per_clothed = 3};
+constexpr double kPageSeconds = 0.3;  // of a report on nothing
+
+int looked_at(const StageCost& cost, const CaptureFacts& facts) {
+  return cost.unmasked ? facts.pictured_frames : facts.masked_frames;
+}
 
 double expected_seconds(const StageCost& cost, int looked_at, const CaptureFacts& facts) {
   constexpr double kMeasuredCores = 2;
@@ -69,12 +71,22 @@ std::vector<std::string_view> optional_stages(const StageRow& step) {
 
 double expected_seconds(const StageRow& step, const CaptureFacts& facts) {
   const StageCost& cost = step.chain->cost;
-  return expected_seconds(cost, cost.unmasked ? facts.pictured_frames : facts.masked_frames, facts);
+  return expected_seconds(cost, looked_at(cost, facts), facts);
 }
 
-double expected_report_seconds(const CaptureFacts& facts) {
-  return expected_seconds(facts.synthetic ? kGroundTruthReport : kReport, facts.masked_frames,
-                          facts);
+double expected_report_seconds(const CaptureFacts& facts, std::span<const std::string> stages) {
+  double seconds = kPageSeconds;
+  for (const StageRow* step : run_steps()) {
+    if (std::find(stages.begin(), stages.end(), step->stage.name) == stages.end()) {
+      continue;
+    }
+    const ChainPlace& place = *step->chain;
+    const auto of = [&](const StageCost& cost) {
+      return expected_seconds(cost, looked_at(cost, facts), facts);
+    };
+    seconds += of(place.report_cost) + (facts.synthetic ? of(place.truth_cost) : 0);
+  }
+  return seconds;
 }
 
 }  // namespace atelier

@@ -27,8 +27,9 @@ std::vector<std::string_view> optional_stages(const StageRow& step);
 /// clothing and processor may make it several times more or less.
 double expected_seconds(const StageRow& step, const CaptureFacts& facts);
 
-/// The same of the report at the end: every result is digested, and where the capture is synthetic
-/// compared with its truth.
-double expected_report_seconds(const CaptureFacts& facts);
+/// The same of the report at the end: every result is digested and drawn, and where the capture is
+/// synthetic compared with its truth.
+/// @param stages  those that have results then
+double expected_report_seconds(const CaptureFacts& facts, std::span<const std::string> stages);
 
 }  // namespace atelier

@@ -60,7 +60,9 @@ const StageRow& template_row() {
             require_template_frame(options, request.input);
           },
       .chain = ChainPlace{.lacks = lacks_clothes,
-                          .cost = {.seconds = 9, .per_clothed = 0.5}},
+                          .cost = {.seconds = 9, .per_clothed = 0.5},
+                          .report_cost = {.seconds = 0.2},
+                          .truth_cost = {.seconds = 0.2}},
       .measure = measure_template,
       .targets = kTemplateTargets,
       .key_figures = kTemplateFigures,
@@ -90,7 +92,9 @@ const StageRow& register_row() {
             }
           },
       .chain = ChainPlace{.lacks = lacks_clothes,
-                          .cost = {.per_clothed = 5.5}},
+                          .cost = {.per_clothed = 5.5},
+                          .report_cost = {.seconds = 1, .per_picture = 0.03},
+                          .truth_cost = {.per_clothed = 1.2}},
       .measure = measure_register,
       .targets = kRegisterTargets,
       .key_figures = kRegisterFigures,

@@ -9,12 +9,9 @@
 namespace atelier {
 namespace {
 
-constexpr double kGaugeRow = 30;
-constexpr double kGaugeWords = 235;  ///< left end of the words
-constexpr double kGaugeLeft = 530;   ///< of the bars
-constexpr double kGaugeWidth = 200;  ///< of a bar
-constexpr double kGaugeRight = 280;  ///< for value and range
-constexpr std::size_t kMaxWords = 50;
+constexpr double kBarWidth = 200;
+constexpr double kBarHeight = 16;
+constexpr double kBarEnd = 7;  ///< room beside the bar for a mark at its end
 
 template <class... Values>
 std::string svg_text(const char* format, Values... values) {
@@ -44,57 +41,44 @@ Axis axis_of(const Gauge& gauge) {
   return {std::max(0.0, limit - 2 * (high - limit)), high};
 }
 
-std::string gauge_row(const Gauge& gauge, double y) {
+std::string bar_svg(const Gauge& gauge, const char* color) {
   const Axis axis = axis_of(gauge);
-  const double limit = kGaugeLeft + kGaugeWidth * axis.place(gauge.limit);
-  const double mark = kGaugeLeft + kGaugeWidth * axis.place(gauge.number);
-  const double from = gauge.at_least ? limit : kGaugeLeft;
-  const double to = gauge.at_least ? kGaugeLeft + kGaugeWidth : std::max(limit, kGaugeLeft + 3);
+  const double limit = kBarEnd + kBarWidth * axis.place(gauge.limit);
+  const double mark = kBarEnd + kBarWidth * axis.place(gauge.number);
+  const double from = gauge.at_least ? limit : kBarEnd;
+  const double to = gauge.at_least ? kBarEnd + kBarWidth : std::max(limit, kBarEnd + 3);
+  const double width = kBarWidth + 2 * kBarEnd;
+  const auto bar = [](double x, double length, const char* fill) {
+    return svg_text("<rect x=\"%.1f\" y=\"4\" width=\"%.1f\" height=\"8\" rx=\"4\" fill=\"%s\"/>",
+                    x, length, fill);
+  };
+  return svg_text(
+             "<svg viewBox=\"0 0 %.0f %.0f\" width=\"%.0f\" height=\"%.0f\" "
+             "xmlns=\"http://www.w3.org/2000/svg\">",
+             width, kBarHeight, width, kBarHeight) +
+         bar(kBarEnd, kBarWidth, "#eceef0") + bar(from, to - from, "#bfe0cd") +
+         svg_text("<circle cx=\"%.1f\" cy=\"8\" r=\"6\" fill=\"%s\"/></svg>", mark, color);
+}
+
+std::string gauge_row(const Gauge& gauge) {
   const char* color = gauge.met ? "#2f6b4f" : "#a40000";
-  const std::string words = gauge.words.size() > kMaxWords
-                                ? gauge.words.substr(0, gauge.words.rfind(' ', kMaxWords)) + " ..."
-                                : gauge.words;
-  return svg_text("<text x=\"0\" y=\"%.0f\" font-weight=\"600\">", y + 19) + html_text(gauge.name) +
-         "</text>\n" +
-         svg_text("<text x=\"%.0f\" y=\"%.0f\" font-size=\"12\" fill=\"#666\">", kGaugeWords,
-                  y + 19) +
-         html_text(words) + "<title>" + html_text(gauge.words) + "</title></text>\n" +
-         svg_text(
-             "<rect x=\"%.0f\" y=\"%.0f\" width=\"%.0f\" height=\"8\" rx=\"4\" "
-             "fill=\"#eceef0\"/>\n",
-             kGaugeLeft, y + 11, kGaugeWidth) +
-         svg_text(
-             "<rect x=\"%.1f\" y=\"%.0f\" width=\"%.1f\" height=\"8\" rx=\"4\" "
-             "fill=\"#bfe0cd\"/>\n",
-             from, y + 11, to - from) +
-         svg_text("<circle cx=\"%.1f\" cy=\"%.0f\" r=\"6\" fill=\"%s\"/>\n", mark, y + 15, color) +
-         svg_text("<text x=\"%.0f\" y=\"%.0f\" fill=\"%s\">", kGaugeLeft + kGaugeWidth + 16, y + 19,
-                  color) +
-         html_text(gauge.value) + "</text>\n" +
-         svg_text("<text x=\"%.0f\" y=\"%.0f\" fill=\"#666\">", kGaugeLeft + kGaugeWidth + 116,
-                  y + 19) +
-         html_text(gauge.range) + (gauge.met ? "" : ", missed") + "</text>\n";
+  return "<tr><td><b>" + html_text(gauge.name) + "</b></td><td class=\"quiet\">" +
+         html_text(gauge.words) + "</td><td>" + bar_svg(gauge, color) +
+         "</td><td style=\"color:" + color + "\">" + html_text(gauge.value) +
+         "</td><td class=\"quiet\">" + html_text(gauge.range) + (gauge.met ? "" : ", missed") +
+         "</td></tr>\n";
 }
 
 }  // namespace
 
-std::string gauges_svg(std::span<const Gauge> gauges) {
+std::string gauges_table(std::span<const Gauge> gauges) {
   std::string rows;
-  double height = 0;
   for (const Gauge& gauge : gauges) {
     if (std::isfinite(gauge.number) && std::isfinite(gauge.limit)) {
-      rows += gauge_row(gauge, height);
-      height += kGaugeRow;
+      rows += gauge_row(gauge);
     }
   }
-  const double width = kGaugeLeft + kGaugeWidth + kGaugeRight;
-  return rows.empty() ? ""
-                      : svg_text(
-                            "<svg viewBox=\"0 0 %.0f %.0f\" width=\"%.0f\" "
-                            "xmlns=\"http://www.w3.org/2000/svg\" font-size=\"13\" "
-                            "font-family=\"system-ui, sans-serif\" fill=\"#222\">\n",
-                            width, height, width) +
-                            rows + "</svg>\n";
+  return rows.empty() ? "" : "<table class=\"gauges\">\n" + rows + "</table>\n";
 }
 
 }  // namespace atelier

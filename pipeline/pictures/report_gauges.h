@@ -17,8 +17,9 @@ struct Gauge {
   bool met = true;
 };
 
-/// The figures one below the other, each a mark on a bar of which the range is coloured: one SVG,
-/// as HTML holds it. Marks beyond the bar lie at its end. "" for no finite figure.
-std::string gauges_svg(std::span<const Gauge> gauges);
+/// The figures one below the other, each a mark on a bar of which the range is coloured, as a table
+/// in HTML: long words wrap, and run over no bar. Marks beyond the bar lie at its end. "" for no
+/// finite figure.
+std::string gauges_table(std::span<const Gauge> gauges);
 
 }  // namespace atelier

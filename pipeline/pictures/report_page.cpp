@@ -36,6 +36,8 @@ td { overflow-wrap: anywhere; } figure { margin: 1rem 0; } img, video { max-widt
 .attention li { margin: .35rem 0; }
 figcaption, .quiet { color: #666; } .error { color: #a40000; } .warning { color: #8a5a00; }
 .attention { background: #fff7e0; border-left: 4px solid #d9a400; padding: .5rem 1rem; }
+.gauges td { overflow-wrap: normal; vertical-align: middle; line-height: 1.3; }
+.gauges svg { max-width: none; display: block; } .gauges td:nth-child(n+4) { white-space: nowrap; }
 details { margin: .5rem 0; } summary { cursor: pointer; }
 )";
 
@@ -577,7 +579,7 @@ std::string report_page(std::span<const StageStatus> stages, const std::filesyst
                              pictures == drawn.end() ? std::string() : pictures->second, first);
     }
   }
-  const std::string chart = gauges_svg(gauges);
+  const std::string chart = gauges_table(gauges);
   return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
          "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "
          "img-src data:; media-src data:; style-src 'unsafe-inline'\">\n"

@@ -43,6 +43,8 @@ struct ChainPlace {
   /// Its INPUT, written into the workspace where it is made of results; null: the capture.
   std::filesystem::path (*input)(const RunPlaces& places) = nullptr;
   StageCost cost{};
+  StageCost report_cost{};  ///< of its part of the report: digests of its files, pictures
+  StageCost truth_cost{};   ///< of its figures there, of a synthetic capture
   /// The option that `run --material` sets: one fabric for all garments; "": it has none.
   std::string_view fabric = "";
   /// A kind that it reads, if there is a result of it, and that says the fabric: the option is set

@@ -250,7 +250,7 @@ TEST(ReportPage, FiguresThatMatter_AreDrawnBeforeTheDetails) {
   EXPECT_THAT(page, AllOf(HasSubstr("Figures that matter"), HasSubstr("of &lt;joints&gt;"),
                           HasSubstr("at most 6, missed"), HasSubstr("at least 0.95<"),
                           Not(HasSubstr("not.finite"))));
-  EXPECT_EQ(gauges_svg({}), "");
+  EXPECT_EQ(gauges_table({}), "");
   EXPECT_THAT(report_page({}, "w"), Not(HasSubstr("Figures that matter")));
 }
 
