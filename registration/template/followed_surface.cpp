@@ -29,7 +29,6 @@ constexpr double kAgree = 0.025;         // m between points of two frames that 
 constexpr double kSomethingElse = 0.01;  // m
 constexpr double kNearFlesh = 0.04;      // m
 constexpr double kCovered = 0.8;         // share of the cover, which fades where nothing was seen
-constexpr double kShows = 0.75;          // of the surface
 constexpr double kBeyond = 0.03;         // m past the rim
 
 /// Where a point's foot on a surface is.
@@ -352,6 +351,21 @@ OrientedPoints carried(const OrientedPoints& cloud, const Triangles& faces, cons
   return moved;
 }
 
+bool is_followed_well(const FollowedSurface::Frame& frame) {
+  constexpr double kShows = 0.75;  // of the surface
+  return frame.support >= kShows;
+}
+
+double median_beyond(const FollowedSurface& followed) {
+  std::vector<double> shares;
+  for (const FollowedSurface::Frame& frame : followed.frames) {
+    if (is_followed_well(frame)) {
+      shares.push_back(frame.beyond);
+    }
+  }
+  return median(std::move(shares));
+}
+
 double add_carried(GarmentPoints& cloud, const ClothedFrame& own_frame, const GarmentCover& cover,
                    const FollowedSurface& followed, const ClothedFrames& frames, double spacing) {
   ATELIER_CHECK(cloud.seen == cloud.points.rows() && cloud.observed == cloud.seen,
@@ -363,7 +377,7 @@ double add_carried(GarmentPoints& cloud, const ClothedFrame& own_frame, const Ga
   std::vector<MissingPoints> shown;
   std::vector<TriangleTree> trees;
   for (const FollowedSurface::Frame& frame : followed.frames) {
-    if (frame.support >= kShows) {
+    if (is_followed_well(frame)) {
       const ClothedFrame clothed = frames.load(frame.row);
       GarmentPoints all =
           garment_points(clothed.scan, followed.label, clothed.body, frames.body_faces, spacing);

@@ -23,6 +23,13 @@ struct FollowedSurface {
   std::vector<Frame> frames;  ///< in the order of their rows; its own is not among them
 };
 
+/// Whether a frame shows three quarters of a surface or more, as where it was followed well: cloth
+/// beside one that was lost says nothing of its rims.
+bool is_followed_well(const FollowedSurface::Frame& frame);
+
+/// Of `beyond`, over the frames in which the surface was followed well; 0 where it was in none.
+double median_beyond(const FollowedSurface& followed);
+
 /// Follows a surface through `rows`, outwards from the frame whose pose it has (`home`, skipped
 /// among the rows), each from the one before: predicted_cloth, then register_garment by shape
 /// alone. The surface needs no more vertices than its folds ask for: 3 cm apart will do.
@@ -53,8 +60,8 @@ OrientedPoints carried(const OrientedPoints& points, const Triangles& faces, con
 /// following, and so is what lies past the median of a whole rim. Two frames have to show it, where
 /// more than two were followed. Left out is what lies off the surface by more than 3 cm and half
 /// its way from its rim, what the own frame shows to be something else, and what lies within 4 cm
-/// of the body where that is not covered (share below 0.8). Our choice. Frames that show less than
-/// three quarters of the surface are not asked.
+/// of the body where that is not covered (share below 0.8). Our choice. Frames in which the surface
+/// was not followed well are not asked.
 /// @param cloud  seen points of the own frame alone
 /// @param cover  of the body, by all frames
 /// @return m2 that were added, about

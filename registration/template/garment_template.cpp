@@ -425,19 +425,6 @@ std::vector<std::string> closed_in_most(const Triangles& faces, const ClothedFra
   return closed;
 }
 
-/// Of the frames in which the surface was followed well: cloth beside one that was lost says
-/// nothing of its rims.
-double median_beyond(const FollowedSurface& followed) {
-  constexpr double kFollowedWell = 0.75;
-  std::vector<double> shares;
-  for (const FollowedSurface::Frame& frame : followed.frames) {
-    if (frame.support > kFollowedWell) {
-      shares.push_back(frame.beyond);
-    }
-  }
-  return shares.empty() ? 0 : median(shares);
-}
-
 /// Whether a template is all of its garment, with a warning where it is not.
 void tell_whole(GarmentTemplate& made) {
   std::string lacks;

@@ -13,7 +13,9 @@
 #include "capture/capture_info.h"
 #include "core/io/image_file.h"
 #include "core/sequence_archive.h"
+#include "tests/apps/synthesized_fixture.h"
 #include "tests/support/child_process.h"
+#include "tests/support/flags.h"
 #include "tests/support/places.h"
 #include "tests/support/read_text.h"
 #include "tests/support/temporary_directory.h"
@@ -47,40 +49,15 @@ std::vector<fs::path> cameras_in(const fs::path& folder) {
   return cameras;
 }
 
-/// The small capture of all tests here, and a copy of it whose frame 2 is bad.
-class BadFrame : public ::testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    folder_ = new TemporaryDirectory;
-    made_ = run_child({program_path(),
-                       "synthesize",
-                       original().string(),
-                       "--preset",
-                       "tiny",
-                       "--ground_truth_images",
-                       "false",
-                       "--samples",
-                       "1",
-                       "--light-samples",
-                       "6",
-                       "--edge_length",
-                       "0.05",
-                       "--substeps",
-                       "6",
-                       "--dome.cameras",
-                       "8",
-                       "--dome.width",
-                       "150",
-                       "--dome.height",
-                       "200"});
-  }
-  static void TearDownTestSuite() { delete folder_; }
-  static fs::path original() { return folder_->path() / "capture"; }
+struct TinyCapture {
+  static inline const std::vector<std::string> kFlags = {
+      "--preset",  "tiny", "--ground_truth_images", "false", "--dome.width",  "150",
+      "--samples", "1",    "--light-samples",       "6",     "--dome.height", "200"};
+};
 
-  void SetUp() override {
-    ASSERT_EQ(made_.exit_code, 0) << made_.err;
-    fs::copy(original(), capture_, fs::copy_options::recursive);
-  }
+/// On a capture whose frame 2 is bad.
+class BadFrame : public SynthesizedFixture<TinyCapture> {
+ protected:
   void empty_masks() const {
     for (const fs::path& camera : cameras_in(capture_ / "labels")) {
       const fs::path file = camera / (std::string(kBad) + ".png");
@@ -98,16 +75,10 @@ class BadFrame : public ::testing::Test {
       }
     }
   }
-  ChildResult stage(const std::string& name, std::vector<std::string> more = {}) const {
-    std::vector<std::string> command = {program_path(), name, capture_.string(),
-                                        workspace_.string()};
-    if (name == "reconstruct") {
-      command.insert(command.end(), kQuick.begin(), kQuick.end());
-    }
-    command.insert(command.end(), more.begin(), more.end());
-    return run_child(command);
+  ChildResult stage(const std::string& name, const std::vector<std::string>& more = {}) const {
+    const bool quick = name == "reconstruct";
+    return SynthesizedFixture::stage(name, quick ? with_usual(kQuickReconstruction, more) : more);
   }
-  fs::path result(const std::string& name) const { return workspace_ / name / "current"; }
   void expect_gap() const {
     EXPECT_FALSE(fs::exists(result("reconstruct") / "scans" / (std::string(kBad) + ".h5")));
     EXPECT_TRUE(fs::exists(result("reconstruct") / "scans/000001.h5"));
@@ -115,18 +86,7 @@ class BadFrame : public ::testing::Test {
     const auto manifest = nlohmann::json::parse(read_text(result("reconstruct") / "manifest.json"));
     EXPECT_EQ(manifest.at("metrics").at("frames_left_out"), 1);
   }
-
-  static inline const std::vector<std::string> kQuick = {
-      "--surface.octree_depth", "6", "--surface.edge_length", "0.03",
-      "--stereo.iterations",    "2", "--stereo.refinements",  "1"};
-  static TemporaryDirectory* folder_;
-  static inline ChildResult made_ = {};
-  TemporaryDirectory own_;
-  fs::path capture_ = own_.path() / "capture";
-  fs::path workspace_ = own_.path() / "workspace";
 };
-
-TemporaryDirectory* BadFrame::folder_ = nullptr;
 
 TEST_F(BadFrame, EmptyMasks_AreSaidOnceAndLeftOut) {
   empty_masks();
@@ -207,9 +167,9 @@ TEST_F(BadFrame, WholeChain_GoesOnOverTheGap) {
                                       "false",
                                       "--template.edge-length",
                                       "0.025"};
-  for (std::size_t i = 0; i + 1 < kQuick.size(); i += 2) {
-    command.push_back("--reconstruct." + kQuick[i].substr(2));
-    command.push_back(kQuick[i + 1]);
+  for (std::size_t i = 0; i + 1 < kQuickReconstruction.size(); i += 2) {
+    command.push_back("--reconstruct." + kQuickReconstruction[i].substr(2));
+    command.push_back(kQuickReconstruction[i + 1]);
   }
   const ChildResult ran = run_child(command);
   ASSERT_EQ(ran.exit_code, 0) << ran.out << ran.err;

@@ -14,6 +14,7 @@
 #include "core/io/image_file.h"
 #include "core/mesh_statistics.h"
 #include "core/sequence_archive.h"
+#include "tests/apps/synthesized_fixture.h"
 #include "tests/support/child_process.h"
 #include "tests/support/flags.h"
 #include "tests/support/places.h"
@@ -26,78 +27,34 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-/// A capture of one frame for all tests of this file, and a copy of it for each.
-class Reconstruct : public ::testing::Test {
- protected:
-  static void SetUpTestSuite() {
-    folder_ = new TemporaryDirectory;
-    made_ = run_child({program_path(),
-                       "synthesize",
-                       original().string(),
-                       "--dome.cameras",
-                       "8",
-                       "--dome.width",
-                       "180",
-                       "--dome.height",
-                       "240",
-                       "--frames",
-                       "1",
-                       "--minimal_frames",
-                       "0",
-                       "--start",
-                       "0",
-                       "--held_out_cameras",
-                       "0",
-                       "--held_out_share",
-                       "0",
-                       "--edge_length",
-                       "0.05",
-                       "--substeps",
-                       "6",
-                       "--fabric.resolution",
-                       "256",
-                       "--skin_resolution",
-                       "256",
-                       "--samples",
-                       "2",
-                       "--light-samples",
-                       "12"})
-                .exit_code;
-  }
-  static void TearDownTestSuite() { delete folder_; }
-  static fs::path original() { return folder_->path() / "capture"; }
+struct OneFrame {
+  static inline const std::vector<std::string> kFlags = {
+      "--dome.width",        "180", "--dome.height",     "240", "--frames",        "1",
+      "--minimal_frames",    "0",   "--start",           "0",   "--samples",       "2",
+      "--held_out_cameras",  "0",   "--held_out_share",  "0",   "--light-samples", "12",
+      "--fabric.resolution", "256", "--skin_resolution", "256"};
+};
 
-  void SetUp() override {
-    ASSERT_EQ(made_, 0);
-    fs::copy(original(), capture_, fs::copy_options::recursive);
-  }
-  ChildResult reconstruct(std::vector<std::string> more = {}) const {
-    std::vector<std::string> command = {program_path(), "reconstruct", capture_.string(),
-                                        workspace_.string()};
-    more = fixtures::with_usual(kQuick, more);
-    command.insert(command.end(), more.begin(), more.end());
-    return run_child(command);
+/// On a capture of one frame.
+class Reconstruct : public SynthesizedFixture<OneFrame> {
+ protected:
+  ChildResult reconstruct(const std::vector<std::string>& more = {}) const {
+    return stage("reconstruct", with_usual(kQuickReconstruction, more));
   }
   fs::path picture(const std::string& camera) const {
     return capture_ / "images" / camera / "000000.png";
   }
-  Mesh scan() const {
-    return read_mesh_archive(workspace_ / "reconstruct" / "current" / "scans" / "000000.h5");
-  }
-
-  /// Coarse, with few sweeps: enough for which views are used and what is said of them.
-  static inline const std::vector<std::string> kQuick = {
-      "--surface.octree_depth", "6", "--surface.edge_length", "0.03",
-      "--stereo.iterations",    "2", "--stereo.refinements",  "1"};
-  static TemporaryDirectory* folder_;
-  static int made_;
-  TemporaryDirectory own_;
-  fs::path capture_ = own_.path() / "capture";
-  fs::path workspace_ = own_.path() / "workspace";
+  Mesh scan() const { return read_mesh_archive(result("reconstruct") / "scans" / "000000.h5"); }
 };
 
-TemporaryDirectory* Reconstruct::folder_ = nullptr;
-int Reconstruct::made_ = -1;
+TEST_F(Reconstruct, FramesThatThereAreNot_AreRefusedWhilePlanning) {
+  for (const char* planned : {"--dry-run", "--force"}) {
+    const ChildResult result = reconstruct({"--frames", "7:9", planned});
+    EXPECT_EQ(result.exit_code, 2) << result.err;
+    EXPECT_THAT(result.err, HasSubstr("--frames cannot be '7:9': of "));
+    EXPECT_THAT(result.err, HasSubstr("it takes a range that holds frame 0, the only one"));
+  }
+}
 
 TEST_F(Reconstruct, ScansAndKeypoints_AreMeasuredAgainstGroundTruth) {
   const ChildResult result = reconstruct({"--stereo.iterations", "4", "--stereo.refinements", "3"});
@@ -151,7 +108,7 @@ TEST_F(Reconstruct, TwoMachines_ShareTheDepthMapsOfAFrame) {
   const fs::path surface = own_.path() / "scan.ply";
   const auto depth = [&](std::vector<std::string> more) {
     std::vector<std::string> call = {program_path(), "depth", capture_.string(), maps.string()};
-    more = fixtures::with_usual(kQuick, more);
+    more = fixtures::with_usual(kQuickReconstruction, more);
     call.insert(call.end(), more.begin(), more.end());
     return run_child(call);
   };

@@ -123,6 +123,47 @@ TEST(FollowedSurface, TemplateThatLacksWhatFramesShow_IsNotWhole) {
   }
 }
 
+TEST(FollowedSurface, FrameInWhichItWasLost_SaysNothing) {
+  FollowedSurface::Frame well;
+  well.support = 0.75;
+  well.beyond = 0.02;
+  FollowedSurface::Frame lost;
+  lost.support = 0.74;
+  lost.beyond = 0.9;
+  FollowedSurface followed;
+  followed.frames = {lost, well, lost, lost};
+  EXPECT_EQ(median_beyond(followed), 0.02);
+  followed.frames = {lost, lost};
+  EXPECT_EQ(median_beyond(followed), 0);
+
+  // Frames that lost the skirt, 10 cm above it, show cloth past its hem; a template takes none of
+  // it.
+  const std::vector<Capsule> pose = capsules();
+  const ClothedFrames frames = hidden_by_turns(pose);
+  const ClothedFrame own = frames.load(1);
+  constexpr double kSpacing = 0.0075;  // m
+  const TakeOverview take = take_overview(frames, {0, 1, 2, 3}, kClothLabel);
+  followed = followed_surface(
+      garment_template(frames, kClothLabel, "lower", coarse(TemplateSource::Frame)).garment.mesh, 1,
+      frames, {0, 1, 2, 3}, kClothLabel);
+  const auto added = [&] {
+    GarmentPoints cloud =
+        garment_points(own.scan, kClothLabel, own.body, frames.body_faces, kSpacing);
+    add_carried(cloud, own, take.cover, followed, frames, kSpacing);
+    return cloud.points;
+  };
+  const Points without = added();
+  lost = followed.frames.front();
+  lost.vertices.col(1).array() += 0.1;
+  const std::size_t well_followed = followed.frames.size();
+  followed.frames.insert(followed.frames.end(), {lost, lost});  // of one frame alone none is taken
+  EXPECT_GT(added().rows(), without.rows());
+  for (std::size_t i = well_followed; i < followed.frames.size(); ++i) {
+    followed.frames[i].support = 0.5;
+  }
+  EXPECT_EQ(added(), without);
+}
+
 TEST(FollowedSurface, FramesThatShowNothingMore_ChangeNothing) {
   const std::vector<Capsule> pose = capsules();
   const ClothedFrames frames = frames_of({pose, pose, pose}, [=](std::size_t i) {
