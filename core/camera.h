@@ -47,8 +47,9 @@ std::optional<Eigen::Matrix<double, 2, 3>> project_jacobian(const Camera& camera
 /// iteration. Nothing where the distortion cannot be inverted.
 std::optional<Eigen::Vector3d> ray_direction(const Camera& camera, const Eigen::Vector2d& pixel);
 
-/// Throws DataError unless sizes and focal lengths are positive, every number is finite and the
-/// rotation is orthonormal with determinant 1 to 1e-6.
+/// Throws DataError unless sizes are positive, focal lengths above 0 and up to 1e8 px, the
+/// principal point within 1e8 px, every number finite and the rotation orthonormal with determinant
+/// 1 to 1e-6.
 void check_camera(const Camera& camera, const std::string& file = "");
 
 }  // namespace atelier

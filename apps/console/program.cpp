@@ -110,9 +110,8 @@ void refuse_extras(const CLI::App& parser, const std::vector<std::string>& argum
   if (extra.starts_with("-")) {
     const std::string option = extra.substr(0, extra.find('='));
     if (const std::string other = with_or_without_name(parser, option); !other.empty()) {
-      throw UsageError(
-          name + " has no option " + shown +
-          see(", did you mean '" + other + "'?", "atelier " + name + " --help"));
+      throw UsageError(name + " has no option " + shown +
+                       see(", did you mean '" + other + "'?", "atelier " + name + " --help"));
     }
     if (parser.get_option_no_throw(option) != nullptr) {
       throw UsageError(name + " takes no " + shown +

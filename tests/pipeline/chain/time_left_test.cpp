@@ -1,8 +1,12 @@
 #include "pipeline/chain/time_left.h"
 
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
+
+#include "capture/layouts/capture_facts.h"
+#include "pipeline/chain/run_chain.h"
 
 namespace atelier::fixtures {
 namespace {
@@ -61,6 +65,29 @@ TEST(TimeLeft, MachinePace_IsWithinItsBounds) {
   const double pace = machine_pace();
   EXPECT_GE(pace, 0.25);
   EXPECT_LE(pace, 8);
+}
+
+TEST(ReportTime, ReportOfMoreResults_TakesLonger) {
+  CaptureFacts facts;
+  facts.cameras = 10;
+  facts.frames = facts.masked_frames = facts.pictured_frames = 16;
+  facts.clothed_frames = 12;
+  facts.megapixels = 0.2;
+  std::vector<std::string> stages;
+  double before = expected_report_seconds(facts, stages);
+  EXPECT_LT(before, 1) << "of nothing";
+  for (const StageRow* step : run_steps()) {
+    stages.emplace_back(step->stage.name);
+    const double now = expected_report_seconds(facts, stages);
+    EXPECT_GT(now, before) << stages.back();
+    if (stages.back() == "validate") {
+      EXPECT_LT(now, 1) << "its page is linked, not drawn again";
+    }
+    before = now;
+  }
+  EXPECT_GT(before, 5);
+  facts.synthetic = true;
+  EXPECT_GT(expected_report_seconds(facts, stages), 2 * before) << "with figures of the truth";
 }
 
 }  // namespace
