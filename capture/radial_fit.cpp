@@ -22,20 +22,20 @@ double polynomial_at(std::span<const double> coefficients, double u) {
 template <class Factor>
 double last_radius(const Factor& factor, double reach) {
   constexpr int kSteps = 2000;
-  constexpr double kFarthest = 4;  // times `reach`: a lens that shrinks more is none
+  constexpr double kLargestShrink = 4;  // a lens that shrinks more is none
   double before = 0;
   for (int i = 1; i <= kSteps; ++i) {
-    const double r = kFarthest * reach * i / kSteps;
+    const double r = kLargestShrink * reach * i / kSteps;
     const double image = r * factor(r * r);
     if (!(image > before)) {
-      return kFarthest * reach * (i - 1) / kSteps;
+      return kLargestShrink * reach * (i - 1) / kSteps;
     }
     if (image >= reach) {
       return r;
     }
     before = image;
   }
-  return kFarthest * reach;
+  return kLargestShrink * reach;
 }
 
 /// Squares of radii up to `last` in units of its square, in (0, 1].

@@ -372,7 +372,7 @@ ByteImage mask_over_time(const Image& image, const MovingBackground& moving,
   const cv::Mat holes = holes_of(mask);
   double count = 0;
   cv::minMaxLoc(holes, nullptr, &count);
-  for (int hole = 1; hole <= static_cast<int>(count); ++hole) {
+  for (int hole = 1; hole <= saturating_cast<int>(count); ++hole) {
     const cv::Mat inside = holes == hole;
     if (!shows_background(inside, moving)) {
       for (int y = 0; y < mask.height; ++y) {
