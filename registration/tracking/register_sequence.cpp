@@ -54,11 +54,14 @@ Eigen::VectorXd around_each(const ClothModel& model, Eigen::VectorXd values) {
 }
 
 /// How far each vertex of a registered frame is to be relied on, in [0,1]: a place that neither
-/// scan nor images confirm tells nothing of how fast cloth moves.
+/// scan nor images confirm tells nothing of how fast cloth moves. Where no images were compared, as
+/// in the template's frame, the scan alone confirms it.
 Eigen::VectorXd sureness(const ClothModel& model, const RegisteredGarment& garment) {
   constexpr double kLost = 0.4;
   constexpr double kFound = 0.7;
-  const Eigen::ArrayXd confidence = around_each(model, garment.confidence.cast<double>()).array();
+  const double all = garment.told.size() > 0 ? 1 : 0.5;  // that confidence can be
+  const Eigen::ArrayXd confidence =
+      around_each(model, garment.confidence.cast<double>() / all).array();
   return ((confidence - kLost) / (kFound - kLost)).max(0).min(1);
 }
 
