@@ -12,7 +12,10 @@
 #include "capture/label_taxonomy.h"
 #include "core/error.h"
 #include "core/garment_archive.h"
+#include "core/io/file_bytes.h"
 #include "core/io/image_file.h"
+#include "core/io/json.h"
+#include "core/io/json_place.h"
 #include "core/io/mesh_obj.h"
 #include "core/listed_frames.h"
 #include "core/normals.h"
@@ -25,6 +28,7 @@
 #include "pipeline/capture/reconstruct_stage.h"
 #include "pipeline/garment/kept_frames.h"
 #include "pipeline/garment/register_holding.h"
+#include "pipeline/garment/simulated_prediction.h"
 #include "registration/flattening/rest_surface.h"
 #include "registration/tracking/holding_file.h"
 #include "registration/tracking/tracking_failure.h"
@@ -182,6 +186,26 @@ class RegisteredOutfit {
     return frame(bodies_, at - bodies_.frame_ids.begin()).vertices;
   }
 
+  /// 1 where a garment hangs free from the body, as `template` found it. Zeros where it says
+  /// nothing, or of another mesh.
+  std::vector<char> free_vertices(const Worn& worn) const {
+    std::vector<char> free(static_cast<std::size_t>(worn.garment.mesh.vertices.rows()), 0);
+    const fs::path file = run_.input("template") / "template.json";
+    if (!fs::exists(file)) {
+      return free;
+    }
+    const nlohmann::json all =
+        parse_json(read_file_text(file, Limits().text_file_bytes), file.string());
+    for (const JsonPlace& garment : JsonPlace(all, file.string()).items("garments")) {
+      if (garment.at("label").text() == worn.name) {
+        for (const JsonPlace& vertex : garment.items("dynamic")) {
+          free[static_cast<std::size_t>(vertex.integer(0, std::ssize(free) - 1))] = 1;
+        }
+      }
+    }
+    return free;
+  }
+
   void read_garments() {
     const fs::path folder = run_.input("template") / "garments";
     std::vector<fs::path> files;
@@ -212,6 +236,13 @@ class RegisteredOutfit {
       source.body_faces = bodies_.faces;
       source.body = [this](Index row) { return body(row); };
       source.load = [this, label](Index row) { return frame_of(*instant(row), *label); };
+      if (options_.simulated_prediction && fps_ > 0) {
+        source.simulate = [this, faces = worn.garment.mesh.faces,
+                           free = free_vertices(worn)](const ClothStep& step) {
+          return simulated_prediction(faces, free, step,
+                                      {bodies_.faces, body(step.from), body(step.to)}, 1 / fps_);
+        };
+      }
       source.keeping = kept_frames(run_, worn.name, ids_);
       source.keeping.write = [this, keep = source.keeping.write](Index row,
                                                                  const FollowedFrame& frame) {
@@ -559,6 +590,9 @@ OptionTable describe(RegisterStageOptions& options) {
   OptionTable table;
   table.add("capture", describe(options.capture));
   table.add(describe(options.fit));
+  table.add("simulated_prediction", options.simulated_prediction,
+            "Prediction of cloth that hangs free from the body by simulating it from the frames "
+            "before, for fast motion");
   table.add("ground_truth_scans", options.ground_truth_scans,
             "Ground-truth surfaces of a synthetic capture instead of scans, for comparison");
   return table;

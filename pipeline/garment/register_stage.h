@@ -13,6 +13,7 @@ namespace atelier {
 struct RegisterStageOptions {
   DatasetOptions capture;
   RegisterSequenceOptions fit;
+  bool simulated_prediction = true;  ///< of cloth that hangs free (simulated_prediction.h)
   bool ground_truth_scans =
       false;  ///< surfaces of a synthetic capture's ground truth instead of the scans
 };

@@ -43,7 +43,7 @@ constexpr std::array kRegisterFigures = {
 const StageRow& template_row() {
   static const StageRow row{
       .stage = {.name = "template",
-                .version = 9,
+                .version = 10,
                 .summary = "each garment as a clean mesh with named openings, in one frame's pose",
                 .inputs = {"capture", "scans", "person", "bodies"},
                 .outputs = {"template"},
@@ -73,7 +73,7 @@ const StageRow& template_row() {
 const StageRow& register_row() {
   static const StageRow row{
       .stage = {.name = "register",
-                .version = 11,
+                .version = 12,
                 .summary = "each garment's template registered to every frame",
                 .inputs = {"capture", "template", "scans", "bodies"},
                 .outputs = {"registered"},

@@ -19,6 +19,7 @@ namespace atelier {
 namespace {
 
 constexpr double kBlend = 0.03;          // m
+constexpr double kFarthestBlend = 12;    // in units of kBlend: exp(-12) of the nearest's weight
 constexpr double kCarriedWeight = 0.5;   // of a point of the own frame
 constexpr double kMissing = 1.5;         // spacings
 constexpr double kGoesOn = 0.02;         // m
@@ -177,6 +178,43 @@ std::vector<double> slides_of(const Mesh& placed, const std::vector<FootOnCloth>
   return slides;
 }
 
+/// The vertices that carry a point: those within kFarthestBlend of it, and more.
+class VerticesAround {
+ public:
+  explicit VerticesAround(const Points& vertices)
+      : tree_(build_point_tree(vertices)), near_(static_cast<std::size_t>(vertices.rows())) {
+    for (int v = 0; v < static_cast<int>(vertices.rows()); ++v) {
+      all_.push_back(v);
+    }
+    parallel_for(vertices.rows(), 64, [&](Index begin, Index end) {
+      for (Index v = begin; v < end; ++v) {
+        for (const int w : all_) {
+          if ((vertices.row(w) - vertices.row(v)).squaredNorm() <= kAround * kAround) {
+            near_[static_cast<std::size_t>(v)].push_back(w);
+          }
+        }
+      }
+    });
+  }
+
+  /// In increasing order.
+  const std::vector<int>& of(const Eigen::RowVector3d& point) const {
+    const ClosestPoint nearest = closest_point(tree_, point.transpose());
+    // The nearest one that agrees may be twice as far.
+    const double squared = nearest.squared_distance;
+    const double reach =
+        std::sqrt(4 * squared + 2 * kFarthestBlend * std::max(kBlend * kBlend, squared));
+    return reach + std::sqrt(squared) <= kAround ? near_[static_cast<std::size_t>(nearest.face)]
+                                                 : all_;
+  }
+
+ private:
+  static constexpr double kAround = 0.18;  // m
+  TriangleTree tree_;
+  std::vector<int> all_;
+  std::vector<std::vector<int>> near_;
+};
+
 /// Points of a frame where the own frame has none, in the pose of that one, and how deep they lie
 /// in what is missing, m.
 struct MissingPoints {
@@ -316,28 +354,33 @@ OrientedPoints carried(const OrientedPoints& cloud, const Triangles& faces, cons
       edge_rotations(topology.edges, Eigen::VectorXd::Ones(topology.edges.rows()), from, to);
   const Points normals = vertex_normals(from, faces);
   OrientedPoints moved{Points(cloud.points.rows(), 3), Points(cloud.points.rows(), 3)};
+  const VerticesAround around(from);
   parallel_for(cloud.points.rows(), 256, [&](Index begin, Index end) {
-    Eigen::VectorXd squared(from.rows());
-    Eigen::VectorXd agree(from.rows());
+    std::vector<double> squared;
+    std::vector<double> agree;
     for (Index i = begin; i < end; ++i) {
       const Eigen::RowVector3d point = cloud.points.row(i);
       const Eigen::RowVector3d normal = cloud.normals.row(i);
-      squared = (from.rowwise() - point).rowwise().squaredNorm();
-      agree = normals * normal.transpose();
+      const std::vector<int>& near = around.of(point);
+      squared.resize(near.size());
+      agree.resize(near.size());
       double nearest = 1e300;
-      for (Index v = 0; v < squared.size(); ++v) {
-        nearest = std::min(nearest, agree[v] > 0 ? squared[v] : 4 * squared[v]);
+      for (std::size_t k = 0; k < near.size(); ++k) {
+        squared[k] = (from.row(near[k]) - point).squaredNorm();
+        agree[k] = normals.row(near[k]).dot(normal);
+        nearest = std::min(nearest, agree[k] > 0 ? squared[k] : 4 * squared[k]);
       }
       const double wide = std::max(kBlend * kBlend, 0.25 * nearest);
       Eigen::RowVector3d place = Eigen::RowVector3d::Zero();
       Eigen::Matrix3d turn = Eigen::Matrix3d::Zero();
       double sum = 0;
-      for (Index v = 0; v < squared.size(); ++v) {
-        const double apart = (squared[v] - nearest) / (2 * wide);
-        if (apart > 12) {
+      for (std::size_t k = 0; k < near.size(); ++k) {
+        const double apart = (squared[k] - nearest) / (2 * wide);
+        if (apart > kFarthestBlend) {
           continue;
         }
-        const double weight = std::exp(-std::max(apart, -1.0)) * (0.02 + std::max(0.0, agree[v]));
+        const double weight = std::exp(-std::max(apart, -1.0)) * (0.02 + std::max(0.0, agree[k]));
+        const int v = near[k];
         const Eigen::Matrix3d& own = turns[static_cast<std::size_t>(v)];
         place += weight * (to.row(v) + (point - from.row(v)) * own.transpose());
         turn += weight * own;

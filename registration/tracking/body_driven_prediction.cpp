@@ -1,5 +1,6 @@
 #include "registration/tracking/body_driven_prediction.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
 #include <cmath>
@@ -13,8 +14,8 @@ namespace {
 
 using Matrix3 = Eigen::Matrix3d;
 
-/// The rotation nearest to a matrix; identity where it says nothing.
-Matrix3 nearest_rotation(const Matrix3& matrix) {
+/// The same by a singular value decomposition, which also bears nearly collinear edges.
+Matrix3 nearest_rotation_by_svd(const Matrix3& matrix) {
   const Eigen::JacobiSVD<Matrix3> svd(matrix, Eigen::ComputeFullU | Eigen::ComputeFullV);
   if (!(svd.singularValues()[1] > 1e-9 * svd.singularValues()[0])) {
     return Matrix3::Identity();
@@ -22,6 +23,27 @@ Matrix3 nearest_rotation(const Matrix3& matrix) {
   Eigen::Vector3d turn(1, 1, 1);
   turn[2] = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1 : 1;
   return svd.matrixU() * turn.asDiagonal() * svd.matrixV().transpose();
+}
+
+/// The rotation nearest to a matrix; identity where it says nothing. Right singular vectors are
+/// eigenvectors of M'M, the left ones of the larger two values are their images, and the third pair
+/// completes both to right-handed frames: flat fans of edges have no third value.
+Matrix3 nearest_rotation(const Matrix3& matrix) {
+  constexpr double kCollinear = 1e-6;  // of the largest eigenvalue
+  Eigen::SelfAdjointEigenSolver<Matrix3> eigen;
+  eigen.computeDirect(matrix.transpose() * matrix);
+  if (!(eigen.eigenvalues()[1] > kCollinear * eigen.eigenvalues()[2])) {
+    return nearest_rotation_by_svd(matrix);
+  }
+  Matrix3 right;
+  right.col(0) = eigen.eigenvectors().col(2).normalized();
+  right.col(2) = right.col(0).cross(eigen.eigenvectors().col(1)).normalized();
+  right.col(1) = right.col(2).cross(right.col(0));
+  Matrix3 left;
+  left.col(0) = (matrix * right.col(0)).normalized();
+  left.col(2) = left.col(0).cross(matrix * right.col(1)).normalized();
+  left.col(1) = left.col(2).cross(left.col(0));
+  return left * right.transpose();
 }
 
 }  // namespace

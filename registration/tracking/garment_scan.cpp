@@ -261,11 +261,12 @@ void add_cloth_rows(const ClothModel& model, const Points& x, const Points& norm
 void add_scan_rows(const ClothModel& model, const Points& normals, const Points& conormals,
                    const std::vector<char>& border, const TriangleTree& tree,
                    const GarmentScan& scan, const ScanRowOptions& options, ScanRows& result) {
-  const Index count = scan.vertices.rows();
+  const Index count = (scan.vertices.rows() - options.first + options.every - 1) / options.every;
   const Triangles& faces = model.topology.faces;
   std::vector<SurfaceRow> rows(static_cast<std::size_t>(count));
   parallel_for(count, 256, [&](Index begin, Index end) {
-    for (Index i = begin; i < end; ++i) {
+    for (Index n = begin; n < end; ++n) {
+      const Index i = options.first + n * options.every;
       const Vector3 point = at(scan.vertices, i);
       const ClosestPoint closest = closest_point(tree, point, options.reach);
       if (closest.face < 0) {
@@ -284,13 +285,13 @@ void add_scan_rows(const ClothModel& model, const Points& normals, const Points&
         ends = ends && (!near || border[static_cast<std::size_t>(corner)] != 0);
         unknown = unknown || (near && goes_on(model, corner));
       }
-      SurfaceRow& row = rows[static_cast<std::size_t>(i)];
+      SurfaceRow& row = rows[static_cast<std::size_t>(n)];
       for (int k = 0; k < 3; ++k) {
         row.vertices[static_cast<std::size_t>(k)] = faces(closest.face, k);
       }
       row.barycentric = closest.barycentric;
       row.scale = options.scale;
-      row.weight = 0.5 * options.weight * scan.areas[i];
+      row.weight = 0.5 * options.weight * options.every * scan.areas[i];
       row.normal = scan_normal;
       if (ends) {
         const Vector3 out = interpolated(conormals, faces, closest).normalized();

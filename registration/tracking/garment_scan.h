@@ -54,6 +54,8 @@ struct ScanRowOptions {
   double weight = 1;           ///< of both directions together
   double border_weight = 1;    ///< of the openings' edges against it
   double border_reach = 0.03;  ///< m
+  int every = 1;               ///< of the scan's vertices one in so many pulls, for all of them
+  int first = 0;               ///< the first that does, below `every`
 };
 
 /// Correspondences of cloth at x with a scan.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "core/error.h"
 #include "core/normals.h"
@@ -453,12 +454,47 @@ Patches patches_of(const Alignment& align) {
   return patches;
 }
 
+/// A texture to compare images with, and what patches look like beside it.
+struct Reference {
+  Alignment align;
+  Patches patches;
+};
+
+/// How much better a later reference than the first has to match a patch to count instead: errors
+/// of what it was taken from stay in it.
+constexpr double kLaterReference = 0.1;
+
+/// The reference that a face's patch in a view matches best, with its moments; none: -1.
+std::pair<int, PatchMoments> best_reference(const std::vector<Reference>& references, std::size_t c,
+                                            const std::array<int, 3>& corners) {
+  std::pair<int, PatchMoments> best{-1, {}};
+  double most = 0;
+  for (std::size_t r = 0; r < references.size(); ++r) {
+    PatchSums patch;
+    for (const int v : corners) {
+      patch += references[r].patches[c][static_cast<std::size_t>(v)];
+    }
+    if (!(patch.count > 0)) {
+      continue;
+    }
+    const Alignment& align = references[r].align;
+    const PatchMoments moments = moments_of(patch, align.texture.channels, align.noise);
+    const double match = moments.correlation - (r > 0 ? kLaterReference : 0);
+    if (best.first < 0 || match > most) {
+      best = {static_cast<int>(r), moments};
+      most = match;
+    }
+  }
+  return best;
+}
+
 /// How well each vertex's patch looks like the texture, on the mean over views.
-void correlate(const Alignment& align, const Patches& patches, PhotometricTerm& term) {
+void correlate(const Reference& reference, PhotometricTerm& term) {
+  const Alignment& align = reference.align;
   parallel_for(align.cloth.x.rows(), 256, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
       double sum = 0;
-      for (const auto& of_view : patches) {
+      for (const auto& of_view : reference.patches) {
         const PatchSums& patch = of_view[static_cast<std::size_t>(v)];
         if (patch.count > 0) {
           sum += moments_of(patch, align.texture.channels, align.noise).correlation;
@@ -526,34 +562,33 @@ void add_residuals(const Alignment& align, Index face, const TrustedView& truste
   }
 }
 
-FaceEnergy face_energy(const Alignment& align, const Patches& patches, Index f,
+FaceEnergy face_energy(const std::vector<Reference>& references, Index f,
                        const PhotometricOptions& options) {
-  const Triangles& faces = align.faces();
-  const Points& x = align.cloth.x;
+  const ViewedCloth& cloth = references.front().align.cloth;
+  const Triangles& faces = cloth.topology.faces;
+  const Points& x = cloth.x;
+  const std::array<int, 3> corners = {faces(f, 0), faces(f, 1), faces(f, 2)};
   FaceEnergy sum;
   sum.quadratic.face = -1;
   const Vector3 centre =
-      (x.row(faces(f, 0)) + x.row(faces(f, 1)) + x.row(faces(f, 2))).transpose() / 3;
+      (x.row(corners[0]) + x.row(corners[1]) + x.row(corners[2])).transpose() / 3;
   double total = 0;
-  for (std::size_t c = 0; c < patches.size(); ++c) {
-    const FaceView view = align.view_of(f, c);
+  for (std::size_t c = 0; c < cloth.views.size(); ++c) {
+    const FaceView view = references.front().align.view_of(f, c);
     if (!(view.cosine > kInside)) {
       continue;
     }
-    PatchSums patch;
-    for (int k = 0; k < 3; ++k) {
-      patch += patches[c][static_cast<std::size_t>(faces(f, k))];
-    }
-    const PatchMoments moments = moments_of(patch, align.texture.channels, align.noise);
+    const auto [reference, moments] = best_reference(references, c, corners);
     const double trust =
         std::clamp((moments.correlation - options.bad) / (options.good - options.bad), 0.0, 1.0);
-    const auto jacobian = project_jacobian(align.cloth.views[c].camera, centre);
+    const auto jacobian = project_jacobian(cloth.views[c].camera, centre);
     if (!(trust > 0) || !jacobian) {
       continue;
     }
     const double weight = trust * view.cosine;
     total += weight;
-    add_residuals(align, f, {c, view, moments, *jacobian, weight}, sum);
+    add_residuals(references[static_cast<std::size_t>(reference)].align, f,
+                  {c, view, moments, *jacobian, weight}, sum);
   }
   if (total > 0) {
     sum.quadratic.face = static_cast<int>(f);
@@ -568,22 +603,28 @@ FaceEnergy face_energy(const Alignment& align, const Patches& patches, Index f,
 }  // namespace
 
 PhotometricTerm photometric_term(const ViewedCloth& cloth, const ClothSamples& samples,
-                                 const GarmentTexture& texture, int level,
+                                 const std::vector<const GarmentTexture*>& textures, int level,
                                  const PhotometricOptions& options) {
   PhotometricTerm term;
   term.correlation = Eigen::VectorXd::Constant(cloth.x.rows(), -1);
   term.views = Eigen::VectorXi::Zero(cloth.x.rows());
-  if (cloth.views.empty() || texture.levels.empty()) {
+  std::vector<Reference> references;
+  for (const GarmentTexture* texture : textures) {
+    if (!cloth.views.empty() && !texture->levels.empty()) {
+      Alignment align = alignment_of(cloth, samples, *texture, level, options);
+      Patches patches = patches_of(align);
+      references.push_back({std::move(align), std::move(patches)});
+    }
+  }
+  if (references.empty()) {
     return term;
   }
-  const Alignment align = alignment_of(cloth, samples, texture, level, options);
-  const Patches patches = patches_of(align);
-  correlate(align, patches, term);
-  const Index face_count = align.faces().rows();
+  correlate(references.front(), term);
+  const Index face_count = cloth.topology.faces.rows();
   std::vector<FaceEnergy> all(static_cast<std::size_t>(face_count));
   parallel_for(face_count, 32, [&](Index begin, Index end) {
     for (Index f = begin; f < end; ++f) {
-      all[static_cast<std::size_t>(f)] = face_energy(align, patches, f, options);
+      all[static_cast<std::size_t>(f)] = face_energy(references, f, options);
     }
   });
   for (const FaceEnergy& of_face : all) {

@@ -84,9 +84,11 @@ struct PhotometricTerm {
   Eigen::VectorXi views;                  ///< [V] that see the patch around each vertex
 };
 
-/// At one size of the images. O(samples x views that see them).
+/// At one size of the images. O(samples x views that see them). Each patch is compared in each view
+/// with that of several textures which it matches best; later ones than the first have to match
+/// clearly better. Empty textures are left out.
 PhotometricTerm photometric_term(const ViewedCloth& cloth, const ClothSamples& samples,
-                                 const GarmentTexture& texture, int level,
+                                 const std::vector<const GarmentTexture*>& textures, int level,
                                  const PhotometricOptions& options = {});
 
 }  // namespace atelier

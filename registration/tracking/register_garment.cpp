@@ -38,15 +38,19 @@ void add_rows(std::vector<SurfaceRow>& rows, const std::vector<SurfaceRow>& more
   rows.insert(rows.end(), more.begin(), more.end());
 }
 
-/// Correspondences with scan and body, `share` of the way from coarse to fine.
+/// Correspondences with scan and body, `share` of the way from coarse to fine. A scan has more
+/// vertices than cloth: in each step as many of them pull, others in the next.
 Eigen::VectorXd add_geometry(ClothTerms& terms, const RegistrationModel& model, const Points& x,
                              const TriangleTree& tree, const RegistrationFrame& frame,
-                             const RegisterOptions& options, double share) {
+                             const RegisterOptions& options, double share, int step) {
   ScanRowOptions rows;
   rows.reach = between(options.reach, options.final_reach, share);
   rows.scale = rows.reach / 2;
   rows.border_reach = rows.reach;
   rows.border_weight = options.border_weight;
+  constexpr Index kMost = 8;
+  rows.every = static_cast<int>(std::clamp<Index>(frame.scan.vertices.rows() / x.rows(), 1, kMost));
+  rows.first = step % rows.every;
   ScanRows scan = scan_rows(model.cloth, x, tree, frame.scan, rows);
   add_rows(terms.rows, scan.rows);
   if (options.collision) {
@@ -252,7 +256,8 @@ std::vector<std::vector<float>> garment_views(const RegistrationModel& model, co
 
 RegisteredGarment register_garment(ShapeSolver& solver, const RegistrationModel& model,
                                    const Points& start, const RegistrationFrame& frame,
-                                   const GarmentTexture& texture, const RegisterOptions& options) {
+                                   const std::vector<const GarmentTexture*>& textures,
+                                   const RegisterOptions& options) {
   const Triangles& faces = model.cloth.topology.faces;
   ATELIER_CHECK(start.rows() == model.cloth.topology.vertex_count && start.allFinite(),
                 "a start of another garment");
@@ -264,7 +269,7 @@ RegisteredGarment register_garment(ShapeSolver& solver, const RegistrationModel&
   for (int round = 0; round < options.rounds; ++round) {
     const double share = options.rounds > 1 ? static_cast<double>(round) / (options.rounds - 1) : 1;
     ClothTerms terms = shape_terms(model, start, x, options, share);
-    support = add_geometry(terms, model, x, tree, frame, options, share);
+    support = add_geometry(terms, model, x, tree, frame, options, share, round);
     add_rows(terms.rows, held);
     x = solver.lower(terms, x);
     tree = refit_tree(std::move(tree), x);
@@ -283,7 +288,7 @@ RegisteredGarment register_garment(ShapeSolver& solver, const RegistrationModel&
       for (int step = 0; step < kSteps && !read.empty(); ++step) {
         const double share = 0.5 + 0.5 * step / (kSteps - 1);
         ClothTerms terms = shape_terms(model, start, x, options, share);
-        support = add_geometry(terms, model, x, tree, frame, options, share);
+        support = add_geometry(terms, model, x, tree, frame, options, share, step);
         add_rows(terms.rows, held);
         add_rows(terms.rows, read);
         x = solver.lower(terms, x);
@@ -298,20 +303,21 @@ RegisteredGarment register_garment(ShapeSolver& solver, const RegistrationModel&
   }
   Eigen::VectorXd correlation = Eigen::VectorXd::Constant(x.rows(), -1);
   Eigen::VectorXi views = Eigen::VectorXi::Zero(x.rows());
-  if (options.photometric && !frame.views.empty() && !texture.levels.empty()) {
+  if (options.photometric && !frame.views.empty() && !textures.empty() &&
+      !textures.front()->levels.empty()) {
     PhotometricOptions photometric;
     photometric.weight = options.photometric_weight;
-    const int levels =
-        static_cast<int>(std::min(texture.levels.size(), frame.views.front().levels.size()));
+    const int levels = static_cast<int>(
+        std::min(textures.front()->levels.size(), frame.views.front().levels.size()));
     for (int level = levels - 1; level >= 0; --level) {
       const auto seen = garment_views(model, x, frame);
       for (int step = 0; step < options.photometric_steps; ++step) {
         ClothTerms terms = shape_terms(model, start, x, options, 1);
-        support = add_geometry(terms, model, x, tree, frame, options, 1);
+        support = add_geometry(terms, model, x, tree, frame, options, 1, step);
         add_rows(terms.rows, held);
         add_rows(terms.rows, read);
         PhotometricTerm pictures = photometric_term({model.cloth.topology, x, frame.views, seen},
-                                                    model.samples, texture, level, photometric);
+                                                    model.samples, textures, level, photometric);
         terms.quadratics = std::move(pictures.quadratics);
         terms.origin = x;
         const Points moved = solver.lower(terms, x);

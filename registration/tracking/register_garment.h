@@ -94,10 +94,11 @@ Points turned_back(const Topology& topology, Points x);
 
 /// Registers one frame.
 /// @param start    [V,3] m, predicted positions (predicted_cloth)
-/// @param texture  the garment's texture so far; add_texture extends it
+/// @param textures  the garment's texture so far (add_texture extends it), and any others that
+///                  images are compared with (photometric_term)
 RegisteredGarment register_garment(ShapeSolver& solver, const RegistrationModel& model,
                                    const Points& start, const RegistrationFrame& frame,
-                                   const GarmentTexture& texture,
+                                   const std::vector<const GarmentTexture*>& textures,
                                    const RegisterOptions& options = {});
 
 /// Visibility of each vertex at x in each view, occluded by the garment itself, the body and

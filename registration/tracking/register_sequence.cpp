@@ -16,9 +16,13 @@ namespace {
 /// State at the end of a chain of frames.
 struct ChainEnd {
   GarmentTexture texture;
-  Index last = -1;       ///< row that was registered last
-  Points vertices;       ///< of that row
-  Points drift;          ///< of that row; no rows: unknown
+  GarmentTexture recent;        ///< as that row's images show it; empty: not taken yet
+  Index last = -1;              ///< row that was registered last
+  Points vertices;              ///< of that row
+  Points before;                ///< of the row before that one; no rows: there is none
+  Eigen::VectorXd sure;         ///< of that row, in [0,1] at each vertex: confidence, around it
+  Eigen::VectorXd sure_before;  ///< of the row before that one
+  Points drift;                 ///< of that row; no rows: unknown
   Eigen::VectorXd told;  ///< correlation of that row's images at each vertex, 0 where none sees
                          ///< it; empty before any were compared
 };
@@ -30,31 +34,57 @@ struct Chain {
   ChainEnd end;
 };
 
-/// How much firmer each vertex is held on the body by how badly images agreed around it, 4 cm
-/// about, in the frame before. Nearest points do not know what slides, but their errors add up to a
-/// way along the surface: where no image speaks against it, trousers turn round the hips by
-/// degrees a frame, and the side of a sleeve that no camera sees round the arm.
-Eigen::VectorXd firmness(const ClothModel& model, Eigen::VectorXd told) {
-  constexpr double kMost = 20;
+/// Values of vertices averaged over their surroundings, 4 cm about.
+Eigen::VectorXd around_each(const ClothModel& model, Eigen::VectorXd values) {
   constexpr int kRounds = 6;
-  const PhotometricOptions trusted;
   const Edges& edges = model.topology.edges;
   for (int round = 0; round < kRounds; ++round) {
-    Eigen::VectorXd sums = model.areas.cwiseProduct(told);
+    Eigen::VectorXd sums = model.areas.cwiseProduct(values);
     Eigen::VectorXd weights = model.areas;
     for (Index e = 0; e < edges.rows(); ++e) {
       for (int k = 0; k < 2; ++k) {
         const int other = edges(e, 1 - k);
-        sums[edges(e, k)] += model.areas[other] * told[other];
+        sums[edges(e, k)] += model.areas[other] * values[other];
         weights[edges(e, k)] += model.areas[other];
       }
     }
-    told = sums.cwiseQuotient(weights);
+    values = sums.cwiseQuotient(weights);
   }
+  return values;
+}
+
+/// How far each vertex of a registered frame is to be relied on, in [0,1]: a place that neither
+/// scan nor images confirm tells nothing of how fast cloth moves. Where no images were compared, as
+/// in the template's frame, the scan alone confirms it.
+Eigen::VectorXd sureness(const ClothModel& model, const RegisteredGarment& garment) {
+  constexpr double kLost = 0.4;
+  constexpr double kFound = 0.7;
+  const double all = garment.told.size() > 0 ? 1 : 0.5;  // that confidence can be
+  const Eigen::ArrayXd confidence =
+      around_each(model, garment.confidence.cast<double>() / all).array();
+  return ((confidence - kLost) / (kFound - kLost)).max(0).min(1);
+}
+
+/// How much firmer each vertex is held on the body by how badly images agreed around it in the
+/// frame before. Nearest points do not know what slides, but their errors add up to a way along the
+/// surface: where no image speaks against it, trousers turn round the hips by degrees a frame, and
+/// the side of a sleeve that no camera sees round the arm.
+Eigen::VectorXd firmness(const ClothModel& model, const Eigen::VectorXd& correlation) {
+  constexpr double kMost = 20;
+  const PhotometricOptions trusted;
+  const Eigen::VectorXd told = around_each(model, correlation);
   const Eigen::ArrayXd doubt =
       1 - ((told.array() - trusted.bad) / (trusted.good - trusted.bad)).max(0).min(1);
   return (kMost * doubt.square()).max(1);
 }
+
+/// Mean correlation of the vertices that are seen.
+double mean_told(const Eigen::VectorXd& told) {
+  return told.sum() / std::max<double>(1, static_cast<double>((told.array() != 0).count()));
+}
+
+/// Above this mean correlation the template's texture says all that images say.
+constexpr double kMatchesWell = 0.65;
 
 /// A window's frames, both ways from its anchor.
 struct Window {
@@ -78,6 +108,9 @@ OptionTable describe(RegisterSequenceOptions& options) {
   table.add(
       "momentum", options.predict.momentum, 0, 1, "",
       "Fraction of its last motion relative to the body that cloth is predicted to continue with");
+  table.add("recent_texture", options.recent_texture,
+            "Comparison of images with those of the frame before as well as with the template's "
+            "texture, for cloth without a print");
   table.add("window", options.window, 1, 100000, "frames",
             "Number of frames registered one from the other; shorter windows are distributed "
             "better over machines");
@@ -208,50 +241,80 @@ struct RegisteredSequence::State {
     return end;
   }
 
+  /// The texture as the images of a frame show it on cloth at x.
+  GarmentTexture texture_in(const RegistrationFrame& frame, const Points& x) const {
+    GarmentTexture shown;
+    add_texture(shown, model.samples,
+                {model.cloth.topology, x, frame.views, garment_views(model, x, frame)});
+    return shown;
+  }
+
   /// A frame as it is registered from the end of a chain, without what it adds to the texture.
-  FollowedFrame registered(const ChainEnd& end, RegistrationFrame& frame) const {
+  FollowedFrame registered(const ChainEnd& end, Index row, RegistrationFrame& frame) const {
     ShapeSolver solver(model.cloth);
     const BodyDrivenCloth ridden =
         body_driven(end.vertices, source.body_faces, source.body(end.last), frame.body.vertices);
     const BodyDrivenCloth home = body_driven(origin.vertices, source.body_faces,
                                              source.body(source.template_row), frame.body.vertices);
-    const Points start = predicted_cloth(solver, model.cloth,
-                                         {end.vertices, ridden, home, end.drift}, options.predict);
+    Points start = predicted_cloth(solver, model.cloth, {end.vertices, ridden, home, end.drift},
+                                   options.predict);
+    if (source.simulate && end.before.rows() > 0) {
+      const Eigen::VectorXd sure = end.sure.cwiseMin(end.sure_before);
+      Points simulated = source.simulate({end.last, row, end.vertices, end.before, sure, start});
+      start = simulated.rows() > 0 ? std::move(simulated) : std::move(start);
+    }
     frame.body_prior = options.predict.body_prior * closeness(ridden, options.predict.near / 2);
     if (end.told.size() > 0) {
       frame.body_prior = frame.body_prior.cwiseProduct(firmness(model.cloth, end.told));
     }
     FollowedFrame result;
-    result.garment = register_garment(solver, model, start, frame, end.texture, options.fit);
+    std::vector<const GarmentTexture*> textures = {&end.texture};
+    GarmentTexture recent;
+    if (options.recent_texture && end.told.size() > 0 && mean_told(end.told) < kMatchesWell) {
+      if (end.recent.levels.empty()) {  // kept by an earlier run
+        recent = texture_in(source.load(end.last), end.vertices);
+      }
+      textures.push_back(end.recent.levels.empty() ? &recent : &end.recent);
+    }
+    result.garment = register_garment(solver, model, start, frame, textures, options.fit);
     result.drift = result.garment.vertices - ridden.vertices;
     return result;
   }
   RegisteredGarment registered(const ChainEnd& end, Index row) const {
     RegistrationFrame frame = source.load(row);
-    return registered(end, frame).garment;
+    return registered(end, row, frame).garment;
   }
 
   /// Registers `row` from the end of a chain.
-  FollowedFrame follow(const ChainEnd& end, Index row) const {
+  /// @param recent  set to the texture as this frame shows it
+  FollowedFrame follow(const ChainEnd& end, Index row, GarmentTexture& recent) const {
     RegistrationFrame frame = source.load(row);
-    FollowedFrame result = registered(end, frame);
+    FollowedFrame result = registered(end, row, frame);
     if (row == anchor(row)) {
       result.drift.resize(0, 3);  // nothing is known of its speed
     }
     if (options.fit.photometric && !frame.views.empty()) {
       const Points& x = result.garment.vertices;
       GarmentTexture texture_now = end.texture;
-      add_texture(texture_now, model.samples,
-                  {model.cloth.topology, x, frame.views, garment_views(model, x, frame)});
+      const auto seen = garment_views(model, x, frame);
+      const ViewedCloth cloth{model.cloth.topology, x, frame.views, seen};
+      add_texture(texture_now, model.samples, cloth);
       result.gain = texture_gain(end.texture, texture_now);
+      if (options.recent_texture && mean_told(result.garment.told) < kMatchesWell) {
+        add_texture(recent, model.samples, cloth);
+      }
     }
     return result;
   }
 
   /// A chain ends at the frame that was followed from its end.
   void append(Chain& chain, Index row, const FollowedFrame& frame) const {
+    chain.end.before = chain.begun ? std::move(chain.end.vertices) : Points();
+    chain.end.sure_before = std::move(chain.end.sure);
+    chain.end.sure = sureness(model.cloth, frame.garment);
     chain.begun = true;
     chain.end.last = row;
+    chain.end.recent = {};
     chain.end.vertices = frame.garment.vertices;
     chain.end.drift = frame.drift;
     chain.end.told = frame.garment.told;
@@ -284,7 +347,9 @@ struct RegisteredSequence::State {
         if (source.before_frame) {
           source.before_frame();
         }
-        append(chain, next, finish(next, follow(chain.end, next)));
+        GarmentTexture recent;
+        append(chain, next, finish(next, follow(chain.end, next, recent)));
+        chain.end.recent = std::move(recent);
         return true;
       }
       append(chain, next, *frame);

@@ -9,9 +9,19 @@
 
 namespace atelier {
 
+/// Cloth between two frames. Refers to what others own.
+struct ClothStep {
+  Index from = 0, to = 0;       ///< rows
+  const Points& vertices;       ///< [V,3] m, in the first
+  const Points& before;         ///< [V,3] m, one frame before it; no rows: unknown
+  const Eigen::VectorXd& sure;  ///< [V] in [0,1], how far both are to be relied on
+  const Points& led;            ///< [V,3] m, where body and shape lead it, in the second
+};
+
 struct RegisterSequenceOptions {
   RegisterOptions fit;
   PredictOptions predict;
+  bool recent_texture = true;  ///< compare images with those of the frame before, too
   int window = 48;  ///< frames that are registered one from the other; each window by itself
 };
 OptionTable describe(RegisterSequenceOptions& options);
@@ -24,6 +34,9 @@ struct RegistrationSource {
   Triangles body_faces;                   ///< [.,3]
   std::function<Points(Index row)> body;  ///< [B,3] m, of one topology
   std::function<RegistrationFrame(Index row)> load;  ///< all of a frame
+  /// Where cloth that hangs free moves by its own dynamics, [V,3] m; no rows where nothing is to be
+  /// said. Empty: where body and shape lead it. Used on several threads.
+  std::function<Points(const ClothStep& step)> simulate;
   FrameKeeping keeping;
   std::function<void()> before_frame;  ///< before each is followed, and while one is waited for;
                                        ///< may throw, which stops; or empty
@@ -37,6 +50,10 @@ struct RegistrationSource {
 /// show, from the first frames of the chain that do. Safe on several threads, and beside other
 /// processes with the same keeping: whoever waits for a frame that another one is at follows one of
 /// another chain meanwhile.
+///
+/// Images are compared with the texture and, unless that matched the frame before by 0.65 on
+/// average, with that frame where it matches clearly better (photometric_term): cloth without a
+/// print shows little but its shading, which changes with its folds.
 class RegisteredSequence {
  public:
   /// Throws DataError as registration_model does, LogicError where the source contradicts itself.

@@ -58,7 +58,7 @@ double error_at_edge(const Light& before, const Light& now, double contrast = 1)
   const Points expected = fixtures::screwed(model.vertices, kTwist, 0);
   ShapeSolver solver(model.cloth);
   const Points found =
-      register_garment(solver, model, model.vertices, frame, texture, options).vertices;
+      register_garment(solver, model, model.vertices, frame, {&texture}, options).vertices;
   double sum = 0;
   double count = 0;
   for (Index v = 0; v < found.rows(); ++v) {

@@ -38,7 +38,7 @@ struct Slid {
   }
 
   PhotometricTerm term(const Points& x, int level) const {
-    return photometric_term({model.topology, x, views, seen}, samples, texture, level);
+    return photometric_term({model.topology, x, views, seen}, samples, {&texture}, level);
   }
 };
 
@@ -56,6 +56,28 @@ TEST(Photometric, CorrectPosition_StaysUnchanged) {
   }
   EXPECT_GT(compared, slid.mesh.vertices.rows() / 2);
   EXPECT_GT(sum / compared, 0.9);
+}
+
+TEST(Photometric, LaterTextureThatMatchesBetter_IsComparedInstead) {
+  const Slid slid(0.06, 0.007);
+  GarmentTexture later;  // as the slid pictures show the cloth where it is: nothing has moved
+  add_texture(later, slid.samples,
+              {slid.model.topology, slid.mesh.vertices, slid.views, slid.seen});
+  const auto pull = [&](const std::vector<const GarmentTexture*>& textures) {
+    double sum = 0;
+    for (const FaceQuadratic& face :
+         photometric_term({slid.model.topology, slid.mesh.vertices, slid.views, slid.seen},
+                          slid.samples, textures, 0)
+             .quadratics) {
+      sum += face.g.norm();
+    }
+    return sum;
+  };
+  EXPECT_LT(pull({&slid.texture, &later}), 0.6 * pull({&slid.texture}));
+  // One that matches no better changes nothing, and an empty one is none.
+  const GarmentTexture none;
+  EXPECT_EQ(pull({&slid.texture, &slid.texture}), pull({&slid.texture}));
+  EXPECT_EQ(pull({&slid.texture, &none}), pull({&slid.texture}));
 }
 
 TEST(Photometric, KnownSlideOnACylinder_IsRecovered) {

@@ -1,6 +1,7 @@
 #include "registration/tracking/register_garment.h"
 
 #include <Eigen/Geometry>
+#include <map>
 #include <numbers>
 #include <random>
 
@@ -154,7 +155,7 @@ TEST(RegisterGarment, TwistInvisibleInTheShape_IsFoundFromImages) {
   const Points expected = fixtures::screwed(model.vertices, angle, 0);
   ShapeSolver solver(model.cloth);
   const auto error = [&](const RegisterOptions& with) {
-    return (register_garment(solver, model, model.vertices, frame, texture, with).vertices -
+    return (register_garment(solver, model, model.vertices, frame, {&texture}, with).vertices -
             expected)
         .rowwise()
         .norm()
@@ -463,6 +464,39 @@ TEST(RegisterSequence, SpinningBody_IsFollowedByTheCloth) {
     const Points expected = spin.at(row, spin.garment.mesh.vertices);
     EXPECT_LT((sequence.at(row).vertices - expected).rowwise().norm().mean(), 0.005) << row;
   }
+}
+
+// The second frame of a chain has no speed yet: cloth is simulated from the third on, from where
+// the two before it are, and what comes back is where registration begins.
+TEST(RegisterSequence, SimulatedStep_BeginsFromTheFramesBefore) {
+  Spin spin(5, 2);
+  std::map<Index, Index> from;
+  std::map<Index, Points> here, before;
+  spin.source.simulate = [&](const ClothStep& step) {
+    EXPECT_EQ(step.sure.size(), step.vertices.rows());
+    from[step.to] = step.from;
+    here[step.to] = step.vertices;
+    before[step.to] = step.before;
+    return spin.at(step.to, spin.garment.mesh.vertices);
+  };
+  RegisteredSequence sequence(spin.garment, spin.source, sequence_options(10));
+  for (const Index row : {0, 4}) {
+    const Points expected = spin.at(row, spin.garment.mesh.vertices);
+    EXPECT_LT((sequence.at(row).vertices - expected).rowwise().norm().mean(), 0.005) << row;
+  }
+  EXPECT_EQ(from, (std::map<Index, Index>{{0, 1}, {4, 3}}));
+  EXPECT_EQ(here.at(4), sequence.at(3).vertices);
+  EXPECT_EQ(before.at(4), sequence.at(2).vertices);
+  EXPECT_EQ(here.at(0), sequence.at(1).vertices);
+  EXPECT_EQ(before.at(0), sequence.at(2).vertices);
+}
+
+TEST(RegisterSequence, SimulationWithoutAnAnswer_ChangesNothing) {
+  Spin spin(5, 2);
+  RegisteredSequence without(spin.garment, spin.source, sequence_options(10));
+  spin.source.simulate = [](const ClothStep&) { return Points(0, 3); };
+  RegisteredSequence with(spin.garment, spin.source, sequence_options(10));
+  EXPECT_EQ(with.at(0).vertices, without.at(0).vertices);
 }
 
 // Other frames keep the lengths of its edges: one of none makes every energy no number, so that no

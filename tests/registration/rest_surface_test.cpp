@@ -18,13 +18,13 @@ namespace {
 
 using fixtures::tube;
 
-constexpr double kRadius = 0.15;
+constexpr double kTubeRadius = 0.15;
 constexpr double kLength = 0.6;
 
 /// A tube of cloth, `kLength` long.
 Mesh cloth() {
-  Mesh mesh = tube(63, 40, kLength / kRadius);
-  mesh.vertices *= kRadius;
+  Mesh mesh = tube(63, 40, kLength / kTubeRadius);
+  mesh.vertices *= kTubeRadius;
   return mesh;
 }
 
@@ -37,7 +37,7 @@ Points folded(const Mesh& mesh, int frame, double depth, double noise) {
     const double angle = std::atan2(points(v, 2), points(v, 0));
     const double here = 0.5 + 0.5 * std::cos(angle - 0.7 * frame);
     const double wave = std::cos(16 * angle + frame);
-    const double radius = kRadius * (1 - 8 * depth * here) + 0.5 * depth * here * wave;
+    const double radius = kTubeRadius * (1 - 8 * depth * here) + 0.5 * depth * here * wave;
     points(v, 0) = radius * std::cos(angle);
     points(v, 2) = radius * std::sin(angle);
     for (int k = 0; k < 3; ++k) {
@@ -88,9 +88,9 @@ TEST(RestSurface, Fold_ShrinksTheLengthAcrossItOnly) {
   given.vertices = frames.back();
   const Points rest = rest_surface(given, frames);
   const Eigen::Vector3d large = rest.colwise().maxCoeff() - rest.colwise().minCoeff();
-  EXPECT_NEAR(large.x(), 2 * kRadius, 0.002);
+  EXPECT_NEAR(large.x(), 2 * kTubeRadius, 0.002);
   EXPECT_NEAR(large.y(), kLength, 0.006);
-  EXPECT_NEAR(large.z(), 2 * kRadius, 0.002);
+  EXPECT_NEAR(large.z(), 2 * kTubeRadius, 0.002);
 
   // None of these has all of it: one end is squeezed in some, the other in the rest.
   for (int frame = 0; frame < 24; ++frame) {
@@ -104,7 +104,7 @@ TEST(RestSurface, Fold_ShrinksTheLengthAcrossItOnly) {
   }
   const Points both = rest_surface(given, frames);
   const Eigen::Vector3d whole = both.colwise().maxCoeff() - both.colwise().minCoeff();
-  EXPECT_NEAR(whole.x(), 2 * kRadius, 0.004);
+  EXPECT_NEAR(whole.x(), 2 * kTubeRadius, 0.004);
   EXPECT_NEAR(whole.y(), kLength, 0.012);
 }
 
