@@ -6,8 +6,9 @@
 #   right and goes clockwise. And apriltag counts from the pixel's edge: on a tag whose edges lie at
 #   pixel edges 80 and 240 it says 79.8 to 240.2 where OpenCV's subpixel corners say 79.6 and
 #   239.4 from pixel centres. OpenCV's own CORNER_REFINE_APRILTAG says 80 and 240 all the same.
-# For users of Atelier: poses from the two differ by half a turn about the tag's axis, and their
-#   principal points by half a pixel; keep one detector and one refinement a calibration.
+# For users of Atelier: lists of corners of the two cannot be exchanged without turning and
+#   reversing them, and principal points differ by half a pixel; keep one detector and one
+#   refinement a calibration.
 set -euo pipefail
 version() { dpkg-query -W -f='${Version}' "$1" 2>/dev/null || true; }
 [ "$(version libapriltag-dev)" = 3.3.0-1+b1 ] &&
