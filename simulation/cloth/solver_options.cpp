@@ -82,6 +82,8 @@ OptionTable describe_projective(CommonSolverOptions& common, ProjectiveMethodOpt
         "Substeps of a frame; raise it for stiffer cloth");
   t.add("iterations", method.iterations, 1, 100000, "",
         "Local and global steps of a substep; raise it where cloth stretches or slips too slowly");
+  t.add("acceleration", method.acceleration, 0, 20, "",
+        "Number of iterations that Anderson acceleration combines; 0: none");
   add_body_contact(t, common);
   add_self_contact(t, common);
   add_air_and_reports(t, common);

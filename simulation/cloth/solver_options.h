@@ -65,8 +65,10 @@ struct XpbdMethodOptions {
 
 /// Options of projective dynamics with dry friction alone (Ly et al. 2020).
 struct ProjectiveMethodOptions {
-  int substeps = 10;    ///< per frame, 1 to 10000
-  int iterations = 10;  ///< local and global steps of a substep, 1 to 100000
+  int substeps = 5;     ///< per frame, 1 to 10000
+  int iterations = 20;  ///< local and global steps of a substep, 1 to 100000
+  /// Iterations that Anderson's acceleration combines, 0 to 20; 0: none, as published.
+  int acceleration = 5;
 };
 
 /// The table of XPBD's options, common ones and its own, without a prefix.

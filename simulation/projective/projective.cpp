@@ -6,6 +6,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "simulation/contact/exact_counts.h"
+#include "simulation/projective/acceleration.h"
 #include "simulation/projective/body_contacts.h"
 #include "simulation/projective/cholesky.h"
 #include "simulation/projective/contact_impulses.h"
@@ -136,6 +137,13 @@ struct ProjectiveSolver::Scene {
     });
     impulses.begin_step(body.find(s, h, x, wish), body.friction(), mass);
     v = velocity;
+    free_v.resize(solved.size());
+    for_particles([&](Index i) {
+      if (place[i] >= 0) {
+        free_v[place[i]] = v[i];
+      }
+    });
+    anderson.begin(solved.size(), options.projective.acceleration);
     for (int k = 0; k < options.projective.iterations; ++k) {
       iterate();
     }
@@ -177,9 +185,10 @@ struct ProjectiveSolver::Scene {
       to = with_w(xyz(to) + c.impulse, 0.0);
     }
     factor.solve(solved);
+    anderson.advance(free_v, solved);
     for_particles([&](Index i) {
       if (place[i] >= 0) {
-        v[i] = with_w(xyz(v[i]) + xyz(solved[place[i]]), 0.0);
+        v[i] = free_v[place[i]];
       }
     });
   }
@@ -362,8 +371,10 @@ struct ProjectiveSolver::Scene {
   Lanes v;             ///< of the iteration
   Lanes at;            ///< where it leads to
   Lanes force, of_rows;
-  Lanes momentum;       ///< N s, with which a particle leaves the step without impulses
-  Lanes solved;         ///< of free particles
+  Lanes momentum;  ///< N s, with which a particle leaves the step without impulses
+  Lanes solved;    ///< change of velocity, of free particles
+  Lanes free_v;    ///< `v` of free particles
+  Acceleration anderson;
   Lanes origin, carry;  ///< see SelfMotion
   std::vector<char> touched;
   std::vector<char> moved;  ///< 1: by what keeps things apart after the iterations

@@ -45,7 +45,7 @@ TEST(ProjectiveCantilever, LoadedCantilever_MatchesTheElastica) {
     const fixtures::ClampedStrip held =
         fixtures::clamped_strip(fixtures::strip('e', 24), row.gamma, fixtures::Across::Straight);
     ProjectiveSolver solver(held.cloth, {},
-                            projective_statics(held.slow / 60, 60, 10, 20 / held.slow));
+                            projective_statics(held.slow / 60, 20, 10, 20 / held.slow));
     const fixtures::Tip tip = fixtures::tip_at(held.mesh, settled(solver, {}, 200, 1e-6).positions);
     const auto check = [&](const char* of, double found, double expected) {
       EXPECT_NEAR(found / expected, 1, 0.02) << of << ", gamma " << row.gamma;
@@ -358,6 +358,7 @@ TEST(ProjectiveRefused, HostileValues_Throw) {
   };
   refuses([](SolverOptions& o) { o.projective.iterations = 0; });
   refuses([](SolverOptions& o) { o.projective.substeps = -3; });
+  refuses([](SolverOptions& o) { o.projective.acceleration = 21; });
   refuses([](SolverOptions& o) { o.time_step = std::nan(""); });
   refuses([](SolverOptions& o) { o.friction = std::numeric_limits<double>::infinity(); });
   ProjectiveSolver solver(cloth, ball.faces, good);
