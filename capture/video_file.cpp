@@ -113,8 +113,8 @@ ByteImage VideoFile::frame(int index) {
   ATELIER_CHECK(index >= 0 && index < state_->frames, "a frame that the video does not have");
   const auto fail = [&](const std::string& found) {
     throw DataError(state_->path.string(), "frame " + std::to_string(index), found,
-                    "an image; the file may be cut off (it says " + std::to_string(state_->frames) +
-                        " frames)");
+                    "an image; the file says " + std::to_string(state_->frames) +
+                        " frames: it is cut off, or was trimmed without being encoded again");
   };
   if (index < state_->next) {
     state_->open();

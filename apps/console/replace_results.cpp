@@ -8,7 +8,7 @@
 #include "core/printable.h"
 #include "core/store/digest_meter.h"
 #include "core/usage_error.h"
-#include "pipeline/chain/other_capture.h"
+#include "pipeline/stages/other_capture.h"
 
 namespace atelier {
 namespace {

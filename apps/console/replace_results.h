@@ -28,7 +28,7 @@ struct ReplaceRequest {
   StageEvents events;  ///< while the capture is read
 };
 
-/// Refuses a workspace with results of another capture (pipeline/chain/other_capture.h), or sets
+/// Refuses a workspace with results of another capture (pipeline/stages/other_capture.h), or sets
 /// them aside where --replace asks for it; of a dry run only says so. Returns the stages of what
 /// is, or would be, set aside; ends the program where it is interrupted. Throws UsageError;
 /// DataError of a capture that cannot be read.

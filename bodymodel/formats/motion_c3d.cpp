@@ -179,13 +179,13 @@ C3dLayout layout_of(const C3dFile& file, std::uint64_t held, const MarkerClip& c
   C3dLayout layout;
   layout.real_numbers = scale < 0;
   layout.width = layout.real_numbers ? 4 : 2;
-  const auto row = [&](int analog) {
-    return layout.width *
-           (4 * static_cast<std::size_t>(header.points) + static_cast<std::size_t>(analog));
+  const auto row = [&](std::size_t analog) {
+    return layout.width * (4 * static_cast<std::size_t>(header.points) + analog);
   };
-  layout.row = row(header.analog);
+  const auto analog = static_cast<std::size_t>(header.analog);
+  layout.row = row(analog);
   // Some programs count channels there, and not the numbers of a frame.
-  const int all = header.analog * std::max(1, header.analog_samples);
+  const std::size_t all = analog * static_cast<std::size_t>(std::max(1, header.analog_samples));
   if (filling_count(file, held, layout.row) == 0 && filling_count(file, held, row(all)) > 0) {
     layout.row = row(all);
   }

@@ -25,7 +25,8 @@ struct Formula {
 /// Values of formulas that name each other, in the file's unit.
 class Formulas {
  public:
-  Formulas(const std::map<std::string, Formula>& all, std::int64_t depth) : all_(all), most_(depth) {}
+  Formulas(const std::map<std::string, Formula>& all, std::int64_t depth)
+      : all_(all), most_(depth) {}
 
   /// Nothing for what is no formula of ours, or leads to one.
   std::optional<double> value(const std::string& name) {

@@ -163,7 +163,7 @@ bool read_all(int pipe_end, std::uint64_t most, std::chrono::seconds patience,
     if (ready <= 0) {
       return false;
     }
-    const ssize_t count = read(pipe_end, buffer.data(), buffer.size());
+    const ssize_t count = ::read(pipe_end, buffer.data(), buffer.size());
     if (count < 0 && errno == EINTR) {
       continue;
     }

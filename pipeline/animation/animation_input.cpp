@@ -207,9 +207,9 @@ Motion new_motion(StageRun& run, const BodyModel& wearer, const AnimateOptions& 
 Motion motion_part(const Motion& motion, const AnimateOptions& options, std::size_t& first) {
   first = saturating_cast<std::size_t>(std::round(options.start * motion.fps));
   if (first >= motion.poses.size()) {
-    throw UnknownValue(options.motion, "start", number_text(options.start),
-                       "seconds within the motion, which has " +
-                           counted(std::ssize(motion.poses), "frame"));
+    throw UnknownValue(
+        options.motion, "start", number_text(options.start),
+        "seconds within the motion, which has " + counted(std::ssize(motion.poses), "frame"));
   }
   std::size_t count = motion.poses.size() - first;
   if (options.seconds > 0) {

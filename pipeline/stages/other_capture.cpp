@@ -1,4 +1,4 @@
-#include "pipeline/chain/other_capture.h"
+#include "pipeline/stages/other_capture.h"
 
 #include <algorithm>
 #include <cerrno>
