@@ -14,8 +14,8 @@ version=5.2.5~ds0-1+b1
 command -v node >/dev/null || { echo "needs node"; exit 77; }
 work=$(mktemp -d); trap 'rm -rf "$work"' EXIT; cd "$work"
 cat > make.mjs <<'JS'
-// Valid: glTF 2.0, section 3.7.3.2: a node's skin applies to its own instance of the mesh; nothing bars two
-// skins for a mesh. gltf-validator 2.0.0-dev.3.10 finds nothing; three 0.187.0, Babylon 9.28.0, VTK 9.1 and
+// Valid: glTF 2.0, sections 3.7.3 and 3.7.4: many nodes may show one mesh, and the skin is the node's; nothing
+// bars two skins for a mesh. gltf-validator 2.0.0-dev.3.10 finds nothing; three 0.187.0, Babylon 9.28.0, VTK 9.1 and
 // Blender 3.4.1 put vertex 2 of body A at (0 1 3) and that of body B at (10 2 0).
 import { writeFileSync } from 'node:fs';
 const parts = [

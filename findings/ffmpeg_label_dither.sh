@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # ffmpeg 5.1.9 (Debian 12): PNG of 16 bits to 8 bits (-pix_fmt gray), beside python3-pil's Pillow.
 # Guess: each value goes to one value (v / 257 rounded, or v >> 8): a flat picture stays flat.
-# Seen: an ordered dither by default: a flat picture of 1500 comes out as 5 and 6 in a pattern, and
-#   1500 can be above 1535. -sws_dither none gives one value for each.
+# Seen: an ordered dither by default: a flat picture of 1500 comes out as 5 and 6 in a pattern, so
+#   that 1500 can come out above 1535. -sws_dither none gives one value for each.
 # Valid: greyscale of 16 bits; Pillow reads one flat value of 1500 from the same file.
 # For users of Atelier: label images and masks kept in 16 bits, and depth for a preview, get values
 #   that no pixel had; convert labels before, or give -sws_dither none.

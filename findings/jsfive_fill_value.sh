@@ -26,6 +26,8 @@ with h5py.File('a.h5', 'w') as f:
     f['id'] = np.array([2**53 + 1])
     f['name'] = np.array([b'hip', b'knee'])
 with h5py.File('a.h5') as f:
+    assert f['marked'][:].tolist() == [7, 7, -1, -1] and f['plain'][:].tolist() == [7, 7, 0, 0]
+    assert int(f['id'][0]) == 2**53 + 1 and f['name'][0] == b'hip'
     print('h5py:', f['marked'][:].tolist(), f['plain'][:].tolist(), int(f['id'][0]),
           len(f['name'][0]))
 PY

@@ -13,7 +13,7 @@ need python3-open3d 0.16.1+ds-2+b4
 need python3-vtk9 9.1.0+really9.1.0+dfsg2-5+deb12u1
 work=$(mktemp -d); trap 'rm -rf "$work"' EXIT; cd "$work"
 cat > make.py <<'PY'
-# Valid: glTF 2.0, 3.5: a mesh may be shown by many nodes, each with its transform; gltf-validator
+# Valid: glTF 2.0, 3.7.4: a mesh may be shown by many nodes, each with its transform; gltf-validator
 # 2.0.0-dev.3.10 finds nothing.
 import base64, json, struct
 data = struct.pack('<9f', 0, 0, 0, 100, 0, 0, 0, 100, 0)

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # python3-vtk9 9.1.0+really9.1.0+dfsg2-5+deb12u1 of Debian 12: vtkGLTFReader on an animation whose sampler is
 # STEP, asked at the keys' own times and between.
-# Guess: at a key's time the key's value holds ("the output is held until the next key", glTF 2.0 appendix C).
+# Guess: at a key's time the key's value holds: glTF 2.0 keeps the output of a keyframe "until the next keyframe"
+#   (animation.sampler.interpolation).
 # Seen: at each key's own time it still gives the key before, and the last key is never shown: keys 0, 1, 2 at
 #   0, 1, 2 s are read at these times as 0, 0, 1. A hundredth later the value is right. LINEAR and CUBICSPLINE
 #   samplers are right at their keys.

@@ -105,7 +105,7 @@ FaceChoice<double> BodyContacts::choose(Index i, const Passage<double>& way,
   return choice;
 }
 
-const std::vector<BodyContact>& BodyContacts::find(int s, double h, std::vector<Vec4<double>>& x,
+const std::vector<TouchedBody>& BodyContacts::find(int s, double h, std::vector<Vec4<double>>& x,
                                                    const std::vector<Vec4<double>>& flight) {
   contacts_.clear();
   if (empty()) {
@@ -149,7 +149,7 @@ const std::vector<BodyContact>& BodyContacts::find(int s, double h, std::vector<
       found_[i] = {static_cast<int>(i), touch.normal, (1 / h) * touch.moved, (keep - at_end) / h};
     }
   });
-  for (const BodyContact& contact : found_) {
+  for (const TouchedBody& contact : found_) {
     if (contact.particle >= 0) {
       contacts_.push_back(contact);
     }

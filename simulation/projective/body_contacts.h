@@ -10,7 +10,7 @@
 namespace atelier {
 
 /// A particle that may touch the body within a step: a bound on its velocity.
-struct BodyContact {
+struct TouchedBody {
   int particle;
   Vec3d normal;  ///< outwards, unit
   Vec3d moves;   ///< m/s, velocity of the body's point
@@ -34,7 +34,7 @@ class BodyContacts {
   /// Contacts of substep `s`, in which particles would move from `x` by `h` times `flight` m/s. A
   /// particle that is too near already is moved out, slowly (`x` changes): that does not become
   /// velocity.
-  const std::vector<BodyContact>& find(int s, double h, std::vector<Vec4<double>>& x,
+  const std::vector<TouchedBody>& find(int s, double h, std::vector<Vec4<double>>& x,
                                        const std::vector<Vec4<double>>& flight);
 
   /// Keeps what went from `start` to `x` in substep `s` out of the body: where a step passed
@@ -76,8 +76,8 @@ class BodyContacts {
   std::vector<Vec3<double>> flight_;
   std::vector<BodyOutlook<double>> outlook_;
   std::vector<int> candidates_;
-  std::vector<BodyContact> contacts_;
-  std::vector<BodyContact> found_;  ///< [V], particle -1: none
+  std::vector<TouchedBody> contacts_;
+  std::vector<TouchedBody> found_;  ///< [V], particle -1: none
 };
 
 }  // namespace atelier

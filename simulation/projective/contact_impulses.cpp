@@ -9,7 +9,7 @@ namespace atelier {
 namespace {
 
 /// What a particle's velocity lacks: across the surface up to the bound, and along it.
-Vec3d lacking_velocity(const BodyContact& contact, Vec3d v) {
+Vec3d lacking_velocity(const TouchedBody& contact, Vec3d v) {
   const Vec3d n = contact.normal;
   const Vec3d against = contact.moves - v;
   return against + (contact.least - dot(n, contact.moves)) * n;
@@ -17,11 +17,11 @@ Vec3d lacking_velocity(const BodyContact& contact, Vec3d v) {
 
 }  // namespace
 
-void ContactImpulses::begin_step(const std::vector<BodyContact>& contacts, double friction,
+void ContactImpulses::begin_step(const std::vector<TouchedBody>& contacts, double friction,
                                  const std::vector<double>& mass) {
   contacts_.clear();
   friction_ = friction;
-  for (const BodyContact& contact : contacts) {
+  for (const TouchedBody& contact : contacts) {
     contacts_.push_back({contact, mass[contact.particle]});
   }
 }

@@ -12,7 +12,7 @@ namespace atelier {
 /// impulse is the one in the cone that brings its own mass to the body's velocity. Where iterations
 /// have converged, velocities and impulses obey Coulomb's law with the whole cloth.
 struct ContactImpulse {
-  BodyContact contact;
+  TouchedBody contact;
   double mass;      ///< kg of the particle
   Vec3d impulse{};  ///< N s
 };
@@ -20,7 +20,7 @@ struct ContactImpulse {
 class ContactImpulses {
  public:
   /// Contacts of a step, `mass` [V] kg of particles.
-  void begin_step(const std::vector<BodyContact>& contacts, double friction,
+  void begin_step(const std::vector<TouchedBody>& contacts, double friction,
                   const std::vector<double>& mass);
 
   /// Impulses from each particle's momentum [V] N s.

@@ -6,7 +6,7 @@
 #include "core/error.h"
 #include "core/parallel.h"
 #include "simulation/contact/exact_counts.h"
-#include "simulation/projective/acceleration.h"
+#include "simulation/projective/anderson_acceleration.h"
 #include "simulation/projective/body_contacts.h"
 #include "simulation/projective/cholesky.h"
 #include "simulation/projective/contact_impulses.h"
@@ -374,7 +374,7 @@ struct ProjectiveSolver::Scene {
   Lanes momentum;  ///< N s, with which a particle leaves the step without impulses
   Lanes solved;    ///< change of velocity, of free particles
   Lanes free_v;    ///< `v` of free particles
-  Acceleration anderson;
+  AndersonAcceleration anderson;
   Lanes origin, carry;  ///< see SelfMotion
   std::vector<char> touched;
   std::vector<char> moved;  ///< 1: by what keeps things apart after the iterations

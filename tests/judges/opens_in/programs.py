@@ -29,7 +29,13 @@ class Row:
     because: str = ""  # explains a difference above the limit
 
     def cells(self):
-        off = "none" if self.off == 0 else f"{self.off:.2g} {self.unit}".strip()
+        if self.off == 0:
+            off = "none"
+        elif self.off < 0.001:
+            off = f"below 0.001 {self.unit}".strip()
+        else:
+            off = f"{self.off:,.2g}" if self.off < 1000 else f"{self.off:,.0f}"
+            off = f"{off} {self.unit}".strip()
         return self.program, self.read, f"{off}: {self.because}" if self.because else off, self.advice or "nothing"
 
 

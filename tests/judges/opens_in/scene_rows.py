@@ -79,7 +79,15 @@ def gltf_rows(held, exports):
         frames = {frame: f"{24 * frame / held.fps:.6g}" for frame in held.shown}
         version, found = blender("gltf", path, *frames.values())
         off = 1000 * largest(found, held.boxes(lambda name, frame: f"{name}@{frames[frame]}"))
-        return Row(version, moving, off, "mm", 0.05, f"{held.fps:g} frames a second before the import")
+        return Row(
+            version,
+            moving + ", its reader mended",
+            off,
+            "mm",
+            0.05,
+            f"{held.fps:g} frames a second before the import; as Debian 12 packs it no mesh is imported until "
+            'Shading is "Smooth" or its console was told `numpy.bool = bool`',
+        )
 
     def transform():
         version, found = npm("@gltf-transform/core", "gltf_transform.mjs", path)
@@ -196,7 +204,12 @@ def motion_rows(held, exports):
     def babylon():
         version, found = npm("@babylonjs/core", "babylon.mjs", "bvh", path, *times)
         return Row(
-            f"Babylon.js {version}", read, 10 * largest(found, joints(in_time)), "mm", 0.05, "scale 0.01 for metres"
+            f"Babylon.js {version}",
+            read,
+            10 * largest(found, joints(in_time)),
+            "mm",
+            0.05,
+            "`useRightHandedSystem`, or it is a mirror image beside a glTF; scale 0.01 for metres",
         )
 
     def assimp():
@@ -272,7 +285,8 @@ def mesh_rows(held, exports):
 
     def by_blender(kind):
         version, found = blender("mesh", paths[kind])
-        return row(version, kind, found["mesh"], "Y up, which its PLY import does not ask" if kind == "ply" else "")
+        advice = "a turn by 90 degrees about x: its PLY import takes Z for up" if kind == "ply" else ""
+        return row(version, kind, found["mesh"], advice)
 
     def pcl(kind):
         with tempfile.TemporaryDirectory() as folder:

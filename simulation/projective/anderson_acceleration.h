@@ -12,7 +12,7 @@ namespace atelier {
 ///
 /// From the start where the changes have grown, and none where they are rounding. The same bits on
 /// any number of threads.
-class Acceleration {
+class AndersonAcceleration {
  public:
   static constexpr int kMostWindow = 20;
 

@@ -1,4 +1,4 @@
-#include "simulation/projective/acceleration.h"
+#include "simulation/projective/anderson_acceleration.h"
 
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
@@ -23,7 +23,7 @@ double product(const std::vector<Vec4<double>>& a, const std::vector<Vec4<double
 
 }  // namespace
 
-void Acceleration::begin(std::size_t size, int window) {
+void AndersonAcceleration::begin(std::size_t size, int window) {
   ATELIER_CHECK(window >= 0 && window <= kMostWindow, "a window of Anderson's acceleration");
   window_ = window;
   count_ = 0;
@@ -38,7 +38,8 @@ void Acceleration::begin(std::size_t size, int window) {
   }
 }
 
-void Acceleration::advance(std::vector<Vec4<double>>& v, const std::vector<Vec4<double>>& change) {
+void AndersonAcceleration::advance(std::vector<Vec4<double>>& v,
+                                   const std::vector<Vec4<double>>& change) {
   const Index n = static_cast<Index>(v.size());
   const auto for_all = [&](const auto& work) {
     parallel_for(n, kSumGrain, [&](Index begin, Index end) {
