@@ -45,7 +45,7 @@ struct DrapeOptions {
   int frames = 240;   ///< at most, 60 a second, once the garment is on
   bool video = true;  ///< a turntable, which takes as long as the rest
   double rest_speed = kAtRest;
-  std::string solver = "xpbd";  ///< by which the dressed cloth comes to rest
+  std::string solver = solver_names().front();  ///< by which the dressed cloth comes to rest
   Device device = Device::Cpu;
   OutfitOptions outfit;
   DefaultHumanOptions human;
@@ -64,8 +64,9 @@ OptionTable describe(DrapeOptions& options) {
   table.add("rest_speed", options.rest_speed, 1e-4, 10, "m/s",
             "Speed below which 99% of the vertices must be for the cloth to be at rest");
   table.add("video", options.video, "Turntable video beside the images");
-  table.add("solver", options.solver, solver_names(),
-            "Simulator by which the dressed cloth comes to rest; panels are sewn by xpbd");
+  table.add(
+      "solver", options.solver, solver_names(),
+      "Simulator by which the dressed cloth comes to rest; panels are sewn by the default one");
   table.add("device", options.device, {{"cpu", Device::Cpu}, {"cuda", Device::Cuda}},
             "Device of the cloth simulation");
   OptionTable human = describe(options.human);

@@ -44,7 +44,6 @@ details { margin: .5rem 0; } summary { cursor: pointer; }
 /// Features that a reader might look for in vain.
 constexpr const char* kNotYet = R"(<details><summary>Not in this version</summary>
 <ul class="quiet"><li>avatars of the body whose look depends on the pose</li>
-<li>a second solver of cloth (the mesh sequence of another program can be animated)</li>
 <li>avatars that are sealed for one use or reader</li>
 <li>runs of the whole chain on a cluster (single stages take --shard and --frames)</li></ul></details>
 )";

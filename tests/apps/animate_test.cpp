@@ -365,7 +365,7 @@ TEST_F(Animate, RunWithoutVideo_ShowsNoneOfEarlierRun) {
   EXPECT_EQ(done.exit_code, 0) << done.err;
   EXPECT_THAT(done.out, HasSubstr("animation.mp4"));
   const ChildResult failed = animated("1000");
-  EXPECT_EQ(failed.exit_code, 3) << failed.err;
+  EXPECT_EQ(failed.exit_code, 2) << failed.err;
   EXPECT_THAT(failed.out,
               ::testing::AllOf(HasSubstr("report: "), ::testing::Not(HasSubstr("animation.mp4"))));
 }

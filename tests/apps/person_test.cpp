@@ -633,7 +633,7 @@ TEST_F(Person, TwoPeople_AreToldApart) {
   ASSERT_EQ(run_stage("track", {"--input.person", "1", "--input.scans", "none"}).exit_code, 0);
   EXPECT_NEAR(tracked().joints[0](0, 0), alone.joints[0](0, 0) + 2, 0.05);
   const ChildResult nobody = run_stage("track", {"--input.person", "5"});
-  EXPECT_EQ(nobody.exit_code, 3);
+  EXPECT_EQ(nobody.exit_code, 2);
   EXPECT_THAT(nobody.err, HasSubstr("they show 2 people: 0, 1"));
 }
 
@@ -746,11 +746,11 @@ TEST_F(Person, DryRun_RefusesWhatTheRunWouldRefuse) {
 
 TEST_F(Person, WrongCalls_AreRefused) {
   const ChildResult region = run_stage("track", {"--exclude", "region", "--region", "tail"});
-  EXPECT_EQ(region.exit_code, 3);
+  EXPECT_EQ(region.exit_code, 2);
   EXPECT_THAT(region.err, HasSubstr("tail"));
   EXPECT_THAT(region.err, HasSubstr("one of the body's groups: "));
   const ChildResult person = run_stage("personalize", {"--input.person", "5"});
-  EXPECT_EQ(person.exit_code, 3);
+  EXPECT_EQ(person.exit_code, 2);
   EXPECT_THAT(person.err, HasSubstr("they show 1 person: 0"));
   const ChildResult facts = run_child(
       {program_path(), "inspect", (workspace_ / "personalize/current/person.npz").string()});

@@ -143,8 +143,8 @@ TEST_F(Reconstruct, TwoMachines_ShareTheDepthMapsOfAFrame) {
   EXPECT_EQ(format.exit_code, 2);
   EXPECT_THAT(format.err, HasSubstr(".obj, .ply or .glb"));
   const ChildResult nowhere = depth({"--frame", "77"});
-  EXPECT_EQ(nowhere.exit_code, 3);
-  EXPECT_THAT(nowhere.err, HasSubstr("frame 77"));
+  EXPECT_EQ(nowhere.exit_code, 2);
+  EXPECT_THAT(nowhere.err, HasSubstr("--frame cannot be '77'"));
   for (const char* broken : {"", "{", "[]", "{\"schema\": 7}", "\"atelier-depth\""}) {
     std::ofstream(maps / "depth.json") << broken;
     const ChildResult refused = depth({});

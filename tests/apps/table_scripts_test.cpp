@@ -93,7 +93,7 @@ TEST_F(TableScripts, RegistrationAndAppearanceTables_HaveARowPerVariant) {
           R"({"register.chamfer_mm": 1.25, "register.point_mean_mm": 2, "register.point_p95_mm": 3,
           "register.inverted": 0, "register.drift_mm": 1})");
   ASSERT_EQ(cloth.exit_code, 0) << cloth.err;
-  EXPECT_EQ(rows_with(cloth.out, "| 1.25 |"), 8);
+  EXPECT_EQ(rows_with(cloth.out, "| 1.25 |"), 12);
   const ChildResult look =
       run("appearance-table", {"capture", (folder_ / "work").string(), "oracle", "--body", "true"},
           R"({"oracle.psnr_db": 26.5, "oracle.gain_db": 3, "oracle.shadow_psnr_db": 25,
@@ -115,7 +115,7 @@ TEST_F(TableScripts, RegisterTable_ComparesWithTheCodedPrint) {
           R"({"register.chamfer_mm": 1.25, "register.point_mean_mm": 2, "register.point_p95_mm": 3,
           "register.inverted": 0, "register.drift_mm": 1})");
   ASSERT_EQ(done.exit_code, 0) << done.err;
-  EXPECT_EQ(rows_with(done.out, "| 1.25 |"), 12);
+  EXPECT_EQ(rows_with(done.out, "| 1.25 |"), 16);
   EXPECT_EQ(rows_with(done.out, "| coded print | scans |"), 1);
   EXPECT_EQ(rows_with(done.out, "| coded print | ground truth |"), 1);
   EXPECT_THAT(

@@ -334,7 +334,7 @@ TEST_F(TemplateStage, ImportedNonManifoldMesh_IsRefused) {
 TEST_F(TemplateStage, ImportedMeshWithoutLabel_IsRefused) {
   const std::string file = saved(cone(1.34, 0.17, 1.0, 0.17, 0.03));
   const ChildResult done = made({"--import", file});
-  EXPECT_EQ(done.exit_code, 3);
+  EXPECT_EQ(done.exit_code, 2);
   EXPECT_THAT(done.err, HasSubstr("label=FILE, where several garments are worn"));
 }
 
