@@ -80,10 +80,11 @@ double number_of(std::string_view option, std::string_view text, const std::stri
 }
 
 double factor_of(std::string_view option, std::string_view text, const std::string& expected) {
-  const double value = number_of(option, text, expected);
   constexpr double kMost = 1e6;
+  const std::string range = expected + ", above 0.000001 and below 1000000, such as 0.5";
+  const double value = number_of(option, text, range);
   if (!(value > 1 / kMost) || !(value < kMost)) {
-    refuse(option, text, expected);
+    refuse(option, text, range);
   }
   return value;
 }

@@ -10,8 +10,10 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "capture/label_taxonomy.h"
+#include "capture/mask_share.h"
 #include "capture/sentence.h"
 #include "core/error.h"
 #include "core/median.h"
@@ -290,23 +292,17 @@ void compare_cameras(const std::vector<Camera>& cameras,
   }
 }
 
-double set_share(const ByteImage& mask, bool rim) {
-  double set = 0;
-  double all = 0;
-  const int band = std::max(1, std::min(mask.width, mask.height) / 50);
-  for (int y = 0; y < mask.height; ++y) {
-    for (int x = 0; x < mask.width; ++x) {
-      const bool at_rim = x < band || y < band || x >= mask.width - band || y >= mask.height - band;
-      if (!rim || at_rim) {
-        set += mask.at(x, y) != 0 ? 1 : 0;
-        all += 1;
-      }
-    }
+/// Advice on what is set where nobody is, with a setting of masks; that of labels is another.
+std::pair<std::string, std::string> inverted_advice(const std::string& camera, bool of_labels) {
+  if (of_labels) {
+    return {"is their background another number? --capture.label-taxonomy says", ""};
   }
-  return all > 0 ? set / all : 0;
+  return {"is it inverted? the person is what is not 0", "--capture.masks " + camera + "=inverted"};
 }
 
-void judge_mask(const std::string& camera, int frame, const ByteImage& mask, Gathered& gathered) {
+/// @param of_labels  the mask is what labels call a person
+void judge_mask(const std::string& camera, int frame, const ByteImage& mask, bool of_labels,
+                Gathered& gathered) {
   const double inside = set_share(mask, false);
   const double rim = set_share(mask, true);
   if (inside == 0) {
@@ -316,10 +312,9 @@ void judge_mask(const std::string& camera, int frame, const ByteImage& mask, Gat
     gathered.add(Severity::Warning, "mask-full", camera, frame, "the mask is set nearly everywhere",
                  "is it a mask? 0 is the background; of a view so close it may be");
   } else if (rim > 0.8 && inside > 0.4 && inside < rim) {  // of a close view the corners are free
+    const auto [advice, setting] = inverted_advice(camera, of_labels);
     gathered.add(Severity::Error, "mask-inverted", camera, frame,
-                 "the mask is set along " + percent(rim) + " of the image's rim",
-                 "is it inverted? the person is what is not 0",
-                 "--capture.masks " + camera + "=inverted");
+                 "the mask is set along " + percent(rim) + " of the image's rim", advice, setting);
   }
 }
 
@@ -466,7 +461,7 @@ std::vector<Finding> check_frames(FrameReader& reader, const FrameCheckOptions& 
         const auto mask = guarded([&] { return reader.mask(index, frame); }, "mask-damaged",
                                   camera.id, frame, gathered);
         if (mask) {
-          judge_mask(camera.id, frame, *mask, gathered);
+          judge_mask(camera.id, frame, *mask, !frames.masks.contains(frame), gathered);
           if ((frames.masks.empty() ? frames.labels : frames.masks).begin()->first == frame) {
             judge_mask_size(reader, index, frame, *mask, gathered);
           }

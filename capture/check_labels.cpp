@@ -7,8 +7,11 @@
 #include <optional>
 #include <string>
 
+#include "capture/camera_conventions.h"
 #include "capture/keypoint_schema.h"
 #include "capture/label_taxonomy.h"
+#include "capture/mask_share.h"
+#include "capture/seen_person.h"
 #include "capture/sentence.h"
 #include "core/error.h"
 #include "core/saturating_cast.h"
@@ -39,14 +42,13 @@ constexpr std::array kJoints = {
 };
 
 /// Where a joint is in a camera's image, if it is known.
-std::optional<Eigen::Vector2d> pixel_of(const Dataset& dataset, const KeypointCheck& keypoints,
-                                        std::size_t frame, std::size_t camera, int joint) {
+std::optional<Eigen::Vector2d> pixel_of(const Camera& camera, const KeypointCheck& keypoints,
+                                        std::size_t frame, int joint) {
   if (joint < 0) {
     return std::nullopt;
   }
   const SpacePoint& point = keypoints.found.frames[frame].points[static_cast<std::size_t>(joint)];
-  return point.confidence > 0 && !point.bridged ? project(dataset.cameras[camera], point.place)
-                                                : std::nullopt;
+  return point.confidence > 0 && !point.bridged ? project(camera, point.place) : std::nullopt;
 }
 
 /// The pixel's value; nothing outside the picture.
@@ -67,12 +69,20 @@ std::vector<std::size_t> samples_of(const KeypointCheck& keypoints) {
   return frames;
 }
 
-void check_mask(FrameReader& reader, const KeypointCheck& keypoints, std::size_t camera,
-                std::vector<Finding>& findings) {
+/// How the joints of a camera lie on its masks, over some frames.
+struct JointsOnMask {
+  double count = 0;                ///< joints
+  std::array<double, 4> inside{};  ///< on the mask: as it is, and if it was turned by k quarters
+  double set = 0;                  ///< mean share of the masks that is set
+};
+
+JointsOnMask joints_on_mask(FrameReader& reader, const KeypointCheck& keypoints,
+                            std::size_t camera) {
   const Dataset& dataset = reader.dataset();
+  const Camera& own = dataset.cameras[camera];
   const KeypointSchema& schema = keypoint_schema(dataset.info.keypoint_schema);
-  double inside = 0;
-  double count = 0;
+  JointsOnMask all;
+  double masks = 0;
   for (const std::size_t f : samples_of(keypoints)) {
     std::optional<ByteImage> mask;
     try {
@@ -83,35 +93,127 @@ void check_mask(FrameReader& reader, const KeypointCheck& keypoints, std::size_t
     if (!mask) {
       continue;
     }
-    if (mask->width != dataset.cameras[camera].width ||
-        mask->height != dataset.cameras[camera].height) {
-      return;  // places in the image are none in the mask; check_frames says so
+    if (mask->width != own.width || mask->height != own.height) {
+      return {};  // places in the image are none in the mask; check_frames says so
     }
+    all.set += set_share(*mask, false);
+    masks += 1;
     for (const JointLabels& joint : kJoints) {
-      const auto pixel =
-          pixel_of(dataset, keypoints, f, camera, find_keypoint(schema, joint.joint));
-      const auto value = pixel ? value_at(*mask, *pixel) : std::nullopt;
-      if (value) {
-        count += 1;
-        inside += *value != 0 ? 1 : 0;
+      const int k = find_keypoint(schema, joint.joint);
+      const auto pixel = pixel_of(own, keypoints, f, k);
+      if (!pixel || !value_at(*mask, *pixel)) {
+        continue;
+      }
+      all.count += 1;
+      for (int quarters = 0; quarters < 4; ++quarters) {
+        const bool fits = quarters % 2 == 0 || own.width == own.height;
+        const auto turned = pixel_of(turned_camera(own, quarters), keypoints, f, k);
+        const auto value = fits && turned ? value_at(*mask, *turned) : std::nullopt;
+        all.inside[static_cast<std::size_t>(quarters)] += value && *value != 0 ? 1 : 0;
       }
     }
   }
-  const std::string& id = dataset.cameras[camera].id;
+  all.set = masks > 0 ? all.set / masks : 0;
+  return all;
+}
+
+/// Whether a camera has detections of its own, which fit it as they are (else it is not asked).
+bool detects(const KeypointCheck& keypoints, std::size_t camera) {
+  return std::any_of(keypoints.detections.begin(), keypoints.detections.end(),
+                     [&](const std::vector<Keypoints2d>& cameras) {
+                       const Keypoints2d& rows = cameras[camera];
+                       return rows.rows() > 0 && rows.col(2).maxCoeff() > kConfidentDetection;
+                     });
+}
+
+/// Masks that fit if they are turned. Of a camera whose detections fit as they are, the masks alone
+/// are turned; of one without detections its images, as far as can be told.
+Finding mask_turned(const std::string& id, int quarters, double inside, double then,
+                    bool masks_alone) {
+  const std::string degrees = std::to_string(90 * quarters);
+  return {Severity::Error,
+          "mask-turned",
+          id,
+          percent(inside) + " of the joints lie on the mask, and " + percent(then) +
+              " if it was turned by " + degrees + " degrees clockwise since the calibration",
+          masks_alone ? "write its masks as its images are stored, without that turn"
+                      : "read its images so, or write them as they were calibrated",
+          masks_alone ? "" : setting_of("turned", id, degrees)};
+}
+
+/// Of a camera that the detections do not doubt. What is advised was tried: a share of the joints
+/// counts for a reading of a mask as far as it is above the share of the image that is set so,
+/// which joints anywhere would have.
+void check_mask(FrameReader& reader, const KeypointCheck& keypoints, std::size_t camera,
+                LabelCheck& check) {
+  const JointsOnMask joints = joints_on_mask(reader, keypoints, camera);
+  const std::string& id = reader.dataset().cameras[camera].id;
   constexpr double kFew = 8;
-  if (count < kFew || inside >= 0.6 * count) {
+  if (joints.count < kFew) {
     return;
   }
-  if (inside < 0.15 * count) {
+  constexpr double kSure = 0.2;
+  const double inside = joints.inside[0] / joints.count;
+  if (inside >= 0.6) {
+    if (inside > joints.set + kSure) {
+      check.sound_masks.push_back(id);
+    }
+    return;
+  }
+  if (inside < 0.15 && inside < joints.set - kSure) {
+    const bool of_labels = reader.dataset().frames[camera].masks.empty();
+    check.findings.push_back(
+        {Severity::Error, "mask-inverted", id,
+         percent(1 - inside) + " of the joints are where the mask is not set",
+         of_labels ? "is the labels' background another number? --capture.label-taxonomy says"
+                   : "is it inverted? the person is what is not 0",
+         of_labels ? "" : "--capture.masks " + id + "=inverted"});
+    return;
+  }
+  for (int quarters = 1; quarters < 4; ++quarters) {
+    const double then = joints.inside[static_cast<std::size_t>(quarters)] / joints.count;
+    if (then >= 0.8 && then > joints.set + kSure) {
+      check.findings.push_back(mask_turned(id, quarters, inside, then, detects(keypoints, camera)));
+      return;
+    }
+  }
+  check.findings.push_back({Severity::Warning, "mask-disagrees", id,
+                            "only " + percent(inside) + " of the joints lie on the mask",
+                            "are the masks another camera's, or another frame's?"});
+}
+
+/// Masks against the labels of the same images: who is there in one is not in the other.
+void check_masks_by_labels(FrameReader& reader, std::size_t camera,
+                           std::vector<Finding>& findings) {
+  const CameraFrames& frames = reader.dataset().frames[camera];
+  std::vector<int> both = frames.masks.frames();
+  std::erase_if(both, [&](int frame) { return !frames.labels.contains(frame); });
+  const std::size_t step = std::max<std::size_t>(1, both.size() / kSamples);
+  double agree = 0;
+  double count = 0;
+  for (std::size_t f = 0; f < both.size(); f += step) {
+    try {
+      const auto mask = reader.mask(static_cast<Index>(camera), both[f]);
+      const auto labels = reader.labels(static_cast<Index>(camera), both[f]);
+      if (!mask || !labels || mask->data.size() != labels->data.size()) {
+        continue;
+      }
+      for (std::size_t i = 0; i < mask->data.size(); ++i) {
+        const bool somebody = labels->data[i] != static_cast<std::uint8_t>(Label::Background);
+        agree += (mask->data[i] != 0) == somebody ? 1 : 0;
+      }
+      count += static_cast<double>(mask->data.size());
+    } catch (const DataError&) {  // check_frames says so
+    }
+  }
+  constexpr double kOpposite = 0.3;
+  if (count > 0 && agree < kOpposite * count) {
+    const std::string& id = reader.dataset().cameras[camera].id;
     findings.push_back({Severity::Error, "mask-inverted", id,
-                        percent(1 - inside / count) + " of the joints are where the mask is not "
-                                                      "set",
-                        "is it inverted? the person is what is not 0",
-                        "--capture.masks " + id + "=inverted"});
-  } else {
-    findings.push_back({Severity::Warning, "mask-disagrees", id,
-                        "only " + percent(inside / count) + " of the joints lie on the mask",
-                        "are the masks another camera's, or another frame's?"});
+                        "mask and labels agree on " + percent(agree / count) +
+                            " of the pixels, and on " + percent(1 - agree / count) +
+                            " with the mask inverted",
+                        "the person is what is not 0", "--capture.masks " + id + "=inverted"});
   }
 }
 
@@ -133,7 +235,8 @@ double taxonomy_score(FrameReader& reader, const KeypointCheck& keypoints) {
         continue;
       }
       for (const JointLabels& joint : kJoints) {
-        const auto pixel = pixel_of(dataset, keypoints, f, c, find_keypoint(schema, joint.joint));
+        const auto pixel =
+            pixel_of(dataset.cameras[c], keypoints, f, find_keypoint(schema, joint.joint));
         const auto value = pixel ? value_at(*labels, *pixel) : std::nullopt;
         if (value && *value != static_cast<std::uint8_t>(Label::Background)) {
           count += 1;
@@ -261,16 +364,27 @@ void check_taxonomy(FrameReader& reader, const KeypointCheck& keypoints,
 
 }  // namespace
 
-std::vector<Finding> check_labels(FrameReader& reader, const KeypointCheck& keypoints) {
-  std::vector<Finding> findings;
+LabelCheck check_labels(FrameReader& reader, const KeypointCheck& keypoints) {
+  LabelCheck check;
+  const std::vector<Camera>& cameras = reader.dataset().cameras;
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    check_masks_by_labels(reader, c, check.findings);
+  }
   if (!keypoints.calibration_fits) {
-    return findings;
+    return check;
   }
-  for (std::size_t c = 0; c < reader.dataset().cameras.size(); ++c) {
-    check_mask(reader, keypoints, c, findings);
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    const bool doubted = std::any_of(
+        keypoints.findings.begin(), keypoints.findings.end(), [&](const Finding& finding) {
+          return finding.severity == Severity::Error &&
+                 (finding.place == cameras[c].id || finding.place.starts_with(cameras[c].id + " "));
+        });
+    if (!doubted) {
+      check_mask(reader, keypoints, c, check);
+    }
   }
-  check_taxonomy(reader, keypoints, findings);
-  return findings;
+  check_taxonomy(reader, keypoints, check.findings);
+  return check;
 }
 
 }  // namespace atelier

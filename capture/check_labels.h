@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <vector>
 
 #include "capture/check_keypoints.h"
@@ -8,11 +9,19 @@
 
 namespace atelier {
 
-/// Masks and labels against the person that the keypoints show, over a few frames: masks that are
-/// not where the joints are ("mask-inverted", "mask-disagrees": another camera's, another
-/// frame's), and numbers of labels that are another taxonomy's ("label-taxonomy"): its face is not
-/// where the nose is, or what it calls cloth has the colour of skin, as LIP's jumpsuits (10), which
-/// are CIHP's torso, and the other way round. Nothing without keypoints that fit.
-std::vector<Finding> check_labels(FrameReader& reader, const KeypointCheck& keypoints);
+/// What labels, masks and keypoints say of each other.
+struct LabelCheck {
+  std::vector<Finding> findings;
+  std::vector<std::string> sound_masks;  ///< cameras whose masks are surely where the person is
+};
+
+/// Masks against the labels of the same images and, as labels too, against the person that the
+/// keypoints show, over a few frames: masks whose background is set ("mask-inverted"), that are
+/// turned ("mask-turned"), or not where the joints are for another reason ("mask-disagrees":
+/// another camera's, another frame's), and numbers of labels that are another taxonomy's
+/// ("label-taxonomy"): its face is not where the nose is, or what it calls cloth has the colour of
+/// skin, as LIP's jumpsuits (10), which are CIHP's torso, and the other way round. Of cameras in
+/// which the keypoints show an error, and without keypoints that fit, labels alone are asked.
+LabelCheck check_labels(FrameReader& reader, const KeypointCheck& keypoints);
 
 }  // namespace atelier

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "capture/camera_conventions.h"
 #include "capture/camera_readings.h"
 #include "capture/explain_rig.h"
 #include "capture/refit_pose.h"
@@ -253,6 +254,16 @@ Explanation explain_calibration(const SeenPerson& seen, std::size_t c, const Tri
     offer(point_errors(camera, seen, c, found, all, 0, &reading),
           {Severity::Error, std::string(reading.code), id, std::string(reading.what),
            "read it so, or rewrite its file", setting_of(reading.option, id, reading.value)});
+  }
+  for (const int quarters : {2, 1, 3}) {
+    const std::string degrees = std::to_string(90 * quarters);
+    if (quarters == 2 || seen.cameras[c].width == seen.cameras[c].height) {
+      offer(point_errors(turned_camera(seen.cameras[c], quarters), seen, c, found, all),
+            {Severity::Error, "camera-turned", id,
+             "its images were turned by " + degrees + " degrees clockwise since the calibration",
+             "read them so, or write them as they were calibrated",
+             setting_of("turned", id, degrees)});
+    }
   }
   for (std::size_t d = 0; d < seen.cameras.size(); ++d) {
     if (d != c) {

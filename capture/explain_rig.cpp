@@ -5,6 +5,7 @@
 #include <cmath>
 #include <string>
 
+#include "capture/camera_conventions.h"
 #include "capture/camera_readings.h"
 #include "capture/check_cameras.h"
 #include "capture/sentence.h"
@@ -128,14 +129,7 @@ std::optional<Finding> explain_all(const SeenPerson& seen, const TriangulationOp
   std::optional<Finding> best;
   RigFit least;
   least.share = 0;
-  for (const Reading& reading : all_readings()) {
-    if (reading.alone) {
-      continue;
-    }
-    const SeenPerson meant = all_read_as(some, reading);
-    if (!is_stage(meant.cameras) || loses_centre(some.cameras[0], meant.cameras[0])) {
-      continue;
-    }
+  const auto offer = [&](const Reading& reading, const SeenPerson& meant) {
     const RigFit fit = rig_fit(meant, options);
     constexpr double kMeet = 0.8;
     constexpr double kMore = 0.1;
@@ -146,6 +140,31 @@ std::optional<Finding> explain_all(const SeenPerson& seen, const TriangulationOp
       least = fit;
       best = finding_of_all(reading, now, fit);
     }
+  };
+  for (const Reading& reading : all_readings()) {
+    if (reading.alone) {
+      continue;
+    }
+    const SeenPerson meant = all_read_as(some, reading);
+    if (is_stage(meant.cameras) && !loses_centre(some.cameras[0], meant.cameras[0])) {
+      offer(reading, meant);
+    }
+  }
+  const bool square =
+      std::all_of(some.cameras.begin(), some.cameras.end(),
+                  [](const Camera& camera) { return camera.width == camera.height; });
+  for (const int quarters : {2, 1, 3}) {
+    if (quarters != 2 && !square) {
+      continue;
+    }
+    SeenPerson meant = some;
+    for (Camera& camera : meant.cameras) {
+      camera = turned_camera(camera, quarters);
+    }
+    const std::string degrees = std::to_string(90 * quarters);
+    const std::string what =
+        "its images were turned by " + degrees + " degrees clockwise since the calibration";
+    offer({"turned", degrees, "camera-turned", what}, meant);
   }
   return best;
 }

@@ -88,6 +88,10 @@ std::optional<std::string> both(std::string_view option, const std::string& set,
     const double value = adds ? a + b : a * b;
     return value == (adds ? 0 : 1) ? "" : number_text(value);
   }
+  if (option == "turned" && parse_number(set, a) && parse_number(advised, b)) {
+    const double degrees = std::fmod(a + b, 360);
+    return degrees == 0 ? "" : number_text(degrees);
+  }
   if (option == "extrinsics" || option == "distortion" || option == "intrinsics") {
     return both_read(option, set, advised);
   }
@@ -178,7 +182,7 @@ std::vector<Finding> settle_advice(std::vector<Finding> findings, const Dataset&
     std::string option = typed.substr(kPrefix.size());
     std::replace(option.begin(), option.end(), '-', '_');
     const auto set = dataset.corrections.find(option);
-    const bool whole = option == "turned";  // open_dataset advises what the option is to be
+    const bool whole = finding.code == "image-turned";  // advises what the option is to be
     if (set != dataset.corrections.end() && !whole) {
       settle(finding, option, typed, value, set->second, dataset);
     }

@@ -1,6 +1,7 @@
 #include "capture/try_corrections.h"
 
 #include <algorithm>
+#include <array>
 #include <optional>
 #include <string_view>
 #include <utility>
@@ -194,11 +195,60 @@ Finding wrong_correction(const Try& tried, const Sound& now, const Sound& then) 
           advice,          ""};
 }
 
+/// Whether two captures that differ in corrections come to the same: cameras, and of what each
+/// camera has the frames and how they are read.
+bool read_alike(const Dataset& a, const Dataset& b) {
+  if (a.cameras.size() != b.cameras.size()) {
+    return false;
+  }
+  for (std::size_t c = 0; c < a.cameras.size(); ++c) {
+    const Camera& camera = a.cameras[c];
+    const Camera& other = b.cameras[c];
+    const bool straight = camera.distortion == std::array<double, 8>{};
+    const bool same = camera.id == other.id && camera.width == other.width &&
+                      camera.height == other.height && camera.fx == other.fx &&
+                      camera.fy == other.fy && camera.cx == other.cx && camera.cy == other.cy &&
+                      camera.distortion == other.distortion &&
+                      (straight || camera.distortion_model == other.distortion_model) &&
+                      camera.camera_from_world_rotation == other.camera_from_world_rotation &&
+                      camera.camera_from_world_translation == other.camera_from_world_translation;
+    const CameraFrames& frames = a.frames[c];
+    const CameraFrames& others = b.frames[c];
+    const bool masks = frames.masks.empty() || frames.inverted_masks == others.inverted_masks;
+    const bool rows = frames.keypoints.empty() || frames.reading == others.reading;
+    if (!same || !masks || !rows) {
+      return false;
+    }
+    for (const auto& kind : {&CameraFrames::images, &CameraFrames::masks, &CameraFrames::labels,
+                             &CameraFrames::keypoints}) {
+      if ((frames.*kind).frames() != (others.*kind).frames()) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
+Finding idle_correction(const Try& tried) {
+  std::string why = "what it asks for is so already";
+  if (tried.without.starts_with("--capture.masks ")) {
+    why = "there are no masks; of labels the background is said by their numbers";
+  } else if (tried.without.starts_with("--capture.distortion ")) {
+    why = "the calibration has no such distortion";
+  } else if (tried.without.starts_with("--capture.keypoints ")) {
+    why = "there are no 2D keypoints";
+  }
+  return {Severity::Warning, "correction-idle",
+          tried.camera,      tried.without + " changes nothing: " + why,
+          "leave it out",    ""};
+}
+
 }  // namespace
 
 Dataset without_wrong_corrections(Dataset dataset, const Reopen& reopen,
                                   const TriangulationOptions& options) {
   std::vector<Finding> wrong;
+  std::vector<Finding> idle;
   const std::vector<int> frames =
       dataset.corrections.empty() ? std::vector<int>() : frames_to_try(dataset);
   for (bool mended = true; mended && !dataset.corrections.empty() && wrong.size() < kMostTries;) {
@@ -206,9 +256,14 @@ Dataset without_wrong_corrections(Dataset dataset, const Reopen& reopen,
     const Sound now = soundness(dataset, frames, options);
     std::optional<std::pair<Try, Sound>> best;
     Dataset best_dataset;
+    idle.clear();
     for (const Try& tried : tries_of(dataset.corrections)) {
       try {
         Dataset without = reopen(tried.corrections);
+        if (!tried.other_value && read_alike(without, dataset)) {
+          idle.push_back(idle_correction(tried));
+          continue;
+        }
         const Sound then = soundness(without, frames, options);
         if (mends(then, now) && (!best || is_better(then, best->second))) {
           best = {tried, then};
@@ -224,6 +279,7 @@ Dataset without_wrong_corrections(Dataset dataset, const Reopen& reopen,
       mended = true;
     }
   }
+  wrong.insert(wrong.end(), idle.begin(), idle.end());
   dataset.findings.insert(dataset.findings.begin(), wrong.begin(), wrong.end());
   return dataset;
 }

@@ -16,7 +16,8 @@ using Reopen = std::function<Dataset(const std::map<std::string, std::string>& c
 /// A capture without those of its corrections that make it worse, before anything else is blamed:
 /// each is taken away by itself, and stays away where cameras and detections then surely fit
 /// better, or fewer errors are found in the calibration. Each is an error "correction-wrong" among
-/// the findings, which says what to leave out, or which other turn fits. Cost: opens the capture
+/// the findings, which says what to leave out, or which other turn fits; one that changes nothing
+/// stays, with a warning "correction-idle". Cost: opens the capture
 /// and reads detections of some frames for each correction; nothing where there are none.
 Dataset without_wrong_corrections(Dataset dataset, const Reopen& reopen,
                                   const TriangulationOptions& options = {});

@@ -109,6 +109,24 @@ void merge(std::vector<Finding>& findings) {
   findings = std::move(kept);
 }
 
+/// Takes away what was a guess and what detections refute: masks taken for inverted by their rim,
+/// as in a close view, and turns taken for wrong because views stand on their head.
+void settle_doubts(std::vector<Finding>& findings, const KeypointCheck& keypoints,
+                   const LabelCheck& labels) {
+  std::erase_if(findings, [&](const Finding& finding) {
+    if (finding.code == "mask-inverted") {
+      return std::any_of(
+          labels.sound_masks.begin(), labels.sound_masks.end(),
+          [&](const std::string& id) { return finding.place.starts_with(id + " "); });
+    }
+    return finding.code == "image-upside-down" && keypoints.calibration_fits &&
+           std::none_of(keypoints.findings.begin(), keypoints.findings.end(),
+                        [&](const Finding& other) {
+                          return other.severity != Severity::Note && other.place == finding.place;
+                        });
+  });
+}
+
 }  // namespace
 
 std::vector<std::string> settings_of(const std::vector<Finding>& findings) {
@@ -170,7 +188,9 @@ Validation validate(FrameReader& reader, const ValidateOptions& options,
   add(check_frames(reader, options.frames, told));
   validation.keypoints = check_keypoints(reader, options.keypoints);
   add(validation.keypoints.findings);
-  add(check_labels(reader, validation.keypoints));
+  const LabelCheck labels = check_labels(reader, validation.keypoints);
+  settle_doubts(findings, validation.keypoints, labels);
+  add(labels.findings);
   merge(findings);
   findings = settle_advice(std::move(findings), dataset);
   std::stable_sort(findings.begin(), findings.end(), [](const Finding& a, const Finding& b) {

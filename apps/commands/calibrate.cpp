@@ -138,6 +138,7 @@ int run(const CalibrateArguments& arguments, const CalibrateCommandOptions& opti
         "calibrate takes IMAGES of a board and --out: atelier calibrate IMAGES --out FOLDER");
   }
   const fs::path out = arguments.out;
+  require_outside_input(out, arguments.pictures, "--out", "IMAGES");
   require_new_place(out, "--out");
   require_folder_place(out);
   const Calibration calibration =

@@ -65,9 +65,7 @@ int run(const CalibrateColorArguments& arguments, const CalibrateColorOptions& o
   if (fs::path(arguments.out).extension() != ".json") {
     throw UsageError("--out cannot be '" + arguments.out + "': a name that ends in .json");
   }
-  if (is_inside(arguments.out, arguments.capture)) {
-    throw UsageError("--out lies in the CAPTURE, which is not changed; name a file outside of it");
-  }
+  require_outside_input(arguments.out, arguments.capture, "--out", "CAPTURE");
   require_outside_captures(arguments.out, "--out");
   const Dataset dataset = open_dataset(arguments.capture, options.capture);
   if (!dataset.calibrated) {

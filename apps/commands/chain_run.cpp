@@ -370,6 +370,30 @@ bool ChainRun::works(std::string_view stage) const {
   return false;
 }
 
+void ChainRun::require_feasible() const {
+  if (const std::string why = why_nothing(); !why.empty()) {
+    throw DataError(arguments_.places.capture.string(), "", "every stage is skipped: " + why,
+                    "a capture that some stage can read");
+  }
+  for (std::size_t i = 0; i < account_.stages.size(); ++i) {
+    if (!account_.stages[i].end.empty()) {
+      continue;
+    }
+    for (const std::string_view needed : needed_stages(*run_steps()[i], facts_)) {
+      const RunStageAccount* maker = account_of(needed);
+      const bool made = maker != nullptr && maker->end.empty();
+      if (!made && !has_result(std::string(needed))) {
+        throw DataError((arguments_.places.workspace / needed).string(), "",
+                        "no result of this capture, which " + account_.stages[i].stage + " reads",
+                        "a run that makes it: begin --from " + std::string(needed));
+      }
+    }
+    StageRequest request = request_of(i, false);
+    request.workspace.clear();  // of whose results some are another capture's
+    require_startable(run_steps()[i]->stage, request);
+  }
+}
+
 /// Finds the work to do for every stage that is to run. Errors in data are told by the stage when
 /// its turn comes, of a dry run now.
 void ChainRun::foresee() {

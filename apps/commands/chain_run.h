@@ -40,6 +40,10 @@ class ChainRun {
   ///                 set anything else. Throws as `capture_facts`.
   ChainRun(const RunArguments& arguments, const OptionSet& options);
 
+  /// Refuses, before anything is done, what could not come to an end: a capture for which every
+  /// stage is skipped, a stage that lacks a result which this run does not make, what options name
+  /// and is not there. Throws DataError, EnvironmentError.
+  void require_feasible() const;
   /// Prints what exists, what will be done, and the expected time; before `plan` without the stages
   /// that are skipped, which that lists.
   void announce();

@@ -7,6 +7,7 @@
 #include "apps/console/command.h"
 #include "apps/console/interrupt.h"
 #include "apps/console/option_flags.h"
+#include "capture/frame_reader.h"
 #include "capture/layouts/frame_files.h"
 #include "capture/layouts/join_datasets.h"
 #include "capture/layouts/open_dataset.h"
@@ -14,7 +15,6 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/exit_code.h"
-#include "core/file_kind.h"
 #include "core/io/cameras_file.h"
 #include "core/io/file_bytes.h"
 #include "core/printable.h"
@@ -42,13 +42,6 @@ std::string layout_choices() {
     text += (text.empty() ? "" : "|") + name;
   }
   return text;
-}
-
-/// The folder that a calibration file is in, or the capture's own.
-std::filesystem::path capture_folder(const std::string& in) {
-  return file_kind(in) == std::filesystem::file_type::regular
-             ? std::filesystem::absolute(in).parent_path()
-             : std::filesystem::path(in);
 }
 
 /// The capture with the cameras of a calibration, by name; those it does not have are left out.
@@ -149,17 +142,62 @@ ConvertedPlaces places_of(const ConvertCaptureArguments& arguments) {
         "atelier convert-capture A B OUT --join clothed,minimal");
   }
   if (!arguments.join.empty() && places.in.size() != arguments.join.size()) {
-    throw UsageError("--join " + std::to_string(arguments.join.size()) +
-                     " kinds takes as many captures and OUT: atelier convert-capture A B OUT "
-                     "--join clothed,minimal");
+    const auto count = [](std::size_t n, const char* noun) {
+      return counted(static_cast<std::int64_t>(n), noun);
+    };
+    throw UsageError("--join names " + count(arguments.join.size(), "kind") + ", and " +
+                     count(places.in.size(), "capture") +
+                     (places.in.size() == 1 ? " comes" : " come") +
+                     " before OUT: it takes a kind for each, as in atelier convert-capture A "
+                     "B OUT --join clothed,minimal");
   }
   for (const std::string& in : places.in) {
-    if (is_inside(places.out, capture_folder(in))) {
-      throw UsageError(
-          "OUT lies in the capture IN, which is not changed; name a folder outside of it");
-    }
+    require_outside_input(places.out, in, "OUT", "the capture");
   }
   return places;
+}
+
+/// Whether two captures have the same images: one folder by two names, or a copy. Of each camera
+/// the first, middle and last image are compared.
+bool same_images(const Dataset& a, const Dataset& b) {
+  FrameReader read_a(a);
+  FrameReader read_b(b);
+  bool any = false;
+  for (std::size_t c = 0; c < a.cameras.size(); ++c) {
+    const Index other = camera_index(b, a.cameras[c].id);
+    const std::vector<int> frames = a.frames[c].images.frames();
+    if (other < 0 || frames != b.frames[static_cast<std::size_t>(other)].images.frames()) {
+      return false;
+    }
+    for (std::size_t at = 0; at < 3 && !frames.empty(); ++at) {
+      const int frame = frames[at * (frames.size() - 1) / 2];
+      try {
+        if (read_a.byte_image(static_cast<Index>(c), frame)->data !=
+            read_b.byte_image(other, frame)->data) {
+          return false;
+        }
+      } catch (const DataError&) {  // damaged: it tells nothing
+        continue;
+      }
+      any = true;
+    }
+  }
+  return any;
+}
+
+/// Refuses a capture that is there twice, which would double its sequence.
+void require_unlike_captures(const std::vector<Dataset>& parts,
+                             const std::vector<std::string>& in) {
+  for (std::size_t b = 0; b < parts.size(); ++b) {
+    for (std::size_t a = 0; a < b; ++a) {
+      std::error_code ignored;
+      if (std::filesystem::equivalent(in[a], in[b], ignored) || same_images(parts[a], parts[b])) {
+        throw UsageError(
+            "--join takes each capture once: " + in[b] +
+            (in[a] == in[b] ? std::string(" is named twice") : " has the images of " + in[a]));
+      }
+    }
+  }
 }
 
 int run(const ConvertCaptureArguments& arguments, const DatasetOptions& options) {
@@ -175,6 +213,7 @@ int run(const ConvertCaptureArguments& arguments, const DatasetOptions& options)
     parts.push_back(open_dataset(in, options));
     name += (name.empty() ? "" : " and ") + in;
   }
+  require_unlike_captures(parts, places.in);
   Dataset dataset = arguments.join.empty() ? parts.front() : join_datasets(parts, arguments.join);
   if (!arguments.cameras.empty()) {
     dataset = with_cameras(std::move(dataset), arguments.cameras);

@@ -177,9 +177,9 @@ int run(const DepthArguments& arguments, const DepthOptions& options) {
   if (!arguments.surface.empty()) {
     check_surface(arguments.surface);
   }
-  if (is_inside(arguments.out, arguments.capture)) {
-    throw UsageError("OUT " + arguments.out +
-                     " lies in the capture, which it would change: name a folder elsewhere");
+  require_outside_input(arguments.out, arguments.capture, "OUT", "the capture");
+  if (!arguments.surface.empty()) {
+    require_outside_input(arguments.surface, arguments.capture, "--surface", "the capture");
   }
   const Device device = arguments.device == "cuda" ? Device::Cuda : Device::Cpu;
   const Dataset dataset = stage_dataset(arguments.capture, options.capture);

@@ -133,6 +133,12 @@ int run(const DetectArguments& arguments, const DetectCommandOptions& options) {
                      ", which takes no detections: give --out FOLDER, or make it native with "
                      "atelier convert-capture");
   }
+  std::error_code error;
+  if (!in_place &&
+      (!fs::equivalent(arguments.out, arguments.capture, error) || dataset.layout != "native")) {
+    require_outside_input(arguments.out, arguments.capture, "--out", "CAPTURE");
+    require_outside_captures(arguments.out, "--out");
+  }
   const fs::path out = in_place ? arguments.capture : arguments.out;
   require_folder_place(out);
   for (const char* part : {"keypoints2d", "labels"}) {

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -13,6 +14,7 @@
 #include "core/store/result.h"
 #include "core/store/workspace_status.h"
 #include "core/usage_error.h"
+#include "core/writable_place.h"
 #include "pipeline/stages/stages.h"
 
 namespace atelier {
@@ -30,6 +32,11 @@ int run(const GcArguments& arguments) {
   }
   const std::vector<Garbage> all =
       collect_garbage(all_stages(), arguments.workspace, arguments.dry_run);
+  const bool removes = std::any_of(all.begin(), all.end(),
+                                   [](const Garbage& garbage) { return garbage.kept.empty(); });
+  if (arguments.dry_run && removes) {
+    require_folder_place(arguments.workspace);
+  }
   nlohmann::json json = nlohmann::json::array();
   double freed = 0;
   for (const Garbage& garbage : all) {

@@ -14,6 +14,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/exit_code.h"
+#include "core/file_kind.h"
 #include "core/io/ground_truth_archive.h"
 #include "core/io/image_file.h"
 #include "core/io/json_text.h"
@@ -21,6 +22,7 @@
 #include "core/printable.h"
 #include "core/saturating_cast.h"
 #include "core/store/output_place.h"
+#include "core/store/unfinished_folder.h"
 #include "core/usage_error.h"
 #include "core/writable_place.h"
 
@@ -107,8 +109,14 @@ struct CameraMasks {
   std::vector<Finding> findings;
 };
 
+/// Of the ground truth, of one image.
+fs::path truth_labels(const MasksArguments& arguments, const std::string& camera, int frame) {
+  return fs::path(arguments.truth) / "truth" / "labels" / camera / (frame_name(frame) + ".png");
+}
+
+/// @param out  folder of folders of cameras
 CameraMasks masks_of(const Dataset& dataset, std::size_t c, const MasksArguments& arguments,
-                     MaskMethod method, const MasksOptions& options) {
+                     MaskMethod method, const MasksOptions& options, const fs::path& out) {
   CameraMasks result;
   FrameReader reader(dataset);
   const auto index = static_cast<Index>(c);
@@ -144,7 +152,7 @@ CameraMasks masks_of(const Dataset& dataset, std::size_t c, const MasksArguments
     }
     background = moving.background;
   }
-  const fs::path folder = fs::path(arguments.out) / "labels" / id;
+  const fs::path folder = out / id;
   make_private_directory(folder);
   for (const int frame : frames) {
     std::optional<Image> image;
@@ -177,9 +185,7 @@ CameraMasks masks_of(const Dataset& dataset, std::size_t c, const MasksArguments
     result.covered += static_cast<double>(set) / static_cast<double>(mask.data.size());
     write_labels(folder / (frame_name(frame) + ".png"), mask);
     if (!arguments.truth.empty()) {
-      const fs::path truth =
-          fs::path(arguments.truth) / "truth" / "labels" / id / (frame_name(frame) + ".png");
-      result.iou += mask_iou(mask, read_labels(truth));
+      result.iou += mask_iou(mask, read_labels(truth_labels(arguments, id, frame)));
       ++result.judged;
     }
     ++result.written;
@@ -187,9 +193,13 @@ CameraMasks masks_of(const Dataset& dataset, std::size_t c, const MasksArguments
   return result;
 }
 
+/// Refuses before the work what would end it: all of it, or none, is written.
 void check_places(const Dataset& dataset, const MasksArguments& arguments, MaskMethod method) {
   if (method == MaskMethod::Plates && arguments.plates.empty()) {
     throw UsageError("--method plates takes --plates FOLDER, images of the empty stage");
+  }
+  if (method != MaskMethod::Plates && !arguments.plates.empty()) {
+    throw UsageError("--plates goes with --method plates or auto; leave it out, or the method");
   }
   require_new_place(fs::path(arguments.out) / "labels", "--out");
   require_folder_place(arguments.out);
@@ -198,6 +208,15 @@ void check_places(const Dataset& dataset, const MasksArguments& arguments, MaskM
   if (!any) {
     throw DataError(arguments.capture, "", "no images", "some");
   }
+  for (std::size_t c = 0; c < dataset.cameras.size() && !arguments.truth.empty(); ++c) {
+    for (const int frame : dataset.frames[c].images.frames()) {
+      const fs::path file = truth_labels(arguments, dataset.cameras[c].id, frame);
+      if (file_kind(file) == fs::file_type::not_found) {
+        throw DataError(file.string(), "", "no ground-truth labels of an image of CAPTURE",
+                        "--ground-truth with the synthetic capture that CAPTURE is of");
+      }
+    }
+  }
 }
 
 int run(MasksArguments arguments, const MasksOptions& options) {
@@ -205,6 +224,7 @@ int run(MasksArguments arguments, const MasksOptions& options) {
     throw UsageError("masks takes a CAPTURE: atelier masks CAPTURE --plates FOLDER");
   }
   const Dataset dataset = open_dataset(arguments.capture, options.capture);
+  std::error_code error;
   if (arguments.out.empty()) {
     if (dataset.layout != "native") {
       throw UsageError("CAPTURE has the layout " + dataset.layout +
@@ -212,19 +232,25 @@ int run(MasksArguments arguments, const MasksOptions& options) {
                        "convert-capture");
     }
     arguments.out = arguments.capture;
+  } else if (!fs::equivalent(arguments.out, arguments.capture, error) ||
+             dataset.layout != "native") {
+    require_outside_input(arguments.out, arguments.capture, "--out", "CAPTURE");
+    require_outside_captures(arguments.out, "--out");
   }
   MaskMethod method = options.method;
   if (method == MaskMethod::Auto) {
     method = arguments.plates.empty() ? MaskMethod::Time : MaskMethod::Plates;
   }
   check_places(dataset, arguments, method);
+  const UnfinishedFolder unfinished(fs::path(arguments.out) / "labels");
   std::vector<CameraMasks> results(dataset.cameras.size());
   parallel_for(static_cast<Index>(results.size()), 1, [&](Index begin, Index end) {
     for (Index c = begin; c < end; ++c) {
-      results[static_cast<std::size_t>(c)] =
-          masks_of(dataset, static_cast<std::size_t>(c), arguments, method, options);
+      results[static_cast<std::size_t>(c)] = masks_of(
+          dataset, static_cast<std::size_t>(c), arguments, method, options, unfinished.content());
     }
   });
+  unfinished.finish();
   nlohmann::ordered_json json = {{"capture", arguments.capture},
                                  {"out", (fs::path(arguments.out) / "labels").string()}};
   json["cameras"] = nlohmann::ordered_json::array();

@@ -203,10 +203,17 @@ int run(RunArguments arguments, OptionSet options) {
   events.stop = interrupted;
   arguments.set_aside = replace_results({"run", places.capture, places.workspace, arguments.replace,
                                          arguments.dry_run, arguments.json, events},
-                                        [&] { ChainRun(arguments, options); });
+                                        [&](const std::vector<std::string>& aside) {
+                                          RunArguments without = arguments;
+                                          without.set_aside = aside;
+                                          without.dry_run = true;
+                                          without.json = false;  // its events are the run's own
+                                          ChainRun(without, options).require_feasible();
+                                        });
   ChainRun chain(arguments, options);
   chain.announce();
   if (arguments.dry_run) {
+    require_folder_place(places.workspace);  // the report at least is written there
     return chain.plan();
   }
   chain.work();

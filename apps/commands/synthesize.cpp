@@ -61,6 +61,7 @@ int run(const std::string& folder, const SynthesisOptions& options, const std::s
   const std::string out = workspace_place(folder).string();
   if (dry_run) {
     require_synthesis(out, options);
+    require_folder_place(out);
     std::cout << printable(out) << ": the options are valid\n";
     return kExitDone;
   }

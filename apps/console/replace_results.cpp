@@ -27,8 +27,9 @@ bool reads_capture(const Stage& stage) {
   return std::find(stage.inputs.begin(), stage.inputs.end(), "capture") != stage.inputs.end();
 }
 
-std::vector<std::string> replace_results(const ReplaceRequest& request,
-                                         const std::function<void()>& ready) {
+std::vector<std::string> replace_results(
+    const ReplaceRequest& request,
+    const std::function<void(const std::vector<std::string>& aside)>& ready) {
   const std::optional<OtherCapture> other = look_for_other(request);
   if (!other) {
     return {};
@@ -43,8 +44,8 @@ std::vector<std::string> replace_results(const ReplaceRequest& request,
                      "): " + other->difference +
                      "; name another folder, or give --replace, which sets them aside");
   }
+  ready(other->stages);
   if (!request.dry_run) {
-    ready();
     set_aside(request.workspace, other->stages);
   }
   if (!request.quiet) {

@@ -32,8 +32,11 @@ struct ReplaceRequest {
 /// them aside where --replace asks for it; of a dry run only says so. Returns the stages of what
 /// is, or would be, set aside; ends the program where it is interrupted. Throws UsageError;
 /// DataError of a capture that cannot be read.
-/// @param ready  called before anything is set aside: throws where the command is refused anyway
-std::vector<std::string> replace_results(const ReplaceRequest& request,
-                                         const std::function<void()>& ready);
+/// @param ready  opens and checks the new capture: called with the stages in question before any of
+///               them is set aside, of a dry run as well, it throws where the command could not go
+///               on without their results
+std::vector<std::string> replace_results(
+    const ReplaceRequest& request,
+    const std::function<void(const std::vector<std::string>& aside)>& ready);
 
 }  // namespace atelier

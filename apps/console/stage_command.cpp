@@ -19,7 +19,9 @@
 #include "core/store/workspace_folder.h"
 #include "core/usage_error.h"
 #include "core/utf8.h"
+#include "core/writable_place.h"
 #include "pipeline/chain/outdated_results.h"
+#include "pipeline/chain/startable_without.h"
 #include "pipeline/stages/stages.h"
 
 namespace atelier {
@@ -94,7 +96,9 @@ int work(const Stage& stage, const StageArguments& arguments, StageConsole& cons
   if (reads_capture(stage)) {
     replace_results({stage.name, request.input, request.workspace, arguments.replace, dry_run,
                      arguments.json, events},
-                    [&] { require_startable(stage, request); });
+                    [&](const std::vector<std::string>& aside) {
+                      require_startable_without(stage, request, aside);
+                    });
   }
   const std::vector<std::string> outdated = outdated_inputs(stage, request);
   if (dry_run) {
@@ -102,6 +106,7 @@ int work(const Stage& stage, const StageArguments& arguments, StageConsole& cons
       StagePlan plan = plan_stage(all_stages(), stage, request, events);
       plan.warnings.insert(plan.warnings.end(), outdated.begin(), outdated.end());
       if (plan.state != StagePlan::State::Done) {
+        require_folder_place(plan.stage_folder);
         require_startable(stage, request);
       }
       console.show_plan(plan, request.selection);

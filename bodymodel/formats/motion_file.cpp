@@ -1,6 +1,7 @@
 #include "bodymodel/formats/motion_file.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <optional>
 
@@ -80,9 +81,25 @@ MotionClip read_npz_motion(const std::filesystem::path& path, const MotionFileOp
   return read_amass(path, body, neutral ? neutral_shape(*body) : options.shape, limits);
 }
 
+bool holds_one_motion(const std::string& extension) {
+  constexpr std::array kFormats = {".bvh", ".amc", ".trc", ".c3d", ".npz"};
+  return std::find(kFormats.begin(), kFormats.end(), extension) != kFormats.end();
+}
+
+/// Refuses another animation than the one that a format without any has: its motion, number 1.
+void require_only_animation(const std::filesystem::path& path, const std::string& wanted) {
+  if (!wanted.empty() && wanted != "1") {
+    throw UnknownValue(path.string(), "animation", wanted,
+                       "1: a file of " + extension_of(path) + " holds one motion");
+  }
+}
+
 MotionClip read_by_extension(const std::filesystem::path& path, const MotionFileOptions& options,
                              const Limits& limits) {
   const std::string extension = extension_of(path);
+  if (holds_one_motion(extension)) {
+    require_only_animation(path, options.motion.animation);
+  }
   if (extension == ".bvh") {
     return read_bvh(path, options.motion, limits);
   }

@@ -158,6 +158,12 @@ void require_value(std::string_view option, const Written& entry) {
   }
 }
 
+/// Cameras are shifted against each other: a number that is all cameras' shifts nothing.
+[[noreturn]] void refuse_common_shift(const std::string& text) {
+  refuse("sync", value_shown(text),
+         "shifts of some cameras against the others, as in cam3=-4; all alike change nothing");
+}
+
 /// The same frames under other numbers; those that become negative are left out, and so are those
 /// that no sequence has, where sequences are said.
 void renumber(FramePlaces& places, int by, const std::vector<int>& wanted) {
@@ -248,8 +254,13 @@ std::string correction_problem(std::string_view option, const std::string& text)
     if (option == "leave_out") {
       cameras_in_list(text);
     } else if (std::find(kOptions.begin(), kOptions.end(), option) != kOptions.end()) {
-      for (const Written& entry : written_in(option, text)) {
+      const std::vector<Written> entries = written_in(option, text);
+      for (const Written& entry : entries) {
         require_value(option, entry);
+      }
+      if (option == "sync" && entries.size() == 1 && entries.front().camera == kAllCameras &&
+          whole_number("sync", entries.front().value) != 0) {
+        refuse_common_shift(text);
       }
     }
   } catch (const UsageError& error) {
@@ -298,12 +309,21 @@ void correct_cameras(Dataset& dataset, const CorrectionOptions& options) {
 
 void correct_frames(Dataset& dataset, const CorrectionOptions& options) {
   const std::vector<int> wanted = frame_ids(dataset);
+  std::vector<int> shifts(dataset.frames.size(), 0);
   for (const Entry& entry : entries_of(dataset, "sync", options.sync)) {
-    const int by = whole_number("sync", entry.value);
     for (const std::size_t camera : entry.cameras) {
-      CameraFrames& frames = dataset.frames[camera];
-      for (auto* places : {&frames.images, &frames.masks, &frames.labels, &frames.keypoints}) {
-        renumber(*places, by, wanted);
+      shifts[camera] = whole_number("sync", entry.value);
+    }
+  }
+  if (!shifts.empty() && shifts.front() != 0 &&
+      std::count(shifts.begin(), shifts.end(), shifts.front()) == std::ssize(shifts)) {
+    refuse_common_shift(options.sync);
+  }
+  for (std::size_t c = 0; c < shifts.size(); ++c) {
+    CameraFrames& frames = dataset.frames[c];
+    for (auto* places : {&frames.images, &frames.masks, &frames.labels, &frames.keypoints}) {
+      if (shifts[c] != 0) {
+        renumber(*places, shifts[c], wanted);
       }
     }
   }

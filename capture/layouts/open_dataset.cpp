@@ -226,10 +226,57 @@ Finding turned_finding(const Camera& camera, const CameraFrames& frames, const s
           quarters > 0 ? turned_setting(set, camera.id, quarters) : ""};
 }
 
+/// The turn of a camera's images that its files tell, where it is not the one that is set and sizes
+/// do not tell of it; "" where nothing is against that.
+std::string against_turn(const Camera& camera, const CameraFrames& frames) {
+  const int turn = frames.turn % 4;
+  const int shown = quarters_shown(frames.image_orientation);
+  const bool square = camera.width == camera.height;
+  if (shown > 0) {
+    const bool as_stored = shown % 2 != 0 && !square && turn % 2 == 0;  // the sizes say
+    const int told = as_stored ? 0 : 4 - shown;
+    if (turn != told) {
+      return "their EXIF (orientation " + std::to_string(frames.image_orientation) +
+             ") and size say " +
+             (told == 0 ? "that they were not turned" : std::to_string(90 * told) + " degrees");
+    }
+    return "";
+  }
+  if (frames.view_rotation != 0 && (frames.view_rotation % 180 != 0) != (turn % 2 != 0)) {
+    return "the recorder shows them turned by " + std::to_string(frames.view_rotation) +
+           " degrees (viewrotation)";
+  }
+  return "";
+}
+
+/// What speaks against the turn that is set: EXIF, the recorder, or a view that stands on its head.
+void doubt_turn(const Camera& camera, const CameraFrames& frames, const std::string& turned,
+                std::vector<Finding>& findings) {
+  const std::string set = "--capture.turned " + turned + " turns its images by " +
+                          std::to_string(90 * (frames.turn % 4)) + " degrees";
+  if (const std::string against = against_turn(camera, frames); !against.empty()) {
+    findings.push_back({Severity::Error, "image-turned", camera.id, set + ", and " + against,
+                        "take " + camera.id + " from it, or say what the files say", ""});
+    return;
+  }
+  constexpr double kUp = 0.7;  // a camera that is tilted by less than 45 degrees
+  const bool told = quarters_shown(frames.image_orientation) > 0;
+  if (!told && turned_camera(camera, frames.turn).camera_from_world_rotation(1, 1) > kUp) {
+    const int other = (frames.turn + 2) % 4;
+    const std::string instead = turned_setting(turned, camera.id, other);
+    findings.push_back({frames.view_rotation != 0 ? Severity::Error : Severity::Warning,
+                        frames.view_rotation != 0 ? "image-turned" : "image-upside-down", camera.id,
+                        set + ", by which up in the calibration is down in them",
+                        "look at an image: unless the person stands on the head, " +
+                            (other == 0 ? "take " + camera.id + " from it" : "say " + instead)});
+  }
+}
+
 /// What is said of turns where sizes do not tell.
 void note_turns(const Camera& camera, const CameraFrames& frames, const std::string& turned,
                 std::vector<Finding>& findings) {
   if (frames.turn % 4 != 0) {
+    doubt_turn(camera, frames, turned, findings);
     return;
   }
   // Sizes that fit as images are stored do not fit images turned by 90 degrees, unless square.

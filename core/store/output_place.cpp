@@ -45,6 +45,17 @@ bool is_inside(const std::filesystem::path& path, const std::filesystem::path& f
   return std::mismatch(root.begin(), root.end(), real.begin(), real.end()).first == root.end();
 }
 
+void require_outside_input(const std::filesystem::path& place, const std::filesystem::path& input,
+                           const std::string& argument, const std::string& input_name) {
+  const std::filesystem::path folder = file_kind(input) == std::filesystem::file_type::regular
+                                           ? std::filesystem::absolute(input).parent_path()
+                                           : input;
+  if (is_inside(place, folder)) {
+    throw UsageError(argument + " lies in " + input_name + " " + folder.string() +
+                     ", which is not changed; name a place outside of it");
+  }
+}
+
 void require_outside_inputs(const std::filesystem::path& place, std::span<const StageStatus> stages,
                             const std::string& argument) {
   for (const StageStatus& status : stages) {

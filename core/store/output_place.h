@@ -17,6 +17,12 @@ void require_new_place(const std::filesystem::path& place, const std::string& ar
 /// True if a path that may not be there yet lies in a folder, or is that folder.
 bool is_inside(const std::filesystem::path& path, const std::filesystem::path& folder);
 
+/// Refuses a place in what a command reads: the folder, or the one around the file, that `input`
+/// is. `argument` names the place, `input_name` what is read: "--out", "CAPTURE". Throws
+/// UsageError.
+void require_outside_input(const std::filesystem::path& place, const std::filesystem::path& input,
+                           const std::string& argument, const std::string& input_name);
+
 /// Refuses a place in what a workspace's results were made of: what is written there would outdate
 /// them. Throws UsageError.
 void require_outside_inputs(const std::filesystem::path& place, std::span<const StageStatus> stages,

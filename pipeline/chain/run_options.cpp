@@ -1,6 +1,5 @@
 #include "pipeline/chain/run_options.h"
 
-#include "capture/layouts/open_dataset.h"
 #include "core/error.h"
 #include "pipeline/chain/run_chain.h"
 #include "pipeline/pictures/report_page.h"
@@ -45,6 +44,19 @@ OptionSet stage_options(const OptionSet& run, const std::string& stage) {
     if (shared != nullptr && shared->source != "default" && field.source == "default") {
       const std::string problem =
           set_option(options.table, field.name, option_text(*shared), shared->source);
+      ATELIER_CHECK(problem.empty(), problem);
+    }
+  }
+  return options;
+}
+
+DatasetOptions capture_options(const OptionTable& stage) {
+  DatasetOptions options;
+  OptionTable table = describe(options);
+  for (const OptionField& field : stage.fields) {
+    const std::string name = name_in_capture(field.name);
+    if (!name.empty() && field_named(table, name) != nullptr) {
+      const std::string problem = set_option(table, name, option_text(field), field.source);
       ATELIER_CHECK(problem.empty(), problem);
     }
   }

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -340,6 +341,28 @@ void refuse_other_garmentcode(std::string_view text, const Reader& reader) {
   }
 }
 
+/// Refuses panels that are too large or too small for a garment, by the bounds of meshes of one
+/// (flattening/flatten_diagnostics.h): a wrong unit.
+void require_garment_size(const SewingPattern& pattern, double units, const Reader& reader) {
+  constexpr double kLargest = 5;      // m
+  constexpr double kSmallest = 0.05;  // m
+  double extent = 0;
+  for (const Panel& panel : pattern.panels) {
+    extent = std::max(
+        extent,
+        (panel.corners.colwise().maxCoeff() - panel.corners.colwise().minCoeff()).maxCoeff());
+  }
+  if (extent <= kLargest && extent >= kSmallest) {
+    return;
+  }
+  char found[120];
+  std::snprintf(found, sizeof found, "%g, by which the largest panel is %.4g m", units, extent);
+  reader.refuse(
+      "units_in_meter", found,
+      "the number of the file's units in a metre, 100 of centimetres, by which it is 0.05 "
+      "to 5 m");
+}
+
 }  // namespace
 
 SewingPattern garment_pattern_from_json(std::string_view text, const std::string& file) {
@@ -417,6 +440,7 @@ SewingPattern garment_pattern_from_json(std::string_view text, const std::string
     }
   }
   check_sewing_pattern(pattern, file);
+  require_garment_size(pattern, units, reader);
   return pattern;
 }
 

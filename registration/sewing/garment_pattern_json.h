@@ -19,7 +19,8 @@ namespace atelier {
 /// other where the panels are placed; one that is marked `right_wrong` joins start with start, as
 /// GarmentCode's meshes do (pygarment/meshgen/boxmeshgen.py). Panels that show another side than
 /// those they are sewn to are turned over where they lie, so that the garment has one outside.
-/// GarmentCode's files of bodies and designs are refused as such. Throws DataError.
+/// GarmentCode's files of bodies and designs are refused as such, and a largest panel of less than
+/// 0.05 or more than 5 m as a wrong unit. Throws DataError.
 SewingPattern garment_pattern_from_json(std::string_view text, const std::string& file);
 
 }  // namespace atelier

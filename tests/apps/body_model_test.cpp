@@ -129,6 +129,16 @@ TEST_F(BodyModelCommand, FileWithBodyAndMotion_IsReadAsEither) {
   refused({"measure", "female", "--as", "motion"}, 2, "it is for convert");
 }
 
+TEST_F(BodyModelCommand, AnimationThatAMotionDoesNotHave_IsRefusedByItsFlag) {
+  refused({"pose", "female", still_bvh(), "--motion.animation", "Walk", "--out",
+           (folder_ / "a.glb").string()},
+          2, "--motion.animation cannot be 'Walk'");
+  EXPECT_EQ(run({"convert", still_bvh(), "--motion.animation", "1", "--out",
+                 (folder_ / "a.npz").string()})
+                .exit_code,
+            0);
+}
+
 TEST_F(BodyModelCommand, ShowAndPose_WriteImages) {
   const auto png = [&](const char* name) { return (folder_ / name).string(); };
   const std::vector<std::string> small = {"--width", "64", "--height", "96", "--samples", "1"};

@@ -162,6 +162,33 @@ TEST(ConvertCapture, OutputOfAnotherRun_IsRefused) {
   EXPECT_FALSE(fs::exists(folder / ".out.unfinished"));
 }
 
+TEST(ConvertCapture, CaptureJoinedWithItself_IsRefused) {
+  const TemporaryDirectory folder;
+  write_small_capture(folder / "a");
+  fs::copy(folder / "a", folder / "copy", fs::copy_options::recursive);
+  fs::create_directory_symlink(folder / "a", folder / "link");
+  SmallCapture later;
+  later.frames = {5, 6};
+  write_small_capture(folder / "b", later);
+  const std::string a = (folder / "a").string();
+  const std::string out = (folder / "out").string();
+  for (const char* second : {"a", "copy", "link"}) {
+    const ChildResult twice =
+        convert({a, (folder / second).string(), out, "--join", "clothed,clothed"});
+    EXPECT_EQ(twice.exit_code, 2) << second;
+    EXPECT_THAT(twice.err, HasSubstr("--join takes each capture once: "));
+    EXPECT_FALSE(fs::exists(out));
+  }
+  const ChildResult two = convert({a, (folder / "b").string(), out, "--join", "clothed,clothed"});
+  EXPECT_EQ(two.exit_code, 0) << two.err;
+  const ChildResult few = convert({a, (folder / "b").string(), out, "--join", "clothed"});
+  EXPECT_EQ(few.exit_code, 2);
+  EXPECT_THAT(few.err, HasSubstr("--join names 1 kind, and 2 captures come before OUT"));
+  const ChildResult many = convert({a, out, "--join", "clothed,clothed"});
+  EXPECT_EQ(many.exit_code, 2);
+  EXPECT_THAT(many.err, HasSubstr("--join names 2 kinds, and 1 capture comes before OUT"));
+}
+
 TEST(ConvertCapture, NonCaptureOrTakenPlace_IsRefused) {
   const TemporaryDirectory folder;
   fs::create_directory(folder / "empty");
@@ -179,7 +206,7 @@ TEST(ConvertCapture, NonCaptureOrTakenPlace_IsRefused) {
   EXPECT_EQ(layout.exit_code, 2);
   const ChildResult inside = convert({capture, capture + "/colmap", "--to", "colmap"});
   EXPECT_EQ(inside.exit_code, 2);
-  EXPECT_THAT(inside.err, HasSubstr("OUT lies in the capture IN"));
+  EXPECT_THAT(inside.err, HasSubstr("OUT lies in the capture " + capture + ", which is not"));
   EXPECT_EQ(convert({capture + "/cameras.json", capture + "/out"}).exit_code, 2);
   EXPECT_FALSE(fs::exists(capture + "/colmap"));
   const ChildResult up = convert({capture, (folder / "x").string(), "--up", "w"});

@@ -76,6 +76,58 @@ TEST(MasksCommand, WalkerMasks_AreFoundByPlatesAndOverTime) {
   EXPECT_EQ(read_labels(folder / "out" / "labels" / camera / "000002.png").at(13, 40), 255);
 }
 
+TEST(MasksCommand, FailedMasks_LeaveNothing) {
+  const TemporaryDirectory folder;
+  write_walker(folder / "capture");
+  const std::string capture = (folder / "capture").string();
+  const std::string out = (folder / "a" / "b").string();
+  fs::create_directory(folder / "other");
+  const ChildResult truth =
+      atelier({"masks", capture, "--out", out, "--ground-truth", (folder / "other").string()});
+  EXPECT_EQ(truth.exit_code, 3);
+  EXPECT_THAT(truth.err, HasSubstr("no ground-truth labels of an image of CAPTURE"));
+  EXPECT_FALSE(fs::exists(folder / "a"));
+  fs::create_directory(folder / "plates");
+  EXPECT_EQ(
+      atelier({"masks", capture, "--out", out, "--plates", (folder / "plates").string()}).exit_code,
+      3);
+  EXPECT_FALSE(fs::exists(folder / "a"));
+  // In the capture itself, too: no half of labels, which a next run would find taken.
+  EXPECT_EQ(atelier({"masks", capture, "--plates", (folder / "plates").string()}).exit_code, 3);
+  EXPECT_FALSE(fs::exists(folder / "capture" / "labels"));
+  EXPECT_FALSE(fs::exists(folder / "capture" / ".labels.unfinished"));
+}
+
+TEST(MasksCommand, PlaceInTheCapture_IsRefused) {
+  const TemporaryDirectory folder;
+  write_walker(folder / "capture");
+  const std::string capture = (folder / "capture").string();
+  for (const char* inside : {"/labels", "/images/00", "/new/deep"}) {
+    const ChildResult refused = atelier({"masks", capture, "--out", capture + inside});
+    EXPECT_EQ(refused.exit_code, 2) << inside;
+    EXPECT_THAT(refused.err, HasSubstr("--out lies in CAPTURE " + capture));
+    const ChildResult detections =
+        atelier({"detect", capture, "--model", capture + "/none.onnx", "--out", capture + inside});
+    EXPECT_EQ(detections.exit_code, 2) << inside;
+    EXPECT_FALSE(fs::exists(capture + "/labels"));
+    EXPECT_FALSE(fs::exists(capture + "/new"));
+  }
+  EXPECT_EQ(atelier({"masks", capture, "--out", capture}).exit_code, 0) << "as without it";
+  EXPECT_TRUE(fs::exists(folder / "capture" / "labels"));
+}
+
+TEST(MasksCommand, PlatesThatAMethodDoesNotTake_AreRefused) {
+  const TemporaryDirectory folder;
+  write_walker(folder / "capture");
+  fs::create_directory(folder / "plates");
+  for (const char* method : {"time", "chroma"}) {
+    const ChildResult refused = atelier({"masks", (folder / "capture").string(), "--plates",
+                                         (folder / "plates").string(), "--method", method});
+    EXPECT_EQ(refused.exit_code, 2);
+    EXPECT_THAT(refused.err, HasSubstr("--plates goes with --method plates or auto"));
+  }
+}
+
 TEST(MasksCommand, MissingOrSmallPlatesAndGrayScreens_AreRefused) {
   const TemporaryDirectory folder;
   write_walker(folder / "capture");

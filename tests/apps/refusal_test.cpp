@@ -255,6 +255,12 @@ INSTANTIATE_TEST_SUITE_P(
                    5,
                    "a file lies where a folder is expected"},
         BadCommand{"WorkspaceInProc", {"statistics", "IN", "/proc/atelier"}, 5, "/proc"},
+        BadCommand{"DryRunOfAWorkspaceInProc",
+                   {"statistics", "IN", "/proc/atelier", "--dry-run"},
+                   5,
+                   "/proc"},
+        BadCommand{
+            "DryRunOfACaptureInProc", {"synthesize", "/proc/atelier", "--dry-run"}, 5, "/proc"},
         BadCommand{"StatusOfNothing", {"status"}, 2, " takes a WORKSPACE"},
         BadCommand{"StatusMissing", {"status", "nothing"}, 3, "no folder"},
         BadCommand{

@@ -91,6 +91,9 @@ TEST_F(Run, DryRun_ReportsThePlanAndChangesNothing) {
                     HasSubstr("track        would run: after reconstruct"),
                     HasSubstr("body         is skipped: no frame has images with masks")));
   EXPECT_FALSE(fs::exists(workspace_));
+  std::vector<std::string> unwritable = command({"--dry-run"});
+  unwritable[3] = "/proc/atelier";
+  expect_refusal(run_child(unwritable), 5, "/proc");
 }
 
 TEST_F(Run, DryRun_SaysEachSkippedStageOnce) {
@@ -224,6 +227,24 @@ TEST_F(Run, AnnouncedTime_IncludesRecomputedStages) {
   const ChildResult again = run(other);
   EXPECT_THAT(again.out, HasSubstr("option capture.fps"));
   EXPECT_GT(announced_seconds(again), report);
+}
+
+TEST_F(Run, TimeLeft_IsLearntFromTheStagesThatRanHere) {
+  run({"--to", "validate"});
+  RunAccount account = read_run_account(workspace_).value();
+  const std::vector<std::string> again = {"--to",   "validate",      "--dry-run",
+                                          "--json", "--capture.fps", "24"};
+  const double usual = announced_seconds(run(again));
+  EXPECT_LT(usual, 1000);
+  ASSERT_EQ(account.stages[0].stage, "validate");
+  account.stages[0].seconds = 5000;
+  write_run_account(workspace_, account);
+  const double learnt = announced_seconds(run(again));
+  EXPECT_GT(learnt, 5000);
+  EXPECT_LT(learnt, 6000);
+  account.capture = root_.path().string();  // of another capture nothing is learnt
+  write_run_account(workspace_, account);
+  EXPECT_LT(announced_seconds(run(again)), 1000);
 }
 
 TEST_F(Run, SignalWhileReporting_EndsTheRun) {

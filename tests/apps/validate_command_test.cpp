@@ -151,12 +151,55 @@ TEST(ValidateCommand, CaptureThatCannotBeRead_SetsNothingAside) {
   write_small_capture(folder / "first", SmallCapture());
   const std::string work = (folder / "work").string();
   validate({(folder / "first").string(), work});
-  for (const char* second : {"nothing", "empty"}) {
-    fs::create_directory(folder / "empty");
-    const ChildResult refused = validate({(folder / second).string(), work, "--replace"});
-    EXPECT_EQ(refused.exit_code, 3) << refused.err;
-    EXPECT_TRUE(current_name(fs::path(work) / "validate"));
+  const std::string before = *current_name(fs::path(work) / "validate");
+  fs::create_directory(folder / "empty");
+  fs::create_directory(folder / "wrong");
+  std::ofstream(folder / "wrong" / "notes.txt") << "no capture\n";
+  write_small_capture(folder / "damaged", SmallCapture());
+  std::ofstream(folder / "damaged" / "cameras.json") << "{";
+  for (const char* second : {"nothing", "empty", "wrong", "damaged"}) {
+    for (const char* stage : {"validate", "reconstruct", "personalize", "animate", "run"}) {
+      for (const char* more : {"--force", "--dry-run"}) {
+        std::vector<std::string> words = {program_path(), stage, (folder / second).string(), work,
+                                          "--replace"};
+        if (std::string(more) == "--dry-run" || std::string(stage) != "run") {
+          words.emplace_back(more);
+        }
+        const ChildResult refused = run_child(words);
+        EXPECT_EQ(refused.exit_code, 3) << stage << " " << second << ": " << refused.err;
+        EXPECT_THAT(refused.out, Not(HasSubstr("set aside")));
+        EXPECT_EQ(current_name(fs::path(work) / "validate"), before) << stage << " " << second;
+      }
+    }
   }
+}
+
+TEST(ValidateCommand, StageThatCouldNotGoOn_SetsNothingAside) {
+  const TemporaryDirectory folder;
+  write_small_capture(folder / "first", SmallCapture());
+  SmallCapture other;
+  other.frames = {0, 1, 2};
+  write_small_capture(folder / "second", other);
+  fs::remove_all(folder / "second" / "labels");
+  const std::string second = (folder / "second").string();
+  const std::string work = (folder / "work").string();
+  validate({(folder / "first").string(), work});
+  const auto expect_refused = [&](const std::vector<std::string>& words, int code,
+                                  const std::string& why) {
+    std::vector<std::string> command = {program_path()};
+    command.insert(command.end(), words.begin(), words.end());
+    const ChildResult refused = run_child(command);
+    EXPECT_EQ(refused.exit_code, code) << refused.err;
+    EXPECT_THAT(refused.err, HasSubstr(why));
+    EXPECT_TRUE(current_name(fs::path(work) / "validate")) << words.front();
+  };
+  // What it reads is not there, or is another capture's.
+  expect_refused({"personalize", second, work, "--replace"}, 3,
+                 "no result of this capture, which personalize reads");
+  expect_refused({"run", second, work, "--replace", "--from", "track"}, 3, "which track reads");
+  expect_refused({"validate", second, work, "--replace", "--capture.sync", "09=1"}, 2,
+                 "--capture.sync cannot be '09'");
+  expect_refused({"reconstruct", second, work, "--replace", "--frames", "70:80"}, 3, "70");
 }
 
 TEST(ValidateCommand, CaptureBehindALink_IsNoLinkInside) {

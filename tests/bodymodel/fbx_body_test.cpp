@@ -31,9 +31,11 @@ namespace {
 namespace fs = std::filesystem;
 using fixtures::fbx_text;
 using fixtures::FbxTextOptions;
+using ::testing::AllOf;
 using ::testing::Contains;
 using ::testing::Field;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::ThrowsMessage;
 
 // MHR's and momentum's names.
@@ -222,23 +224,41 @@ TEST(FbxBody, Weights_AreNormalizedAndPrunedToEight) {
   EXPECT_NEAR(body.model.skin.weights(0, 0), 12.0 / (12 + 11 + 10 + 9 + 8 + 7 + 6 + 5), 1e-6);
 }
 
-// One joint turns by 90 degrees about x in a second.
-std::string with_animation(std::string text) {
-  const std::string curve =
-      "AnimationStack: 9000, \"AnimStack::turn\", \"\" {\n}\n"
-      "AnimationLayer: 9001, \"AnimLayer::base\", \"\" {\n}\n"
-      "AnimationCurveNode: 9002, \"AnimCurveNode::R\", \"\" {\nProperties70: {\n"
-      "P: \"d|X\", \"Number\", \"\", \"A\",0\nP: \"d|Y\", \"Number\", \"\", \"A\",0\n"
-      "P: \"d|Z\", \"Number\", \"\", \"A\",0\n}\n}\n"
-      "AnimationCurve: 9003, \"AnimCurve::\", \"\" {\nDefault: 0\nKeyVer: 4008\n"
-      "KeyTime: *3 {\na: 46186158000,69279237000,92372316000\n}\n"
-      "KeyValueFloat: *3 {\na: 0,45,90\n}\n}\n";
-  const std::string links =
-      "C: \"OO\",9001,9000\nC: \"OO\",9002,9001\nC: \"OP\",9003,9002, \"d|X\"\n"
-      "C: \"OP\",9002,1014, \"Lcl Rotation\"\n";
-  text.insert(text.find("}\nConnections: {\n"), curve);
+// One joint turns about x in a second, in an animation of that name.
+struct FbxTurn {
+  const char* name = "turn";
+  double degrees = 90;
+};
+
+std::string with_animations(std::string text, const std::vector<FbxTurn>& turns) {
+  std::string curves;
+  std::string links;
+  for (std::size_t i = 0; i < turns.size(); ++i) {
+    const auto id = [&](int k) { return std::to_string(9000 + 10 * static_cast<int>(i) + k); };
+    curves += "AnimationStack: " + id(0) + ", \"AnimStack::" + turns[i].name +
+              "\", \"\" {\n}\nAnimationLayer: " + id(1) +
+              ", \"AnimLayer::base\", \"\" {\n}\nAnimationCurveNode: " + id(2) +
+              ", \"AnimCurveNode::R\", \"\" {\nProperties70: {\n"
+              "P: \"d|X\", \"Number\", \"\", \"A\",0\nP: \"d|Y\", \"Number\", \"\", \"A\",0\n"
+              "P: \"d|Z\", \"Number\", \"\", \"A\",0\n}\n}\n"
+              "AnimationCurve: " +
+              id(3) +
+              ", \"AnimCurve::\", \"\" {\nDefault: 0\nKeyVer: 4008\n"
+              "KeyTime: *3 {\na: 46186158000,69279237000,92372316000\n}\n"
+              "KeyValueFloat: *3 {\na: 0," +
+              std::to_string(turns[i].degrees / 2) + "," + std::to_string(turns[i].degrees) +
+              "\n}\n}\n";
+    links += "C: \"OO\"," + id(1) + "," + id(0) + "\nC: \"OO\"," + id(2) + "," + id(1) +
+             "\nC: \"OP\"," + id(3) + "," + id(2) + ", \"d|X\"\nC: \"OP\"," + id(2) +
+             ",1014, \"Lcl Rotation\"\n";
+  }
+  text.insert(text.find("}\nConnections: {\n"), curves);
   text.insert(text.rfind("}\n"), links);
   return text;
+}
+
+std::string with_animation(std::string text) {
+  return with_animations(std::move(text), {FbxTurn{}});
 }
 
 TEST(FbxMotion, Animation_IsRead) {
@@ -258,6 +278,61 @@ TEST(FbxMotion, Animation_IsRead) {
   EXPECT_LT(
       (rest_positions(clip.skeleton).row(arm) - rest_positions(person.skeleton).row(14)).norm(),
       1e-6);
+}
+
+TEST(FbxMotion, SeveralAnimations_AreEachSelectableAndTheDefaultIsSaid) {
+  ATELIER_NEEDS_FBX();
+  const BodyModel person = fixtures::person_body(fixtures::person_skeleton());
+  const fs::path path = fs::path(::testing::TempDir()) / "atelier_fbx_animations.fbx";
+  const std::vector<FbxTurn> turns = {{"Wave", 40}, {"Bow", -60}, {"Kick", 80}};
+  std::ofstream(path) << with_animations(fbx_text(person), turns);
+  const auto end_of = [&](const std::string& wanted) {
+    MotionFileOptions options;
+    options.motion.animation = wanted;
+    const MotionClip clip = read_motion_file(path, options);
+    const int arm = find_joint(clip.skeleton, person.skeleton.names[14]);
+    return std::pair(clip.motion.poses.back().rotations(arm, 0) * 180 / 3.14159265358979, clip);
+  };
+  const auto [angle, clip] = end_of("");
+  EXPECT_NEAR(angle, 40, 1e-3) << "the first that moves a joint";
+  EXPECT_THAT(clip.findings,
+              Contains(AllOf(Field(&Finding::code, "motion-animations"),
+                             Field(&Finding::what, HasSubstr("1 'Wave', 2 'Bow', 3 'Kick'")),
+                             Field(&Finding::advice, HasSubstr("1 is taken")))));
+  for (std::size_t i = 0; i < turns.size(); ++i) {
+    for (const std::string& wanted : {std::string(turns[i].name), std::to_string(i + 1)}) {
+      const auto [chosen, of] = end_of(wanted);
+      EXPECT_NEAR(chosen, turns[i].degrees, 1e-3) << wanted;
+      EXPECT_THAT(of.findings, Not(Contains(Field(&Finding::code, "motion-animations"))));
+    }
+  }
+  EXPECT_THAT([&] { end_of("Jump"); }, ThrowsMessage<DataError>(HasSubstr("animation: 'Jump'")));
+  fs::remove(path);
+}
+
+// Saved in mid-motion: the nodes stand neither in the bind pose nor in the first key's, and the
+// mesh's own vertices are in the bind pose.
+TEST(FbxMotion, FileSavedInMidMotion_IsReadByItsKeysFromItsBindPose) {
+  ATELIER_NEEDS_FBX();
+  const BodyModel person = fixtures::person_body(fixtures::person_skeleton());
+  FbxTextOptions saved;
+  saved.moved.topLeftCorner<3, 3>() << 0, 0, 1, 0, 1, 0, -1, 0, 0;
+  saved.moved.topRightCorner<3, 1>() << 30, -20, 10;
+  const std::string text = with_animation(fbx_text(person, saved));
+  const GltfBody body = body_of(text);
+  EXPECT_LT((body.model.mesh.vertices - person.mesh.vertices).cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_LT((rest_positions(body.model.skeleton) - rest_positions(person.skeleton)).norm(), 1e-5);
+  const fs::path path = fs::path(::testing::TempDir()) / "atelier_fbx_mid_motion.fbx";
+  std::ofstream(path) << text;
+  const MotionClip clip = read_motion_file(path);
+  fs::remove(path);
+  EXPECT_LT((rest_positions(clip.skeleton) - rest_positions(person.skeleton)).norm(), 1e-5);
+  const int arm = find_joint(clip.skeleton, person.skeleton.names[14]);
+  EXPECT_NEAR(clip.motion.poses.front().rotations.row(arm).norm(), 0, 1e-6);
+  EXPECT_NEAR(clip.motion.poses.back().rotations(arm, 0), 1.5707963, 1e-5);
+  // The root stands where the file was saved, in every frame: it has no keys of its own.
+  const int root = find_joint(clip.skeleton, person.skeleton.names[0]);
+  EXPECT_NEAR(clip.motion.poses.back().rotations.row(root).norm(), 1.5707963, 1e-5);
 }
 
 // Blender saves a body that it has read as glTF in its own way: an armature of scale 100, bones

@@ -8,6 +8,7 @@
 #include "bodymodel/humanoid.h"
 #include "bodymodel/kinematics.h"
 #include "core/error.h"
+#include "core/unknown_value.h"
 #include "tests/bodymodel/synthetic_person.h"
 #include "tests/support/temporary_directory.h"
 
@@ -71,6 +72,24 @@ TEST(MotionFile, GivenUnitAndRate_ApplyToNpz) {
   const MotionClip child = read_motion_file(folder / "m.npz", options);
   EXPECT_NEAR(legs(child), 0.415, 0.01);
   EXPECT_EQ(child.motion.fps, 24);
+}
+
+TEST(MotionFile, AnimationThatAFormatOfOneMotionCannotHave_IsRefused) {
+  const fixtures::TemporaryDirectory folder;
+  for (const char* name : {"a.bvh", "a.npz", "a.glb"}) {
+    write_motion_file(folder / name, person_clip());
+    MotionFileOptions options;
+    for (const char* wanted : {"Walk", "2", "0"}) {
+      options.motion.animation = wanted;
+      EXPECT_THAT(
+          [&] { read_motion_file(folder / name, options); },
+          ThrowsMessage<UnknownValue>(HasSubstr(std::string("animation: '") + wanted + "'")))
+          << name;
+    }
+    options.motion.animation = "1";
+    EXPECT_EQ(read_motion_file(folder / name, options).motion.poses.size(),
+              person_clip().motion.poses.size());
+  }
 }
 
 TEST(MotionFile, PeopleBeyondAStage_AreRefused) {

@@ -51,7 +51,9 @@ TEST(Corrections, MalformedCorrections_AreRefused) {
       {{"leave_out", "00,,01"}, "CAMERA,CAMERA"},
       {{"extrinsics", "00=foo"}, "cannot be 'foo': it takes inverse, transposed"},
       {{"distortion", "00=foo"}, "k3_third"},
-      {{"intrinsics", "00=0"}, "swapped_centre or a factor"},
+      {{"sync", "all=1"}, "cannot be 'all=1': it takes shifts of some cameras against the others"},
+      {{"intrinsics", "00=0"},
+       "cannot be '0': it takes swapped_centre or a factor, above 0.000001 and below 1000000"},
       {{"intrinsics", "00=nan"}, "swapped_centre or a factor"},
       {{"baseline", "00=-1"}, "a factor on translations"},
       {{"pixel_shift", "00=left"}, "pixels"},
@@ -65,6 +67,20 @@ TEST(Corrections, MalformedCorrections_AreRefused) {
     EXPECT_THAT(correction_problem(value.first, value.second), HasSubstr(words))
         << value.first << " " << value.second;
   }
+}
+
+TEST(Corrections, ShiftOfAllCamerasAlike_IsRefused) {
+  const fixtures::TemporaryDirectory folder;
+  const fixtures::SmallCapture small;
+  fixtures::write_small_capture(folder / "capture", small);
+  DatasetOptions options;
+  options.corrections.sync = "00=1,01=1,02=1";
+  ATELIER_EXPECT_REFUSED(open_dataset(folder / "capture", options), UsageError,
+                         "capture.sync cannot be '00=1,01=1,02=1': it takes shifts of some");
+  options.corrections.sync = "all=1,02=0";
+  const Dataset dataset = open_dataset(folder / "capture", options);
+  EXPECT_EQ(dataset.frames[0].images.frames().front(), small.frames[0] + 1);
+  EXPECT_EQ(dataset.frames[2].images.frames().front(), small.frames[0]);
 }
 
 TEST(Corrections, UnknownCamera_IsRefused) {

@@ -19,6 +19,7 @@
 #include "capture/layouts/write_layout.h"
 #include "capture/radial_fit.h"
 #include "capture/settle_advice.h"
+#include "capture/try_corrections.h"
 #include "capture/validate.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
@@ -230,6 +231,17 @@ TEST(PublicCases, ViewRotationOfQualisys_IsNamedAndCanBeCorrected) {
   options.corrections.turned = "26578=90,26579=270";
   const Dataset corrected = open_dataset(folder.path(), options);
   EXPECT_EQ(finding_of(corrected.findings, "image-turned"), nullptr);
+  options.corrections.turned = "26578=270,26579=90";
+  for (const char* id : {"26578", "26579"}) {
+    const Dataset wrong = open_dataset(folder.path(), options);
+    EXPECT_TRUE(std::any_of(wrong.findings.begin(), wrong.findings.end(), [&](const Finding& f) {
+      return f.code == "image-turned" && f.place == id && f.severity == Severity::Error &&
+             f.what.find("up in the calibration is down in them") != std::string::npos;
+    })) << id;
+  }
+  options.corrections.turned = "26578=90,26579=270,26580=180";
+  const Dataset third = open_dataset(folder.path(), options);
+  EXPECT_NE(finding_of(third.findings, "image-upside-down"), nullptr);
   EXPECT_EQ(corrected.cameras[0].width, 136);
   EXPECT_EQ(corrected.cameras[0].height, 240);
   ATELIER_EXPECT_REFUSED(parse_qualisys(std::string(text).replace(text.find("viewrotation=\"90\""),
@@ -306,6 +318,30 @@ TEST(PublicCases, ExifOrientation_IsNamedAndCanBeCorrected) {
   const Eigen::Vector2d stored = *project(corrected.cameras[0], point);
   EXPECT_NEAR(stored.x(), upright.y(), 1e-9);
   EXPECT_NEAR(stored.y(), 64 - upright.x(), 1e-9);
+  // Set otherwise than EXIF and size say.
+  const Dataset wrong_way = opened(80, 64, 6, "all=90");
+  finding = finding_of(wrong_way.findings, "image-turned");
+  ASSERT_NE(finding, nullptr);
+  EXPECT_EQ(finding->severity, Severity::Error);
+  EXPECT_THAT(finding->what,
+              HasSubstr("--capture.turned all=90 turns its images by 90 degrees, and "
+                        "their EXIF (orientation 6) and size say 270 degrees"));
+  finding = finding_of(opened(64, 80, 6, "all=180").findings, "image-turned");
+  ASSERT_NE(finding, nullptr);
+  EXPECT_THAT(finding->what, HasSubstr("say that they were not turned"));
+  EXPECT_EQ(finding_of(opened(64, 80, 3, "all=180").findings, "image-turned"), nullptr);
+  const auto reopen = [&](const std::map<std::string, std::string>& corrections) {
+    DatasetOptions options;
+    options.corrections = corrections_of(corrections);
+    return open_dataset(folder / "capture", options);
+  };
+  opened(80, 64, 6, "");
+  const Dataset tried = without_wrong_corrections(reopen({{"turned", "all=90"}}), reopen);
+  finding = finding_of(tried.findings, "correction-wrong");
+  ASSERT_NE(finding, nullptr);
+  EXPECT_THAT(finding->what, HasSubstr("--capture.turned all=90 makes it worse: 3 errors"));
+  EXPECT_THAT(finding->advice, HasSubstr("say --capture.turned all=270 instead"));
+  EXPECT_EQ(finding_of(tried.findings, "image-turned"), nullptr);
   // Of the calibration's size: read as stored, and said.
   const Dataset upside_down = opened(64, 80, 3, "");
   ASSERT_NE(finding_of(upside_down.findings, "image-orientation"), nullptr);

@@ -27,6 +27,10 @@ struct SeededDefect {
   void (*spoil_files)(Spoiled& spoiled) = nullptr;  ///< after
 };
 
+/// An image, or detections in it, turned by 180 degrees.
+void turn_upside_down(ByteImage& image);
+void turn_rows_upside_down(Keypoints2d& rows, const Camera& camera);
+
 /// Of calibrations, of images with masks and labels, of detections.
 std::vector<SeededDefect> calibration_defects();
 std::vector<SeededDefect> picture_defects();

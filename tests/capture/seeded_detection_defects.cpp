@@ -47,8 +47,44 @@ std::filesystem::path detection_file(const Spoiled& spoiled, const char* camera,
 
 }  // namespace
 
+void turn_upside_down(ByteImage& image) {
+  const ByteImage before = image;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      for (int c = 0; c < image.channels; ++c) {
+        image.at(x, y, c) = before.at(image.width - 1 - x, image.height - 1 - y, c);
+      }
+    }
+  }
+}
+
+void turn_rows_upside_down(Keypoints2d& rows, const Camera& camera) {
+  for (Index k = 0; k < rows.rows(); ++k) {
+    if (!rows.row(k).isZero(0)) {
+      rows(k, 0) = camera.width - rows(k, 0);
+      rows(k, 1) = camera.height - rows(k, 1);
+    }
+  }
+}
+
 std::vector<SeededDefect> detection_defects() {
   return {
+      {"detections of one camera in images turned by 180 degrees", "camera-turned", "cam1",
+       "--capture.turned cam1=180", 2,
+       [](Spoiled& s) {
+         for (Keypoints2d& rows : s.capture.keypoints[1]) {
+           turn_rows_upside_down(rows, s.capture.cameras[1]);
+         }
+       }},
+      {"detections of every camera in images turned by 180 degrees", "camera-turned", "",
+       "--capture.turned all=180", 2,
+       [](Spoiled& s) {
+         for (std::size_t c = 0; c < s.capture.cameras.size(); ++c) {
+           for (Keypoints2d& rows : s.capture.keypoints[c]) {
+             turn_rows_upside_down(rows, s.capture.cameras[c]);
+           }
+         }
+       }},
       {"a camera 3 frames late", "camera-out-of-sync", "cam2", "--capture.sync cam2=3", 2,
        [](Spoiled& s) { late(s, 2, 3); }},
       {"a camera 2 frames early", "camera-out-of-sync", "cam6", "--capture.sync cam6=-2", 2,

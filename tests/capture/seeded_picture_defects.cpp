@@ -159,6 +159,20 @@ std::vector<SeededDefect> picture_defects() {
            }
          }
        }},
+      {"masks of one camera upside down", "mask-turned", "cam4", "", 0,
+       [](Spoiled& s) {
+         std::for_each(s.capture.masks[4].begin(), s.capture.masks[4].end(), turn_upside_down);
+       }},
+      {"images of one camera turned by 180 degrees, with masks and detections", "camera-turned",
+       "cam3", "--capture.turned cam3=180", 0,
+       [](Spoiled& s) {
+         for (auto* kind : {&s.capture.pictures, &s.capture.masks, &s.capture.labels}) {
+           std::for_each((*kind)[3].begin(), (*kind)[3].end(), turn_upside_down);
+         }
+         for (Keypoints2d& rows : s.capture.keypoints[3]) {
+           turn_rows_upside_down(rows, s.capture.cameras[3]);
+         }
+       }},
       {"numbers of labels that the taxonomy does not have", "label-unknown", "cam3 frame 2", "", 1,
        [](Spoiled& s) { s.capture.labels[3][1].at(40, 40) = 77; }},
       {"a label file cut off", "labels-damaged", "cam0 frame 6", "", 0, nullptr,
