@@ -7,7 +7,8 @@
 #   the first frame of both.
 # Valid: ISO/IEC 14496-12, 8.6.6: media_time -1 is an empty edit; ffprobe says start_time 0.2.
 # For users of Atelier: offsets of synchronised cameras that live in the container are lost in
-#   mosaics and in frame times; take start_time from ffprobe and give the offset by hand.
+#   mosaics and in frame times; take start_time from ffprobe and give the
+#   offset by hand (Atelier says it: `video-start`).
 set -euo pipefail
 . "$(dirname "$(realpath "$0")")/debian.sh"
 folder=$(mktemp -d)
