@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/polygon_mesh.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -237,11 +238,11 @@ struct C3dSegments {
   int ratio = 1;  // matrices of a segment in a frame
 };
 
-C3dSegments named_segments(const C3dFile& file, const Limits& limits, MarkerClip& clip) {
+C3dSegments named_segments(const C3dFile& file, std::size_t used, const Limits& limits,
+                           MarkerClip& clip) {
   const std::vector<std::string> names = file.texts("ROTATION:LABELS");
-  const double used = file.number("ROTATION:USED").value_or(0);
   C3dSegments segments;
-  for (std::size_t i = 0; i < names.size() && static_cast<double>(i) < used; ++i) {
+  for (std::size_t i = 0; i < std::min(names.size(), used); ++i) {
     if (!names[i].empty() && !names[i].starts_with("worldbody")) {
       segments.columns.push_back(i);
       clip.markers.push_back(names[i]);
@@ -259,7 +260,7 @@ C3dSegments named_segments(const C3dFile& file, const Limits& limits, MarkerClip
   if (!(ratio >= 1 && ratio <= kMost)) {
     throw DataError(clip.name, "ROTATION:RATIO", std::to_string(ratio), "1 to 1000");
   }
-  segments.ratio = static_cast<int>(ratio);
+  segments.ratio = saturating_cast<int>(ratio);
   number_repeated_names(clip);
   return segments;
 }
@@ -269,16 +270,20 @@ void read_segments(const C3dFile& file, std::span<const std::byte> bytes, const 
   if (!(file.header().scale < 0)) {
     throw DataError(clip.name, "header", "rotations of segments as whole numbers", "real numbers");
   }
-  const C3dSegments segments = named_segments(file, limits, clip);
-  const auto used = static_cast<std::size_t>(file.number("ROTATION:USED").value_or(0));
+  constexpr double kMost = 65'535;  // of 16 bits
+  const double segments_used = file.number("ROTATION:USED").value_or(0);
+  if (!(segments_used >= 1 && segments_used <= kMost)) {
+    throw DataError(clip.name, "ROTATION:USED", std::to_string(segments_used), "1 to 65535");
+  }
+  const auto used = saturating_cast<std::size_t>(segments_used);
+  const C3dSegments segments = named_segments(file, used, limits, clip);
   const double block = file.number("ROTATION:DATA_START").value_or(0);
-  constexpr double kMostBlocks = 65'535;
-  if (!(block >= 1 && block <= kMostBlocks)) {
+  if (!(block >= 1 && block <= kMost)) {
     throw DataError(clip.name, "ROTATION:DATA_START", std::to_string(block), "a block of the file");
   }
   C3dNumbers numbers(bytes, clip.name, file.processor());
   ByteReader& in = numbers.reader();
-  in.seek(512 * (static_cast<std::uint64_t>(block) - 1), "the rotations");
+  in.seek(512 * (saturating_cast<std::uint64_t>(block) - 1), "the rotations");
   const auto ratio = static_cast<std::size_t>(segments.ratio);
   const std::size_t row = 4 * kRotationNumbers * used;
   const C3dFrames frames = frames_of_file(file, in.remaining(), row * ratio, limits, clip);

@@ -131,7 +131,7 @@ def pattern_rows(held, exports):
     def by_blender():
         version, found = blender("svg", svg)
         names = [name for name in outlines if name.startswith(("cut-", "sew-", "square-"))]
-        sizes = lambda boxes: numpy.array([[boxes[name][2 + axis] - boxes[name][axis] for axis in (0, 1)] for name in names])
+        sizes = lambda boxes: numpy.array([numpy.subtract(boxes[name][2:], boxes[name][:2]) for name in names])
         # The unit's matrix of any SVG: a foot's twelfth over 90 dots, and the same downwards.
         factors = [single(0.3048 / 12 / 90), single(-0.3048 / 12 / 90)]
         off = float(numpy.abs(sizes(found) - sizes(outlines)).max())
