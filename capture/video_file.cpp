@@ -50,6 +50,7 @@ struct VideoFile::State {
   int height = 0;
   int frames = 0;
   double fps = 0;
+  std::optional<VideoTimes> times;
   int next = 0;  ///< frame that a read would give
 
   void open() {
@@ -73,7 +74,10 @@ VideoFile::VideoFile(const std::filesystem::path& path, const Limits& limits)
   const auto property = [&](int which) { return state_->video->get(which); };
   const double width = property(cv::CAP_PROP_FRAME_WIDTH);
   const double height = property(cv::CAP_PROP_FRAME_HEIGHT);
-  const double frames = property(cv::CAP_PROP_FRAME_COUNT);
+  state_->times = read_video_times(path, limits);
+  // FFmpeg counts what is stored, an edit list's hidden images too.
+  const double frames = state_->times ? static_cast<double>(state_->times->ticks.size())
+                                      : property(cv::CAP_PROP_FRAME_COUNT);
   if (!(width >= 1 && height >= 1 && width <= static_cast<double>(limits.image_side) &&
         height <= static_cast<double>(limits.image_side) &&
         width * height <= static_cast<double>(limits.image_pixels))) {
@@ -87,7 +91,9 @@ VideoFile::VideoFile(const std::filesystem::path& path, const Limits& limits)
   state_->width = saturating_cast<int>(width);
   state_->height = saturating_cast<int>(height);
   state_->frames = saturating_cast<int>(frames);
-  const double fps = property(cv::CAP_PROP_FPS);
+  const double fps = state_->times && state_->times->ticks.size() > 1
+                         ? video_pace(*state_->times).fps
+                         : property(cv::CAP_PROP_FPS);
   constexpr double kMaxFps = 10'000;
   state_->fps = fps > 0 && fps <= kMaxFps ? fps : 0;
 }
@@ -108,13 +114,18 @@ int VideoFile::frames() const {
 double VideoFile::fps() const {
   return state_->fps;
 }
+const std::optional<VideoTimes>& VideoFile::times() const {
+  return state_->times;
+}
 
 ByteImage VideoFile::frame(int index) {
   ATELIER_CHECK(index >= 0 && index < state_->frames, "a frame that the video does not have");
   const auto fail = [&](const std::string& found) {
     throw DataError(state_->path.string(), "frame " + std::to_string(index), found,
-                    "an image; the file says " + std::to_string(state_->frames) +
-                        " frames: it is cut off, or was trimmed without being encoded again");
+                    "an image; the file says " + std::to_string(state_->frames) + " frames: " +
+                        (state_->times ? "it is cut off"
+                                       : "it is cut off, or says it wrongly: ffmpeg -i IN -map "
+                                         "0:v:0 -c copy OUT.mp4 counts them"));
   };
   if (index < state_->next) {
     state_->open();

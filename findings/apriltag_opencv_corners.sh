@@ -10,13 +10,11 @@
 #   reversing them, and principal points differ by half a pixel; keep one detector and one
 #   refinement a calibration.
 set -euo pipefail
-version() { dpkg-query -W -f='${Version}' "$1" 2>/dev/null || true; }
-[ "$(version libapriltag-dev)" = 3.3.0-1+b1 ] &&
-  [ "$(version libopencv-contrib-dev)" = 4.6.0+dfsg-12 ] ||
-  { echo "needs libapriltag-dev 3.3.0-1+b1 and libopencv-contrib-dev 4.6.0+dfsg-12"; exit 77; }
+. "$(dirname "$(realpath "$0")")/debian.sh"
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
+debian_packages libapriltag-dev=3.3.0-1+b1 libopencv-contrib-dev=4.6.0+dfsg-12
 
 # Valid: the tag as libapriltag draws it, 20 px a cell, white around; both report its number.
 cat > seen.cpp <<'CC'

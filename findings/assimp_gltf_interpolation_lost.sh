@@ -8,11 +8,10 @@
 # For users of Atelier: motion goes through assimp unharmed only with linear samplers (which Atelier's own
 #   dense frames have); a mesh sequence as STEP weights turns into cross-fades of neighbouring frames.
 set -euo pipefail
-version=5.2.5~ds0-1+b1
-[ "$(dpkg-query -W -f='${Version}' assimp-utils 2>/dev/null)" = "$version" ] ||
-  { echo "needs assimp-utils=$version (apt-get install)"; exit 77; }
+. "$(dirname "$(realpath "$0")")/debian.sh"
 command -v node >/dev/null || { echo "needs node"; exit 77; }
 work=$(mktemp -d); trap 'rm -rf "$work"' EXIT; cd "$work"
+debian_packages assimp-utils=5.2.5~ds0-1+b1
 cat > make.mjs <<'JS'
 // Valid: glTF 2.0, appendix C: STEP has one value a key, CUBICSPLINE three (in-tangent, value, out-tangent).
 // gltf-validator 2.0.0-dev.3.10 finds nothing; three 0.187.0, Babylon 9.28.0, VTK 9.1 and playcanvas 2.23.3

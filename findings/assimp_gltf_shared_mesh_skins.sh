@@ -8,11 +8,10 @@
 # For users of Atelier: two people of one template, or an avatar shown twice, need a mesh each (accessors
 #   may be shared) before assimp, or what is built on it as Open3D is, reads the file.
 set -euo pipefail
-version=5.2.5~ds0-1+b1
-[ "$(dpkg-query -W -f='${Version}' assimp-utils 2>/dev/null)" = "$version" ] ||
-  { echo "needs assimp-utils=$version (apt-get install)"; exit 77; }
+. "$(dirname "$(realpath "$0")")/debian.sh"
 command -v node >/dev/null || { echo "needs node"; exit 77; }
 work=$(mktemp -d); trap 'rm -rf "$work"' EXIT; cd "$work"
+debian_packages assimp-utils=5.2.5~ds0-1+b1
 cat > make.mjs <<'JS'
 // Valid: glTF 2.0, sections 3.7.3 and 3.7.4: many nodes may show one mesh, and the skin is the node's; nothing
 // bars two skins for a mesh. gltf-validator 2.0.0-dev.3.10 finds nothing; three 0.187.0, Babylon 9.28.0, VTK 9.1 and

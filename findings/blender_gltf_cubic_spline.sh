@@ -8,9 +8,9 @@
 # For users of Atelier: write motion with linear samplers (as ours is); a spline by somebody else must be
 #   sampled before Blender sees it. What Blender then exports has the wrong path baked in.
 set -euo pipefail
-need() { [ "$(dpkg-query -W -f='${Version}' "$1" 2>/dev/null)" = "$2" ] || { echo "needs $1=$2 (apt-get install)"; exit 77; }; }
-need blender 3.4.1+dfsg-2+b1
+. "$(dirname "$(realpath "$0")")/debian.sh"
 work=$(mktemp -d); trap 'rm -rf "$work"' EXIT; cd "$work"
+debian_packages blender=3.4.1+dfsg-2+b1
 export HOME=$work
 cat > run.py <<'PY'
 # Valid: glTF 2.0, appendix C: in-tangent, value and out-tangent for each key. gltf-validator 2.0.0-dev.3.10

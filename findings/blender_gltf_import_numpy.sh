@@ -8,10 +8,9 @@
 # For users of Atelier: open our .glb in Debian's Blender with
 #   blender --python-expr "import numpy; numpy.bool = bool", or set Shading to "Smooth Shading" in the dialog.
 set -euo pipefail
-need() { [ "$(dpkg-query -W -f='${Version}' "$1" 2>/dev/null)" = "$2" ] || { echo "needs $1=$2 (apt-get install)"; exit 77; }; }
-need blender 3.4.1+dfsg-2+b1
-need python3-numpy 1:1.24.2-1+deb12u1
+. "$(dirname "$(realpath "$0")")/debian.sh"
 work=$(mktemp -d); trap 'rm -rf "$work"' EXIT; cd "$work"
+debian_packages blender=3.4.1+dfsg-2+b1 python3-numpy=1:1.24.2-1+deb12u1
 export HOME=$work
 cat > run.py <<'PY'
 # Valid: one triangle of floats; gltf-validator 2.0.0-dev.3.10 finds neither errors nor warnings.

@@ -7,11 +7,11 @@
 # For users of Atelier: a scene with Z up, or at 9.81, dresses its body sideways and 2% too
 #   fast until both are set.
 set -euo pipefail
-[ "$(dpkg-query -W -f='${Version}' libbullet-dev 2>/dev/null || true)" = 3.24+dfsg-2 ] ||
-  { echo "needs libbullet-dev 3.24+dfsg-2: apt-get install libbullet-dev on Debian 12"; exit 77; }
+. "$(dirname "$(realpath "$0")")/debian.sh"
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
+debian_packages libbullet-dev=3.24+dfsg-2
 
 # Valid: a rigid sphere and a free patch of Bullet's helper far apart, sixty steps of 1/60 s.
 cat > seen.cpp <<'CC'

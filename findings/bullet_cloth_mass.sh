@@ -9,11 +9,11 @@
 # For users of Atelier: when a garment is compared with Bullet's, set masses by faces first, pin
 #   after that, and divide forces by the number of nodes.
 set -euo pipefail
-[ "$(dpkg-query -W -f='${Version}' libbullet-dev 2>/dev/null || true)" = 3.24+dfsg-2 ] ||
-  { echo "needs libbullet-dev 3.24+dfsg-2: apt-get install libbullet-dev on Debian 12"; exit 77; }
+. "$(dirname "$(realpath "$0")")/debian.sh"
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
+debian_packages libbullet-dev=3.24+dfsg-2
 
 # Valid: only public functions, a patch of Bullet's own helper, no collision.
 cat > seen.cpp <<'CC'

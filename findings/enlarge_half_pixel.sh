@@ -9,11 +9,11 @@
 # For users of Atelier: intrinsics scaled with the images are then off by half a pixel, as are masks
 #   that a network gave at half size; check with a blob.
 set -euo pipefail
-[ "$(dpkg-query -W -f='${Version}' ffmpeg 2>/dev/null || true)" = 7:5.1.9-0+deb12u1 ] ||
-  { echo "needs ffmpeg 7:5.1.9-0+deb12u1 of Debian 12"; exit 77; }
+. "$(dirname "$(realpath "$0")")/debian.sh"
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
+debian_packages ffmpeg=7:5.1.9-0+deb12u1
 echo '{"type": "module"}' > package.json
 npm install --no-audit --no-fund --ignore-scripts --silent sharp@0.35.5 image-js@1.7.0 \
   > npm.log 2>&1 || { echo "the npm packages cannot be had"; exit 77; }

@@ -7,12 +7,11 @@
 # For users of Atelier: label images and masks kept in 16 bits, and depth for a preview, get values
 #   that no pixel had; convert labels before, or give -sws_dither none.
 set -euo pipefail
-version() { dpkg-query -W -f='${Version}' "$1" 2>/dev/null || true; }
-[ "$(version ffmpeg)" = 7:5.1.9-0+deb12u1 ] && [ -n "$(version python3-pil)" ] ||
-  { echo "needs ffmpeg 7:5.1.9-0+deb12u1 and python3-pil of Debian 12"; exit 77; }
+. "$(dirname "$(realpath "$0")")/debian.sh"
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
+debian_packages ffmpeg=7:5.1.9-0+deb12u1 python3-pil=9.4.0-1.1+deb12u1
 
 /usr/bin/python3 - <<'PY'
 from PIL import Image

@@ -9,10 +9,9 @@
 #   animation/optimizer/enabled to off before judging a motion there; splines and steps must be sampled by
 #   whoever writes the file.
 set -euo pipefail
-version=3.2.3-stable-1+b3
-[ "$(dpkg-query -W -f='${Version}' godot3-server 2>/dev/null)" = "$version" ] ||
-  { echo "needs godot3-server=$version (apt-get install)"; exit 77; }
+. "$(dirname "$(realpath "$0")")/debian.sh"
 work=$(mktemp -d); trap 'rm -rf "$work"' EXIT; cd "$work"
+debian_packages godot3-server=3.2.3-stable-1+b3
 export HOME=$work
 cat > make.py <<'PY'
 # Valid: glTF 2.0, appendix C; strictly rising times with min and max. gltf-validator 2.0.0-dev.3.10 finds

@@ -9,10 +9,9 @@
 # For users of Atelier: write morph targets dense, or sparse over a buffer view of zeros, for engines of that age;
 #   give each person a mesh of its own rather than weights on nodes.
 set -euo pipefail
-version=3.2.3-stable-1+b3
-[ "$(dpkg-query -W -f='${Version}' godot3-server 2>/dev/null)" = "$version" ] ||
-  { echo "needs godot3-server=$version (apt-get install)"; exit 77; }
+. "$(dirname "$(realpath "$0")")/debian.sh"
 work=$(mktemp -d); trap 'rm -rf "$work"' EXIT; cd "$work"
+debian_packages godot3-server=3.2.3-stable-1+b3
 export HOME=$work
 cat > make.py <<'PY'
 # Valid: glTF 2.0, 3.6.2.3: without bufferView a sparse accessor starts as zeros; 3.7.2.2: a node's weights

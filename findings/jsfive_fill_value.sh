@@ -8,11 +8,11 @@
 # For users of Atelier: sequences written frame by frame and id columns need h5wasm in a page;
 #   joint names are compared after trimming NUL.
 set -euo pipefail
-[ "$(dpkg-query -W -f='${Version}' python3-h5py 2>/dev/null || true)" = 3.7.0-8 ] ||
-  { echo "needs python3-h5py 3.7.0-8: apt-get install python3-h5py on Debian 12"; exit 77; }
+. "$(dirname "$(realpath "$0")")/debian.sh"
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
+debian_packages python3-h5py=3.7.0-8
 echo '{"type": "module"}' > package.json
 npm install --no-audit --no-fund --ignore-scripts --silent jsfive@0.4.2 \
   > npm.log 2>&1 || { echo "the npm package cannot be had"; exit 77; }

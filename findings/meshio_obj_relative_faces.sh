@@ -9,10 +9,9 @@
 # For users of Atelier: a sequence or garment exported in blocks with relative indices is garbage in meshio,
 #   and in what converts by it. Write absolute indices and x y z, as we do.
 set -euo pipefail
-version=7.0.0-3
-[ "$(dpkg-query -W -f='${Version}' python3-meshio 2>/dev/null)" = "$version" ] ||
-  { echo "needs python3-meshio=$version (apt-get install)"; exit 77; }
+. "$(dirname "$(realpath "$0")")/debian.sh"
 work=$(mktemp -d); trap 'rm -rf "$work"' EXIT; cd "$work"
+debian_packages python3-meshio=7.0.0-3
 # Valid: in OBJ a negative number counts back from the vertex last defined; in PLY the header gives the order.
 # VTK 9.1, Open3D 0.16.1 (OBJ) and three 0.187.0 read triangles 0 1 2 and 3 4 5, and x y z by name.
 printf 'v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\nv 0 0 5\nv 1 0 5\nv 0 1 5\nf -3 -2 -1\n' > blocks.obj

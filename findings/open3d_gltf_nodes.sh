@@ -8,10 +8,9 @@
 # For users of Atelier: before comparing an avatar with a scan in Open3D flatten the file (gltf-transform
 #   flatten and join), and check the extents.
 set -euo pipefail
-need() { [ "$(dpkg-query -W -f='${Version}' "$1" 2>/dev/null)" = "$2" ] || { echo "needs $1=$2 (apt-get install)"; exit 77; }; }
-need python3-open3d 0.16.1+ds-2+b4
-need python3-vtk9 9.1.0+really9.1.0+dfsg2-5+deb12u1
+. "$(dirname "$(realpath "$0")")/debian.sh"
 work=$(mktemp -d); trap 'rm -rf "$work"' EXIT; cd "$work"
+debian_packages python3-open3d=0.16.1+ds-2+b4 python3-vtk9=9.1.0+really9.1.0+dfsg2-5+deb12u1
 cat > make.py <<'PY'
 # Valid: glTF 2.0, 3.7.4: a mesh may be shown by many nodes, each with its transform; gltf-validator
 # 2.0.0-dev.3.10 finds nothing.

@@ -7,10 +7,9 @@
 # For users of Atelier: a template, landmark list, set of skin weights or a registered sequence indexed by
 #   vertex must reach Open3D as PLY; through OBJ each index points elsewhere.
 set -euo pipefail
-version=0.16.1+ds-2+b4
-[ "$(dpkg-query -W -f='${Version}' python3-open3d 2>/dev/null)" = "$version" ] ||
-  { echo "needs python3-open3d=$version (apt-get install)"; exit 77; }
+. "$(dirname "$(realpath "$0")")/debian.sh"
 work=$(mktemp -d); trap 'rm -rf "$work"' EXIT; cd "$work"
+debian_packages python3-open3d=0.16.1+ds-2+b4
 cat > run.py <<'PY'
 # Valid: plain v and f lines; faces may name vertices in any order, and nothing asks that all be used. VTK 9.1
 # and meshlab 2020.09 keep the six in order.

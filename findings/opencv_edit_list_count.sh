@@ -10,12 +10,11 @@
 # For users of Atelier: a count of the container is no count of frames; cameras that were trimmed
 #   differently look equally long.
 set -euo pipefail
-version() { dpkg-query -W -f='${Version}' "$1" 2>/dev/null || true; }
-[ "$(version python3-opencv)" = 4.6.0+dfsg-12 ] && [ "$(version ffmpeg)" = 7:5.1.9-0+deb12u1 ] ||
-  { echo "needs python3-opencv 4.6.0+dfsg-12 and ffmpeg 7:5.1.9-0+deb12u1 of Debian 12"; exit 77; }
+. "$(dirname "$(realpath "$0")")/debian.sh"
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
+debian_packages python3-opencv=4.6.0+dfsg-12 ffmpeg=7:5.1.9-0+deb12u1
 
 # 40 grey frames at 25 Hz, frame k of luma 20 + 5 k, an I-frame every 12 and B-frames between.
 /usr/bin/python3 -c "

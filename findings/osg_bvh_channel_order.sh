@@ -9,17 +9,10 @@
 # For users of Atelier: a motion shown by OpenSceneGraph is right only when the BVH turns in the order ZXY;
 #   positions, times and lengths are right in both, so nothing else gives the fault away.
 set -euo pipefail
-version=3.6.5+dfsg1-8+b2
+. "$(dirname "$(realpath "$0")")/debian.sh"
 work=$(mktemp -d); trap 'rm -rf "$work"' EXIT; cd "$work"
-if [ "$(dpkg-query -W -f='${Version}' openscenegraph 2>/dev/null)" = "$version" ]; then osgconv=osgconv; else
-  for p in openscenegraph libopenscenegraph161 libopenthreads21; do
-    apt-get download "$p=$version" >/dev/null 2>&1 || { echo "$p $version cannot be had"; exit 77; }
-    dpkg -x "$p"_*.deb x
-  done
-  osgconv=x/usr/bin/osgconv
-  export LD_LIBRARY_PATH=$work/x/usr/lib/x86_64-linux-gnu OSG_LIBRARY_PATH=$work/x/usr/lib/x86_64-linux-gnu
-  if ldd $osgconv | grep -q 'not found'; then echo "install openscenegraph=$version for its libraries"; exit 77; fi
-fi
+debian_packages openscenegraph=3.6.5+dfsg1-8+b2
+[ ! -d debian/root ] || export OSG_LIBRARY_PATH=$work/debian/root/usr/lib/x86_64-linux-gnu
 
 cat > make.mjs <<'JS'
 // Valid by the format's description: the CHANNELS line names the order of the numbers, and a joint's turn is
@@ -53,5 +46,5 @@ for (const [order, recorded] of [['XYZ', 37.98], ['ZXY', 0]]) {
 if (failed) { console.log('changed: recorded were 37.98 and 0.00 degrees'); process.exit(1); }
 JS
 node make.mjs
-for order in XYZ ZXY; do $osgconv $order.bvh $order.osgt >/dev/null 2>&1; done
+for order in XYZ ZXY; do osgconv $order.bvh $order.osgt >/dev/null 2>&1; done
 node compare.mjs

@@ -8,11 +8,9 @@
 # For users of Atelier: write scan colours as uchar, as we do; a scan that comes in black has float colours.
 #   After VTK's reader the texture cannot be brought back by scaling.
 set -euo pipefail
-need() { [ "$(dpkg-query -W -f='${Version}' "$1" 2>/dev/null)" = "$2" ] || { echo "needs $1=$2 (apt-get install)"; exit 77; }; }
-need python3-open3d 0.16.1+ds-2+b4
-need python3-vtk9 9.1.0+really9.1.0+dfsg2-5+deb12u1
-need assimp-utils 5.2.5~ds0-1+b1
+. "$(dirname "$(realpath "$0")")/debian.sh"
 work=$(mktemp -d); trap 'rm -rf "$work"' EXIT; cd "$work"
+debian_packages python3-open3d=0.16.1+ds-2+b4 python3-vtk9=9.1.0+really9.1.0+dfsg2-5+deb12u1 assimp-utils=5.2.5~ds0-1+b1
 # Valid: the header gives each property its type freely; red, green and blue are names by custom. three's
 # PLYLoader 0.187.0 reads 1, 0.5, 0.25 too (before its step from sRGB to linear).
 cat > colours.ply <<'PLY'

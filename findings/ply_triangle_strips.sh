@@ -8,13 +8,10 @@
 # For users of Atelier: old scans in strips come in with normals that alternate, which a registration by normals
 #   then rejects, or nearly without surface. Convert by meshlab first, count the triangles. (Atelier refuses them.)
 set -euo pipefail
-need() { [ "$(dpkg-query -W -f='${Version}' "$1" 2>/dev/null)" = "$2" ] || { echo "needs $1=$2 (apt-get install)"; exit 77; }; }
-need meshlab 2020.09+dfsg1-2
-need blender 3.4.1+dfsg-2+b1
-need assimp-utils 5.2.5~ds0-1+b1
-need python3-open3d 0.16.1+ds-2+b4
+. "$(dirname "$(realpath "$0")")/debian.sh"
 command -v xvfb-run >/dev/null || { echo "needs xvfb-run (apt-get install xvfb)"; exit 77; }
 work=$(mktemp -d); trap 'rm -rf "$work"' EXIT; cd "$work"
+debian_packages meshlab=2020.09+dfsg1-2 blender=3.4.1+dfsg-2+b1 assimp-utils=5.2.5~ds0-1+b1 python3-open3d=0.16.1+ds-2+b4
 export HOME=$work
 # Valid: an element of any name may have a list; tristrips with vertex_indices is the known form, a
 # count and that many indices; every second triangle of a strip turns the other way round.

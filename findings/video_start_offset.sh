@@ -7,14 +7,14 @@
 #   the first frame of both.
 # Valid: ISO/IEC 14496-12, 8.6.6: media_time -1 is an empty edit; ffprobe says start_time 0.2.
 # For users of Atelier: offsets of synchronised cameras that live in the container are lost in
-#   mosaics and in frame times; take start_time from ffprobe and give the offset by hand.
+#   mosaics and in frame times; take start_time from ffprobe and give the
+#   offset by hand (Atelier says it: `video-start`).
 set -euo pipefail
-version() { dpkg-query -W -f='${Version}' "$1" 2>/dev/null || true; }
-[ "$(version python3-opencv)" = 4.6.0+dfsg-12 ] && [ "$(version ffmpeg)" = 7:5.1.9-0+deb12u1 ] ||
-  { echo "needs python3-opencv 4.6.0+dfsg-12 and ffmpeg 7:5.1.9-0+deb12u1 of Debian 12"; exit 77; }
+. "$(dirname "$(realpath "$0")")/debian.sh"
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 cd "$folder"
+debian_packages python3-opencv=4.6.0+dfsg-12 ffmpeg=7:5.1.9-0+deb12u1
 
 # 40 grey frames at 25 Hz; frame k has luma 20 + 5 k.
 /usr/bin/python3 -c "

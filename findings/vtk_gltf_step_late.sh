@@ -10,10 +10,9 @@
 #   does, is shown one frame late, beside a skeleton (LINEAR) of the right frame; at 30 Hz a hand at 3 m/s is
 #   then 10 cm off. Ask VTK a little after each frame.
 set -euo pipefail
-version=9.1.0+really9.1.0+dfsg2-5+deb12u1
-[ "$(dpkg-query -W -f='${Version}' python3-vtk9 2>/dev/null)" = "$version" ] ||
-  { echo "needs python3-vtk9=$version (apt-get install)"; exit 77; }
+. "$(dirname "$(realpath "$0")")/debian.sh"
 work=$(mktemp -d); trap 'rm -rf "$work"' EXIT; cd "$work"
+debian_packages python3-vtk9=9.1.0+really9.1.0+dfsg2-5+deb12u1
 cat > run.py <<'PY'
 # Valid: a triangle, strictly rising times with min and max, one VEC3 a key; gltf-validator 2.0.0-dev.3.10
 # finds neither errors nor warnings. three 0.187.0, Babylon 9.28.0 and Blender 3.4.1 read 0, 1, 2 at the keys.

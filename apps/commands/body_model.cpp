@@ -136,10 +136,11 @@ bool converts_motion(const BodyArguments& arguments) {
 
 int convert_motion(const BodyArguments& arguments, const BodyOptions& options) {
   const std::string extension = lower_extension(arguments.out);
-  if (extension != ".bvh" && extension != ".npz" && !is_gltf(extension)) {
-    throw UsageError("--out cannot be '" + arguments.out.substr(0, 80) +
-                     "': a motion becomes .bvh, .npz, .glb or .gltf; body-model pose puts it on a "
-                     "body");
+  if (extension != ".bvh" && extension != ".trc" && extension != ".npz" && !is_gltf(extension)) {
+    throw UsageError(
+        "--out cannot be '" + arguments.out.substr(0, 80) +
+        "': a motion becomes .bvh, .trc, .npz, .glb or .gltf; body-model pose puts it on a "
+        "body");
   }
   const MotionClip clip = read_motion_file(arguments.body, {.motion = options.motion,
                                                             .asf = options.asf,
@@ -178,17 +179,18 @@ Index vertices_split_at_seams(const Mesh& mesh) {
 
 int convert_body(const BodyArguments& arguments, const BodyOptions& options) {
   const std::string extension = lower_extension(arguments.out);
-  if (extension == ".bvh") {
+  if (extension == ".bvh" || extension == ".trc") {
     throw UsageError(
         "--out cannot be '" + arguments.out.substr(0, 80) + "': " + arguments.body +
         " is a body: it becomes .npz, .glb, .gltf, .obj or .ply; body-model pose BODY MOTION "
-        "--out a.bvh writes a motion on its skeleton" +
+        "--out a" +
+        extension + " writes a motion on its skeleton" +
         (has_scene_extension(arguments.body) ? "; --as motion takes the file's own" : ""));
   }
   if (extension != ".npz" && !is_gltf(extension) && extension != ".obj" && extension != ".ply") {
     throw UsageError("--out cannot be '" + arguments.out.substr(0, 80) +
                      "': convert takes a name with .npz, .glb, .gltf, .obj or .ply for a body, "
-                     ".bvh, .npz, .glb or .gltf for a motion");
+                     ".bvh, .trc, .npz, .glb or .gltf for a motion");
   }
   const auto [model, shape] = read_body_input(arguments, options);
   if (extension == ".npz") {
@@ -237,10 +239,10 @@ int pose(const BodyArguments& arguments, const BodyOptions& options) {
   const std::string extension = lower_extension(arguments.out);
   const bool sheet_wanted = image_format_of_name(arguments.out).has_value();
   if (!sheet_wanted && extension != ".mp4" && extension != ".glb" && extension != ".gltf" &&
-      extension != ".bvh" && extension != ".npz") {
+      extension != ".bvh" && extension != ".trc" && extension != ".npz") {
     throw UsageError(
         "--out cannot be '" + arguments.out.substr(0, 80) +
-        "': pose takes a name with .mp4, .glb, .gltf, .bvh, .npz or, for a contact sheet, " +
+        "': pose takes a name with .mp4, .glb, .gltf, .bvh, .trc, .npz or, for a contact sheet, " +
         kPictureNames);
   }
   require_picture_size(options.picture, sheet_wanted ? options.pictures : 1);
@@ -305,7 +307,7 @@ int pose(const BodyArguments& arguments, const BodyOptions& options) {
           return tone_mapped(render(prepare(scene, prepared), camera, render_options));
         },
         video);
-  } else if (extension == ".bvh" || extension == ".npz") {
+  } else if (extension == ".bvh" || extension == ".trc" || extension == ".npz") {
     MotionClip result;
     result.name = clip.name;
     result.skeleton = body.skeleton;
@@ -459,8 +461,8 @@ Action add_body_model(CLI::App& parser) {
   BodyArguments& a = *arguments;
   add_option(parser, "ACTION", a.action,
              "show: images from four sides; measure: lengths, girths, mass; convert: a body to "
-             ".npz, .glb, .gltf, .obj, .ply, a motion to .bvh, .npz, .glb, .gltf; pose: a motion "
-             "on a body as contact sheet, video, .glb, .gltf, .bvh or .npz")
+             ".npz, .glb, .gltf, .obj, .ply, a motion to .bvh, .trc, .npz, .glb, .gltf; pose: a "
+             "motion on a body as contact sheet, video, .glb, .gltf, .bvh, .trc or .npz")
       .check(one_of({"show", "measure", "convert", "pose"}))
       .type_name("show|measure|convert|pose");
   add_option(parser, "BODY", a.body, kBodyHelp);

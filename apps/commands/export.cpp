@@ -273,10 +273,10 @@ bool consent_allows(const std::vector<const StageStatus*>& chosen, const ExportO
   return ended.empty() || options.ended_consent;
 }
 
-/// Motions as BVH too, and what `animate` made as one scene.
+/// Motions as BVH and TRC too, and what `animate` made as one scene.
 void export_motions(const fs::path& result, const Manifest& manifest, const fs::path& workspace,
                     const fs::path& place, ExportFormat format, const std::set<fs::path>& files) {
-  std::set<fs::path> tracked;  // `track` keeps each motion as an .npz, too: one BVH of both
+  std::set<fs::path> tracked;  // `track` keeps each motion as an .npz, too: one of both
   for (const fs::path& file : files) {
     if (file.extension() == ".h5" && is_motion_result(result / file)) {
       tracked.insert(file.stem());
@@ -285,10 +285,12 @@ void export_motions(const fs::path& result, const Manifest& manifest, const fs::
   for (const fs::path& file : files) {
     if (is_motion_result(result / file) &&
         (file.extension() == ".h5" || !tracked.contains(file.stem()))) {
-      fs::path bvh = place / file;
-      make_private_directory(bvh.parent_path());
-      export_bvh(result / file, bvh.replace_extension(".bvh"));
-      std::cout << printable(bvh.string()) << "\n";
+      fs::path motion = place / file;
+      make_private_directory(motion.parent_path());
+      export_bvh(result / file, motion.replace_extension(".bvh"));
+      std::cout << printable(motion.string()) << "\n";
+      export_trc(result / file, motion.replace_extension(".trc"));
+      std::cout << printable(motion.string()) << "\n";
     }
   }
   if (is_animation_result(result)) {

@@ -48,6 +48,20 @@ const Table& middle_table() {
       {"vsacral", sacrum},
       {"sacrum", sacrum},
       {"sacral", sacrum},
+      // Theia3D's segments: origins, and points 0.1 m ahead of them (motion_c3d.h).
+      {"pelvis4x4", hips},
+      {"pelvis4x4y", {"pelvis", 0, -18, 52}},
+      {"torso4x4", {"spine3", 0, 115, -10}},
+      {"torso4x4y", {"spine3", 0, 115, 47}},
+      {"head4x4", {"head", 0, 31, -2}},
+      {"head4x4y", {"head", 0, 31, 55}},
+      // Qualisys' sets, after van Sint Jan, "Color atlas of skeletal landmark definitions", 2007.
+      {"cv7", {"spine3", 0, 118, -44}},
+      {"tv8", {"spine3", 0, 25, -62}},
+      {"tv10", {"spine3", 0, 0, -62}},
+      {"sjn", {"spine3", 0, 91, 25}},
+      {"snj", {"spine3", 0, 91, 25}},
+      {"sxs", {"spine3", 0, 11, 58}},
   };
   return table;
 }
@@ -181,6 +195,56 @@ const Table& side_table() {
   return table;
 }
 
+// Of a side: what programs of a maker call them.
+const Table& makers_side_table() {
+  static const Table table = {
+      // Theia3D's segments, as above; the hand's second axis is the palm's.
+      {"thigh4x4", kHip},
+      {"shank4x4", kKnee},
+      {"foot4x4", kAnkle},
+      {"foot4x4y", {"ankle", 0, 0, 57}},
+      {"toes4x4", {"foot", 0, 0, 0}},
+      {"uarm4x4", kShoulder},
+      {"larm4x4", kElbow},
+      {"hand4x4", kWrist},
+      {"hand4x4y", {"wrist", -31, -47, 0}},
+      // Qualisys' sets, as above.
+      {"ias", kAsis},
+      {"ips", kPsis},
+      {"ftc", {"hip", 50, -5, 0}},
+      {"fle", kKneeOut},
+      {"fme", kKneeIn},
+      {"ttc", {"knee", 5, -35, 28}},
+      {"fax", {"knee", 28, -25, -8}},
+      {"fal", kAnkleOut},
+      {"tam", kAnkleIn},
+      {"fcc", kHeel},
+      {"fm1", kToeBig},
+      {"fm5", kToeSmall},
+      {"sae", kAcromion},
+      {"saj", kAcromion},
+      {"hle", kElbowOut},
+      {"hme", kElbowIn},
+      {"rsp", kWristThumb},
+      {"usp", kWristLittle},
+      {"uhe", kWristLittle},
+      {"hm2", kFinger},
+      {"hm5", {"wrist", 40, -27, -20}},
+      {"hdf", {"head", 32, 60, 55}},
+      {"hdb", {"head", 32, 60, -50}},
+  };
+  return table;
+}
+
+const MarkerRow* side_row(const std::string& text) {
+  for (const Table* table : {&side_table(), &makers_side_table()}) {
+    if (const auto found = table->find(text); found != table->end()) {
+      return &found->second;
+    }
+  }
+  return nullptr;
+}
+
 std::string plain(const std::string& name) {
   std::string text;
   for (const char c : name.substr(name.rfind(':') == std::string::npos ? 0 : name.rfind(':') + 1)) {
@@ -212,18 +276,16 @@ std::optional<MarkerPlace> marker_place(const std::string& name) {
   for (const auto& [word, side] : sides) {
     const std::string affix = word;
     if (text.starts_with(affix)) {
-      const auto found = side_table().find(text.substr(affix.size()));
-      if (found != side_table().end()) {
-        return placed(found->second, side);
+      if (const MarkerRow* row = side_row(text.substr(affix.size()))) {
+        return placed(*row, side);
       }
     }
   }
   for (const auto& [word, side] : sides) {
     const std::string affix = word;
     if (text.ends_with(affix)) {
-      const auto found = side_table().find(text.substr(0, text.size() - affix.size()));
-      if (found != side_table().end()) {
-        return placed(found->second, side);
+      if (const MarkerRow* row = side_row(text.substr(0, text.size() - affix.size()))) {
+        return placed(*row, side);
       }
     }
   }

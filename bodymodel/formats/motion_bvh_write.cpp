@@ -1,10 +1,9 @@
-#include <cctype>
 #include <cmath>
 #include <numbers>
-#include <set>
 
 #include "bodymodel/euler.h"
 #include "bodymodel/formats/motion_bvh.h"
+#include "bodymodel/formats/portable_names.h"
 #include "bodymodel/kinematics.h"
 #include "bodymodel/rotation.h"
 #include "core/atomic_file.h"
@@ -37,33 +36,12 @@ void visit(const Skeleton& skeleton, int joint, std::vector<int>& order) {
   }
 }
 
-// Names that every reader takes: letters, digits, '_', '-' and '.'. Others part words at blanks and
-// read ':' and '/' as paths (three.js), so that the joint never turns. Each once.
-std::vector<std::string> bvh_names(const std::vector<std::string>& names) {
-  std::set<std::string> taken;
-  std::vector<std::string> result;
-  for (const std::string& name : names) {
-    std::string plain;
-    for (const char c : name) {
-      const auto u = static_cast<unsigned char>(c);
-      plain += u < 128 && (std::isalnum(u) != 0 || c == '_' || c == '-' || c == '.') ? c : '_';
-    }
-    plain = plain.empty() ? "joint" : plain;
-    std::string unique = plain;
-    for (int number = 2; !taken.insert(unique).second; ++number) {
-      unique = plain + "_" + std::to_string(number);
-    }
-    result.push_back(unique);
-  }
-  return result;
-}
-
 class Writer {
  public:
   Writer(const MotionClip& clip, const BvhWriteOptions& options)
       : clip_(clip),
         options_(options),
-        names_(bvh_names(clip.skeleton.names)),
+        names_(portable_names(clip.skeleton.names)),
         rest_(forward_kinematics(clip.skeleton, rest_pose(clip.skeleton))) {}
 
   std::string text() {

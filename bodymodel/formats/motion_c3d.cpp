@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/polygon_mesh.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -226,11 +227,101 @@ void read_frames(C3dNumbers& numbers, const C3dLayout& layout, const C3dFrames& 
   }
 }
 
-/// Theia3D writes turning segments and no points.
-void require_points(const C3dFile& file, const std::string& name) {
-  if (file.header().points == 0 && file.type("ROTATION:USED") != 0) {
-    throw DataError(name, "ROTATION", "rotations of segments and no markers",
-                    "markers or joint centres: export these as C3D or TRC, or the skeleton as FBX");
+// Theia3D and Visual3D write segments as 4 x 4 matrices, column by column, and a residual.
+constexpr std::size_t kRotationNumbers = 17;
+constexpr double kAhead = 0.1;  // m, of the second point of a segment; our choice
+
+// Two points of each segment: its origin, which is a joint's centre, under the segment's name, and
+// one ahead of it along its second axis, "NAME.y", which says how the segment is turned.
+struct C3dSegments {
+  std::vector<std::size_t> columns;
+  int ratio = 1;  // matrices of a segment in a frame
+};
+
+C3dSegments named_segments(const C3dFile& file, std::size_t used, const Limits& limits,
+                           MarkerClip& clip) {
+  const std::vector<std::string> names = file.texts("ROTATION:LABELS");
+  C3dSegments segments;
+  for (std::size_t i = 0; i < std::min(names.size(), used); ++i) {
+    if (!names[i].empty() && !names[i].starts_with("worldbody")) {
+      segments.columns.push_back(i);
+      clip.markers.push_back(names[i]);
+      clip.markers.push_back(names[i] + ".y");
+    }
+  }
+  if (segments.columns.empty() || std::cmp_greater(clip.markers.size(), limits.joints)) {
+    throw DataError(clip.name, "ROTATION:LABELS",
+                    std::to_string(segments.columns.size()) + " names of segments",
+                    "1 to " + std::to_string(limits.joints / 2));
+  }
+  const double rate = file.number("ROTATION:RATE").value_or(clip.fps);
+  const double ratio = std::round(file.number("ROTATION:RATIO").value_or(rate / clip.fps));
+  constexpr double kMost = 1000;
+  if (!(ratio >= 1 && ratio <= kMost)) {
+    throw DataError(clip.name, "ROTATION:RATIO", std::to_string(ratio), "1 to 1000");
+  }
+  segments.ratio = saturating_cast<int>(ratio);
+  number_repeated_names(clip);
+  return segments;
+}
+
+void read_segments(const C3dFile& file, std::span<const std::byte> bytes, const Limits& limits,
+                   MarkerClip& clip) {
+  if (!(file.header().scale < 0)) {
+    throw DataError(clip.name, "header", "rotations of segments as whole numbers", "real numbers");
+  }
+  constexpr double kMost = 65'535;  // of 16 bits
+  const double segments_used = file.number("ROTATION:USED").value_or(0);
+  if (!(segments_used >= 1 && segments_used <= kMost)) {
+    throw DataError(clip.name, "ROTATION:USED", std::to_string(segments_used), "1 to 65535");
+  }
+  const auto used = saturating_cast<std::size_t>(segments_used);
+  const C3dSegments segments = named_segments(file, used, limits, clip);
+  const double block = file.number("ROTATION:DATA_START").value_or(0);
+  if (!(block >= 1 && block <= kMost)) {
+    throw DataError(clip.name, "ROTATION:DATA_START", std::to_string(block), "a block of the file");
+  }
+  C3dNumbers numbers(bytes, clip.name, file.processor());
+  ByteReader& in = numbers.reader();
+  in.seek(512 * (saturating_cast<std::uint64_t>(block) - 1), "the rotations");
+  const auto ratio = static_cast<std::size_t>(segments.ratio);
+  const std::size_t row = 4 * kRotationNumbers * used;
+  const C3dFrames frames = frames_of_file(file, in.remaining(), row * ratio, limits, clip);
+  const std::int64_t count = frames.count * segments.ratio;
+  if (count > limits.frames) {
+    throw DataError(clip.name, "ROTATION:RATIO", std::to_string(count) + " matrices of a segment",
+                    "at most " + std::to_string(limits.frames));
+  }
+  clip.fps *= segments.ratio;
+  const std::int64_t first = (frames.first - 1) * segments.ratio + 1;
+  constexpr std::int64_t kLastNumber = 2'000'000'000;
+  for (std::int64_t frame = 0; frame < count; ++frame) {
+    Points positions = Points::Zero(static_cast<Index>(clip.markers.size()), 3);
+    std::vector<bool> seen(clip.markers.size(), false);
+    const std::size_t at = in.position();
+    for (std::size_t s = 0; s < segments.columns.size(); ++s) {
+      in.seek(at + 4 * kRotationNumbers * segments.columns[s], "a segment");
+      Eigen::Matrix<double, kRotationNumbers, 1> values;
+      for (double& value : values) {
+        value = numbers.real("a matrix");
+      }
+      if (!values.allFinite() || values[16] < 0) {
+        continue;
+      }
+      const Eigen::Vector3d origin = clip.metres_per_unit * values.segment<3>(12);
+      if (!(origin.cwiseAbs().maxCoeff() < limits.mesh_coordinate &&
+            values.segment<3>(4).norm() < 2)) {
+        in.fail("a matrix that is none of a segment", "a rotation and a place");
+      }
+      positions.row(static_cast<Index>(2 * s)) = origin;
+      positions.row(static_cast<Index>(2 * s + 1)) = origin + kAhead * values.segment<3>(4);
+      seen[2 * s] = true;
+      seen[2 * s + 1] = true;
+    }
+    in.seek(at + row, "the next frame");
+    clip.frame_ids.push_back(static_cast<int>((first + count < kLastNumber ? first : 1) + frame));
+    clip.positions.push_back(std::move(positions));
+    clip.seen.push_back(std::move(seen));
   }
 }
 
@@ -239,7 +330,6 @@ void require_points(const C3dFile& file, const std::string& name) {
 MarkerClip read_c3d(std::span<const std::byte> bytes, const std::string& name,
                     const Limits& limits) {
   const C3dFile file(bytes, name);
-  require_points(file, name);
   MarkerClip clip;
   clip.name = name;
   clip.findings = file.findings();
@@ -252,6 +342,16 @@ MarkerClip read_c3d(std::span<const std::byte> bytes, const std::string& name,
   clip.metres_per_unit = metres_of_unit(unit);
   if (clip.metres_per_unit == 0) {
     throw DataError(name, "POINT:UNITS", "'" + unit.substr(0, 20) + "'", "m, cm, mm or in");
+  }
+  const bool rotations = file.number("ROTATION:USED").value_or(0) > 0;
+  if (rotations && file.header().points == 0) {
+    read_segments(file, bytes, limits, clip);
+    return clip;
+  }
+  if (rotations) {
+    clip.findings.push_back({Severity::Note, "motion-segments", name,
+                             "rotations of segments stand beside the points",
+                             "the points are read, and the rotations passed over"});
   }
   const std::vector<std::size_t> kept = named_points(file, limits, clip);
   C3dNumbers numbers(bytes, name, file.processor());

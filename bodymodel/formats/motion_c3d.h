@@ -17,6 +17,11 @@ namespace atelier {
 /// was not seen, and so is 0, 0, 0 as lose_markers_at_origin says. Analog channels, events and
 /// force plates are passed over. The unit is POINT:UNITS, millimetres where there is none.
 ///
+/// A file without points whose group ROTATION holds segments as 4 x 4 matrices (Theia3D; c3d.org,
+/// "The ROTATION group") gives two points for each: its origin under the segment's name, a joint's
+/// centre, and "NAME.y", 0.1 m from there along its second axis, which Theia3D has point ahead. The
+/// world's own segment is left out.
+///
 /// The header's 16 bits end at frame 65,535: TRIAL:ACTUAL_START_FIELD and ACTUAL_END_FIELD,
 /// POINT:LONG_FRAMES and a real POINT:FRAMES go before it; of counts that differ, the one that
 /// fills the file. What else the file holds is said ("motion-frames").
@@ -25,7 +30,7 @@ namespace atelier {
 /// names that are there twice the first counts ("motion-markers-names").
 ///
 /// Throws DataError, with the byte, for a file that is no C3D, counts or blocks beyond the file, a
-/// unit or rate that is none, no named point (of Theia3D's rotations of segments with advice),
+/// unit or rate that is none, no named point or segment, matrices that are no segment's,
 /// coordinates beyond `limits.mesh_coordinate`.
 MarkerClip read_c3d(std::span<const std::byte> bytes, const std::string& name,
                     const Limits& limits = {});

@@ -143,9 +143,11 @@ void write_motion_file(const std::filesystem::path& path, const MotionClip& clip
     write_bvh(path, clip);
   } else if (extension == ".npz") {
     write_motion(path, clip);
+  } else if (extension == ".trc") {
+    write_trc(path, joint_markers(clip));
   } else {
     ATELIER_CHECK(extension == ".glb" || extension == ".gltf",
-                  "motions are written as .bvh, .npz, .glb or .gltf");
+                  "motions are written as .bvh, .trc, .npz, .glb or .gltf");
     write_gltf(path, gltf_motion(clip));
   }
 }

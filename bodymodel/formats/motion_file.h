@@ -36,8 +36,8 @@ inline MotionFileOptions of_body(const BodyModel& body) {
 MotionClip read_motion_file(const std::filesystem::path& path,
                             const MotionFileOptions& options = {}, const Limits& limits = {});
 
-/// Writes .bvh, .npz (ours), .glb or .gltf (skeleton and animation). Throws LogicError for another
-/// extension.
+/// Writes .bvh, .trc (places of the joints), .npz (ours), .glb or .gltf (skeleton and animation).
+/// Throws LogicError for another extension.
 void write_motion_file(const std::filesystem::path& path, const MotionClip& clip);
 
 }  // namespace atelier

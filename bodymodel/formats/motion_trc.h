@@ -3,8 +3,10 @@
 #include <cstddef>
 #include <filesystem>
 #include <span>
+#include <string>
 
 #include "bodymodel/formats/marker_clip.h"
+#include "bodymodel/motion_clip.h"
 #include "core/limits.h"
 
 namespace atelier {
@@ -22,5 +24,16 @@ namespace atelier {
 MarkerClip read_trc(std::span<const std::byte> bytes, const std::string& name,
                     const Limits& limits = {});
 MarkerClip read_trc(const std::filesystem::path& path, const Limits& limits = {});
+
+/// The joints of a motion as markers that bear their names (portable_names), metres, Y up.
+MarkerClip joint_markers(const MotionClip& clip);
+
+/// TRC text as OpenSim's reader demands it (TRCFileAdapter, 4.5): its eight keys in their order,
+/// cells between tabs, X1 Y1 Z1, ... under the names, an empty line, frames from 1, time from 0;
+/// metres to a micrometre, NaN where a marker was not seen. Numbers that frames skip, times skip
+/// too. Throws LogicError for a clip without markers or frames, without a rate, or whose sizes do
+/// not agree.
+std::string trc_text(const MarkerClip& clip);
+void write_trc(const std::filesystem::path& path, const MarkerClip& clip);
 
 }  // namespace atelier

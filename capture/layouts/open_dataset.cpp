@@ -12,6 +12,7 @@
 #include "capture/label_taxonomy.h"
 #include "capture/layouts/frame_files.h"
 #include "capture/layouts/layout_table.h"
+#include "capture/layouts/video_clocks.h"
 #include "capture/layouts/write_layout.h"
 #include "capture/video_file.h"
 #include "core/error.h"
@@ -744,6 +745,8 @@ Dataset open_dataset(const fs::path& path, const DatasetOptions& options, const 
   settle_cameras(dataset);
   correct_frames(dataset, options.corrections);
   settle_sequences(dataset, options, limits);
+  const std::vector<Finding> clocks = compare_video_clocks(dataset, limits);
+  dataset.findings.insert(dataset.findings.end(), clocks.begin(), clocks.end());
   settle_keypoints(dataset, options, limits);
   if (options.label_taxonomy != "auto") {
     dataset.info.label_taxonomy = label_taxonomy(options.label_taxonomy).name;

@@ -8,6 +8,7 @@
 #include "bodymodel/formats/body_archive.h"
 #include "bodymodel/formats/gltf_body.h"
 #include "bodymodel/formats/motion_bvh.h"
+#include "bodymodel/formats/motion_trc.h"
 #include "bodymodel/formats/skin_weights.h"
 #include "bodymodel/formats/tracked_motion.h"
 #include "bodymodel/unpose.h"
@@ -27,6 +28,19 @@ namespace fs = std::filesystem;
 constexpr const char* kTracked = "atelier.tracked";
 constexpr const char* kMotion = "atelier-motion-1";
 
+MotionClip motion_of_result(const fs::path& file) {
+  MotionClip clip;
+  if (file.extension() == ".npz") {
+    clip = read_motion(file);
+  } else {
+    const TrackedMotion tracked = read_tracked_motion(file);
+    clip.skeleton = tracked.skeleton;
+    clip.motion = tracked.motion;
+  }
+  clip.name = file.stem().string();
+  return clip;
+}
+
 }  // namespace
 
 bool is_motion_result(const fs::path& file) {
@@ -37,16 +51,11 @@ bool is_motion_result(const fs::path& file) {
 }
 
 void export_bvh(const fs::path& file, const fs::path& bvh) {
-  MotionClip clip;
-  if (file.extension() == ".npz") {
-    clip = read_motion(file);
-  } else {
-    const TrackedMotion tracked = read_tracked_motion(file);
-    clip.skeleton = tracked.skeleton;
-    clip.motion = tracked.motion;
-  }
-  clip.name = file.stem().string();
-  write_bvh(bvh, clip);
+  write_bvh(bvh, motion_of_result(file));
+}
+
+void export_trc(const fs::path& file, const fs::path& trc) {
+  write_trc(trc, joint_markers(motion_of_result(file)));
 }
 
 GltfScene joined_scenes(GltfScene scene, const GltfScene& other) {

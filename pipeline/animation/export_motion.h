@@ -12,8 +12,10 @@ namespace atelier {
 /// Whether a result's file is a motion of ours: "atelier.tracked" or a motion's npz.
 bool is_motion_result(const std::filesystem::path& file);
 
-/// Writes such a motion as BVH. Throws DataError for a file that is damaged.
+/// Writes such a motion as BVH and, with the joints' places, as TRC. Throws DataError for a file
+/// that is damaged.
 void export_bvh(const std::filesystem::path& file, const std::filesystem::path& bvh);
+void export_trc(const std::filesystem::path& file, const std::filesystem::path& trc);
 
 /// Two scenes side by side, their animations as one. Throws LogicError as check_gltf.
 GltfScene joined_scenes(GltfScene scene, const GltfScene& other);

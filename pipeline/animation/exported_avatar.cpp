@@ -23,6 +23,7 @@ fs::path exported_avatar(const fs::path& workspace) {
     avatar.consent = to_string(manifest.consent);
     write_gltf(folder / "avatar.glb", avatar);
     export_bvh(animated / "motion.npz", folder / "motion.bvh");
+    export_trc(animated / "motion.npz", folder / "motion.trc");
     for (std::size_t i = 1; i < results.size(); ++i) {
       for (const auto& entry : fs::recursive_directory_iterator(results[i])) {
         const fs::path extension = entry.path().extension();

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <set>
 #include <string_view>
 
@@ -50,6 +51,11 @@ void inspect_video(const std::filesystem::path& path, Inspection& inspection) {
   inspection.add("height", video.height(), "px");
   inspection.add("frames", video.frames());
   inspection.add("fps", video.fps(), "1/s");
+  if (const std::optional<VideoTimes>& times = video.times()) {
+    inspection.add("first image at", video_pace(*times).start, "s");
+    inspection.add("images that are not shown", times->hidden);
+    inspection.findings = video_findings(*times, path.string());
+  }
   // To come to a frame all before it are decoded. Our choice: some 1000 frames of 1920 x 1080,
   // which take seconds.
   constexpr double kMaxPixels = 2e9;

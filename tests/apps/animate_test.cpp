@@ -10,6 +10,7 @@
 #include "bodymodel/formats/gltf_body.h"
 #include "bodymodel/formats/motion_bvh.h"
 #include "bodymodel/formats/motion_file.h"
+#include "bodymodel/formats/motion_trc.h"
 #include "core/archive.h"
 #include "core/io/file_bytes.h"
 #include "core/io/image_file.h"
@@ -217,6 +218,14 @@ TEST_F(Animate, Exports_OpenWithTheSameContent) {
     for (std::size_t i = 0; i < 3; ++i) {
       const Points joints = forward_kinematics(clip.skeleton, clip.motion.poses[i]).positions;
       EXPECT_LT((joints - short_walk().joints[i]).cwiseAbs().maxCoeff(), 1e-4) << bvh << i;
+    }
+    // And as markers.
+    const MarkerClip markers = read_trc(fs::path(bvh).replace_extension(".trc"));
+    ASSERT_EQ(markers.positions.size(), 3u) << bvh;
+    EXPECT_EQ(markers.markers.size(), clip.skeleton.names.size());
+    EXPECT_EQ(markers.fps, clip.motion.fps);
+    for (std::size_t i = 0; i < 3; ++i) {
+      EXPECT_LT((markers.positions[i] - short_walk().joints[i]).cwiseAbs().maxCoeff(), 1e-6);
     }
   }
   const MeshSequenceShape skirt = shape_of(out / "animate" / "garments" / "lower.h5");

@@ -6,6 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "bodymodel/formats/motion_trc.h"
 #include "core/io/mesh_fbx.h"
 #include "tests/support/child_process.h"
 #include "tests/support/places.h"
@@ -84,6 +85,21 @@ TEST_F(BodyModelCommand, Motion_ConvertsToNpzAndBackToBvh) {
   EXPECT_THAT(there.err, HasSubstr("one unit taken as 0.01 m"));
   const ChildResult back = run({"convert", npz, "--out", (folder_ / "back.bvh").string()});
   EXPECT_EQ(back.exit_code, 0) << back.err;
+}
+
+TEST_F(BodyModelCommand, Motion_ConvertsToTrc) {
+  const std::filesystem::path trc = folder_ / "still.trc";
+  const ChildResult there = run({"convert", still_bvh(), "--out", trc.string()});
+  EXPECT_EQ(there.exit_code, 0) << there.err;
+  const MarkerClip clip = read_trc(trc);
+  EXPECT_EQ(clip.fps, 30);
+  EXPECT_THAT(clip.markers, ::testing::SizeIs(18));
+  EXPECT_EQ(clip.markers[1], "LeftUpLeg");
+  EXPECT_LT((clip.positions[2].row(1) - Eigen::RowVector3d(0.09, 0.92, 0)).norm(), 1e-6);
+  const std::filesystem::path posed = folder_ / "posed.trc";
+  ASSERT_EQ(run({"pose", "female", still_bvh(), "--out", posed.string()}).exit_code, 0);
+  EXPECT_EQ(read_trc(posed).positions.size(), 3u);
+  refused({"convert", "default", "--out", "a.trc"}, 2, "--out a.trc writes a motion");
 }
 
 TEST_F(BodyModelCommand, Advice_NamesTheFlags) {
@@ -301,7 +317,7 @@ TEST_F(BodyModelCommand, WrongArguments_AreRefused) {
   refused({"measure", "female", "--shape", "stature=nan"}, 2, "stature cannot be 'nan'");
   refused({"measure", "female", "--shape", "wings=1"}, 2, "no shape parameter 'wings'");
   refused({"pose", "female", "a.bvh", "--motion.up", "x", "--out", "a.png"}, 2, "auto, y, z");
-  refused({"convert", still_bvh(), "--out", "a.obj"}, 2, "a motion becomes .bvh, .npz, .glb");
+  refused({"convert", still_bvh(), "--out", "a.obj"}, 2, "a motion becomes .bvh, .trc, .npz, .glb");
   refused({"convert", "default", "--out", "a.bvh"}, 2, "default is a body: it becomes .npz");
   refused({"convert", "default", "--out", "a.xyz"}, 2, ".obj or .ply for a body");
   refused({"measure", "female", "--shape", "stature=1.7", "--shape", "stature=1.8"}, 2,

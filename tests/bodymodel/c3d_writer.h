@@ -27,6 +27,11 @@ struct C3dWriteOptions {
     std::vector<double> values;
   };
   std::vector<Numbers> numbers;
+  /// Segments of the group ROTATION, as Theia3D writes them: for each frame, `ratio` times, 17
+  /// numbers of each (a 4 x 4 matrix column by column in the file's unit, and a residual).
+  std::vector<std::string> segments;
+  std::vector<std::vector<double>> matrices;
+  int ratio = 1;
 };
 
 /// A C3D file, written after the format's user guide and not after any library. The header's last
@@ -56,6 +61,13 @@ class C3dWriter {
                           {clip.markers.begin() + static_cast<std::ptrdiff_t>(first),
                            clip.markers.begin() + static_cast<std::ptrdiff_t>(last)});
     }
+    if (!options_.segments.empty()) {
+      parameters += texts("LABELS", options_.segments, 3);
+      parameters += numbers("USED", 3, 2, {static_cast<double>(options_.segments.size())});
+      parameters += numbers("RATIO", 3, 2, {static_cast<double>(options_.ratio)});
+      const std::size_t start = parameters.size() + numbers("DATA_START", 3, 2, {0}).size() + 2;
+      parameters += numbers("DATA_START", 3, 2, {static_cast<double>((start + 511) / 512 + 2)});
+    }
     if (options_.swap_last_offset) {
       std::swap(parameters[last_offset(parameters)], parameters[last_offset(parameters) + 1]);
     }
@@ -80,6 +92,11 @@ class C3dWriter {
         }
         const double residual = seen || options_.nan ? 0 : -1;
         data += options_.real ? real(residual) : word(residual);
+      }
+    }
+    for (const std::vector<double>& frame : options_.matrices) {
+      for (const double number : frame) {
+        data += real(number);
       }
     }
     padded(data);
@@ -133,7 +150,7 @@ class C3dWriter {
     }
     return record(name, id, content);
   }
-  std::string texts(const std::string& name, const std::vector<std::string>& all) {
+  std::string texts(const std::string& name, const std::vector<std::string>& all, int id = 1) {
     std::size_t width = 1;
     for (const std::string& text : all) {
       width = std::max(width, text.size());
@@ -143,7 +160,7 @@ class C3dWriter {
       content += text + std::string(width - text.size(), ' ');
     }
     last_ = content.size() + 3;
-    return record(name, 1, content);
+    return record(name, id, content);
   }
   std::size_t last_offset(const std::string& parameters) const { return parameters.size() - last_; }
 

@@ -1,11 +1,13 @@
 #include "bodymodel/formats/motion_c3d.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "bodymodel/formats/marker_fit.h"
+#include "bodymodel/formats/marker_names.h"
 #include "bodymodel/formats/motion_file.h"
 #include "bodymodel/human/default_human.h"
 #include "bodymodel/kinematics.h"
@@ -132,17 +134,156 @@ TEST(C3d, ModelledOutputs_AreNoMarkers) {
   EXPECT_LT(*std::max_element(fit.rms.begin(), fit.rms.end()), 0.003);
 }
 
-TEST(C3d, RotationsWithoutMarkers_AreRefusedWithWhatToExport) {
+// The segments of Theia3D's files, in their order.
+std::vector<std::string> theia_segments() {
+  return {"worldbody_4X4",  "pelvis_4X4",     "l_thigh_4X4", "l_shank_4X4", "l_foot_4X4",
+          "l_toes_4X4",     "r_thigh_4X4",    "r_shank_4X4", "r_foot_4X4",  "r_toes_4X4",
+          "torso_4X4",      "l_clavicle_4X4", "l_uarm_4X4",  "l_larm_4X4",  "l_hand_4X4",
+          "r_clavicle_4X4", "r_uarm_4X4",     "r_larm_4X4",  "r_hand_4X4",  "neck_4X4",
+          "head_4X4"};
+}
+
+// Those points of them that have a place on a person.
+std::vector<std::string> theia_points() {
+  std::vector<std::string> names;
+  for (const std::string& segment : theia_segments()) {
+    for (const char* point : {"", ".y"}) {
+      if (marker_place(segment + point)) {
+        names.push_back(segment + point);
+      }
+    }
+  }
+  return names;
+}
+
+// A file of Theia3D: no points, the world's own segment first, millimetres, Z up, and frames in
+// which the person is not there yet (NaN and a residual of -1). Segments whose second axis points
+// nowhere known are turned anyhow.
+fixtures::C3dWriteOptions theia_options(const MarkerClip& points, int ratio = 1) {
+  fixtures::C3dWriteOptions options;
+  options.segments = theia_segments();
+  options.ratio = ratio;
+  const auto place = [&](std::size_t frame, const std::string& name) {
+    const auto at = std::find(points.markers.begin(), points.markers.end(), name);
+    const Eigen::Vector3d y_up =
+        at == points.markers.end()
+            ? Eigen::Vector3d::Constant(std::nan(""))
+            : Eigen::Vector3d(points.positions[frame].row(at - points.markers.begin()));
+    return Eigen::Vector3d(y_up.x(), -y_up.z(), y_up.y());
+  };
+  for (std::size_t f = 0; f < points.positions.size(); ++f) {
+    std::vector<double> row;
+    for (const std::string& name : options.segments) {
+      const Eigen::Vector3d origin = place(f, name);
+      Eigen::Matrix4d matrix = Eigen::Matrix4d::Identity();
+      if (name != "worldbody_4X4") {
+        const Eigen::Vector3d ahead = place(f, name + ".y");
+        const Eigen::Vector3d y =
+            ahead.allFinite() ? (ahead - origin).normalized().eval() : Eigen::Vector3d::UnitY();
+        const Eigen::Vector3d x = y.unitOrthogonal();
+        matrix.topLeftCorner<3, 3>() << x, y, x.cross(y);
+        matrix.topRightCorner<3, 1>() = 1000 * origin;
+      }
+      row.insert(row.end(), matrix.data(), matrix.data() + 16);
+      row.push_back(matrix.allFinite() && points.seen[f][0] ? 0 : -1);
+    }
+    options.matrices.push_back(std::move(row));
+  }
+  return options;
+}
+
+MarkerClip no_points(std::size_t frames) {
   MarkerClip none;
   none.fps = 60;
-  none.frame_ids = {1, 2};
-  none.positions.assign(2, Points::Zero(0, 3));
-  none.seen.assign(2, {});
-  fixtures::C3dWriteOptions options;
+  for (std::size_t f = 0; f < frames; ++f) {
+    none.frame_ids.push_back(static_cast<int>(f) + 1);
+  }
+  none.positions.assign(frames, Points::Zero(0, 3));
+  none.seen.assign(frames, {});
+  return none;
+}
+
+TEST(C3d, SegmentsOfTheia3d_AreOriginsAndPointsAhead) {
+  MarkerClip points = fixtures::marked_person(theia_points()).clip;
+  points.seen[0].assign(points.markers.size(), false);
+  const MarkerClip back = written_c3d(no_points(points.positions.size()), theia_options(points));
+  EXPECT_EQ(back.fps, 60);
+  EXPECT_EQ(back.markers.size(), 40U) << "two of each segment but the world's";
+  EXPECT_EQ(back.markers[2], "l_thigh_4X4");
+  EXPECT_FALSE(back.seen[0][2]);
+  EXPECT_TRUE(back.seen[1][2]);
+  EXPECT_FALSE(back.seen[1][20]) << "the left clavicle is NaN";
+  for (std::size_t m = 0; m < back.markers.size(); ++m) {
+    const auto at = std::find(points.markers.begin(), points.markers.end(), back.markers[m]);
+    if (at == points.markers.end() || back.markers[m].ends_with(".y")) {
+      continue;
+    }
+    const Eigen::RowVector3d truth = points.positions[9].row(at - points.markers.begin());
+    const Eigen::RowVector3d found = back.positions[9].row(static_cast<Index>(m));
+    const Eigen::RowVector3d ahead = back.positions[9].row(static_cast<Index>(m) + 1);
+    EXPECT_LT((found - Eigen::RowVector3d(truth.x(), -truth.z(), truth.y())).norm(), 1e-6);
+    EXPECT_NEAR((ahead - found).norm(), 0.1, 1e-6);
+  }
+  const MarkerFit fit = fit_markers(back);
+  EXPECT_LT(*std::max_element(fit.rms.begin(), fit.rms.end()), 0.01);
+}
+
+TEST(C3d, SeveralMatricesAFrame_AreFramesOfTheirOwn) {
+  MarkerClip points = fixtures::marked_person(theia_points()).clip;
+  const MarkerClip back = written_c3d(no_points(15), theia_options(points, 2));
+  EXPECT_EQ(back.fps, 120);
+  ASSERT_EQ(back.positions.size(), 30U);
+  EXPECT_EQ(back.frame_ids.back(), 30);
+}
+
+TEST(C3d, SegmentsThatAreNone_AreRefused) {
+  const MarkerClip points = fixtures::marked_person(theia_points()).clip;
+  fixtures::C3dWriteOptions options = theia_options(points);
+  const auto refused = [&](const char* words) {
+    EXPECT_THAT([&] { written_c3d(no_points(30), options); },
+                ThrowsMessage<DataError>(HasSubstr(words)));
+  };
+  options.matrices[3][17 + 5] = 40;
+  refused("a matrix that is none of a segment");
+  options = theia_options(points);
+  options.segments.assign(21, "worldbody");
+  refused("0 names of segments");
+  options = theia_options(points);
+  options.ratio = 0;
+  refused("ROTATION:RATIO");
+  options = theia_options(points);
+  options.real = false;
+  refused("as whole numbers");
+  options = {};
   options.numbers = {{"ROTATION", "USED", 2, {17}}};
-  const std::vector<std::byte> file = fixtures::C3dWriter(options).file(none);
-  EXPECT_THAT([&] { read_c3d(file, "theia.c3d"); },
-              ThrowsMessage<DataError>(HasSubstr("rotations of segments and no markers")));
+  refused("names of segments");
+}
+
+// As a recording of Qualisys Track Manager has them.
+TEST(C3d, NamesOfQualisys_AreUnderstood) {
+  std::vector<std::string> names = {"SNJ", "SXS", "TV8", "CV7"};
+  for (const std::string side : {"L_", "R_"}) {
+    for (const char* name :
+         {"IAS", "IPS", "HDF", "HDB", "FTC", "FLE", "FME", "FAX", "TTC", "FAL", "TAM",
+          "FCC", "FM1", "FM5", "HM5", "HM2", "UHE", "RSP", "HLE", "HME", "SAJ"}) {
+      names.push_back(side + name);
+    }
+  }
+  for (const std::string& name : names) {
+    EXPECT_TRUE(marker_place(name).has_value()) << name;
+  }
+  EXPECT_EQ(marker_place("R_FLE")->offset, marker_place("RKNE")->offset);
+  EXPECT_EQ(marker_place("L_IAS")->offset, marker_place("LASI")->offset);
+  MarkerClip clip = fixtures::marked_person(names).clip;
+  clip.markers.push_back("L_WAND1");
+  for (std::size_t f = 0; f < clip.positions.size(); ++f) {
+    clip.positions[f].conservativeResize(std::ssize(names) + 1, 3);
+    clip.positions[f].bottomRows(1).setConstant(1);
+    clip.seen[f].push_back(true);
+  }
+  const MarkerFit fit = fit_markers(written_c3d(clip));
+  EXPECT_THAT(fit.unknown, ElementsAre("L_WAND1"));
+  EXPECT_LT(*std::max_element(fit.rms.begin(), fit.rms.end()), 0.003);
 }
 
 TEST(C3d, NanCoordinates_AreUnseen) {

@@ -59,14 +59,10 @@ for (const path of document.querySelectorAll('path[id]')) {
 """
 
 
-def scaled(found, held, limit):
-    """Largest difference of sizes, and words for a factor that explains it up to `limit`; "" if none does."""
-    found, held = numpy.array(found), numpy.array(held)
-    factors = (found * held).sum(axis=0) / (held * held).sum(axis=0)
-    off = float(numpy.abs(found - held).max())
-    explained = numpy.abs(found / factors - held).max() <= limit and numpy.abs(factors - 1).max() < 1e-3
-    words = f"all lines are {factors[0]:.5f} times as wide and {factors[1]:.5f} times as high"
-    return off, words if off > limit and explained else ""
+def single(scale):
+    """By how much Blender's Matrix.Scale errs: it keeps 1 + (scale - 1), and that in single precision."""
+    one = numpy.float32(1)
+    return float(one + (numpy.float32(scale) - one)) / scale
 
 
 def svg_boxes(path):
@@ -99,16 +95,20 @@ def pattern_rows(held, exports):
         return Row(f"dxf-parser {version}", "DXF: " + read, largest(found, lines), "mm", 0.001)
 
     def librecad():
-        """Its PDF in true size, whose page clips what is painted but whose text has all lines."""
+        """Its PDF, whose page clips what is painted but whose text has all lines.
+
+        Qt's A4 is 595 x 842 points, which LibreCAD takes for 210 x 297 mm: it prints 0.99984 times the size.
+        """
         with tempfile.TemporaryDirectory() as folder:
             file = shutil.copy(dxf, pathlib.Path(folder) / "pattern.dxf")
             places = {"HOME": folder, "XDG_RUNTIME_DIR": folder, "QT_QPA_PLATFORM": "offscreen"}
-            output("librecad", "dxf2pdf", "-s", 1, "-c", file, env=os.environ | places, cwd=folder)
+            output("librecad", "dxf2pdf", "-s", 1.00016, "-c", file, env=os.environ | places, cwd=folder)
             found = pdf_lines((pathlib.Path(folder) / "pattern.pdf").read_bytes())
         sizes = lambda boxes: sorted([b[2] - b[0], b[3] - b[1]] for b in boxes if b[2] - b[0] > 20 and b[3] - b[1] > 20)
-        off, because = scaled(sizes(found), sizes(lines.values()), 0.03)
-        read = f"DXF: sizes of {len(lines)} closed lines, in its PDF"
-        return Row(f"LibreCAD {debian('librecad')}", read, off, "mm", 0.03, "measure the control square", because)
+        off = float(numpy.abs(numpy.subtract(sizes(found), sizes(lines.values()))).max())
+        read = f"DXF: sizes of {len(lines)} closed lines, in its PDF at 1200 dots an inch"
+        advice = "print at the scale 1.00016: of its A4 of 595 x 842 points it makes 210 x 297 mm"
+        return Row(f"LibreCAD {debian('librecad')}", read, off, "mm", 0.03, advice)
 
     def assimp():
         info = output("assimp", "info", dxf)
@@ -131,12 +131,18 @@ def pattern_rows(held, exports):
     def by_blender():
         version, found = blender("svg", svg)
         names = [name for name in outlines if name.startswith(("cut-", "sew-", "square-"))]
-        sizes = lambda boxes: [[boxes[name][2 + axis] - boxes[name][axis] for axis in (0, 1)] for name in names]
-        off, because = scaled(sizes(found), sizes(outlines), 0.003)
-        advice = "as Debian 12 packs it the import fails ('rU'): take that of blender.org"
-        return Row(
-            version, f"SVG: sizes of {len(names)} outlines, its reader mended", off, "mm", 0.003, advice, because
+        sizes = lambda boxes: numpy.array([numpy.subtract(boxes[name][2:], boxes[name][:2]) for name in names])
+        # The unit's matrix of any SVG: a foot's twelfth over 90 dots, and the same downwards.
+        factors = [single(0.3048 / 12 / 90), single(-0.3048 / 12 / 90)]
+        off = float(numpy.abs(sizes(found) - sizes(outlines)).max())
+        explained = numpy.abs(sizes(found) - factors * sizes(outlines)).max() <= 0.003
+        because = (
+            f"it makes every SVG {factors[0]:.5f} times as wide and {factors[1]:.5f} times as high, "
+            "since its unit's matrix has single precision"
         )
+        advice = "a scale by 1.00019 along y; as Debian 12 packs it the import fails ('rU'): take that of blender.org"
+        read = f"SVG: sizes of {len(names)} outlines, its reader mended"
+        return Row(version, read, off, "mm", 0.003, advice, because if explained else "")
 
     def rsvg():
         from PIL import Image
