@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "core/parallel.h"
@@ -121,6 +122,7 @@ void index_by_particle(ElasticRows& out) {
     out.springs.other.push_back(row.particle[ends.weight[e] > 0 ? 1 : 0]);
     out.springs.rest.push_back(out.spring_rest[ends.of[e]]);
     out.springs.stiffness.push_back(row.stiffness);
+    out.springs.limit.push_back(row.limit);
   }
   for (std::size_t k = 0; k < out.bend_rest.size(); ++k) {
     if (out.bend_rest[k] != 0) {
@@ -172,15 +174,15 @@ Vec3d bent_rest(const ElasticRow& row, double bend, const std::vector<Vec4<doubl
   return size > 1e-12 ? (-bend / size) * normal : Vec3d{};
 }
 
-/// Stiffnesses of a triangle, and what holds its yarns at their limits [N m].
-struct YarnStiffness {
-  double warp, weft, shear;
-  double hold_warp, hold_weft;
-};
+/// What a limit of stretch adds to the pull of a row of that length.
+double pull_of_limit(double limit, double length, double longest) {
+  return length > longest ? limit * (length - longest) : 0;
+}
 
 /// Forces of the two rows of a triangle: warp and weft as springs of rest length 1, and shear of
-/// energy 1/2 shear cos^2 of the angle between the yarns.
-void yarn_forces(const YarnStiffness& of, Vec3d fu, Vec3d fv, Vec3d& on_u, Vec3d& on_v) {
+/// energy 1/2 shear cos^2 of the angle between the yarns. `longest`: where limits begin.
+void yarn_forces(const std::array<double, 3>& moduli, double longest, Vec3d fu, Vec3d fv,
+                 Vec3d& on_u, Vec3d& on_v) {
   const double lu = norm(fu);
   const double lv = norm(fv);
   if (!(lu > 1e-12) || !(lv > 1e-12)) {
@@ -190,8 +192,11 @@ void yarn_forces(const YarnStiffness& of, Vec3d fu, Vec3d fv, Vec3d& on_u, Vec3d
   const Vec3d u = (1 / lu) * fu;
   const Vec3d v = (1 / lv) * fv;
   const double cosine = dot(u, v);
-  on_u = -(of.warp * (lu - 1) + of.hold_warp) * u - (of.shear * cosine / lu) * (v - cosine * u);
-  on_v = -(of.weft * (lv - 1) + of.hold_weft) * v - (of.shear * cosine / lv) * (u - cosine * v);
+  const auto pull = [&](double modulus, double length) {
+    return modulus * (length - 1) + pull_of_limit(kLimitStiffness * modulus, length, longest);
+  };
+  on_u = -pull(moduli[0], lu) * u - (moduli[2] * cosine / lu) * (v - cosine * u);
+  on_v = -pull(moduli[1], lv) * v - (moduli[2] * cosine / lv) * (u - cosine * v);
 }
 
 /// What a row's damping takes off its pull.
@@ -203,14 +208,19 @@ Vec3d damping_of(const ElasticRow& row, Vec3d value, const std::vector<Vec4<doub
 
 /// Forces of springs and flat bends, and of rows that are in `of_rows`, on particles [begin, end).
 /// A particle's sum is in the order of its lists.
-template <bool kDamped, bool kHeld>
-__attribute__((always_inline)) inline void sum_forces(const ElasticRows& rows,
-                                                      const ElasticState& state,
-                                                      const std::vector<Vec4<double>>& of_rows,
-                                                      Index begin, Index end, Vec4<double>* force) {
+struct ForceTerms {
+  const ElasticRows& rows;
+  const Vec4<double>* x;
+  const Vec4<double>* v;
+  const Vec4<double>* of_rows;
+};
+
+template <bool kDamped, bool kLimited>
+__attribute__((always_inline)) inline void sum_forces(const ForceTerms& terms, Index begin,
+                                                      Index end, Vec4<double>* force) {
+  const auto& [rows, x, v, of_rows] = terms;
   const ParticleSprings& springs = rows.springs;
-  const Vec4<double>* const x = state.x.data();
-  const Vec4<double>* const v = state.v.data();
+  const double longest = 1 + rows.most_stretch;
   const double damping = rows.damping;
   for (Index i = begin; i < end; ++i) {
     double sum[4] = {};
@@ -227,8 +237,8 @@ __attribute__((always_inline)) inline void sum_forces(const ElasticRows& rows,
       const double inverse = length > 1e-12 ? 1 / length : 0;
       const double stretch = length > 1e-12 ? length - springs.rest[e] : 0;
       double pull = springs.stiffness[e] * stretch;
-      if (kHeld) {
-        pull += state.held[springs.row[e]];
+      if (kLimited) {
+        pull += pull_of_limit(springs.limit[e], length, longest * springs.rest[e]);
       }
       if (kDamped) {
         const double* const speed_of_other = &v[springs.other[e]].x;
@@ -267,33 +277,28 @@ __attribute__((always_inline)) inline void sum_forces(const ElasticRows& rows,
   }
 }
 
-__attribute__((always_inline)) inline void sum_forces_as_needed(
-    const ElasticRows& rows, const ElasticState& state, const std::vector<Vec4<double>>& of_rows,
-    Index begin, Index end, Vec4<double>* force) {
-  const bool damped = rows.damping > 0;
-  if (!state.held.empty()) {
-    sum_forces<true, true>(rows, state, of_rows, begin, end, force);
+__attribute__((always_inline)) inline void sum_forces_as_needed(const ForceTerms& terms,
+                                                                Index begin, Index end,
+                                                                Vec4<double>* force) {
+  const bool damped = terms.rows.damping > 0;
+  if (terms.rows.most_stretch > 0) {
+    sum_forces<true, true>(terms, begin, end, force);
   } else if (damped) {
-    sum_forces<true, false>(rows, state, of_rows, begin, end, force);
+    sum_forces<true, false>(terms, begin, end, force);
   } else {
-    sum_forces<false, false>(rows, state, of_rows, begin, end, force);
+    sum_forces<false, false>(terms, begin, end, force);
   }
 }
 
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(ATELIER_EXACT)
-__attribute__((target("avx2,fma"))) void sum_forces_avx2(const ElasticRows& rows,
-                                                         const ElasticState& state,
-                                                         const std::vector<Vec4<double>>& of_rows,
-                                                         Index begin, Index end,
-                                                         Vec4<double>* force) {
-  sum_forces_as_needed(rows, state, of_rows, begin, end, force);
+__attribute__((target("avx2,fma"))) void sum_forces_avx2(const ForceTerms& terms, Index begin,
+                                                         Index end, Vec4<double>* force) {
+  sum_forces_as_needed(terms, begin, end, force);
 }
 #endif
 
-void sum_forces_scalar(const ElasticRows& rows, const ElasticState& state,
-                       const std::vector<Vec4<double>>& of_rows, Index begin, Index end,
-                       Vec4<double>* force) {
-  sum_forces_as_needed(rows, state, of_rows, begin, end, force);
+void sum_forces_scalar(const ForceTerms& terms, Index begin, Index end, Vec4<double>* force) {
+  sum_forces_as_needed(terms, begin, end, force);
 }
 
 }  // namespace
@@ -303,7 +308,9 @@ ElasticRows make_elastic_rows(const Cloth& cloth, const std::vector<int>& intern
   ElasticRows out;
   out.count = static_cast<int>(internal.size());
   out.most_stretch = most_stretch;
-  const auto limited = [&](double stiffness) { return most_stretch > 0 ? stiffness : 0; };
+  const auto limited = [&](double stiffness) {
+    return most_stretch > 0 ? kLimitStiffness * stiffness : 0;
+  };
   out.damping = cloth.material.damping;
   const auto moves = [&](std::initializer_list<int> vertices) {
     return std::any_of(vertices.begin(), vertices.end(),
@@ -347,33 +354,32 @@ ElasticRows make_elastic_rows(const Cloth& cloth, const std::vector<int>& intern
   return out;
 }
 
-void elastic_forces(const ElasticRows& rows, const ElasticState& state,
-                    std::vector<Vec4<double>>& of_rows, std::vector<Vec4<double>>& force) {
-  const bool holds = !state.held.empty();
+void elastic_forces(const ElasticRows& rows, const std::vector<Vec4<double>>& x,
+                    const std::vector<Vec4<double>>& v, std::vector<Vec4<double>>& of_rows,
+                    std::vector<Vec4<double>>& force) {
   const auto damped = [&](const ElasticRow& row, Vec3d value, Vec3d pull) {
-    return rows.damping > 0 ? pull - rows.damping * damping_of(row, value, state.v) : pull;
+    return rows.damping > 0 ? pull - rows.damping * damping_of(row, value, v) : pull;
   };
   parallel_for(static_cast<Index>(rows.bent.size()), kRowGrain, [&](Index begin, Index end) {
     for (Index k = begin; k < end; ++k) {
       const Index r = rows.bend_begin + rows.bent[k];
       const ElasticRow& row = rows.rows[r];
-      const Vec3d d = row_value(row, state.x);
-      const Vec3d rest = bent_rest(row, rows.bend_rest[rows.bent[k]], state.x);
+      const Vec3d d = row_value(row, x);
+      const Vec3d rest = bent_rest(row, rows.bend_rest[rows.bent[k]], x);
       of_rows[r] = with_w(damped(row, d, row.stiffness * (rest - d)), 0.0);
     }
   });
+  const double longest =
+      rows.most_stretch > 0 ? 1 + rows.most_stretch : std::numeric_limits<double>::infinity();
   const Index triangles = static_cast<Index>(rows.yarn_moduli.size());
   parallel_for(triangles, kRowGrain, [&](Index begin, Index end) {
     for (Index t = begin; t < end; ++t) {
       const Index r = rows.yarn_begin + 2 * t;
-      const std::array<double, 3>& moduli = rows.yarn_moduli[t];
-      const YarnStiffness of{moduli[0], moduli[1], moduli[2], holds ? state.held[r] : 0,
-                             holds ? state.held[r + 1] : 0};
-      const Vec3d fu = row_value(rows.rows[r], state.x);
-      const Vec3d fv = row_value(rows.rows[r + 1], state.x);
+      const Vec3d fu = row_value(rows.rows[r], x);
+      const Vec3d fv = row_value(rows.rows[r + 1], x);
       Vec3d on_u;
       Vec3d on_v;
-      yarn_forces(of, fu, fv, on_u, on_v);
+      yarn_forces(rows.yarn_moduli[t], longest, fu, fv, on_u, on_v);
       of_rows[r] = with_w(damped(rows.rows[r], fu, on_u), 0.0);
       of_rows[r + 1] = with_w(damped(rows.rows[r + 1], fv, on_v), 0.0);
     }
@@ -384,23 +390,9 @@ void elastic_forces(const ElasticRows& rows, const ElasticState& state,
 #else
   const auto sum = sum_forces_scalar;
 #endif
-  parallel_for(rows.count, kRowGrain, [&, sum](Index begin, Index end) {
-    sum(rows, state, of_rows, begin, end, force.data());
-  });
-}
-
-void hold_limits(const ElasticRows& rows, const std::vector<Vec4<double>>& x,
-                 std::vector<double>& held) {
-  parallel_for(static_cast<Index>(rows.rows.size()), kRowGrain, [&](Index begin, Index end) {
-    for (Index r = begin; r < end; ++r) {
-      const ElasticRow& row = rows.rows[r];
-      if (row.limit > 0) {
-        const double rest = r < rows.bend_begin ? rows.spring_rest[r] : 1;
-        const double beyond = norm(row_value(row, x)) - (1 + rows.most_stretch) * rest;
-        held[r] = std::max(0.0, held[r] + row.limit * beyond);
-      }
-    }
-  });
+  const ForceTerms terms{rows, x.data(), v.data(), of_rows.data()};
+  parallel_for(rows.count, kRowGrain,
+               [&](Index begin, Index end) { sum(terms, begin, end, force.data()); });
 }
 
 Eigen::SparseMatrix<double> projective_matrix(const ElasticRows& rows,

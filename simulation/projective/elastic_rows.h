@@ -28,7 +28,7 @@ struct ElasticRow {
   std::array<int, 4> particle{-1, -1, -1, -1};  ///< -1: none
   std::array<double, 4> weight{};               ///< the row's coefficients
   double stiffness = 0;                         ///< k in the constant matrix
-  double limit = 0;                             ///< what holding it at a limit adds to k
+  double limit = 0;                             ///< what adds to k beyond the limit of stretch
 };
 
 /// The springs of each particle: of particle i those from begin[i] to begin[i + 1], with the one at
@@ -37,6 +37,7 @@ struct ParticleSprings {
   std::vector<int> begin;  ///< [V + 1]
   std::vector<int> other, row;
   std::vector<double> rest, stiffness;
+  std::vector<double> limit;  ///< stiffness that comes in addition beyond the limit
 };
 
 /// Weights of other particles and of rows in what acts on each particle.
@@ -55,7 +56,7 @@ struct ElasticRows {
       yarn_moduli;                     ///< [triangles] warp, weft, shear times area, N m
   int bend_begin = 0, yarn_begin = 0;  ///< first row of each kind
   double damping = 0;                  ///< s, stiffness-proportional
-  double most_stretch = 0;             ///< share of the rest length that limits hold; 0: no limits
+  double most_stretch = 0;             ///< share of the rest length from which `limit` adds; 0: none
 
   // The same as forces are evaluated.
   ParticleSprings springs;
@@ -64,28 +65,19 @@ struct ElasticRows {
   std::vector<int> bent;       ///< bends with a rest angle
 };
 
-/// Rows of a cloth over its particles; `internal`: the particle of each vertex. `most_stretch`:
-/// springs and yarns are held at that share of stretch; 0: not.
+/// Springs and yarns are so many times stiffer beyond the limit of their stretch.
+constexpr double kLimitStiffness = 30;
+
+/// Rows of a cloth over its particles; `internal`: the particle of each vertex. `most_stretch`: the
+/// limit of springs and yarns, as a share of their rest length; 0: none.
 ElasticRows make_elastic_rows(const Cloth& cloth, const std::vector<int>& internal,
                               double most_stretch = 0);
 
-/// Positions [V] m, velocities [V] m/s, and what springs and yarns are held with at their limits
-/// ([rows], N or N m; empty: nothing).
-struct ElasticState {
-  const std::vector<Vec4<double>>& x;
-  const std::vector<Vec4<double>>& v;
-  const std::vector<double>& held;
-};
-
-/// Forces of all rows: `of_rows` [rows] as scratch, `force` [V] in N. The same bits on any number of
-/// threads.
-void elastic_forces(const ElasticRows& rows, const ElasticState& state,
-                    std::vector<Vec4<double>>& of_rows, std::vector<Vec4<double>>& force);
-
-/// What holds springs and yarns at their limits grows with what they exceed them by, and falls where
-/// they do not (augmented Lagrangian, Hestenes 1969): over iterations it comes to what it takes.
-void hold_limits(const ElasticRows& rows, const std::vector<Vec4<double>>& x,
-                 std::vector<double>& held);
+/// Forces of all rows at positions `x` and velocities `v`: `of_rows` [rows] as scratch, `force` [V]
+/// in N. The same bits on any number of threads.
+void elastic_forces(const ElasticRows& rows, const std::vector<Vec4<double>>& x,
+                    const std::vector<Vec4<double>>& v, std::vector<Vec4<double>>& of_rows,
+                    std::vector<Vec4<double>>& force);
 
 /// M + h^2 A^T K A (with damping h (h + damping)) over the free particles: `place` [V] is each
 /// one's place among them, -1 for a fixed one. Lower and upper part.

@@ -71,9 +71,6 @@ struct ProjectiveSolver::Scene {
     solved.resize(static_cast<std::size_t>(free_count));
     touched.resize(n);
     moved.resize(n);
-    if (options.projective.strain_limit > 0) {
-      held.resize(rows.rows.size());
-    }
     if (options.self_contact && cloth.faces.rows() > 0) {
       self = std::make_unique<SelfContactCpu<double>>(cloth, prepared, shared);
       self->push_nearer(kGuardShare);
@@ -135,7 +132,6 @@ struct ProjectiveSolver::Scene {
     });
     std::fill(touched.begin(), touched.end(), 0);
     body.begin_frame(control, options.time_step, x, velocity, acceleration);
-    std::fill(held.begin(), held.end(), 0.0);
     if (self != nullptr) {
       self->begin_frame();
     }
@@ -197,10 +193,7 @@ struct ProjectiveSolver::Scene {
   /// Forces where velocities `v` lead to.
   void evaluate_forces() {
     for_particles([&](Index i) { at[i] = with_w(xyz(x[i]) + h * xyz(v[i]), 0.0); });
-    if (!held.empty()) {
-      hold_limits(rows, at, held);
-    }
-    elastic_forces(rows, {at, v, held}, of_rows, force);
+    elastic_forces(rows, at, v, of_rows, force);
   }
 
   void iterate() {
@@ -345,7 +338,7 @@ struct ProjectiveSolver::Scene {
     Lanes forces(n);
     Lanes scratch(of_rows.size());
     for_particles([&](Index i) { led_to[i] = with_w(xyz(start[i]) + h * xyz(v[i]), 0.0); });
-    elastic_forces(rows, {led_to, v, held}, scratch, forces);
+    elastic_forces(rows, led_to, v, scratch, forces);
     Lanes implied(n);
     double weight = 0;
     for_particles([&](Index i) {
@@ -408,7 +401,6 @@ struct ProjectiveSolver::Scene {
   Lanes v;             ///< of the iteration
   Lanes at;            ///< where it leads to
   Lanes force, of_rows;
-  std::vector<double> held;  ///< [rows] what limits of strain take; empty: none
   Lanes reached;  ///< velocity with which a particle leaves the step, first without impulses
   Lanes solved;    ///< change of velocity, of free particles
   Lanes free_v;    ///< `v` of free particles

@@ -25,26 +25,46 @@ PairTouch touch_of(const SelfView<double>& view, const SelfPair<double>& candida
   if (order_decides(view, candidate, false)) {
     return out;
   }
-  const auto now = [&](int i) { return motion.x[i]; };
-  const auto before = [&](int i) { return motion.origin[i]; };
+  const auto end = [&](int i) { return motion.x[i]; };
+  const auto begin = [&](int i) { return motion.origin[i]; };
   const double gap = candidate.gap;
+  const double near = gap + std::max(kTouchMargin, gap);
+  const auto apart = [](const PairPoints<double>& pair, const Vec4<double>* at) {
+    Vec3d sum{};
+    for (int k = 0; k < 4; ++k) {
+      sum += pair.weight[k] * xyz(at[k]);
+    }
+    return sum;
+  };
+  // Where they end, as what slides along comes nearest to other pieces than it began at. Where they
+  // would have passed by then, as they began.
   PairPoints<double> pair;
   PairDirection<double> direction;
-  if (!vertex_face_points(view, candidate, gap + std::max(kTouchMargin, gap), motion_of(now, before),
-                          pair, direction)) {
-    return out;
+  Vec3d away{};
+  bool touches = vertex_face_points(view, candidate, near, motion_of(end, end), pair, direction);
+  if (touches) {
+    for (int k = 0; k < 4; ++k) {
+      pair.start[k] = begin(pair.particle[k]);
+    }
+    away = apart(pair, pair.x);
+    touches = dot(away, apart(pair, pair.start)) > 0;
   }
-  Vec3d apart{};
-  for (int k = 0; k < 4; ++k) {
-    apart += pair.weight[k] * xyz(pair.start[k]);
+  if (!touches) {
+    if (!vertex_face_points(view, candidate, near, motion_of(end, begin), pair, direction)) {
+      return out;
+    }
+    away = apart(pair, pair.start);
+    if (dot(away, apart(pair, pair.x)) > 0) {
+      return out;
+    }
   }
-  const double distance = norm(apart);
-  const Vec3d n = distance > 1e-7 ? (1 / distance) * apart : direction.normal;
+  const double distance = norm(away);
+  const Vec3d n = distance > 1e-7 ? (1 / distance) * away : direction.normal;
   if (!(squared_norm(n) > 0)) {
     return out;
   }
   // What was too near before is moved out by the guard, which makes no velocity of it.
-  const double at_start = std::max(0.0, dot(n, apart));
+  const double at_start = std::max(0.0, dot(n, apart(pair, pair.start)));
   const double wanted = std::min(gap, at_start);
   out.valid = true;
   std::copy_n(pair.particle, 4, out.touch.particle);

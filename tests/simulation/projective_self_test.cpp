@@ -63,7 +63,8 @@ struct Speeds {
 };
 Speeds speeds_after(double seconds, double angle, double on_plane, double on_cloth) {
   const Stack stack = stacked_sheets(angle);
-  SolverOptions options = with_self_contact(0.01, 10, 20);
+  // Steps in which sheets slide by less than their distance.
+  SolverOptions options = with_self_contact(0.01, 20, 20);
   options.friction = on_plane;
   options.self_friction = on_cloth;
   ProjectiveSolver solver(stack.cloth, stack.plane.faces, options);
@@ -84,7 +85,7 @@ TEST(ProjectiveStack, UpperSheet_SlidesByCoulombsLaw) {
     const Speeds found = speeds_after(seconds, angle, 2, mu);
     const double expected = 9.81 * (std::sin(angle) - mu * std::cos(angle)) * seconds;
     EXPECT_NEAR(found.upper, expected, 1e-3 * 9.81 * seconds) << mu;
-    EXPECT_NEAR(found.lower, 0, 1e-6) << mu;
+    EXPECT_NEAR(found.lower, 0, 1e-5) << mu;
     RecordProperty("off_" + std::to_string(mu),
                    std::to_string((found.upper - expected) / (9.81 * seconds)));
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -205,10 +206,9 @@ TEST(ElasticRows, Forces_AreTheGradientOfTheEnergy) {
               p[2] + 0.02 * uniform(random), 0};
     }
     const std::vector<Vec4<double>> still(n);
-    const std::vector<double> held;
     std::vector<Vec4<double>> of_rows(rows.rows.size());
     std::vector<Vec4<double>> force(n);
-    elastic_forces(rows, {x, still, held}, of_rows, force);
+    elastic_forces(rows, x, still, of_rows, force);
     const auto energy = [&] {
       double sum = 0;
       for (std::size_t r = 0; r < rows.rows.size(); ++r) {
@@ -278,60 +278,67 @@ TEST(ElasticRows, Bend_MeasuresTheAngle) {
   EXPECT_EQ(row.stiffness, hinge.stiffness);
 }
 
-// Solved to the end, a step is one of implicit Euler; steps of fewer iterations come nearer to it.
+// Solved to the end, a step is one of implicit Euler; fewer iterations come nearer and nearer to it.
 TEST(ProjectiveConvergence, Iterations_ComeToImplicitEuler) {
   const double size = 0.3;
   const double h = 1.0 / 240;
-  const Cloth cloth = make_cloth(
-      fixtures::garment_of(fixtures::sheet(5, 5, size / 5, 'a'), 0.2, 50, 1e-4), {0, 5});
-  ClothState exact = rest_state(cloth);
-  for (int i = 0; i < 12; ++i) {
-    exact = fixtures::newton_step(cloth, exact, h);
-  }
-  double last = 1;
-  for (const int iterations : {2, 5, 10, 100}) {
+  const auto off = [&](double bending, int iterations) {
+    const Cloth cloth = make_cloth(
+        fixtures::garment_of(fixtures::sheet(5, 5, size / 5, 'a'), 0.2, 50, bending), {0, 5});
+    ClothState exact = rest_state(cloth);
     ProjectiveSolver solver(cloth, {}, projective_statics(h, 1, iterations, 0));
     for (int i = 0; i < 12; ++i) {
+      exact = fixtures::newton_step(cloth, exact, h);
       solver.advance({});
     }
-    const double off =
-        (solver.state().positions - exact.positions).rowwise().norm().maxCoeff() / size;
-    EXPECT_LT(off, last) << iterations;
-    last = off;
-    RecordProperty("off_after_" + std::to_string(iterations), std::to_string(1e6 * off) + "e-6");
+    return (solver.state().positions - exact.positions).rowwise().norm().maxCoeff() / size;
+  };
+  double last = 1;
+  for (const int iterations : {2, 5, 10, 100}) {
+    const double found = off(0, iterations);
+    EXPECT_LT(found, last) << iterations;
+    last = found;
+    RecordProperty("off_after_" + std::to_string(iterations), std::to_string(1e6 * found) + "e-6");
   }
-  // The bend is 2 sin(angle / 2) instead of the angle.
-  EXPECT_LT(last, 1e-4);
+  EXPECT_LT(last, 1e-8);
+  // The bend is 2 sin(angle / 2) where the hinge has the angle.
+  const double with_bends = off(1e-4, 100);
+  EXPECT_LT(with_bends, 1e-4);
+  RecordProperty("off_with_bends", std::to_string(1e6 * with_bends) + "e-6");
 }
 
-// Both simulators come to the same motion with steps: a sheet hung by two corners that falls and
-// swings.
+// With steps it comes to the motion that XPBD comes to: a sheet that swings down from two corners.
 TEST(ProjectiveConvergence, Steps_ComeToXpbdsAnswer) {
   const double size = 0.3;
   const Cloth cloth = make_cloth(
-      fixtures::garment_of(fixtures::sheet(8, 8, size / 8, 'a'), 0.2, 50, 1e-4), {0, 8});
+      fixtures::garment_of(fixtures::sheet(8, 8, size / 8, 'a'), 0.2, 50, 0), {0, 8});
+  const int frames = 10;
+  SolverOptions fine;
+  fine.substeps = 100;
+  fine.xpbd.iterations = 60;
+  fine.xpbd.precision = "double";
+  fine.report = false;
+  ClothSolver xpbd(cloth, {}, xpbd_options(fine));
+  for (int i = 0; i < frames; ++i) {
+    xpbd.advance({});
+  }
   double last = 1;
   for (const int substeps : {2, 8, 32}) {
-    SolverOptions options = projective_statics(1.0 / 60, substeps, 40, 0);
-    options.substeps = substeps;
-    options.xpbd.iterations = 400;
-    options.xpbd.precision = "double";
-    ProjectiveSolver ours(cloth, {}, options);
-    ClothSolver xpbd(cloth, {}, xpbd_options(options));
-    for (int i = 0; i < 15; ++i) {
+    ProjectiveSolver ours(cloth, {}, projective_statics(1.0 / 60, substeps, 40, 0));
+    for (int i = 0; i < frames; ++i) {
       ours.advance({});
-      xpbd.advance({});
     }
     const double off =
         (ours.state().positions - xpbd.state().positions).rowwise().norm().maxCoeff() / size;
-    EXPECT_LT(off, last) << substeps;
+    EXPECT_LT(off, last / 2) << substeps;
     last = off;
     RecordProperty("off_at_" + std::to_string(substeps), std::to_string(1e6 * off) + "e-6");
   }
-  EXPECT_LT(last, 2e-3);
+  EXPECT_LT(last, 5e-3);
 }
 
-// Soft cloth that its weight would stretch by a quarter, in either membrane, on average.
+// Soft cloth that its weight would stretch by a quarter, in either membrane: beyond the limit it is
+// thirty times as stiff.
 TEST(ProjectiveStrainLimit, SoftCloth_StretchesToTheLimitOnly) {
   const Mesh mesh = fixtures::sheet(4, 30, 0.02, 'e');
   const double length = mesh.vertices.col(2).maxCoeff();
@@ -353,7 +360,10 @@ TEST(ProjectiveStrainLimit, SoftCloth_StretchesToTheLimitOnly) {
       return x.col(2).maxCoeff() / length - 1;
     };
     EXPECT_GT(stretch(0), 0.2) << membrane;
-    EXPECT_NEAR(stretch(0.05), 0.05, 0.01) << membrane;
+    // Springs of the equilateral lattice lie at 30 degrees to the pull, and the strip grows narrower:
+    // they stretch by two thirds of what it does.
+    const double of_strip = membrane == std::string("springs") ? 1.5 : 1;
+    EXPECT_NEAR(stretch(0.05), 0.05 * of_strip, 0.01) << membrane;
     // What stretches less knows no limit.
     EXPECT_NEAR(stretch(5), stretch(0), 1e-3) << membrane;
   }
