@@ -77,6 +77,24 @@ TEST_P(CusickDrapeTest, FinerMesh_ChangesTheDrapeLittle) {
 
 ATELIER_ON_EVERY_DEVICE(CusickDrapeTest);
 
+// The same cloth by projective dynamics: in the same bands, and as XPBD drapes it.
+TEST(ProjectiveDrape, Fabrics_DrapeAsPublishedAndAsByXpbd) {
+  for (const Fabric& fabric : all_fabrics()) {
+    if (fabric.drape_high == 100) {
+      continue;
+    }
+    const CusickDrape drape =
+        cusick_drape(fabric.material, {.rings = 15, .solver = "projective-friction"});
+    EXPECT_GE(drape.coefficient, fabric.drape_low) << fabric.name;
+    EXPECT_LE(drape.coefficient, fabric.drape_high) << fabric.name;
+    EXPECT_LT(drape.rest_speed, 0.05) << fabric.name;
+    const double xpbd = cusick_drape(fabric.material, {.rings = 15}).coefficient;
+    EXPECT_NEAR(drape.coefficient / xpbd, 1, 0.05) << fabric.name;
+    RecordProperty(std::string(fabric.name),
+                   std::to_string(drape.coefficient) + " and " + std::to_string(xpbd));
+  }
+}
+
 TEST(CusickDrape, DiscAsLargeAsTheSpecimen_IsRefused) {
   EXPECT_THROW(cusick_drape({}, {.specimen_diameter = 0.1, .disc_diameter = 0.1}), LogicError);
   EXPECT_THROW(cusick_drape({}, {.rings = 2}), LogicError);
