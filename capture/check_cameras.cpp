@@ -262,4 +262,12 @@ std::vector<Finding> check_cameras(const std::vector<Camera>& cameras, const Fil
   return findings;
 }
 
+std::vector<Finding> check_cameras(const Dataset& dataset) {
+  std::vector<Camera> cameras;
+  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
+    cameras.push_back(turned_camera(dataset.cameras[c], -dataset.frames[c].turn));
+  }
+  return check_cameras(cameras, dataset.file_world);
+}
+
 }  // namespace atelier

@@ -18,4 +18,7 @@ namespace atelier {
 std::vector<Finding> check_cameras(const std::vector<Camera>& cameras,
                                    const FileWorld& world = {1, "y"});
 
+/// The same of a capture's cameras as they hang: without the turns of their images.
+std::vector<Finding> check_cameras(const Dataset& dataset);
+
 }  // namespace atelier

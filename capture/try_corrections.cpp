@@ -122,7 +122,7 @@ Sound soundness(const Dataset& dataset, const std::vector<int>& frames,
   Sound sound;
   std::vector<Finding> findings = dataset.findings;
   if (dataset.calibrated) {
-    const std::vector<Finding> cameras = check_cameras(dataset.cameras, dataset.file_world);
+    const std::vector<Finding> cameras = check_cameras(dataset);
     findings.insert(findings.end(), cameras.begin(), cameras.end());
   }
   sound.errors = std::count_if(findings.begin(), findings.end(), [](const Finding& finding) {
@@ -139,21 +139,26 @@ Sound soundness(const Dataset& dataset, const std::vector<int>& frames,
   return sound;
 }
 
-bool fits_better(const RigFit& then, const RigFit& now) {
-  constexpr double kLess = 0.9;
+/// @param less  share of the error below which it is less
+bool fits_better(const RigFit& then, const RigFit& now, double less) {
   constexpr double kAsMany = 0.02;
   return then.unsupported.size() == now.unsupported.size() &&
          (surely_less(then.unsupported, now.unsupported) ||
-          (then.share > now.share - kAsMany && then.error < kLess * now.error &&
+          (then.share > now.share - kAsMany && then.error < less * now.error &&
            surely_less(then.points, now.points)));
 }
 
-bool mends(const Sound& then, const Sound& now) {
+/// Wrong readings of lenses shift pixels by less than detectors err.
+double share_of_less(const Try& tried) {
+  return tried.without.starts_with("--capture.distortion ") ? 0.98 : 0.9;
+}
+
+bool mends(const Sound& then, const Sound& now, double less) {
   const bool both = then.fit && now.fit;
-  if (both && fits_better(*then.fit, *now.fit)) {
+  if (both && fits_better(*then.fit, *now.fit, less)) {
     return then.errors <= now.errors;
   }
-  return then.errors < now.errors && !(both && fits_better(*now.fit, *then.fit));
+  return then.errors < now.errors && !(both && fits_better(*now.fit, *then.fit, less));
 }
 
 /// Of two that mend: the one that fits better, then the plainer one, which comes first.
@@ -179,7 +184,7 @@ std::string fit_text(const RigFit& fit) {
 
 Finding wrong_correction(const Try& tried, const Sound& now, const Sound& then) {
   const std::string otherwise = tried.other_value ? "then " : "without it ";
-  const bool by_fit = then.fit && now.fit && fits_better(*then.fit, *now.fit);
+  const bool by_fit = then.fit && now.fit && fits_better(*then.fit, *now.fit, share_of_less(tried));
   const std::string what = by_fit ? "of the detections " + fit_text(*now.fit) +
                                         ", agree with it, " + otherwise + fit_text(*then.fit)
                                   : counted(now.errors, "error") + " in the calibration with it, " +
@@ -265,7 +270,7 @@ Dataset without_wrong_corrections(Dataset dataset, const Reopen& reopen,
           continue;
         }
         const Sound then = soundness(without, frames, options);
-        if (mends(then, now) && (!best || is_better(then, best->second))) {
+        if (mends(then, now, share_of_less(tried)) && (!best || is_better(then, best->second))) {
           best = {tried, then};
           best_dataset = std::move(without);
         }

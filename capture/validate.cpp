@@ -183,7 +183,7 @@ Validation validate(FrameReader& reader, const ValidateOptions& options,
   add(dataset.findings);
   add(check_consent(dataset));
   if (dataset.calibrated) {
-    add(check_cameras(dataset.cameras, dataset.file_world));
+    add(check_cameras(dataset));
   }
   add(check_frames(reader, options.frames, told));
   validation.keypoints = check_keypoints(reader, options.keypoints);

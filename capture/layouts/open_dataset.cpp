@@ -270,6 +270,12 @@ void doubt_turn(const Camera& camera, const CameraFrames& frames, const std::str
                         set + ", by which up in the calibration is down in them",
                         "look at an image: unless the person stands on the head, " +
                             (other == 0 ? "take " + camera.id + " from it" : "say " + instead)});
+  } else if (frames.view_rotation != 0 && frames.view_rotation / 90 != frames.turn % 4) {
+    findings.push_back({Severity::Warning, "image-turned", camera.id,
+                        set + ", the other way than the recorder shows them (viewrotation " +
+                            std::to_string(frames.view_rotation) + ")",
+                        "look at an image: if it lies on the wrong side, say " +
+                            turned_setting(turned, camera.id, frames.view_rotation / 90)});
   }
 }
 

@@ -22,6 +22,8 @@ namespace {
 Camera turned_about(int axis, int degrees, const std::string& id) {
   Camera camera = SmallCapture().cameras[0];
   camera.id = id;
+  camera.distortion_model = Distortion::None;  // which some layouts have no place for
+  camera.distortion = {};
   const Eigen::Vector3d turn = degrees * std::numbers::pi / 180 * Eigen::Vector3d::Unit(axis);
   const Eigen::Vector3d centre = camera_center(camera);
   camera.camera_from_world_rotation = rotation_of_vector(turn) * camera.camera_from_world_rotation;

@@ -154,7 +154,12 @@ TEST(MaskAdvice, InvertedMasks_FitOnceTheAdviceIsFollowed) {
 
 TEST(IdleCorrections, WhatChangesNothing_IsSaid) {
   const TemporaryDirectory folder;
-  write_small_capture(folder.path());  // labels and no masks, lenses without distortion
+  SmallCapture small;  // labels and no masks
+  for (Camera& camera : small.cameras) {
+    camera.distortion_model = Distortion::None;
+    camera.distortion = {};
+  }
+  write_small_capture(folder.path(), small);
   for (const auto& [option, value] : {std::pair("masks", "all=inverted"),
                                       {"distortion", "all=negated"},
                                       {"distortion", "all=by_64"}}) {

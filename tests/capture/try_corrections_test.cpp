@@ -81,20 +81,16 @@ INSTANTIATE_TEST_SUITE_P(
 
 /// Wrong readings of lenses are small beside wrong poses: the error tells of them, and by how much.
 TEST(TryCorrections, WrongReadingOfDistortion_IsToldByTheError) {
-  for (const std::size_t which : {1U, 2U}) {
-    const SeededRig rig = seeded_rigs()[which];
-    const TemporaryDirectory folder;
-    write_seeded(seeded_capture(rig), folder.path());
-    EXPECT_EQ(wrong_in(judged(folder.path(), {})), "");
-    for (const std::string set : {"all=negated", "all=by_64", "all=none", "all=times_64"}) {
-      const std::string wrong = wrong_in(judged(folder.path(), {{"distortion", set}}));
-      EXPECT_THAT(wrong, HasSubstr("--capture.distortion " + set +
-                                   " makes it worse: of the "
-                                   "detections"))
-          << "rig " << which;
-      EXPECT_THAT(wrong, HasSubstr(" px of error")) << set;
-      EXPECT_THAT(wrong, HasSubstr("leave it out")) << set;
-    }
+  const TemporaryDirectory folder;
+  write_seeded(seeded_capture(seeded_rigs()[2]), folder.path());
+  EXPECT_EQ(wrong_in(judged(folder.path(), {})), "");
+  for (const std::string set : {"all=negated", "all=by_64", "all=none", "all=times_64"}) {
+    const std::string wrong = wrong_in(judged(folder.path(), {{"distortion", set}}));
+    EXPECT_THAT(wrong, HasSubstr("--capture.distortion " + set +
+                                 " makes it worse: of the "
+                                 "detections"));
+    EXPECT_THAT(wrong, HasSubstr(" px of error")) << set;
+    EXPECT_THAT(wrong, HasSubstr("leave it out")) << set;
   }
 }
 

@@ -175,14 +175,23 @@ TEST(SettleAdvice, WhatIsSet_IsNotAdvisedAgain) {
   EXPECT_EQ(both.setting, "");  // no one value reads both
   EXPECT_THAT(both.advice, HasSubstr("take --capture.extrinsics cam3=opengl away"));
   EXPECT_EQ(advised("02", "--capture.leave-out 04,05").setting, "--capture.leave-out 02,04,05");
-  EXPECT_EQ(advised("cam3=90", "--capture.turned cam3=270").setting, "--capture.turned cam3=270")
-      << "which takes the place of the other";
+  EXPECT_EQ(advised("cam3=90", "--capture.turned cam3=180").setting, "--capture.turned cam3=270")
+      << "both turns together";
+  EXPECT_EQ(advised("cam3=90", "--capture.turned cam3=270").setting, "");
   EXPECT_EQ(advised("01=02", "--capture.calibration-of 01=03").setting, "") << "names, no numbers";
   dataset.cameras.resize(2);
   dataset.cameras[0].id = "00";
   dataset.cameras[1].id = "01";
   EXPECT_EQ(advised("all=inverted", "--capture.masks 00=inverted").setting,
             "--capture.masks 01=inverted");
+  dataset.corrections = {{"turned", "00=90"}};
+  EXPECT_EQ(
+      settle_advice({{Severity::Error, "image-turned", "00", "w", "a", "--capture.turned 00=270"}},
+                    dataset)
+          .front()
+          .setting,
+      "--capture.turned 00=270")
+      << "of sizes, which takes the place of the other";
   // Another option's setting stays.
   dataset.corrections = {{"masks", "all=inverted"}};
   EXPECT_EQ(settle_advice({{Severity::Error, "x", "", "w", "a", "--capture.sync c=1"}}, dataset)

@@ -1,6 +1,7 @@
 #include "apps/console/command.h"
 #include "apps/console/stand_alone.h"
 #include "pipeline/chain/outdated_results.h"
+#include "pipeline/chain/startable_without.h"
 
 namespace atelier {
 namespace {
@@ -25,5 +26,9 @@ std::span<const StandAlone> all_stand_alone() {
 std::vector<std::string> outdated_inputs(const Stage& /*stage*/, const StageRequest& /*request*/) {
   return {};
 }
+
+/// Nor are captures, of which this program reads none.
+void require_startable_without(const Stage& /*stage*/, const StageRequest& /*request*/,
+                               std::span<const std::string> /*aside*/) {}
 
 }  // namespace atelier
