@@ -158,7 +158,7 @@ def pattern_rows(held, exports):
         off = max(off, *(abs(a - b) for a, b in zip(painted, extent)))
         return Row(
             f"rsvg-convert {debian('librsvg2-bin')}",
-            "SVG: page and painted area at a pixel a millimetre",
+            "SVG: page and painted area in whole pixels of a millimetre",
             off,
             "mm",
             1.5,
@@ -174,7 +174,7 @@ def pattern_rows(held, exports):
             if name in outlines and len(numbers) == 4:
                 x, y, w, h = (float(word) * 25.4 / 96 for word in numbers)
                 found[name] = [x, y, x + w, y + h]
-        read = f"SVG: {len(outlines)} outlines, without the width of lines"
+        read = f"SVG: {len(outlines)} outlines, without the width of lines, in px of six digits"
         return Row(f"Inkscape {debian('inkscape')}", read, largest(found, outlines), "mm", 0.01)
 
     def chromium():

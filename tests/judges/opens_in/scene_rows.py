@@ -216,7 +216,7 @@ def motion_rows(held, exports):
         found = assimp_joints(path, held.shown)
         return Row(
             f"assimp {debian('assimp-utils')}",
-            read,
+            read + ", in its JSON of six digits",
             10 * largest(found, joints(lambda name, frame: f"{name}@{frame}")),
             "mm",
             0.05,
@@ -245,7 +245,7 @@ def mesh_rows(held, exports):
     vertices, faces = held.vertices(name, frame), held.faces[name]
     paths = {kind: exports / f"{kind}/animate/garments/{name}/{held.ids[frame]:06d}.{kind}" for kind in ("ply", "obj")}
 
-    def row(program, kind, found, advice=""):
+    def row(program, kind, found, advice="", digits=""):
         counts = {
             len(vertices): f"{len(vertices):,} vertices,",
             held.textured[name]: f"{held.textured[name]:,} vertices (apart along texture seams),",
@@ -253,8 +253,8 @@ def mesh_rows(held, exports):
         }
         assert found[0] in counts and found[1] == len(faces), found
         off = 1000 * float(numpy.abs(numpy.subtract(found[2:], box(vertices))).max())
-        read = f"{kind.upper()}: {counts[found[0]]} {len(faces):,} triangles"
-        return Row(program, read, off, "mm", 0.002, advice)
+        read = f"{kind.upper()}: {counts[found[0]]} {len(faces):,} triangles{digits}"
+        return Row(program, read, off, "mm", 0.006 if digits else 0.002, advice)
 
     def three(kind):
         version, found = npm("three", "three.mjs", kind, paths[kind])
@@ -274,6 +274,7 @@ def mesh_rows(held, exports):
             kind,
             [len(mesh["vertices"]) // 3, len(mesh["faces"]), *box(numpy.reshape(mesh["vertices"], (-1, 3)))],
             "`JoinIdenticalVertices`",
+            ", in its JSON of six digits",
         )
 
     def open3d(kind):
@@ -404,7 +405,7 @@ def video_rows(held, exports):
         assert found["frames"] == [len(held.ids)], found
         return Row(
             f"OpenCV {debian('python3-opencv')}",
-            f"MP4: {len(held.ids)} frames, each beside its PNG",
+            f"MP4: {len(held.ids)} frames through H.264, each beside its PNG",
             found["mean"][0],
             "of 255 on average",
             3,
