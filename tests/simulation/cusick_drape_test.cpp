@@ -77,21 +77,33 @@ TEST_P(CusickDrapeTest, FinerMesh_ChangesTheDrapeLittle) {
 
 ATELIER_ON_EVERY_DEVICE(CusickDrapeTest);
 
-// The same cloth by projective dynamics: in the same bands, and as XPBD drapes it.
-TEST(ProjectiveDrape, Fabrics_DrapeAsPublishedAndAsByXpbd) {
+// The same cloth by projective dynamics: in the same bands.
+TEST(ProjectiveDrape, Fabrics_DrapeAsPublished) {
   for (const Fabric& fabric : all_fabrics()) {
     if (fabric.drape_high == 100) {
       continue;
     }
-    const CusickDrape drape =
-        cusick_drape(fabric.material, {.rings = 15, .solver = "projective-friction"});
+    const CusickDrape drape = cusick_drape(
+        fabric.material, {.rings = 15, .solver = "projective-friction", .iterations = 10});
     EXPECT_GE(drape.coefficient, fabric.drape_low) << fabric.name;
     EXPECT_LE(drape.coefficient, fabric.drape_high) << fabric.name;
     EXPECT_LT(drape.rest_speed, 0.05) << fabric.name;
-    const double xpbd = cusick_drape(fabric.material, {.rings = 15}).coefficient;
-    EXPECT_NEAR(drape.coefficient / xpbd, 1, 0.05) << fabric.name;
-    RecordProperty(std::string(fabric.name),
-                   std::to_string(drape.coefficient) + " and " + std::to_string(xpbd));
+    RecordProperty(std::string(fabric.name), std::to_string(drape.coefficient));
+  }
+}
+
+// XPBD with an iteration a substep drapes softer than its own solution (silk 25% instead of what
+// both simulators come to with iterations); solved as far, they drape alike.
+TEST(ProjectiveDrape, SolvedAsFar_DrapesAsByXpbd) {
+  for (const char* name : {"silk", "wool"}) {
+    CusickOptions options{.rings = 8};
+    options.iterations = 60;
+    const double xpbd = cusick_drape(fabric_material(name), options).coefficient;
+    options.solver = "projective-friction";
+    options.iterations = 20;
+    const double ours = cusick_drape(fabric_material(name), options).coefficient;
+    EXPECT_NEAR(ours / xpbd, 1, 0.05) << name;
+    RecordProperty(name, std::to_string(ours) + " and " + std::to_string(xpbd));
   }
 }
 
