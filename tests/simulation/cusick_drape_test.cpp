@@ -92,18 +92,25 @@ TEST(ProjectiveDrape, Fabrics_DrapeAsPublished) {
   }
 }
 
-// XPBD with an iteration a substep drapes softer than its own solution (silk 25% instead of what
-// both simulators come to with iterations); solved as far, they drape alike.
+// XPBD with an iteration a substep drapes softer than its own solution: silk of 2e-6 N m 36.9%, of 10
+// iterations 41.5, of 60 52.8, where projective dynamics has 51.3 of 20 and 51.8 of 60. Solved as
+// far, both drape alike.
 TEST(ProjectiveDrape, SolvedAsFar_DrapesAsByXpbd) {
-  for (const char* name : {"silk", "wool"}) {
-    CusickOptions options{.rings = 8};
+  if (!fixtures::soaking()) {
+    GTEST_SKIP() << "part of scripts/soak";
+  }
+  for (const Fabric& fabric : all_fabrics()) {
+    if (fabric.drape_high == 100) {
+      continue;
+    }
+    CusickOptions options{.rings = 15};
     options.iterations = 60;
-    const double xpbd = cusick_drape(fabric_material(name), options).coefficient;
+    const double xpbd = cusick_drape(fabric.material, options).coefficient;
     options.solver = "projective-friction";
     options.iterations = 20;
-    const double ours = cusick_drape(fabric_material(name), options).coefficient;
-    EXPECT_NEAR(ours / xpbd, 1, 0.05) << name;
-    RecordProperty(name, std::to_string(ours) + " and " + std::to_string(xpbd));
+    const double ours = cusick_drape(fabric.material, options).coefficient;
+    EXPECT_NEAR(ours / xpbd, 1, 0.05) << fabric.name;
+    RecordProperty(std::string(fabric.name), std::to_string(ours) + " and " + std::to_string(xpbd));
   }
 }
 
