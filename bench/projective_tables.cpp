@@ -380,9 +380,11 @@ ClothFigures figures_of(const Points& x, const Cloth& flat) {
 
 /// The other program's material: springs of one stiffness, and a bend at every inner vertex, by mean
 /// value coordinates without a norm. On an equilateral lattice of edge l its row is sqrt(3) l times
-/// the sum of both curvatures, three edges and 0.87 l^2 a vertex: B = 2 sqrt(3) w^2 of the weight w.
-constexpr double kForeignSpring = 3025;      // N/m
-constexpr double kForeignBendWeight = 4e-4;  // sqrt(N m)
+/// the sum of both curvatures, and a vertex has 0.87 l^2: B = 2 sqrt(3) k of the bend's stiffness k.
+/// The sequence's description has 3025 N/m and 4e-4; cloth of 3025 N/m would stretch a twentieth as
+/// much as that cloth does, and 3025 is 55 squared.
+constexpr double kForeignSpring = 55;  // N/m
+constexpr double kForeignBend = 4e-4;  // N m
 constexpr double kForeignDistance = 4.5e-3;  // m, nearest that its cloth is to the body at the start
 
 Cloth foreign_cloth(const ForeignSequence& sequence, const ClothOptions& options = {}) {
@@ -392,7 +394,7 @@ Cloth foreign_cloth(const ForeignSequence& sequence, const ClothOptions& options
   garment.material.friction = 0.3;
   garment.material.thickness = kForeignDistance;
   garment.material.damping = 0;
-  garment.material.bending = 2 * std::sqrt(3.0) * kForeignBendWeight * kForeignBendWeight;
+  garment.material.bending = 2 * std::sqrt(3.0) * kForeignBend;
   garment.material.stretch_warp = garment.material.stretch_weft = kForeignSpring;
   Cloth cloth = make_cloth(garment, sequence.attached, options);
   for (int i = 0; i < cloth.fibre_count; ++i) {

@@ -15,6 +15,7 @@ struct CusickOptions {
   double seconds = 2;               ///< of hanging, 0.1 to 60
   int substeps = 30;                ///< of a sixtieth of a second, 1 to 10000
   std::string solver = "xpbd";      ///< one of solver_names()
+  int iterations = 1;               ///< of a substep, of either
 };
 
 struct CusickDrape {
