@@ -1,6 +1,8 @@
 #include "bodymodel/motion_clip.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "bodymodel/humanoid.h"
 #include "bodymodel/kinematics.h"
@@ -33,6 +35,31 @@ Eigen::Vector3d trunk_direction(const Points& joints, const Humanoid& person) {
   return (joints.row(person.neck.back()) - joints.row(person.spine.front()))
       .normalized()
       .transpose();
+}
+
+// Whether a person whose rest pose stands along one of y and z stands along `axis`, the other one,
+// in the motion: with the head up in nearly all frames, the lowest joint at 0 and the pelvis a leg
+// above it. A person who lies has the floor elsewhere.
+bool stands_along(int axis, const MotionClip& clip, const Humanoid& person) {
+  constexpr std::size_t kMost = 200;  // frames that are looked at
+  constexpr double kUpright = 0.8;    // mean cosine
+  constexpr double kFloor = 0.25;     // of a leg, between the lowest joint and 0
+  const double leg = leg_length(clip.skeleton, person);
+  const std::size_t step = 1 + clip.motion.poses.size() / kMost;
+  double upright = 0;
+  double lowest = std::numeric_limits<double>::infinity();
+  double pelvis = 0;
+  double count = 0;
+  for (std::size_t i = 0; i < clip.motion.poses.size(); i += step) {
+    const Points joints = forward_kinematics(clip.skeleton, clip.motion.poses[i]).positions;
+    upright += trunk_direction(joints, person)[axis];
+    lowest = std::min(lowest, joints.col(axis).minCoeff());
+    pelvis += joints(person.spine.front(), axis);
+    ++count;
+  }
+  const double height = count > 0 ? pelvis / count - lowest : 0;
+  return upright > kUpright * count && std::abs(lowest) < kFloor * leg && height > 0.6 * leg &&
+         height < 1.5 * leg;
 }
 
 Eigen::Vector3d z_up_to_y_up(const Eigen::Vector3d& p) {
@@ -140,7 +167,8 @@ char guess_up_axis(const MotionClip& clip) {
       trunk += trunk_direction(forward_kinematics(clip.skeleton, pose).positions, *person);
     }
   }
-  return std::abs(trunk.z()) > std::abs(trunk.y()) ? 'z' : 'y';
+  const bool z = std::abs(trunk.z()) > std::abs(trunk.y());
+  return z != (standing && stands_along(z ? 1 : 2, clip, *person)) ? 'z' : 'y';
 }
 
 double guess_metres_per_unit(const MotionClip& clip, char up) {

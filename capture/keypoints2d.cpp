@@ -206,17 +206,22 @@ PeopleOfFrames frames_in(const JsonPlace& root, double shift, const Limits& limi
   if (!root.value().is_object() || root.value().empty()) {
     refuse(root, "nothing of a detector that is known");
   }
-  // AlphaPose's other formats: an object with one of OpenPose's for each image.
+  // AlphaPose's other formats: an object with one of OpenPose's for each image, or (PoseFlow) the
+  // list of its people.
   for (const auto& [name, value] : root.value().items()) {
     const std::optional<int> number = frame_number(name);
+    const bool list = value.is_array() && (value.empty() || value.front().contains("keypoints"));
     const bool of_image =
-        number && value.is_object() && (value.contains("people") || value.contains("bodies"));
+        number &&
+        (list || (value.is_object() && (value.contains("people") || value.contains("bodies"))));
     if (!of_image) {
       refuse(root, "the member '" + name.substr(0, 60) + "'");
     }
     const JsonPlace image = root.at(name);
     std::vector<PersonKeypoints> people;
-    if (image.has("people")) {
+    if (list) {
+      people = people_of(image.items(), shift, image);
+    } else if (image.has("people")) {
       people = openpose_people(image, shift);
     } else {
       for (const JsonPlace& body : image.at("bodies").items()) {

@@ -23,6 +23,7 @@ constexpr std::size_t kBodyNames = 22;  // that the whole family shares
 constexpr double kFlat = 1e-9;          // radians
 constexpr double kLevel = 0.35;         // sine of an arm of a T-pose: an A-pose has more
 constexpr double kSameBeta = 1e-6;
+constexpr double kLies = 0.7;  // mean cosine of the trunk with the axis that would be up
 
 RowMatrix read(const Npz& npz, const char* name, Index columns, Index rows, const Limits& limits) {
   const std::string where = std::string("array '") + name + "'";
@@ -186,6 +187,23 @@ std::vector<int> joints_by_name(const Skeleton& skeleton, Index joints, const Ro
   return from;
 }
 
+// Files of others have the arrays of AMASS and Y up. In such a file, read as Z up, people lie.
+void doubt_up_axis(MotionClip& clip) {
+  const int neck = find_joint(clip.skeleton, "neck");
+  Eigen::Vector3d trunk = Eigen::Vector3d::Zero();
+  for (const Pose& pose : clip.motion.poses) {
+    const Points joints = forward_kinematics(clip.skeleton, pose).positions;
+    trunk += (joints.row(neck) - joints.row(0)).normalized().transpose();
+  }
+  trunk /= static_cast<double>(clip.motion.poses.size());
+  if (trunk.z() < -kLies) {
+    clip.findings.push_back(
+        {Severity::Warning, "motion-up", clip.name,
+         "the person lies throughout, and would stand if Y were up in this file",
+         "--motion.up y if that is so; AMASS has Z up"});
+  }
+}
+
 }  // namespace
 
 bool is_smpl_skeleton(const Skeleton& skeleton) {
@@ -211,8 +229,9 @@ bool is_smpl_skeleton(const Skeleton& skeleton) {
   return true;
 }
 
-MotionClip read_amass(const Npz& npz, const BodyModel* model, const Eigen::VectorXd& shape,
+MotionClip read_amass(const Npz& npz, const BodyModel* model, const Eigen::VectorXd& shape, char up,
                       const Limits& limits) {
+  ATELIER_CHECK(up == 0 || up == 'y' || up == 'z', "up is 'y' or 'z'");
   const RowMatrix path = read(npz, "trans", 3, -1, limits);
   const Index frames = path.rows();
   if (frames < 1 || frames > limits.frames) {
@@ -238,7 +257,7 @@ MotionClip read_amass(const Npz& npz, const BodyModel* model, const Eigen::Vecto
   const std::vector<int> from =
       joints_by_name(clip.skeleton, joints, poses, npz.file(), clip.findings);
   // The body is Y up, the world Z up: the world is turned, which turns the root about its joint.
-  const Eigen::Matrix3d turn = axis_rotation(0, -std::numbers::pi / 2);
+  const Eigen::Matrix3d turn = axis_rotation(0, up == 'y' ? 0 : -std::numbers::pi / 2);
   const Eigen::Vector3d pelvis = clip.skeleton.offsets.row(0);
   for (Index frame = 0; frame < frames; ++frame) {
     Pose pose = rest_pose(clip.skeleton);
@@ -253,12 +272,15 @@ MotionClip read_amass(const Npz& npz, const BodyModel* model, const Eigen::Vecto
     clip.motion.frame_ids.push_back(static_cast<int>(frame));
   }
   check_motion_clip(clip, npz.file());
+  if (up == 0) {
+    doubt_up_axis(clip);
+  }
   return clip;
 }
 
 MotionClip read_amass(const std::filesystem::path& path, const BodyModel* model,
-                      const Eigen::VectorXd& shape, const Limits& limits) {
-  MotionClip clip = read_amass(Npz(path, limits), model, shape, limits);
+                      const Eigen::VectorXd& shape, char up, const Limits& limits) {
+  MotionClip clip = read_amass(Npz(path, limits), model, shape, up, limits);
   clip.name = path.stem().string();
   return clip;
 }

@@ -13,7 +13,9 @@ class Npz;
 /// Reads an AMASS motion (Mahmood et al. 2019) in both flavours: SMPL-H (poses [F,156],
 /// mocap_framerate) and SMPL-X "stageii" (poses [F,165] or root_orient, pose_body, pose_hand and,
 /// where there are, pose_jaw, pose_eye; mocap_frame_rate). Also SMPL poses [F,72]. The file's world
-/// is Z up and becomes Y up.
+/// is Z up, as AMASS', or Y up, as `up` ('y', 'z') says, and becomes Y up; where it is not said
+/// (0), Z is taken, with a finding ("motion-up") where the person then lies throughout and would
+/// stand otherwise.
 ///
 /// `model` is the user's SMPL, SMPL-H or SMPL-X body at `shape` (as in skinning.h) or, where that
 /// is empty, at the file's betas as far as it has them; of another member of the family than the
@@ -24,9 +26,9 @@ class Npz;
 /// exact joint positions. Throws DataError naming array, found and expected for missing arrays,
 /// wrong shapes, lengths that disagree, numbers that are not finite.
 MotionClip read_amass(const Npz& npz, const BodyModel* model = nullptr,
-                      const Eigen::VectorXd& shape = {}, const Limits& limits = {});
+                      const Eigen::VectorXd& shape = {}, char up = 0, const Limits& limits = {});
 MotionClip read_amass(const std::filesystem::path& path, const BodyModel* model = nullptr,
-                      const Eigen::VectorXd& shape = {}, const Limits& limits = {});
+                      const Eigen::VectorXd& shape = {}, char up = 0, const Limits& limits = {});
 
 /// Whether poses of the SMPL family mean on a skeleton what they mean on its own: the names and
 /// parents of its 22 joints of the body, a rest pose without rotations and with level arms.

@@ -74,11 +74,15 @@ MotionClip read_npz_motion(const std::filesystem::path& path, const MotionFileOp
                            const Limits& limits) {
   const Npz npz(path, limits);
   if (!archive_schema(npz).empty()) {
-    return motion_of_arrays(npz, limits);
+    return as_said(motion_of_arrays(npz, limits), options.motion);
   }
   const BodyModel* body = options.body;
   const bool neutral = body != nullptr && options.shape.size() == 0;
-  return read_amass(path, body, neutral ? neutral_shape(*body) : options.shape, limits);
+  MotionOptions turned = options.motion;
+  turned.up = 'y';  // by then
+  return as_said(read_amass(path, body, neutral ? neutral_shape(*body) : options.shape,
+                            options.motion.up, limits),
+                 turned);
 }
 
 bool holds_one_motion(const std::string& extension) {
@@ -118,7 +122,7 @@ MotionClip read_by_extension(const std::filesystem::path& path, const MotionFile
         .clip;
   }
   if (extension == ".npz") {
-    return as_said(read_npz_motion(path, options, limits), options.motion);
+    return read_npz_motion(path, options, limits);
   }
   const std::string expected = "a motion: .bvh, .amc, .trc, .c3d, .npz, .glb, .gltf or .fbx";
   if (extension.empty()) {

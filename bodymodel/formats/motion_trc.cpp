@@ -1,11 +1,13 @@
 #include "bodymodel/formats/motion_trc.h"
 
+#include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <set>
 #include <utility>
 
+#include "bodymodel/motion_clip.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/polygon_mesh.h"
@@ -82,7 +84,9 @@ bool is_unseen(std::string_view cell) {
 class Lines {
  public:
   Lines(std::span<const std::byte> bytes, const std::string& name, const Limits& limits)
-      : text_(as_text(bytes)), name_(name), limits_(limits) {}
+      : text_(as_text(bytes)), name_(name), limits_(limits) {
+    at_ = text_.starts_with("\xEF\xBB\xBF") ? 3 : 0;  // a byte order mark, as spreadsheets write
+  }
 
   bool next(std::string_view& line) {
     if (at_ >= text_.size()) {
@@ -160,12 +164,26 @@ struct TrcHeader {
   std::int64_t line = 0;  // of the values
 };
 
+// Values below their keys. Some writers line them up by tabs more than one: then the cells that are
+// not empty belong together, where there are as many of both.
+std::pair<Cells, Cells> read_keys_and_values(Lines& lines) {
+  Cells keys = lines.row("DataRate, ...");
+  Cells values = lines.row("the header's values");
+  Cells full_keys = keys;
+  Cells full_values = values;
+  std::erase(full_keys, "");
+  std::erase(full_values, "");
+  if (full_keys.size() == full_values.size()) {
+    return {std::move(full_keys), std::move(full_values)};
+  }
+  return {std::move(keys), std::move(values)};
+}
+
 TrcHeader read_trc_header(Lines& lines, const Limits& limits) {
-  if (lines.row("PathFileType").front() != "PathFileType") {
+  if (!lines.row("PathFileType").front().starts_with("PathFileType")) {
     lines.fail("no PathFileType", "a TRC file");
   }
-  const Cells keys = lines.row("DataRate, ...");
-  const Cells values = lines.row("the header's values");
+  const auto [keys, values] = read_keys_and_values(lines);
   TrcHeader header;
   header.line = lines.line();
   for (std::size_t i = 0; i < keys.size() && i < values.size(); ++i) {
@@ -182,7 +200,7 @@ TrcHeader read_trc_header(Lines& lines, const Limits& limits) {
       }
     }
   }
-  if (!(header.fps > 0)) {
+  if (!(header.fps >= 0)) {
     lines.fail("DataRate " + std::to_string(header.fps), "more than 0");
   }
   if (header.frames == 0 || header.markers == 0) {
@@ -261,18 +279,33 @@ void add_row(const Cells& cells, const TrcHeader& header, const Lines& lines, Ma
   clip.seen.push_back(std::move(seen));
 }
 
-// Times that go on at another rate than the header's, by more than rounding makes of them.
-void compare_rates(const std::vector<double>& times, MarkerClip& clip) {
+// Times that go on at another rate than the header's, by more than rounding makes of them; where
+// the header's is 0 (OpenSim writes that where it was told none) they are the rate.
+void compare_rates(const std::vector<double>& times, const Lines& lines, MarkerClip& clip) {
   constexpr double kOff = 0.02;
-  constexpr std::size_t kFewRows = 10;
-  const double seconds = times.size() < kFewRows ? 0 : times.back() - times.front();
-  const double frames = times.size() < kFewRows
+  constexpr double kSlowest = 1e-3;  // frames a second
+  constexpr double kFastest = 1e6;
+  const bool unsaid = clip.fps == 0;
+  const std::size_t enough = unsaid ? 2 : 10;
+  const double seconds = times.size() < enough ? 0 : times.back() - times.front();
+  const double frames = times.size() < enough
                             ? 0
                             : static_cast<double>(clip.frame_ids.back() - clip.frame_ids.front());
+  char text[120];
+  if (unsaid) {
+    clip.fps = seconds > 0 ? frame_rate(seconds / frames) : 0;
+    if (!(clip.fps > kSlowest && clip.fps < kFastest)) {
+      lines.fail("DataRate 0, and no column Time that goes on", "frames a second, more than 0");
+    }
+    std::snprintf(text, sizeof text, "DataRate is 0; the column Time goes on at %.6g a second",
+                  clip.fps);
+    clip.findings.push_back({Severity::Warning, "motion-rate", clip.name, text,
+                             "this is taken; --motion.fps sets another"});
+    return;
+  }
   if (!(seconds > 0) || std::abs(frames / seconds / clip.fps - 1) < kOff) {
     return;
   }
-  char text[120];
   std::snprintf(text, sizeof text,
                 "the column Time goes on at %.4g frames a second, DataRate says %.4g",
                 frames / seconds, clip.fps);
@@ -321,9 +354,10 @@ MarkerClip read_trc(std::span<const std::byte> bytes, const std::string& name,
                    std::to_string(header.line) +
                    (rows < header.frames ? " (the file is cut off)" : ""));
   }
-  if (std::cmp_equal(times.size(), rows)) {
-    compare_rates(times, clip);
+  if (std::cmp_not_equal(times.size(), rows)) {
+    times.clear();
   }
+  compare_rates(times, lines, clip);
   lose_markers_at_origin(clip);
   return clip;
 }

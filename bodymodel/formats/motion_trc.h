@@ -14,8 +14,9 @@ namespace atelier {
 /// Reads TRC (Motion Analysis, OpenSim, Pose2Sim). Cells stand between tabs or, on a line without
 /// tabs, between commas or blanks; empty cells, those that a row leaves out at its end, and the
 /// words nan, NaN, NA, null or none are markers that were not seen, and so is 0, 0, 0 as
-/// lose_markers_at_origin says. Units m, cm, mm, in as the header says, in any spelling
-/// (metres_of_unit). A Time column that is of another rate than DataRate is said ("motion-rate").
+/// lose_markers_at_origin says. Values of the header may be lined up by more than one tab. Units m,
+/// cm, mm, in as the header says, in any spelling (metres_of_unit). A Time column that is of
+/// another rate than DataRate is said ("motion-rate"); where DataRate is 0 it is the rate.
 ///
 /// Throws DataError, with the line, for a header that is not TRC's, a unit or rate that is none,
 /// names that are missing or repeated, NumMarkers that is not the number of names and columns, a

@@ -344,7 +344,11 @@ CameraToml parse_camera_toml(std::string_view text, const std::string& file, con
     result.cameras.push_back(camera_of(camera, file));
   }
   if (result.cameras.empty()) {
-    root.fail("no camera", "tables with size, matrix, distortions, rotation, translation");
+    const std::size_t without = result.findings.size();
+    root.fail(without > 0 ? "no camera with a pose and intrinsics (" + std::to_string(without) +
+                                " have none or are to be ignored)"
+                          : "no camera",
+              "tables with size, matrix, distortions, rotation, translation");
   }
   return result;
 }

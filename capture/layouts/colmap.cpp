@@ -299,6 +299,32 @@ class Bytes {
   std::vector<std::byte> bytes_;
 };
 
+/// A word without the comma that some writers (kapture) put behind it; COLMAP reads both.
+std::string_view next_column(TextScanner& scanner) {
+  const std::string_view word = scanner.next_word();
+  return word.ends_with(',') ? word.substr(0, word.size() - 1) : word;
+}
+
+double number_column(TextScanner& scanner, const char* what) {
+  const std::string_view word = next_column(scanner);
+  double value = 0;
+  if (!parse_number(word, value)) {
+    scanner.fail(word.empty() ? "the line ends" : in_quotes(word),
+                 std::string(what) + ", a finite number");
+  }
+  return value;
+}
+
+std::int64_t integer_column(TextScanner& scanner, const char* what) {
+  const std::string_view word = next_column(scanner);
+  std::int64_t value = 0;
+  if (!parse_integer(word, value)) {
+    scanner.fail(word.empty() ? "the line ends" : in_quotes(word),
+                 std::string(what) + ", a whole number");
+  }
+  return value;
+}
+
 /// Calls `take` for each line that is not empty, with the number that it starts with: each once.
 template <class Take>
 void each_numbered(TextScanner& scanner, const char* what, const Limits& limits, const Take& take) {
@@ -307,7 +333,7 @@ void each_numbered(TextScanner& scanner, const char* what, const Limits& limits,
   };
   std::set<std::uint32_t> ids;
   while (scanner.next_line()) {
-    const std::string_view first = scanner.next_word();
+    const std::string_view first = next_column(scanner);
     if (first.empty()) {
       continue;
     }
@@ -343,19 +369,19 @@ std::map<std::uint32_t, Camera> parse_colmap_cameras_text(std::string_view text,
   std::map<std::uint32_t, Camera> cameras;
   TextScanner scanner(text, file, limits.line_bytes);
   each_numbered(scanner, "CAMERA_ID", limits, [&](std::uint32_t id, const auto& fail) {
-    const std::string name(scanner.next_word());
+    const std::string name(next_column(scanner));
     const auto* model = std::find_if(kColmapModels.begin(), kColmapModels.end(),
                                      [&](const Model& known) { return known.name == name; });
     if (model == kColmapModels.end() || model->slots == nullptr) {
       fail("the camera model " + in_quotes(name), "one of " + read_models());
     }
-    const std::int64_t width = scanner.integer("WIDTH");
-    const std::int64_t height = scanner.integer("HEIGHT");
+    const std::int64_t width = integer_column(scanner, "WIDTH");
+    const std::int64_t height = integer_column(scanner, "HEIGHT");
     check_size(width, height, fail);
     std::vector<double> values;
     values.reserve(static_cast<std::size_t>(model->parameters));
     for (int i = 0; i < model->parameters; ++i) {
-      values.push_back(scanner.number("a parameter"));
+      values.push_back(number_column(scanner, "a parameter"));
     }
     if (!scanner.next_word().empty()) {
       fail("more parameters", std::to_string(model->parameters) + " of " + name);
@@ -373,9 +399,9 @@ std::vector<ColmapImage> parse_colmap_images_text(std::string_view text, const s
   each_numbered(scanner, "IMAGE_ID", limits, [&](std::uint32_t id, const auto& fail) {
     std::array<double, 7> pose{};
     for (double& value : pose) {
-      value = scanner.number("QW QX QY QZ TX TY TZ");
+      value = number_column(scanner, "QW QX QY QZ TX TY TZ");
     }
-    const std::int64_t camera = scanner.integer("CAMERA_ID");
+    const std::int64_t camera = integer_column(scanner, "CAMERA_ID");
     const std::string name(scanner.rest());
     if (camera < 0 || camera > UINT32_MAX || name.empty()) {
       fail("no camera or no name", "CAMERA_ID and NAME");

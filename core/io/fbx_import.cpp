@@ -9,7 +9,9 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numbers>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -81,13 +83,18 @@ void set_transform(const Eigen::Matrix4d& transform, GltfNode& node) {
 /// first. "The file's space" is below node 0.
 class FbxImport {
  public:
-  FbxImport(const aiScene& source, std::vector<FbxBind> binds, const std::string& name,
+  FbxImport(const aiScene& source, std::span<const std::byte> bytes, const std::string& name,
             const Limits& limits)
-      : source_(source), binds_(std::move(binds)), name_(name), limits_(limits) {}
+      : source_(source),
+        binds_(fbx_binds(bytes)),
+        models_(fbx_models(bytes)),
+        name_(name),
+        limits_(limits) {}
 
   GltfScene scene() {
     add_axes();
     add_nodes();
+    add_lost_turns();
     add_static_meshes();
     find_joints();
     if (!joints_.empty()) {
@@ -105,13 +112,15 @@ class FbxImport {
 
   void add_axes();
   void add_nodes();
+  void add_lost_turns();
+  Eigen::Matrix4d mesh_place(int node) const;
   void add_static_meshes();
   void find_joints();
   void add_joints_between(const std::vector<int>& seeds);
   Eigen::Matrix4d bound_place(const Place& place) const;
   void set_bind_poses();
   void add_skin();
-  void add_part(const Place& place, GltfMesh& mesh);
+  void add_part(const Place& place, GltfMesh& mesh, const Eigen::Matrix4d& node_from_mesh);
   void add_animations();
   int node_of(const aiString& name) const;
   int setting(const char* key, int otherwise, int least, int most);
@@ -126,6 +135,7 @@ class FbxImport {
 
   const aiScene& source_;
   std::vector<FbxBind> binds_;
+  std::vector<FbxModel> models_;
   std::string name_;
   Limits limits_;
   GltfScene scene_;
@@ -133,6 +143,8 @@ class FbxImport {
   std::vector<Eigen::Matrix4d> rest_;  ///< [N] file's space from node, as the file stands
   std::vector<std::optional<Eigen::Matrix4d>> bind_;  ///< [N] the same when the skin was bound
   std::map<std::string, int> node_by_name_;
+  std::map<int, Eigen::Matrix4d> geometric_;  ///< node from mesh, where they differ
+  std::vector<char> post_turned_;             ///< [N] whose rotation is followed by another
   std::vector<Place> skinned_;
   std::vector<int> joints_;  ///< nodes, parents first
   std::vector<int> slot_;    ///< [N] into joints_, or -1
@@ -216,6 +228,75 @@ void FbxImport::add_nodes() {
   }
 }
 
+/// Rotations of FBX about fixed axes, in an order as FbxModel has it.
+Eigen::Quaterniond turn_of_degrees(const Eigen::Vector3d& degrees, int order = 0) {
+  constexpr int kOrders[6][3] = {{0, 1, 2}, {0, 2, 1}, {1, 2, 0}, {1, 0, 2}, {2, 0, 1}, {2, 1, 0}};
+  Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
+  for (const int axis : kOrders[order]) {
+    turn =
+        Eigen::AngleAxisd(degrees[axis] * (std::numbers::pi / 180), Eigen::Vector3d::Unit(axis)) *
+        turn;
+  }
+  return turn;
+}
+
+/// Mends what libassimp makes of two things: the place of a mesh in its node, by which it moves the
+/// node's children too, and PostRotation, by which it follows a rotation where the format has the
+/// inverse.
+void FbxImport::add_lost_turns() {
+  post_turned_.assign(scene_.nodes.size(), 0);
+  std::map<std::string, int> uses;
+  for (const FbxModel& model : models_) {
+    const auto found = node_by_name_.find(model.name);
+    if (++uses[model.name] > 1 || found == node_by_name_.end()) {
+      note(Severity::Warning, "fbx-places",
+           "node " + in_quotes(model.name) +
+               ", whose geometric transform or PostRotation cannot be told from another's",
+           "give nodes names of their own, or export glTF");
+      continue;
+    }
+    const auto n = static_cast<std::size_t>(found->second);
+    if (model.has_geometric()) {
+      Eigen::Affine3d place(Eigen::Translation3d(model.geometric_translation) *
+                            turn_of_degrees(model.geometric_rotation));
+      place.scale(model.geometric_scaling);
+      // libassimp turns the mesh in the order of the node's own rotation, the format by x first.
+      Eigen::Affine3d theirs(Eigen::Translation3d(model.geometric_translation) *
+                             turn_of_degrees(model.geometric_rotation, model.rotation_order));
+      theirs.scale(model.geometric_scaling);
+      const Eigen::Matrix4d local = parent_from_node(scene_.nodes[n]) * theirs.matrix().inverse();
+      if (!local.allFinite()) {
+        fail("node " + in_quotes(model.name), "a geometric scaling of 0", "a mesh with a size");
+      }
+      set_transform(local, scene_.nodes[n]);
+      geometric_[found->second] = place.matrix();
+    }
+    if (!model.post_rotation.isZero(0)) {
+      GltfNode& node = scene_.nodes[n];
+      post_turned_[n] = 1;
+      if (node.matrix || model.pivots) {
+        note(Severity::Warning, "fbx-places",
+             "node " + in_quotes(node.name) + " has a PostRotation beside pivots or a shear",
+             "it may be turned wrongly: freeze its transforms, or export glTF");
+        continue;
+      }
+      const Eigen::Quaterniond back = turn_of_degrees(model.post_rotation).inverse();
+      node.rotation = (Eigen::Quaterniond(node.rotation) * back * back).normalized().coeffs();
+    }
+  }
+  if (!models_.empty()) {
+    for (std::size_t n = 1; n < scene_.nodes.size(); ++n) {
+      rest_[n] = rest_[static_cast<std::size_t>(scene_.nodes[n].parent)] *
+                 parent_from_node(scene_.nodes[n]);
+    }
+  }
+}
+
+Eigen::Matrix4d FbxImport::mesh_place(int node) const {
+  const auto found = geometric_.find(node);
+  return found == geometric_.end() ? Eigen::Matrix4d::Identity().eval() : found->second;
+}
+
 int FbxImport::node_of(const aiString& name) const {
   const auto found = node_by_name_.find(name.C_Str());
   if (found == node_by_name_.end()) {
@@ -237,7 +318,7 @@ void FbxImport::add_static_meshes() {
       if (part->mNumBones > 0) {
         skinned_.push_back({part, static_cast<int>(n)});
       } else {
-        add_part({part, -1}, mesh);
+        add_part({part, -1}, mesh, mesh_place(static_cast<int>(n)));
       }
     }
     if (!mesh.primitives.empty()) {
@@ -249,13 +330,14 @@ void FbxImport::add_static_meshes() {
 
 /// A primitive more; its blend shapes are those of its names that the mesh has already, or new
 /// ones.
-void FbxImport::add_part(const Place& place, GltfMesh& mesh) {
+void FbxImport::add_part(const Place& place, GltfMesh& mesh,
+                         const Eigen::Matrix4d& node_from_mesh) {
   std::vector<int> joint_of_bone;
   for (unsigned b = 0; place.node >= 0 && b < place.mesh->mNumBones; ++b) {
     joint_of_bone.push_back(slot_[static_cast<std::size_t>(node_of(place.mesh->mBones[b]->mName))]);
   }
   const Eigen::Matrix4d frame =
-      place.node < 0 ? Eigen::Matrix4d::Identity().eval() : bound_place(place);
+      place.node < 0 ? node_from_mesh : Eigen::Matrix4d(bound_place(place) * node_from_mesh);
   FbxPrimitive part = fbx_primitive(*place.mesh, frame, joint_of_bone, name_);
   if (part.left_out > 0) {
     note(Severity::Note, "fbx-faces",
@@ -449,7 +531,7 @@ void FbxImport::add_skin() {
   GltfMesh mesh;
   std::string names;
   for (const Place& place : skinned_) {
-    add_part(place, mesh);
+    add_part(place, mesh, mesh_place(place.node));
     const std::string& name = scene_.nodes[static_cast<std::size_t>(place.node)].name;
     if (names.empty()) {
       mesh.name = name;
@@ -530,6 +612,12 @@ void FbxImport::add_animations() {
       }
       const int node = found->second;
       scene_.nodes[static_cast<std::size_t>(node)].matrix.reset();  // no channel moves a matrix
+      if (post_turned_[static_cast<std::size_t>(node)] != 0 && channel.mNumRotationKeys > 0) {
+        note(Severity::Warning, "fbx-places",
+             "node " + in_quotes(scene_.nodes[static_cast<std::size_t>(node)].name) +
+                 " is animated and has a PostRotation",
+             "its animation may be turned wrongly: bake it without, or export glTF");
+      }
       add_channel(channel.mPositionKeys, channel.mNumPositionKeys, first, rate,
                   GltfPath::Translation, node, vector, animation);
       add_channel(channel.mRotationKeys, channel.mNumRotationKeys, first, rate, GltfPath::Rotation,
@@ -556,9 +644,13 @@ GltfScene import_fbx(std::span<const std::byte> bytes, const std::string& name,
   const aiScene* scene =
       importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_Triangulate, "fbx");
   if (scene == nullptr) {
-    throw DataError(name, "", complaint(importer.GetErrorString()), "a sound FBX file");
+    const std::string error = importer.GetErrorString();
+    throw DataError(name, "", complaint(error),
+                    error.find("old format version") == std::string::npos
+                        ? "a sound FBX file"
+                        : "FBX 7.1 (2011) or later: save it again, or convert it by Blender");
   }
-  return FbxImport(*scene, fbx_binds(bytes), name, limits).scene();
+  return FbxImport(*scene, bytes, name, limits).scene();
 }
 
 }  // namespace atelier

@@ -13,7 +13,7 @@ namespace atelier {
 /// True where this build reads FBX, that is, was made with libassimp.
 bool reads_fbx();
 
-/// Reads FBX 6.1 to 7.7, binary or text, into the same plain scene that a glTF file gives: metres,
+/// Reads FBX 7.1 to 7.7, binary or text, into the same plain scene that a glTF file gives: metres,
 /// Y up. Above all nodes stands one that says the file's unit and axes (UnitScaleFactor in
 /// centimetres, UpAxis, FrontAxis, CoordAxis), so that the rest keeps the file's numbers.
 ///

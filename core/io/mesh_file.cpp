@@ -9,6 +9,7 @@
 #include "core/io/mesh_gltf.h"
 #include "core/io/mesh_obj.h"
 #include "core/io/mesh_ply.h"
+#include "core/io/mesh_stl.h"
 #include "core/io/scene_file.h"
 #include "core/io/usd_mesh.h"
 #include "core/printable.h"
@@ -19,7 +20,8 @@ namespace {
 /// glTF means metres and Y; the FBX reader turns what the file says into them.
 constexpr MeshConvention kSceneConvention{.metres_per_unit = 1, .up = 'y'};
 
-constexpr const char* kMeshExtensions = ".obj, .ply, .glb, .gltf, .fbx, .usdc or .usdz";
+constexpr const char* kMeshExtensions =
+    ".obj, .ply, .stl, .glb, .gltf, .fbx, .usdc, .usda or .usdz";
 
 /// Properties of polygons that a Mesh does not hold.
 void add_losses(const PolygonMesh& polygons, const std::string& name, MeshFile& file) {
@@ -61,9 +63,10 @@ MeshFile read_mesh_file(const std::filesystem::path& path, const MeshConvention&
     throw DataError(path.string(), "", "a folder", std::string("a mesh file: ") + kMeshExtensions);
   }
   const std::string extension = lower_extension(path);
-  if (extension == ".obj" || extension == ".ply") {
-    const PolygonMesh polygons =
-        extension == ".obj" ? read_obj(path, limits) : read_ply(path, limits);
+  if (extension == ".obj" || extension == ".ply" || extension == ".stl") {
+    const PolygonMesh polygons = extension == ".obj"   ? read_obj(path, limits)
+                                 : extension == ".ply" ? read_ply(path, limits)
+                                                       : read_stl(path, limits);
     MeshFile file;
     file.mesh = in_metres_y_up(triangulated(polygons), polygons.convention, otherwise);
     file.said = polygons.convention;

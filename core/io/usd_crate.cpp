@@ -392,7 +392,10 @@ void CrateReader::read_paths() {
     reader_.fail(std::to_string(encoded) + " encoded of " + std::to_string(count) + " paths",
                  "as many");
   }
-  paths_.resize(encoded);  // more has no names
+  // Paths that are only referred to have numbers too, and no names.
+  const std::size_t numbered =
+      std::max(encoded, static_cast<std::size_t>(std::min<std::uint64_t>(count, bytes_.size())));
+  paths_.resize(numbered);
   std::vector<char> seen(encoded, 0);
   std::vector<std::pair<std::size_t, int>> pending;  // siblings that come later, and their parents
   if (encoded > 0) {
@@ -407,8 +410,8 @@ void CrateReader::read_paths() {
       }
       seen[at] = 1;
       const std::int64_t index = indices[at];
-      if (index < 0 || index >= static_cast<std::int64_t>(encoded)) {
-        reader_.fail("path " + std::to_string(index), "one of " + std::to_string(encoded));
+      if (index < 0 || index >= static_cast<std::int64_t>(numbered)) {
+        reader_.fail("path " + std::to_string(index), "one of " + std::to_string(numbered));
       }
       Path& path = paths_[static_cast<std::size_t>(index)];
       path.parent = parent;
@@ -663,6 +666,9 @@ void CrateReader::add_prim(Path& path, const std::map<std::string, ValueRep>& fi
   if (const auto found = fields.find("specifier"); found != fields.end()) {
     prim.defined = value_of(found->second).numbers == std::vector<double>{0};
   }
+  if (const auto found = fields.find("active"); found != fields.end()) {
+    prim.defined = prim.defined && value_of(found->second).numbers != std::vector<double>{0};
+  }
   for (const char* name : {"references", "payload", "inheritPaths", "specializes",
                            "variantSetNames", "variantSelection"}) {
     prim.refers = prim.refers || fields.contains(name);
@@ -680,6 +686,9 @@ void CrateReader::add_attribute(const Path& path, const std::map<std::string, Va
   const bool uvs = path.name.starts_with("primvars:") &&
                    (path.name.ends_with(":indices") ||
                     (!types.empty() && types.front().starts_with("texCoord2")));
+  if (owner >= 0 && path.name == "primvars:skel:jointIndices") {
+    stage_.prims[static_cast<std::size_t>(owner)].skinned = true;
+  }
   if (owner < 0 || (!uvs && !is_usd_mesh_attribute(path.name))) {
     return;
   }

@@ -20,6 +20,8 @@ namespace {
 
 using Numbers = std::vector<double>;
 
+constexpr const char* kInstancer = "PointInstancer";
+
 /// The numbers of an attribute at a time; linear between samples of one size, held beyond and
 /// between others.
 Numbers numbers_at(const UsdAttribute& attribute, double time) {
@@ -97,23 +99,65 @@ class MeshBuilder {
     return found == nullptr || found->value.texts.empty() ? "" : found->value.texts.front();
   }
 
+  bool has_numbers(const UsdPrim& prim, const std::string& name) const {
+    const UsdAttribute* found = attribute(prim, name);
+    if (found == nullptr) {
+      return false;
+    }
+    const bool sampled = !found->has_value && !found->samples.empty();
+    return !(sampled ? found->samples.front() : found->value).numbers.empty();
+  }
+
+  /// What stands elsewhere than the points say, once a skeleton or an instancer has placed it.
+  void add_unposed(std::int64_t instancers, std::vector<Finding>& findings) const {
+    const auto skinned = std::count_if(meshes_.begin(), meshes_.end(),
+                                       [&](std::size_t p) { return stage_.prims[p].skinned; });
+    if (skinned > 0) {
+      findings.push_back({Severity::Warning, "usd-skin", file_,
+                          counted(skinned, "Mesh prim") +
+                              " with a skeleton: the points are those before skinning, and the "
+                              "skeleton's pose and animation are not applied",
+                          "export the posed meshes, or body and motion as glTF or FBX"});
+    }
+    if (instancers > 0) {
+      findings.push_back({Severity::Warning, "usd-instances", file_,
+                          counted(instancers, "PointInstancer") + ", left out with what it repeats",
+                          "write the instances as meshes"});
+    }
+  }
+
   void find_meshes(std::vector<Finding>& findings) {
     std::vector<char> hidden(stage_.prims.size(), 0);
     std::int64_t refers = stage_.sublayers ? 1 : 0;
+    std::int64_t instancers = 0;
+    std::int64_t empty = 0;
     for (std::size_t p = 0; p < stage_.prims.size(); ++p) {
       const UsdPrim& prim = stage_.prims[p];
       const std::string purpose = word(prim, "purpose");
       const bool above = prim.parent >= 0 && hidden[static_cast<std::size_t>(prim.parent)] != 0;
       hidden[p] =
           static_cast<char>(above || !prim.defined || word(prim, "visibility") == "invisible" ||
-                            purpose == "guide" || purpose == "proxy");
+                            purpose == "guide" || purpose == "proxy" || prim.type == kInstancer);
+      instancers += prim.type == kInstancer && !above ? 1 : 0;
       refers += prim.refers ? 1 : 0;
       if (prim.type == "Mesh" && hidden[p] == 0) {
-        meshes_.push_back(p);
+        const bool filled = has_numbers(prim, "points") && has_numbers(prim, "faceVertexIndices");
+        empty += filled ? 0 : 1;
+        if (filled) {
+          meshes_.push_back(p);
+        }
       }
     }
+    if (empty > 0 && !meshes_.empty()) {
+      findings.push_back({Severity::Note, "usd-empty", file_,
+                          counted(empty, "Mesh prim") + " without points or faces",
+                          "they were left out"});
+    }
     if (meshes_.empty()) {
-      throw DataError(file_, "prims", refers > 0 ? "no mesh, and references to others" : "no mesh",
+      throw DataError(file_, "prims",
+                      empty > 0    ? "no mesh that has points and faces"
+                      : refers > 0 ? "no mesh, and references to others"
+                                   : "no mesh",
                       "a Mesh that is defined and to be seen in this file; usdcat --flatten puts "
                       "what it refers to into it");
     }
@@ -122,6 +166,7 @@ class MeshBuilder {
                           "references to other layers, variants or prims, which are not followed",
                           "usdcat --flatten FILE -o FLAT.usdc puts them into one file"});
     }
+    add_unposed(instancers, findings);
   }
 
   /// One operation of a place: column vectors, where USD has rows.
@@ -391,11 +436,10 @@ UsdMesh read_usd_mesh(const std::filesystem::path& path, const Limits& limits) {
                                            ? first_layer(path, limits)
                                            : read_file_bytes(path, limits.mesh_file_bytes);
   constexpr std::string_view kText = "#usda";
-  if (as_text(bytes).starts_with(kText)) {
-    throw DataError(path.string(), "", "USD as text, whose meshes are not read",
-                    "binary USD: usdcat FILE.usda -o FILE.usdc");
-  }
-  return usd_mesh(read_usd_crate(bytes, path.string(), limits), path.string(), limits);
+  const UsdStage stage = as_text(bytes).starts_with(kText)
+                             ? read_usda_stage(as_text(bytes), path.string(), limits)
+                             : read_usd_crate(bytes, path.string(), limits);
+  return usd_mesh(stage, path.string(), limits);
 }
 
 }  // namespace atelier

@@ -25,14 +25,14 @@ struct UsdMesh {
 /// polygons triangulated, texture coordinates (primvars:st, or else the first of that type) where
 /// all meshes have them. Throws DataError
 /// (`file`, prim) if there is no mesh, for arrays that do not fit one another, faces that change
-/// over time, and what `limits` do not allow. Findings: what other layers would add.
+/// over time, and what `limits` do not allow. Findings: what other layers would add; skeletons,
+/// whose poses are not applied; what point instancers repeat, which is left out.
 UsdMesh usd_mesh(const UsdStage& stage, const std::string& file, const Limits& limits = {});
 
 /// Whether a file name is one of USD: .usd, .usda, .usdc, .usdz.
 bool has_usd_extension(const std::filesystem::path& path);
 
-/// Reads binary USD (.usdc, .usd) or the first layer of a package of one (.usdz). Throws DataError
-/// also for USD as text, which is not read.
+/// Reads USD, binary or text (.usdc, .usda, .usd), or the first layer of a package (.usdz).
 UsdMesh read_usd_mesh(const std::filesystem::path& path, const Limits& limits = {});
 
 }  // namespace atelier

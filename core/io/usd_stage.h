@@ -4,6 +4,7 @@
 #include <map>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/limits.h"
@@ -29,8 +30,9 @@ struct UsdPrim {
   std::string name;
   std::string type;      ///< "Mesh", "Xform", ...
   int parent = -1;       ///< prims stand behind their parents
-  bool defined = false;  ///< def, not over or class
+  bool defined = false;  ///< def, not over or class, and active
   bool refers = false;   ///< to another file or prim: references, payloads, variants, inherits
+  bool skinned = false;  ///< by a skeleton of UsdSkel
   std::map<std::string, UsdAttribute> attributes;  ///< those of meshes and their places
 };
 
@@ -52,5 +54,9 @@ bool is_usd_mesh_attribute(const std::string& name);
 /// `limits` pay for.
 UsdStage read_usd_crate(std::span<const std::byte> bytes, const std::string& file,
                         const Limits& limits = {});
+
+/// The same of USD as text (#usda 1.x): defaults and time samples. What parse_usda refuses is
+/// refused, with the line, and so are statements that are none.
+UsdStage read_usda_stage(std::string_view text, const std::string& file, const Limits& limits = {});
 
 }  // namespace atelier

@@ -38,6 +38,7 @@ constexpr Kind kKinds[] = {
     {".target", inspect_target},   {".mhclo", inspect_mhclo},
     {".mhskel", inspect_json},     {".mhw", inspect_json},
     {".usdc", inspect_usd_mesh},   {".usdz", inspect_usd_mesh},
+    {".stl", inspect_mesh},
 };
 
 /// Kinds that are known and not shown, and what to do instead.
@@ -52,6 +53,7 @@ constexpr Refused kRefused[] = {
     {".pt", "a file of torch, which runs code when it is read", "its tensors as .safetensors"},
     {".pth", "a file of torch, which runs code when it is read", "its tensors as .safetensors"},
     {".onnx", "a network, which only detect opens", "atelier detect CAPTURE --model FILE.onnx"},
+    {".exr", "an OpenEXR image, which is not read", "PNG or TIFF of 8 or 16 bits"},
     {".asf", "an Acclaim skeleton, which is read with its motion", "the .amc beside it"},
 };
 

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <limits>
 
 #include "bodymodel/formats/body_archive.h"
 #include "bodymodel/formats/body_file.h"
@@ -8,6 +9,7 @@
 #include "bodymodel/formats/motion_file.h"
 #include "bodymodel/formats/motion_trc.h"
 #include "bodymodel/formats/personal_body.h"
+#include "bodymodel/kinematics.h"
 #include "core/io/lower_extension.h"
 #include "core/io/npz.h"
 #include "core/limits.h"
@@ -20,12 +22,41 @@ void add_findings(const std::vector<Finding>& findings, Inspection& inspection) 
   inspection.findings.insert(inspection.findings.end(), findings.begin(), findings.end());
 }
 
+// A wrong unit or up axis shows in where things are.
+class SeenBox {
+ public:
+  void add(const Eigen::Vector3d& place) {
+    lowest_ = lowest_.cwiseMin(place);
+    highest_ = highest_.cwiseMax(place);
+  }
+
+  void tell(Inspection& inspection) const {
+    if ((lowest_.array() <= highest_.array()).all()) {
+      inspection.add("lowest", std::vector(lowest_.begin(), lowest_.end()), "m");
+      inspection.add("highest", std::vector(highest_.begin(), highest_.end()), "m");
+    }
+  }
+
+ private:
+  static constexpr double kNowhere = std::numeric_limits<double>::infinity();
+  Eigen::Vector3d lowest_ = Eigen::Vector3d::Constant(kNowhere);
+  Eigen::Vector3d highest_ = Eigen::Vector3d::Constant(-kNowhere);
+};
+
 void add_motion(const MotionClip& clip, Inspection& inspection) {
   const auto frames = clip.motion.poses.size();
   inspection.add("joints", clip.skeleton.names.size());
   inspection.add("frames", frames);
   inspection.add("fps", clip.motion.fps, "1/s");
   inspection.add("duration", static_cast<double>(frames) / clip.motion.fps, "s");
+  SeenBox box;
+  for (const Pose& pose : clip.motion.poses) {
+    const Points joints = forward_kinematics(clip.skeleton, pose).positions;
+    for (Index j = 0; j < joints.rows(); ++j) {
+      box.add(joints.row(j).transpose());
+    }
+  }
+  box.tell(inspection);
   add_findings(clip.findings, inspection);
 }
 
@@ -57,6 +88,15 @@ void inspect_markers(const std::filesystem::path& path, Inspection& inspection) 
   inspection.add("frames", clip.positions.size());
   inspection.add("fps", clip.fps, "1/s");
   inspection.add("metres per unit", clip.metres_per_unit, "m");
+  SeenBox box;
+  for (std::size_t frame = 0; frame < clip.positions.size(); ++frame) {
+    for (std::size_t m = 0; m < clip.markers.size(); ++m) {
+      if (clip.seen[frame][m]) {
+        box.add(clip.positions[frame].row(static_cast<Index>(m)).transpose());
+      }
+    }
+  }
+  box.tell(inspection);
   add_findings(clip.findings, inspection);
   for (std::size_t m = 0; m < clip.markers.size(); ++m) {
     inspection.add_member(clip.markers[m],

@@ -1,5 +1,6 @@
 // Texts that other programs open and Atelier writes.
 
+#include <algorithm>
 #include <limits>
 
 #include "core/error.h"
@@ -8,6 +9,7 @@
 #include "core/io/page_text.h"
 #include "core/io/table_text.h"
 #include "core/io/text_scanner.h"
+#include "core/io/usd_stage.h"
 #include "core/io/usd_text.h"
 #include "core/limits.h"
 #include "pipeline/inspection/inspection.h"
@@ -55,8 +57,28 @@ void inspect_dxf(const std::filesystem::path& path, Inspection& inspection) {
   }
 }
 
+namespace {
+
+// What the meshes are that a layer has, beside what is said of it already.
+void add_meshes_of_layer(const std::filesystem::path& path, Inspection& inspection) {
+  Inspection meshes;
+  inspect_usd_mesh(path, meshes);
+  for (Inspection::Fact& fact : meshes.facts) {
+    const bool known = std::any_of(inspection.facts.begin(), inspection.facts.end(),
+                                   [&](const auto& one) { return one.name == fact.name; });
+    if (!known) {
+      inspection.facts.push_back(std::move(fact));
+    }
+  }
+  inspection.findings.insert(inspection.findings.end(), meshes.findings.begin(),
+                             meshes.findings.end());
+}
+
+}  // namespace
+
 void inspect_usda(const std::filesystem::path& path, Inspection& inspection) {
-  const UsdLayer layer = parse_usda(read_file_text(path, Limits{}.mesh_file_bytes), path.string());
+  const std::string text = read_file_text(path, Limits{}.mesh_file_bytes);
+  const UsdLayer layer = parse_usda(text, path.string());
   inspection.add("kind", "scene, USD text");
   if (layer.metres_per_unit) {
     inspection.add("metres per unit", *layer.metres_per_unit);
@@ -70,6 +92,12 @@ void inspect_usda(const std::filesystem::path& path, Inspection& inspection) {
   add_if_said("last frame", layer.last_frame, "", inspection);
   inspection.add("prims", layer.prims);
   inspection.findings = layer.findings;
+  const std::vector<UsdPrim> prims = read_usda_stage(text, path.string()).prims;
+  if (std::any_of(prims.begin(), prims.end(), [](const UsdPrim& prim) {
+        return prim.type == "Mesh" && prim.attributes.contains("points");
+      })) {
+    add_meshes_of_layer(path, inspection);
+  }
 }
 
 void inspect_usd(const std::filesystem::path& path, Inspection& inspection) {

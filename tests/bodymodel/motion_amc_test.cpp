@@ -248,6 +248,33 @@ TEST(Trc, TimesOfAnotherRate_AreReported) {
   EXPECT_EQ(back.findings[0].code, "motion-rate");
 }
 
+TEST(Trc, RateOfZero_IsThatOfTheColumnTime) {
+  std::string text = kTrc;
+  text.replace(text.find("60\t60"), 2, "0");
+  const MarkerClip clip = parse_trc(text);
+  EXPECT_EQ(clip.fps, 10);
+  ASSERT_EQ(clip.findings.size(), 1u);
+  EXPECT_EQ(clip.findings[0].code, "motion-rate");
+  for (const char* time : {"0", "x", "-0.1", "1e-300", "1e300"}) {
+    SCOPED_TRACE(time);
+    std::string still = text;
+    still.replace(still.find("\t0.1"), 4, std::string("\t") + time);
+    EXPECT_THAT([&] { parse_trc(still); },
+                ThrowsMessage<DataError>(HasSubstr("no column Time that goes on")));
+  }
+}
+
+// OpenSim's Rajagopal model comes with such files.
+TEST(Trc, HeaderLinedUpByTabs_IsRead) {
+  std::string text = kTrc;
+  text.replace(text.find("60\t60\t2\t2\tmm\t60"), 15, "  60.0\t\t  60.0\t\t 2\t\t 2\t\t mm\t 60.0");
+  text.replace(0, 15, "\xEF\xBB\xBFPathFileType  4\t");
+  const MarkerClip clip = parse_trc(text);
+  EXPECT_EQ(clip.fps, 60);
+  EXPECT_EQ(clip.positions.size(), 2u);
+  EXPECT_NEAR(clip.positions[0](0, 2), 0.3, 1e-15);
+}
+
 TEST(Trc, RealFile_IsRead) {
   ATELIER_TEST_FILE(file,
                     "pose2sim_demo/single/pose-3d_reference/S00_P00_T01_BalancingTrial_0-100.trc");
@@ -267,7 +294,7 @@ TEST(Trc, MalformedFiles_AreRefused) {
   refused("PathFileType", "Path", "a TRC file");
   refused("\tmm\t", "\tly\t", "unit 'ly'");
   refused("Units", "Unit", "no Units");
-  refused("60\t60", "0\t60", "DataRate");
+  refused("60\t60", "-1\t60", "DataRate");
   refused("60\t60", "x\t60", "'x'");
   refused("\t2\t2\t", "\t0\t2\t", "a whole number for NumFrames");
   refused("\t2\t2\t", "\t2\t3\t", "3, as NumMarkers says");

@@ -57,6 +57,23 @@ TEST(MotionClip, ZUpMotion_IsTurnedToYUp) {
   }
 }
 
+// A skeleton that rests along y, in a motion whose world has z up: root turned and carried there.
+TEST(MotionClip, PeopleWhoStandInAWorldOfAnotherAxis_TurnIt) {
+  MotionClip clip = person_clip();
+  const Eigen::Matrix3d turn = axis_rotation(0, std::numbers::pi / 2);  // y to z
+  const Eigen::Vector3d pelvis = clip.skeleton.offsets.row(0);
+  for (Pose& pose : clip.motion.poses) {
+    pose.rotations.row(0) = rotation_vector(turn * rotation_matrix(pose.rotations.row(0)));
+    pose.root_translation = turn * (pelvis + pose.root_translation) - pelvis;
+  }
+  EXPECT_EQ(guess_up_axis(clip), 'z');
+  MotionClip lying = clip;  // on the floor of a world with y up
+  for (Pose& pose : lying.motion.poses) {
+    pose.root_translation = Eigen::Vector3d(0, 0.1, -0.4) - pelvis;
+  }
+  EXPECT_EQ(guess_up_axis(lying), 'y');
+}
+
 TEST(MotionClip, FrameRates_AreRounded) {
   EXPECT_EQ(frame_rate(0.0083333), 120);
   EXPECT_EQ(frame_rate(0.041667), 24);

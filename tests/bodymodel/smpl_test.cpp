@@ -1,5 +1,6 @@
 #include "bodymodel/formats/smpl.h"
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <numbers>
@@ -359,7 +360,7 @@ Arrays amass_arrays(std::int64_t columns = 156) {
 }
 
 MotionClip read_motion(const Arrays& arrays, const BodyModel* model = nullptr) {
-  return read_amass(Npz(npz_bytes(arrays), "walk_poses.npz"), model);
+  return read_amass(Npz(npz_bytes(arrays), "walk_poses.npz"), model, {}, 'z');
 }
 
 // The tiny body in a T-pose, as the family's are: level arms.
@@ -454,12 +455,37 @@ TEST(Amass, MalformedFiles_AreRefused) {
           "mocap_framerate", "more than 0");
 }
 
+// A person who stands in a file with Y up, as other programs write the arrays of AMASS.
+TEST(Amass, StandingByYUp_IsDoubtedAndReadAsSaid) {
+  Arrays arrays = amass_arrays();
+  arrays["poses"] = zeros({4, 156});
+  const Npz npz(npz_bytes(arrays), "y_up.npz");
+  const auto doubted = [](const MotionClip& clip) {
+    return std::any_of(clip.findings.begin(), clip.findings.end(),
+                       [](const Finding& f) { return f.code == "motion-up"; });
+  };
+  const auto head = [](const MotionClip& clip) -> Eigen::RowVector3d {
+    const Points joints = forward_kinematics(clip.skeleton, clip.motion.poses[1]).positions;
+    return joints.row(find_joint(clip.skeleton, "head")) - joints.row(0);
+  };
+  const MotionClip lies = read_amass(npz);
+  EXPECT_TRUE(doubted(lies));
+  EXPECT_LT(head(lies).z(), -0.4);
+  const MotionClip stands = read_amass(npz, nullptr, {}, 'y');
+  EXPECT_FALSE(doubted(stands));
+  EXPECT_GT(head(stands).y(), 0.4);
+  const RowMatrix trans = matrix_of(arrays.at("trans"));
+  EXPECT_NEAR((stands.motion.poses[1].root_translation - trans.row(1).transpose()).norm(), 0,
+              1e-12);
+  EXPECT_FALSE(doubted(read_amass(npz, nullptr, {}, 'z')));
+}
+
 TEST(Amass, BodyAtAShape_KeepsRotationsAndPath) {
   const BodyModel model = t_posed(55, 20);
   const Arrays arrays = amass_arrays(165);
   const Npz npz(npz_bytes(arrays), "walk_stageii.npz");
   const Eigen::VectorXd shape = neutral_shape(model);
-  const MotionClip clip = read_amass(npz, &model, shape);
+  const MotionClip clip = read_amass(npz, &model, shape, 'z');
   EXPECT_EQ(clip.skeleton.offsets, shaped_skeleton(model, shape).offsets);
   ASSERT_EQ(clip.findings.size(), 1u);  // of the file's betas
   EXPECT_EQ(clip.findings[0].code, "motion-shape");

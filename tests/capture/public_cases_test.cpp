@@ -372,6 +372,18 @@ TEST(PublicCases, FilesWithoutADetection_AreNamed) {
   EXPECT_NO_THROW(validate(reader));
 }
 
+// kapture writes commas behind the columns, as the comment of COLMAP's own files has them.
+TEST(ColmapText, CommasBehindColumns_AreRead) {
+  const auto cameras = parse_colmap_cameras_text("1, PINHOLE, 640, 480, 300, 310, 320, 240\n");
+  EXPECT_EQ(cameras.at(1).fy, 310);
+  const std::vector<ColmapImage> images =
+      parse_colmap_images_text("7, 1.0, 0, 0, 0, 0.1, 0.2, 3, 1, right/frame_1, a.png\n\n");
+  ASSERT_EQ(images.size(), 1U);
+  EXPECT_EQ(images[0].id, 7U);
+  EXPECT_EQ(images[0].camera_from_world_translation, Eigen::Vector3d(0.1, 0.2, 3));
+  EXPECT_EQ(images[0].name, "right/frame_1, a.png");
+}
+
 TEST(Detections, EveryProgramsFile_IsRead) {
   const auto only = [](const std::string& text) {
     const auto people = parse_detections(text, "d.json");
@@ -387,6 +399,7 @@ TEST(Detections, EveryProgramsFile_IsRead) {
           R"({"meta_info": {}, "instance_info": [{"frame_id": 3, "instances":
               [{"keypoints": [[1, 2], [3, 4]], "keypoint_scores": [0.5, 0.25]}]}]})",
           R"({"5.jpg": {"version": 0.1, "bodies": [{"joints": [1, 2, 0.5, 3, 4, 0.25]}]}})",
+          R"({"a/00000103.jpg": [{"keypoints": [1, 2, 0.5, 3, 4, 0.25], "score": 8.4}]})",
       }) {
     EXPECT_EQ(only(text).points, expected) << text;
   }

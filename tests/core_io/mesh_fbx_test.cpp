@@ -83,6 +83,65 @@ TEST(MeshFbx, NodeTransforms_PlaceTheirMeshes) {
   EXPECT_NEAR(mesh.vertices.col(2).maxCoeff(), 0.02, 1e-7);
 }
 
+// As 3ds Max writes moved pivots: the place of a mesh in its node, which its children do not have.
+TEST(MeshFbx, GeometricTransforms_PlaceMeshesAndNotTheirChildren) {
+  ATELIER_NEEDS_FBX();
+  const auto model = [](const char* id, const char* name, const char* properties) {
+    return std::string("Model: ") + id + ",\"Model::" + name + "\",\"Mesh\" {\nProperties70: {\n" +
+           properties + "}\n}\n";
+  };
+  const std::string text = scene_text(
+      std::string(kSquare) +
+          model("20", "above",
+                "P: \"Lcl Translation\",\"Lcl Translation\",\"\",\"A\",100,0,0\n"
+                "P: \"GeometricTranslation\",\"Vector3D\",\"Vector\",\"\",0,0,4\n"
+                "P: \"GeometricRotation\",\"Vector3D\",\"Vector\",\"\",90,0,0\n"
+                "P: \"GeometricScaling\",\"Vector3D\",\"Vector\",\"\",3,1,1\n") +
+          model("21", "below", "P: \"Lcl Translation\",\"Lcl Translation\",\"\",\"A\",0,50,0\n"),
+      "C: \"OO\",20,0\nC: \"OO\",21,20\nC: \"OO\",10,20\nC: \"OO\",10,21\n");
+  const Mesh mesh = rest_mesh(scene_of(text));
+  ASSERT_EQ(mesh.vertices.rows(), 8);
+  // (x, y, 1) is scaled (3x, y, 1), turned about x (3x, -1, y), moved by 4 along z and by the node.
+  const Points above = mesh.vertices.topRows(4);
+  EXPECT_NEAR(above.col(0).maxCoeff(), 1.03, 1e-7);
+  EXPECT_LT((above.col(1).array() + 0.01).abs().maxCoeff(), 1e-7);
+  EXPECT_NEAR(above.col(2).minCoeff(), 0.03, 1e-7);
+  const Points below = mesh.vertices.bottomRows(4);
+  EXPECT_NEAR(below.col(0).maxCoeff(), 1.01, 1e-7);
+  EXPECT_NEAR(below.col(1).minCoeff(), 0.49, 1e-7);
+  EXPECT_NEAR(below.col(2).maxCoeff(), 0.01, 1e-7);
+}
+
+// x first, whatever order the node's own rotation has.
+TEST(MeshFbx, GeometricRotation_IsInItsOwnOrder) {
+  ATELIER_NEEDS_FBX();
+  const Mesh mesh = rest_mesh(scene_of(scene_text(
+      std::string(kSquare) +
+          "Model: 20,\"Model::sheet\",\"Mesh\" {\nProperties70: {\n"
+          "P: \"RotationOrder\",\"enum\",\"\",\"\",5\nP: \"RotationActive\",\"bool\",\"\",\"\",1\n"
+          "P: \"GeometricRotation\",\"Vector3D\",\"Vector\",\"\",90,0,90\n}\n}\n",
+      "C: \"OO\",20,0\nC: \"OO\",10,20\n")));
+  // (x, y, 1) is turned about x (x, -1, y), then about z (1, x, y).
+  EXPECT_LT((mesh.vertices.row(0) - Eigen::RowVector3d(0.01, -0.01, -0.01)).norm(), 1e-7);
+  EXPECT_LT((mesh.vertices.row(1) - Eigen::RowVector3d(0.01, 0.01, -0.01)).norm(), 1e-7);
+}
+
+TEST(MeshFbx, PostRotation_TurnsBack) {
+  ATELIER_NEEDS_FBX();
+  const auto placed = [](const std::string& more) {
+    return rest_mesh(scene_of(scene_text(
+        std::string(kSquare) + "Model: 20,\"Model::sheet\",\"Mesh\" {\nProperties70: {\n" + more +
+            "P: \"Lcl Rotation\",\"Lcl Rotation\",\"\",\"A\",0,0,90\n"
+            "P: \"RotationActive\",\"bool\",\"\",\"\",1\n}\n}\n",
+        "C: \"OO\",20,0\nC: \"OO\",10,20\n")));
+  };
+  // A quarter turn about z, after the inverse of one about x: (x, y, 1) is (x, 1, -y), then
+  // (-1, x, -y).
+  const Mesh mesh = placed("P: \"PostRotation\",\"Vector3D\",\"Vector\",\"\",90,0,0\n");
+  EXPECT_LT((mesh.vertices.col(0).array() + 0.01).abs().maxCoeff(), 1e-7);
+  EXPECT_LT((mesh.vertices.row(0) - Eigen::RowVector3d(-0.01, -0.01, 0.01)).norm(), 1e-7);
+}
+
 // Two skinned meshes on one skeleton, each a node of its own that stands elsewhere.
 TEST(MeshFbx, SkinnedMeshesOfOneSkeleton_AreMerged) {
   ATELIER_NEEDS_FBX();

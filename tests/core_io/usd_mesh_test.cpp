@@ -7,8 +7,10 @@
 #include "core/io/lz4_block.h"
 #include "core/io/mesh_file.h"
 #include "core/io/mesh_sequence_file.h"
+#include "core/io/usd_sequence.h"
 #include "tests/support/outside_judge.h"
 #include "tests/support/places.h"
+#include "tests/support/temporary_directory.h"
 
 namespace atelier {
 namespace {
@@ -50,6 +52,10 @@ TEST(Lz4Block, Damage_IsRefused) {
         unpacked({0x30, 'a', 'b', 'c'}, 2);
       },
       ThrowsMessage<DataError>(HasSubstr("at most 2 bytes")));
+}
+
+std::filesystem::path usdc_corpus(const char* name) {
+  return fixtures::source_directory() / "fuzz/corpus/usdc" / name;
 }
 
 /// Two triangles in a plane, as a stage.
@@ -140,6 +146,44 @@ TEST(UsdMesh, HiddenGuidesAndClasses_AreLeftOut) {
   EXPECT_EQ(usd_mesh(stage, "a.usdc").findings[0].code, "usd-references");
 }
 
+TEST(UsdMesh, MeshesWithoutPoints_AreLeftOut) {
+  UsdStage stage = square();
+  UsdPrim hollow = stage.prims[1];
+  hollow.attributes.erase("points");
+  stage.prims.push_back(hollow);
+  const UsdMesh found = usd_mesh(stage, "a.usdc");
+  EXPECT_EQ(found.mesh.faces.rows(), 2);
+  ASSERT_EQ(found.findings.size(), 1u);
+  EXPECT_EQ(found.findings[0].code, "usd-empty");
+  stage.prims[1] = hollow;
+  EXPECT_THAT([&] { usd_mesh(stage, "a.usdc"); },
+              ThrowsMessage<DataError>(HasSubstr("no mesh that has points")));
+}
+
+// Paths that only a payload or a target names have numbers and stand in no tree.
+TEST(UsdMesh, NumbersOfPathsWithGaps_AreRead) {
+  const Points plain = read_mesh(usdc_corpus("small.usdc")).vertices;
+  EXPECT_EQ(read_mesh(usdc_corpus("path_gap.usdc")).vertices, plain);
+}
+
+TEST(UsdMesh, SkinsAndInstancers_AreSaid) {
+  UsdStage stage = square();
+  EXPECT_TRUE(usd_mesh(stage, "a.usdc").findings.empty());
+  stage.prims[1].skinned = true;
+  UsdPrim instancer = stage.prims[0];
+  instancer.type = "PointInstancer";
+  stage.prims.push_back(instancer);
+  UsdPrim prototype = stage.prims[1];
+  prototype.parent = 2;
+  stage.prims.push_back(prototype);
+  const UsdMesh found = usd_mesh(stage, "a.usdc");
+  EXPECT_EQ(found.mesh.faces.rows(), 2);  // the prototype has its place from the instancer
+  ASSERT_EQ(found.findings.size(), 2u);
+  EXPECT_EQ(found.findings[0].code, "usd-skin");
+  EXPECT_THAT(found.findings[0].what, HasSubstr("1 Mesh prim with a skeleton"));
+  EXPECT_EQ(found.findings[1].code, "usd-instances");
+}
+
 TEST(UsdMesh, TextureCoordinatesOfCornersOrVertices_AreRead) {
   UsdStage stage = square();
   UsdAttribute& uv = stage.prims[1].attributes["primvars:st"];
@@ -186,10 +230,6 @@ TEST(UsdMesh, ArraysThatDoNotFit_AreRefusedByTheirPrim) {
   EXPECT_THAT([&] { usd_mesh(stage, "a.usdc"); }, ThrowsMessage<DataError>(HasSubstr("shear")));
 }
 
-std::filesystem::path usdc_corpus(const char* name) {
-  return fixtures::source_directory() / "fuzz/corpus/usdc" / name;
-}
-
 TEST(UsdMesh, BinaryFile_IsASequence) {
   // A cloth of 4 by 4 squares, below an Xform 1 m up, that bends over times 1 to 3.
   const MeshSequenceFile file = read_mesh_sequence(usdc_corpus("moving.usdc"), SequenceOf::Cloth);
@@ -229,7 +269,76 @@ TEST(UsdMesh, Places_AreThoseOfThreeJs) {
   }
 }
 
-TEST(UsdMesh, TextAndAlembic_AreRefusedWithWhatToDo) {
+std::filesystem::path usda_corpus(const std::string& name) {
+  return fixtures::source_directory() / "fuzz/corpus/usda" / name;
+}
+
+TEST(UsdaStage, PlacesSamplesAndTextures_AreRead) {
+  const UsdMesh usd = read_usd_mesh(usda_corpus("scene.usda"));
+  EXPECT_EQ(usd.fps, 30);
+  EXPECT_EQ(usd.times, (std::vector<double>{1, 2}));
+  ASSERT_EQ(usd.mesh.faces.rows(), 2);
+  ASSERT_EQ(usd.mesh.uvs.rows(), 4);
+  // At time 1: a quarter turn about z, up; then centimetres, (x, y, z) to (x, z, -y).
+  EXPECT_LT((usd.frames[0].row(1) - Eigen::RowVector3d(0, 0, -1)).norm(), 1e-7);
+  EXPECT_LT((usd.frames[0].row(3) - Eigen::RowVector3d(-1, -0.005, 0)).norm(), 1e-7);
+  // At time 2 about (1, 2): (100, 0) less the pivot (99, -2), turned (2, 99), back (3, 101).
+  EXPECT_LT((usd.frames[1].row(1) - Eigen::RowVector3d(0.03, 0, -1.01)).norm(), 1e-7);
+  // Left-handed faces turn round: this one looks down.
+  const Eigen::RowVector3d a = usd.mesh.vertices.row(usd.mesh.faces(0, 0));
+  const Eigen::RowVector3d b = usd.mesh.vertices.row(usd.mesh.faces(0, 1));
+  const Eigen::RowVector3d c = usd.mesh.vertices.row(usd.mesh.faces(0, 2));
+  EXPECT_LT((b - a).cross(c - a).y(), 0);
+  ASSERT_FALSE(usd.findings.empty());
+  EXPECT_EQ(usd.findings[0].code, "usd-references");
+}
+
+TEST(UsdaStage, WhatIsNoStatement_IsRefusedWithItsLine) {
+  const auto refused = [](const std::string& body, const char* line, const char* words) {
+    EXPECT_THAT([&] { read_usda_stage("#usda 1.0\n" + body, "a.usda"); },
+                ThrowsMessage<DataError>(AllOf(HasSubstr(line), HasSubstr(words))))
+        << body;
+  };
+  refused("def Mesh \"a\" {\nfloat = 1\n}", "line 3", "the name of an attribute");
+  refused("def Mesh \"a\" {\nfloat[3] a = 1\n}", "line 3", "']'");
+  refused("def Mesh \"a\" {\nfloat a.timeSamples = 1\npoint3f[] points.timeSamples = 2\n}",
+          "line 4", "time samples without '{'");
+  refused("def Mesh \"a\" {\npoint3f[] points.timeSamples = { 1 (2, 3, 4) }\n}", "line 3",
+          "no ':' behind the time");
+  refused("def Mesh \"a\" {\npoint3f[] points.timeSamples = { a: (2, 3, 4) }\n}", "line 3",
+          "the time 'a'");
+  refused("def Mesh \"a\" {\npoint3f[] points.timeSamples = { 1: (2, 3, 4), 1: (2, 3, 4) }\n}",
+          "line 3", "twice");
+  refused("def Mesh \"a\" {\npoint3f[] points = }\n", "line 3", "a value");
+}
+
+// A second reader of the same text.
+TEST(UsdaStage, Places_AreThoseOfThreeJs) {
+  ATELIER_NEEDS_JUDGE("three");
+  const fixtures::TemporaryDirectory folder;
+  Mesh mesh;
+  mesh.vertices.resize(3, 3);
+  mesh.vertices << 0.1, 0, 0, 1, 0.5, 0, 0, 1, -2;
+  mesh.faces.resize(1, 3);
+  mesh.faces << 0, 1, 2;
+  Mesh moved = mesh;
+  moved.vertices.col(0).array() += 1;
+  const Sequence sequence = sequence_of({mesh, moved}, 25);
+  write_usd_sequence(folder / "a.usda", sequence, "cloth");
+  const UsdMesh usd = read_usd_mesh(folder / "a.usda");
+  EXPECT_EQ(usd.fps, 25);
+  ASSERT_EQ(usd.frames.size(), 2U);
+  EXPECT_LT((usd.frames[1] - moved.vertices).cwiseAbs().maxCoeff(), 1e-6);
+  const fixtures::Judgement found =
+      fixtures::judged("three.mjs", {"usd", (folder / "a.usda").string()});
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<std::size_t>(axis);
+    EXPECT_NEAR(found.at("cloth@rest")[a], usd.mesh.vertices.col(axis).minCoeff(), 1e-6);
+    EXPECT_NEAR(found.at("cloth@rest")[3 + a], usd.mesh.vertices.col(axis).maxCoeff(), 1e-6);
+  }
+}
+
+TEST(UsdMesh, Alembic_IsRefusedWithWhatToDo) {
   EXPECT_THAT([] { read_mesh("cloth.abc"); },
               ThrowsMessage<DataError>(AllOf(HasSubstr("Alembic"), HasSubstr(".usdc"))));
   EXPECT_THAT([] { read_mesh_sequence("cloth.abc", SequenceOf::Cloth); },
