@@ -186,10 +186,11 @@ TEST_F(Appearance, OutdatedInputs_AreWarnedOfBeforeTheyAreRead) {
   }
   const ChildResult other = learn("appearance", folder_ / "other", workspace, {"--dry-run"});
   EXPECT_EQ(other.exit_code, 2);
+  // The line at the end of capture.toml is in its consent, which is no content: that file is here.
   EXPECT_THAT(other.err,
               MatchesRegex("(.|\n)*results of another capture, .*: [0-9]+ files, [0-9]+ bytes "
                            "there, [0-9]+ files, [0-9]+ bytes here; of [0-9]+ files there that "
-                           "were compared (none is|1 is) here(.|\n)*"));
+                           "were compared 1 is here; (.|\n)*"));
 }
 
 TEST_F(Appearance, StageWithoutResult_HasNoFigures) {

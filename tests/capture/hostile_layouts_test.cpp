@@ -75,14 +75,19 @@ TEST_P(HostileLayout, CamerasOfEveryTurn_ProjectAsBefore) {
   const std::optional<Dataset> dataset = there_and_back(cameras);
   ASSERT_TRUE(dataset);
   ASSERT_EQ(dataset->cameras.size(), cameras.size());
+  if (!dataset->calibrated) {
+    GTEST_SKIP() << "images alone have no calibration";
+  }
   for (std::size_t c = 0; c < cameras.size(); ++c) {
+    const Index named = camera_index(*dataset, cameras[c].id);  // some layouts count cameras
+    const Camera& read = dataset->cameras[named < 0 ? c : static_cast<std::size_t>(named)];
     const Eigen::Vector3d centre = camera_center(cameras[c]);
     const Eigen::Matrix3d world_from_camera = cameras[c].camera_from_world_rotation.transpose();
     for (const Eigen::Vector3d& off :
          {Eigen::Vector3d(0, 0, 2), {0.3, -0.2, 1.5}, {-0.4, 0.5, 3}, {0, 0, -1}}) {
       const Eigen::Vector3d point = centre + world_from_camera * off;
       const auto expected = project(cameras[c], point);
-      const auto found = project(dataset->cameras[c], point);
+      const auto found = project(read, point);
       ASSERT_EQ(expected.has_value(), found.has_value()) << cameras[c].id;
       if (expected) {
         EXPECT_LT((*expected - *found).norm(), 1e-6) << cameras[c].id;
