@@ -16,9 +16,9 @@
 namespace atelier {
 namespace {
 
-using Bytes = std::span<const std::byte>;
+using FileBytes = std::span<const std::byte>;
 
-constexpr std::uint64_t kHead = 8;              // bytes of a box's size and type
+constexpr std::uint64_t kBoxHead = 8;           // bytes of a box's size and type
 constexpr std::uint64_t kLongHead = 16;         // of one whose size has 64 bits
 constexpr std::uint64_t kMaxMovie = 256 << 20;  // bytes; a million images of all tables: 32 MB
 // Beyond any camera's clock, exact in double.
@@ -37,12 +37,12 @@ struct BoxHead {
 
 /// @param head   of `left` bytes, or as many as it takes
 /// @param left   from the box on
-BoxHead box_head(Bytes head, std::uint64_t left, const std::string& name) {
+BoxHead box_head(FileBytes head, std::uint64_t left, const std::string& name) {
   ByteReader in(head, name);
   BoxHead box;
   box.bytes = in.big<std::uint32_t>("the size of a box");
   box.type = in.text(4, "the type of a box");
-  box.header = kHead;
+  box.header = kBoxHead;
   if (box.bytes == 1) {
     box.bytes = in.big<std::uint64_t>("the size of a box");
     box.header = kLongHead;
@@ -54,13 +54,13 @@ BoxHead box_head(Bytes head, std::uint64_t left, const std::string& name) {
 
 struct VideoBox {
   std::string type;
-  Bytes content;
+  FileBytes content;
 };
 
 /// The boxes in another one; fewer than eight bytes at the end are filling.
-std::vector<VideoBox> boxes_in(Bytes content, const std::string& name) {
+std::vector<VideoBox> boxes_in(FileBytes content, const std::string& name) {
   std::vector<VideoBox> boxes;
-  while (content.size() >= kHead) {
+  while (content.size() >= kBoxHead) {
     const BoxHead head = box_head(content, content.size(), name);
     if (head.bytes < head.header || head.bytes > content.size()) {
       throw DataError(name, "box '" + head.type + "'", std::to_string(head.bytes) + " bytes",
@@ -75,7 +75,7 @@ std::vector<VideoBox> boxes_in(Bytes content, const std::string& name) {
   return boxes;
 }
 
-struct Edit {
+struct VideoEdit {
   double duration = 0;      ///< of the movie's ticks; 0: to the end
   std::int64_t first = 0;   ///< tick of the media; -1: nothing is shown
   std::uint32_t speed = 0;  ///< 16.16
@@ -84,13 +84,13 @@ struct Edit {
 struct VideoTrack {
   bool video = false;
   std::int64_t ticks_per_second = 0;
-  std::vector<Edit> edits;
+  std::vector<VideoEdit> edits;
   std::int64_t images = -1;  ///< -1: no table
-  Bytes decoding;            ///< 'stts'
-  Bytes composition;         ///< 'ctts'; empty: as decoding
+  FileBytes decoding;        ///< 'stts'
+  FileBytes composition;     ///< 'ctts'; empty: as decoding
 };
 
-std::int64_t clock_of(Bytes content, const std::string& name, const char* box) {
+std::int64_t clock_of(FileBytes content, const std::string& name, const char* box) {
   ByteReader in(content, name);
   const bool is_long = in.big<std::uint32_t>("a version") >> 24 == 1;
   in.skip(is_long ? 16 : 8, "times of creation");
@@ -101,13 +101,13 @@ std::int64_t clock_of(Bytes content, const std::string& name, const char* box) {
   return ticks;
 }
 
-std::vector<Edit> edits_of(Bytes content, const std::string& name) {
+std::vector<VideoEdit> edits_of(FileBytes content, const std::string& name) {
   ByteReader in(content, name);
   const bool is_long = in.big<std::uint32_t>("a version") >> 24 == 1;
   const std::size_t count =
       in.paid(in.big<std::uint32_t>("a count of edits"), is_long ? 20 : 12, "an edit list");
-  std::vector<Edit> edits(count);
-  for (Edit& edit : edits) {
+  std::vector<VideoEdit> edits(count);
+  for (VideoEdit& edit : edits) {
     edit.duration = is_long ? static_cast<double>(in.big<std::uint64_t>("an edit's duration"))
                             : in.big<std::uint32_t>("an edit's duration");
     edit.first = is_long ? in.big<std::int64_t>("an edit's first tick")
@@ -120,7 +120,7 @@ std::vector<Edit> edits_of(Bytes content, const std::string& name) {
   return edits;
 }
 
-std::int64_t image_count(Bytes content, const std::string& name, const Limits& limits) {
+std::int64_t image_count(FileBytes content, const std::string& name, const Limits& limits) {
   ByteReader in(content, name);
   in.skip(8, "sizes of images");
   const std::int64_t count = in.big<std::uint32_t>("a count of images");
@@ -131,7 +131,7 @@ std::int64_t image_count(Bytes content, const std::string& name, const Limits& l
   return count;
 }
 
-void add_sample_tables(Bytes content, const std::string& name, const Limits& limits,
+void add_sample_tables(FileBytes content, const std::string& name, const Limits& limits,
                        VideoTrack& track) {
   for (const VideoBox& box : boxes_in(content, name)) {
     if (box.type == "stts") {
@@ -144,7 +144,8 @@ void add_sample_tables(Bytes content, const std::string& name, const Limits& lim
   }
 }
 
-void add_media(Bytes content, const std::string& name, const Limits& limits, VideoTrack& track) {
+void add_media(FileBytes content, const std::string& name, const Limits& limits,
+               VideoTrack& track) {
   const std::vector<VideoBox> boxes = boxes_in(content, name);
   for (const VideoBox& box : boxes) {  // first, since only of videos the rest counts
     if (box.type == "hdlr") {
@@ -169,7 +170,7 @@ void add_media(Bytes content, const std::string& name, const Limits& limits, Vid
   }
 }
 
-VideoTrack track_of(Bytes content, const std::string& name, const Limits& limits) {
+VideoTrack video_track_of(FileBytes content, const std::string& name, const Limits& limits) {
   VideoTrack track;
   for (const VideoBox& box : boxes_in(content, name)) {
     if (box.type == "mdia") {
@@ -240,7 +241,7 @@ ShownPart shown_part(const VideoTrack& track, std::int64_t movie_ticks, const st
   };
   ShownPart part;
   int parts = 0;
-  for (const Edit& edit : track.edits) {
+  for (const VideoEdit& edit : track.edits) {
     if (edit.first < 0) {
       part.start = std::min(part.start + (parts == 0 ? in_media(edit.duration) : 0), kMaxTicks);
       continue;
@@ -283,7 +284,7 @@ VideoTimes times_of_track(const VideoTrack& track, std::int64_t movie_ticks,
   return times;
 }
 
-std::optional<VideoTimes> times_of_movie(Bytes movie, const std::string& name,
+std::optional<VideoTimes> times_of_movie(FileBytes movie, const std::string& name,
                                          const Limits& limits) {
   const std::vector<VideoBox> boxes = boxes_in(movie, name);
   if (std::any_of(boxes.begin(), boxes.end(),
@@ -298,7 +299,7 @@ std::optional<VideoTimes> times_of_movie(Bytes movie, const std::string& name,
     if (box.type == "mvhd") {
       movie_ticks = clock_of(box.content, name, "mvhd");
     } else if (box.type == "trak" && !video) {
-      VideoTrack track = track_of(box.content, name, limits);
+      VideoTrack track = video_track_of(box.content, name, limits);
       if (track.video) {
         video = std::move(track);
       }
@@ -322,7 +323,7 @@ template <class HeadAt>
 std::optional<MoviePlace> movie_place(std::uint64_t size, const std::string& name,
                                       const HeadAt& head_at) {
   std::uint64_t at = 0;
-  while (size - at >= kHead) {
+  while (size - at >= kBoxHead) {
     const BoxHead head = box_head(head_at(at), size - at, name);
     const bool movie = head.type == "moov";
     if (head.bytes < head.header || head.bytes > size - at || (movie && head.bytes > kMaxMovie)) {
@@ -343,7 +344,7 @@ std::optional<MoviePlace> movie_place(std::uint64_t size, const std::string& nam
 
 }  // namespace
 
-std::optional<VideoTimes> read_video_times(Bytes bytes, const std::string& name,
+std::optional<VideoTimes> read_video_times(FileBytes bytes, const std::string& name,
                                            const Limits& limits) {
   const auto place = movie_place(bytes.size(), name, [&](std::uint64_t at) {
     return bytes.subspan(static_cast<std::size_t>(at));
@@ -373,7 +374,7 @@ std::optional<VideoTimes> read_video_times(const std::filesystem::path& path,
   const auto place = movie_place(size, path.string(), [&](std::uint64_t at) {
     const auto count = static_cast<std::size_t>(std::min(kLongHead, size - at));
     read_at(std::span(head).first(count), at);
-    return Bytes(head).first(count);
+    return FileBytes(head).first(count);
   });
   if (!place) {
     return std::nullopt;

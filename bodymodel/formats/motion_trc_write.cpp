@@ -13,7 +13,7 @@ constexpr const char* kTrcKeys =
     "DataRate\tCameraRate\tNumFrames\tNumMarkers\tUnits\tOrigDataRate\tOrigDataStartFrame\t"
     "OrigNumFrames\n";
 
-void check_sizes(const MarkerClip& clip) {
+void check_marker_sizes(const MarkerClip& clip) {
   const std::size_t frames = clip.positions.size();
   ATELIER_CHECK(!clip.markers.empty() && frames > 0 && clip.fps > 0,
                 "a TRC has markers, frames and a rate");
@@ -26,7 +26,7 @@ void check_sizes(const MarkerClip& clip) {
   }
 }
 
-std::string header_of(const MarkerClip& clip) {
+std::string trc_header(const MarkerClip& clip) {
   const std::string frames = std::to_string(clip.positions.size());
   char rate[40];
   std::snprintf(rate, sizeof rate, "%.10g", clip.fps);
@@ -37,8 +37,12 @@ std::string header_of(const MarkerClip& clip) {
   std::string axes = "\t";
   for (std::size_t m = 0; m < clip.markers.size(); ++m) {
     const std::string number = std::to_string(m + 1);
-    text += (m == 0 ? "\t" : "\t\t\t") + clip.markers[m];
-    axes += "\tX" + number + "\tY" + number + "\tZ" + number;
+    text += m == 0 ? "\t" : "\t\t\t";
+    text += clip.markers[m];
+    for (const char* axis : {"\tX", "\tY", "\tZ"}) {
+      axes += axis;
+      axes += number;
+    }
   }
   return text + "\t\t\n" + axes + "\n\n";
 }
@@ -59,8 +63,8 @@ MarkerClip joint_markers(const MotionClip& clip) {
 }
 
 std::string trc_text(const MarkerClip& clip) {
-  check_sizes(clip);
-  std::string text = header_of(clip);
+  check_marker_sizes(clip);
+  std::string text = trc_header(clip);
   char cell[64];
   for (std::size_t f = 0; f < clip.positions.size(); ++f) {
     const int passed = clip.frame_ids[f] - clip.frame_ids.front();
