@@ -243,11 +243,21 @@ void print_speed(int side, int steps) {
 
 // --- another program's cloth
 
+/// The other program's material: springs of one stiffness, and a bend at every inner vertex, by mean
+/// value coordinates without a norm. On an equilateral lattice of edge l its row is sqrt(3) l times
+/// the sum of both curvatures, and a vertex has 0.87 l^2: B = 2 sqrt(3) k of the bend's stiffness k.
+/// The sequence's description has 3025 N/m and 4e-4; cloth of 3025 N/m would stretch a twentieth as
+/// much as that cloth does, and 3025 is 55 squared.
+constexpr double kForeignSpring = 55;  // N/m, unless --spring says else
+constexpr double kForeignBend = 4e-4;  // N m
+constexpr double kForeignDistance = 4.5e-3;  // m, nearest that its cloth is to the body at the start
+
 /// A cloth and a body that another program moved; the cloth's seams are closed.
 struct ForeignSequence {
   std::vector<Points> body, cloth;  ///< of each frame
   Triangles body_faces;
-  Garment garment;  ///< template: the first frame; rest: the flat panel
+  double spring = kForeignSpring;  ///< N/m
+  Garment garment;                 ///< template: the first frame; rest: the flat panel
   std::vector<int> attached;
   double fps = 30;
 };
@@ -278,9 +288,10 @@ std::vector<Points> frames_of(const Npz& npz, const char* name, const std::vecto
   return frames;
 }
 
-ForeignSequence read_foreign(const std::string& file) {
+ForeignSequence read_foreign(const std::string& file, double spring) {
   const Npz npz(file);
   ForeignSequence out;
+  out.spring = spring;
   out.body_faces = triangles_of(npz, "body_faces");
   const Triangles faces = triangles_of(npz, "cloth_faces");
   const std::vector<double> uv = doubles_of(npz.read("cloth_uv"));
@@ -378,15 +389,6 @@ ClothFigures figures_of(const Points& x, const Cloth& flat) {
   return out;
 }
 
-/// The other program's material: springs of one stiffness, and a bend at every inner vertex, by mean
-/// value coordinates without a norm. On an equilateral lattice of edge l its row is sqrt(3) l times
-/// the sum of both curvatures, and a vertex has 0.87 l^2: B = 2 sqrt(3) k of the bend's stiffness k.
-/// The sequence's description has 3025 N/m and 4e-4; cloth of 3025 N/m would stretch a twentieth as
-/// much as that cloth does, and 3025 is 55 squared.
-constexpr double kForeignSpring = 55;  // N/m
-constexpr double kForeignBend = 4e-4;  // N m
-constexpr double kForeignDistance = 4.5e-3;  // m, nearest that its cloth is to the body at the start
-
 Cloth foreign_cloth(const ForeignSequence& sequence, const ClothOptions& options = {}) {
   Garment garment = sequence.garment;
   garment.material = {};
@@ -395,10 +397,10 @@ Cloth foreign_cloth(const ForeignSequence& sequence, const ClothOptions& options
   garment.material.thickness = kForeignDistance;
   garment.material.damping = 0;
   garment.material.bending = 2 * std::sqrt(3.0) * kForeignBend;
-  garment.material.stretch_warp = garment.material.stretch_weft = kForeignSpring;
+  garment.material.stretch_warp = garment.material.stretch_weft = sequence.spring;
   Cloth cloth = make_cloth(garment, sequence.attached, options);
   for (int i = 0; i < cloth.fibre_count; ++i) {
-    cloth.springs[i].stiffness = kForeignSpring;
+    cloth.springs[i].stiffness = sequence.spring;
   }
   return cloth;
 }
@@ -519,6 +521,7 @@ int main(int argc, char** argv) {
   int side = 100;
   int steps = 15;
   int frames = 20;
+  double spring = atelier::kForeignSpring;
   std::string file;
   CLI::App app("Tables of projective dynamics with dry friction");
   app.require_subcommand(1);
@@ -531,6 +534,7 @@ int main(int argc, char** argv) {
   for (CLI::App* of_file : {rest, other}) {
     of_file->add_option("file", file, "sequence.npz")->required()->check(CLI::ExistingFile);
     of_file->add_option("--frames", frames, "Frames that are simulated")->check(CLI::Range(1, 50));
+    of_file->add_option("--spring", spring, "N/m of an edge")->check(CLI::Range(1.0, 1e5));
   }
   CLI11_PARSE(app, argc, argv);
   try {
@@ -539,9 +543,9 @@ int main(int argc, char** argv) {
     } else if (*speed) {
       atelier::print_speed(side, steps);
     } else if (*rest) {
-      atelier::print_rest_shapes(atelier::read_foreign(file), frames);
+      atelier::print_rest_shapes(atelier::read_foreign(file, spring), frames);
     } else {
-      atelier::print_beside(atelier::read_foreign(file), frames);
+      atelier::print_beside(atelier::read_foreign(file, spring), frames);
     }
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());

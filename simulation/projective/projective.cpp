@@ -63,7 +63,7 @@ struct ProjectiveSolver::Scene {
         factor(projective_matrix(rows, mass, place, free_count, h), free_positions()),
         body(body_faces, options, cloth.material, options.projective.substeps) {
     const std::size_t n = static_cast<std::size_t>(prepared.count);
-    for (Lanes* lanes : {&x, &start, &velocity, &acceleration, &target, &wish, &v, &at, &force,
+    for (Lanes* lanes : {&x, &start, &solved_from, &velocity, &acceleration, &target, &wish, &v, &at, &force,
                          &reached, &origin, &carry}) {
       lanes->resize(n);
     }
@@ -162,6 +162,7 @@ struct ProjectiveSolver::Scene {
       wish[i] = is_free ? with_w(xyz(velocity[i]) + h * xyz(acceleration[i]), 0.0) : velocity[i];
     });
     find_contacts(s);
+    solved_from = x;
     v = velocity;
     free_v.resize(solved.size());
     for_particles([&](Index i) {
@@ -337,7 +338,7 @@ struct ProjectiveSolver::Scene {
     Lanes led_to(n);
     Lanes forces(n);
     Lanes scratch(of_rows.size());
-    for_particles([&](Index i) { led_to[i] = with_w(xyz(start[i]) + h * xyz(v[i]), 0.0); });
+    for_particles([&](Index i) { led_to[i] = with_w(xyz(solved_from[i]) + h * xyz(v[i]), 0.0); });
     elastic_forces(rows, led_to, v, scratch, forces);
     Lanes implied(n);
     double weight = 0;
@@ -394,6 +395,7 @@ struct ProjectiveSolver::Scene {
 
   Lanes x;             ///< w: inverse mass
   Lanes start;         ///< at the substep's start
+  Lanes solved_from;   ///< the same before what keeps things apart changed it
   Lanes velocity;      ///< m/s
   Lanes acceleration;  ///< of gravity and air
   Lanes target;        ///< of fixed particles at the end of the frame
