@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <variant>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -46,6 +48,28 @@ std::vector<int> free_places(const PreparedCloth<double>& prepared, int& count) 
   return place;
 }
 
+using Factor = std::variant<CholeskyFactor<float>, CholeskyFactor<double>>;
+
+/// In single precision, whose rounding the next iteration mends, unless the matrix is so much
+/// larger than a mass that what rounding leaves of stiff forces would throw particles about.
+Factor factor_of(const Eigen::SparseMatrix<double>& matrix, const Points& positions) {
+  constexpr double kMostForSingle = 1e6;
+  double largest = 0;
+  double mass = std::numeric_limits<double>::infinity();  // the sum of a row, as stiffness has none
+  for (Index column = 0; column < matrix.outerSize(); ++column) {
+    double sum = 0;
+    for (Eigen::SparseMatrix<double>::InnerIterator it(matrix, column); it; ++it) {
+      sum += it.value();
+      largest = it.row() == it.col() ? std::max(largest, it.value()) : largest;
+    }
+    mass = std::min(mass, sum);
+  }
+  if (largest > kMostForSingle * mass) {
+    return CholeskyFactor<double>(matrix, positions);
+  }
+  return CholeskyFactor<float>(matrix, positions);
+}
+
 }  // namespace
 
 struct ProjectiveSolver::Scene {
@@ -60,11 +84,11 @@ struct ProjectiveSolver::Scene {
         place(free_places(prepared, free_count)),
         mass(particle_masses()),
         inverse_mass(inverse_masses()),
-        factor(projective_matrix(rows, mass, place, free_count, h), free_positions()),
+        factor(factor_of(projective_matrix(rows, mass, place, free_count, h), free_positions())),
         body(body_faces, options, cloth.material, options.projective.substeps) {
     const std::size_t n = static_cast<std::size_t>(prepared.count);
-    for (Lanes* lanes : {&x, &start, &velocity, &acceleration, &target, &wish, &v, &at, &force,
-                         &reached, &origin, &carry}) {
+    for (Lanes* lanes : {&x, &start, &solved_from, &velocity, &acceleration, &target, &wish, &v,
+                         &at, &force, &reached, &origin, &carry}) {
       lanes->resize(n);
     }
     of_rows.resize(rows.rows.size());
@@ -162,6 +186,7 @@ struct ProjectiveSolver::Scene {
       wish[i] = is_free ? with_w(xyz(velocity[i]) + h * xyz(acceleration[i]), 0.0) : velocity[i];
     });
     find_contacts(s);
+    solved_from = x;
     v = velocity;
     free_v.resize(solved.size());
     for_particles([&](Index i) {
@@ -207,7 +232,7 @@ struct ProjectiveSolver::Scene {
         solved[place[i]] = with_w(mass[i] * (xyz(reached[i]) - xyz(v[i])), 0.0);
       }
     });
-    factor.solve(solved);
+    std::visit([&](auto& of) { of.solve(solved); }, factor);
     anderson.advance(free_v, solved);
     for_particles([&](Index i) {
       if (place[i] >= 0) {
@@ -337,7 +362,7 @@ struct ProjectiveSolver::Scene {
     Lanes led_to(n);
     Lanes forces(n);
     Lanes scratch(of_rows.size());
-    for_particles([&](Index i) { led_to[i] = with_w(xyz(start[i]) + h * xyz(v[i]), 0.0); });
+    for_particles([&](Index i) { led_to[i] = with_w(xyz(solved_from[i]) + h * xyz(v[i]), 0.0); });
     elastic_forces(rows, led_to, v, scratch, forces);
     Lanes implied(n);
     double weight = 0;
@@ -385,7 +410,7 @@ struct ProjectiveSolver::Scene {
   std::vector<int> place;  ///< of particles in the matrix, -1: fixed
   std::vector<double> mass;
   std::vector<double> inverse_mass;  ///< 0: fixed
-  CholeskyFactor<float> factor;  ///< what it rounds, the next iteration mends
+  Factor factor;
   BodyContacts body;
   ContactImpulses impulses;
   CountedCloth counted;
@@ -394,6 +419,7 @@ struct ProjectiveSolver::Scene {
 
   Lanes x;             ///< w: inverse mass
   Lanes start;         ///< at the substep's start
+  Lanes solved_from;   ///< the same before what keeps things apart changed it
   Lanes velocity;      ///< m/s
   Lanes acceleration;  ///< of gravity and air
   Lanes target;        ///< of fixed particles at the end of the frame
@@ -402,8 +428,8 @@ struct ProjectiveSolver::Scene {
   Lanes at;            ///< where it leads to
   Lanes force, of_rows;
   Lanes reached;  ///< velocity with which a particle leaves the step, first without impulses
-  Lanes solved;    ///< change of velocity, of free particles
-  Lanes free_v;    ///< `v` of free particles
+  Lanes solved;   ///< change of velocity, of free particles
+  Lanes free_v;   ///< `v` of free particles
   AndersonAcceleration anderson;
   Lanes origin, carry;  ///< see SelfMotion
   std::vector<char> touched;
