@@ -41,11 +41,11 @@ Eigen::Vector3d trunk_direction(const Points& joints, const Humanoid& person) {
 // in the motion: with the head up in nearly all frames, the lowest joint at 0 and the pelvis a leg
 // above it. A person who lies has the floor elsewhere.
 bool stands_along(int axis, const MotionClip& clip, const Humanoid& person) {
-  constexpr std::size_t kMost = 200;  // frames that are looked at
-  constexpr double kUpright = 0.8;    // mean cosine
+  constexpr std::size_t kLooked = 200;  // frames that are looked at
+  constexpr double kHeadUp = 0.8;     // mean cosine
   constexpr double kFloor = 0.25;     // of a leg, between the lowest joint and 0
   const double leg = leg_length(clip.skeleton, person);
-  const std::size_t step = 1 + clip.motion.poses.size() / kMost;
+  const std::size_t step = 1 + clip.motion.poses.size() / kLooked;
   double upright = 0;
   double lowest = std::numeric_limits<double>::infinity();
   double pelvis = 0;
@@ -58,7 +58,7 @@ bool stands_along(int axis, const MotionClip& clip, const Humanoid& person) {
     ++count;
   }
   const double height = count > 0 ? pelvis / count - lowest : 0;
-  return upright > kUpright * count && std::abs(lowest) < kFloor * leg && height > 0.6 * leg &&
+  return upright > kHeadUp * count && std::abs(lowest) < kFloor * leg && height > 0.6 * leg &&
          height < 1.5 * leg;
 }
 

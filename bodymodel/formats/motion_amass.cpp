@@ -23,7 +23,7 @@ constexpr std::size_t kBodyNames = 22;  // that the whole family shares
 constexpr double kFlat = 1e-9;          // radians
 constexpr double kLevel = 0.35;         // sine of an arm of a T-pose: an A-pose has more
 constexpr double kSameBeta = 1e-6;
-constexpr double kLies = 0.7;  // mean cosine of the trunk with the axis that would be up
+constexpr double kLyingTrunk = 0.7;  // mean cosine of the trunk with the axis that would be up
 
 RowMatrix read(const Npz& npz, const char* name, Index columns, Index rows, const Limits& limits) {
   const std::string where = std::string("array '") + name + "'";
@@ -196,7 +196,7 @@ void doubt_up_axis(MotionClip& clip) {
     trunk += (joints.row(neck) - joints.row(0)).normalized().transpose();
   }
   trunk /= static_cast<double>(clip.motion.poses.size());
-  if (trunk.z() < -kLies) {
+  if (trunk.z() < -kLyingTrunk) {
     clip.findings.push_back(
         {Severity::Warning, "motion-up", clip.name,
          "the person lies throughout, and would stand if Y were up in this file",

@@ -283,8 +283,8 @@ void add_row(const Cells& cells, const TrcHeader& header, const Lines& lines, Ma
 // the header's is 0 (OpenSim writes that where it was told none) they are the rate.
 void compare_rates(const std::vector<double>& times, const Lines& lines, MarkerClip& clip) {
   constexpr double kOff = 0.02;
-  constexpr double kSlowest = 1e-3;  // frames a second
-  constexpr double kFastest = 1e6;
+  constexpr double kSlowestRate = 1e-3;  // frames a second
+  constexpr double kFastestRate = 1e6;
   const bool unsaid = clip.fps == 0;
   const std::size_t enough = unsaid ? 2 : 10;
   const double seconds = times.size() < enough ? 0 : times.back() - times.front();
@@ -294,7 +294,7 @@ void compare_rates(const std::vector<double>& times, const Lines& lines, MarkerC
   char text[120];
   if (unsaid) {
     clip.fps = seconds > 0 ? frame_rate(seconds / frames) : 0;
-    if (!(clip.fps > kSlowest && clip.fps < kFastest)) {
+    if (!(clip.fps > kSlowestRate && clip.fps < kFastestRate)) {
       lines.fail("DataRate 0, and no column Time that goes on", "frames a second, more than 0");
     }
     std::snprintf(text, sizeof text, "DataRate is 0; the column Time goes on at %.6g a second",

@@ -137,7 +137,7 @@ void read_text(std::string_view text, BindList& binds) {
 
 namespace {
 
-constexpr std::string_view kOrder = "RotationOrder";
+constexpr std::string_view kOrderProperty = "RotationOrder";
 
 /// Properties of the nodes, as they come.
 class ModelList {
@@ -205,7 +205,7 @@ void add_record(ByteReader& in, std::string_view name, std::uint64_t properties,
     models.begin(record_text(in));
   } else if (name == "P" || name == "Property") {
     const std::string_view property = record_text(in);
-    if (property == kOrder && properties >= 4) {
+    if (property == kOrderProperty && properties >= 4) {
       for (std::uint64_t text = 1; text + 1 < properties; ++text) {
         record_text(in);
       }
@@ -246,11 +246,11 @@ void add_line(std::string_view line, ModelList& models) {
   }
   const std::string_view property = first_quoted(line);
   if ((!line.starts_with("P:") && !line.starts_with("Property:")) ||
-      (property != kOrder && !is_place_name(property))) {
+      (property != kOrderProperty && !is_place_name(property))) {
     return;
   }
   std::string_view rest = line.substr(0, line.find_last_not_of(" \t\r") + 1);
-  if (property == kOrder) {
+  if (property == kOrderProperty) {
     double order = 0;
     if (parse_number(rest.substr(rest.rfind(',') + 1), order)) {
       models.set_order(order);

@@ -92,7 +92,7 @@ class StlSurface {
   std::unordered_map<StlCorner, int, CornerHash> index_;
 };
 
-PolygonMesh read_binary(ByteReader in, const std::string& name, const Limits& limits) {
+PolygonMesh read_binary_stl(ByteReader in, const std::string& name, const Limits& limits) {
   in.seek(kStlHeader, "the header");
   const auto count = in.little<std::uint32_t>("the number of triangles");
   in.paid(count, kStlTriangle, "triangles");
@@ -130,7 +130,7 @@ bool is_stl_word(std::string_view word, std::string_view expected) {
   });
 }
 
-PolygonMesh read_text(std::string_view text, const std::string& name, const Limits& limits) {
+PolygonMesh read_text_stl(std::string_view text, const std::string& name, const Limits& limits) {
   TextScanner scanner(text, name, limits.line_bytes);
   StlSurface surface(name, limits);
   int corners = -1;  // of this facet; outside of facets -1
@@ -186,7 +186,7 @@ PolygonMesh read_stl(std::span<const std::byte> bytes, const std::string& name,
     const std::uint64_t count = counter.little<std::uint32_t>("the number of triangles");
     whole = count * kStlTriangle == counter.remaining();
   }
-  return solid && !whole ? read_text(text, name, limits) : read_binary(in, name, limits);
+  return solid && !whole ? read_text_stl(text, name, limits) : read_binary_stl(in, name, limits);
 }
 
 PolygonMesh read_stl(const std::filesystem::path& path, const Limits& limits) {

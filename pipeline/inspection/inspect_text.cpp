@@ -62,7 +62,13 @@ namespace {
 // What the meshes are that a layer has, beside what is said of it already.
 void add_meshes_of_layer(const std::filesystem::path& path, Inspection& inspection) {
   Inspection meshes;
-  inspect_usd_mesh(path, meshes);
+  try {
+    inspect_usd_mesh(path, meshes);
+  } catch (const DataError& error) {  // a layer may be sound and hold none to be seen
+    inspection.findings.push_back(
+        {Severity::Warning, "usd-mesh", error.where, error.found, error.expected});
+    return;
+  }
   for (Inspection::Fact& fact : meshes.facts) {
     const bool known = std::any_of(inspection.facts.begin(), inspection.facts.end(),
                                    [&](const auto& one) { return one.name == fact.name; });

@@ -171,8 +171,8 @@ INSTANTIATE_TEST_SUITE_P(
                       "nerfstudio", "npy", "npz", "obj", "openpose", "painted_picture",
                       "painted_scene", "panoptic", "pattern", "personal_body", "ply", "png",
                       "qualisys", "rig", "run_account", "safetensors", "seams", "sequence_header",
-                      "simulated_frame", "smpl", "svg", "synthesis_state", "target", "tiff", "toml",
-                      "tracked_motion", "training", "trc", "truth", "usda", "webp", "zip"),
+                      "simulated_frame", "smpl", "stl", "svg", "synthesis_state", "target", "tiff",
+                      "toml", "tracked_motion", "training", "trc", "truth", "usda", "webp", "zip"),
     [](const auto& instance) { return instance.param; });
 
 TEST(InspectArchives, GroundTruthFrame_IsCheckedAgainstItsCapture) {
