@@ -42,8 +42,8 @@ Eigen::Vector3d trunk_direction(const Points& joints, const Humanoid& person) {
 // above it. A person who lies has the floor elsewhere.
 bool stands_along(int axis, const MotionClip& clip, const Humanoid& person) {
   constexpr std::size_t kLooked = 200;  // frames that are looked at
-  constexpr double kHeadUp = 0.8;     // mean cosine
-  constexpr double kFloor = 0.25;     // of a leg, between the lowest joint and 0
+  constexpr double kHeadUp = 0.8;       // mean cosine
+  constexpr double kFloor = 0.25;       // of a leg, between the lowest joint and 0
   const double leg = leg_length(clip.skeleton, person);
   const std::size_t step = 1 + clip.motion.poses.size() / kLooked;
   double upright = 0;
