@@ -237,9 +237,9 @@ TEST(SolverInterface, ProjectiveBatch_VariesStiffnessAndFriction) {
 TEST(SolverRefused, ConflictingOptions_Throw) {
   SolverScene scene;
   scene.options.name = "projective-friction";
-  EXPECT_EQ(solver_conflict(scene.options, Device::Cpu), "");
-  EXPECT_NE(solver_conflict(scene.options, Device::Cuda), "");
-  EXPECT_THROW(create_solver(scene.model, scene.options, Device::Cuda), LogicError);
+  for (const Device device : {Device::Cpu, Device::Cuda}) {
+    EXPECT_EQ(solver_conflict(scene.options, device), "");
+  }
   scene.options.name = "xpbd";
   scene.options.xpbd.vectors = "avx2";
   scene.options.xpbd.precision = "double";
