@@ -294,7 +294,7 @@ double inverse_bytes(const Cloth& cloth, double h) {
   const InverseFactor factor(
       projective_matrix(make_elastic_rows(cloth, vertices), cloth.mass, place, count, h),
       positions);
-  return static_cast<double>(factor.values().size() * sizeof(double));
+  return static_cast<double>(factor.values().size() * sizeof(float));
 }
 
 /// The same by projective dynamics with dry friction, with its usual substeps and iterations.

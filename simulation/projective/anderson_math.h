@@ -21,53 +21,57 @@ ATELIER_HOST_DEVICE inline bool anderson_grew(double size, double least) {
 /// Factor on the diagonal: differences that are nearly combinations of others tell nothing.
 constexpr double kAndersonRidge = 1 + 1e-10;
 
-/// Solves a symmetric system of `n` unknowns, `matrix` [n,n], by elimination with pivots on the
-/// diagonal; the solution takes the place of `right` [n], and the matrix is used up. An unknown
-/// without a pivot is 0. False where the solution is not finite.
-ATELIER_HOST_DEVICE inline bool solve_symmetric(double* matrix, double* right, int n) {
-  constexpr int kMost = 32;
-  int pivot[kMost];
-  const auto at = [&](int r, int c) -> double& { return matrix[r * n + c]; };
-  const auto swap = [](double& a, double& b) {
-    const double old = a;
-    a = b;
-    b = old;
-  };
+/// One thread that works on all rows of a small matrix.
+struct AloneInRows {
+  template <class Work>
+  ATELIER_HOST_DEVICE void rows(int n, const Work& work) const {
+    for (int r = 0; r < n; ++r) {
+      work(r);
+    }
+  }
+};
+
+/// Solves a symmetric system of `n` unknowns, at most 31, `matrix` [n,n], by elimination with pivots
+/// on the diagonal; the solution takes the place of `right` [n], and the matrix is used up. An
+/// unknown without a pivot is 0. False where the solution is not finite. `team`: whose threads work
+/// on the rows.
+template <class Team>
+ATELIER_HOST_DEVICE inline bool solve_symmetric(double* matrix, double* right, int n,
+                                                const Team& team) {
+  constexpr double kNone = 1e-300;
+  unsigned left = (1u << n) - 1u;  // unknowns that were no pivot yet
   for (int k = 0; k < n; ++k) {
-    int p = k;
-    for (int i = k + 1; i < n; ++i) {
-      p = std::fabs(at(i, i)) > std::fabs(at(p, p)) ? i : p;
+    int p = -1;
+    double most = -1;
+    for (int r = 0; r < n; ++r) {
+      const double size = std::fabs(matrix[r * n + r]);
+      if ((left >> r & 1u) != 0 && (p < 0 || size > most)) {
+        p = r;
+        most = size;
+      }
     }
-    pivot[k] = p;
-    if (p != k) {
+    left &= ~(1u << p);
+    const double inverse = most > kNone ? 1 / matrix[p * n + p] : 0;
+    team.rows(n, [&](int r) {
+      if (r == p) {
+        return;
+      }
+      const double factor = matrix[r * n + p] * inverse;
       for (int c = 0; c < n; ++c) {
-        swap(at(k, c), at(p, c));
+        if ((left >> c & 1u) != 0) {
+          matrix[r * n + c] -= factor * matrix[p * n + c];
+        }
       }
-      for (int r = 0; r < n; ++r) {
-        swap(at(r, k), at(r, p));
-      }
-      swap(right[k], right[p]);
-    }
-    const double inverse = std::fabs(at(k, k)) > 1e-300 ? 1 / at(k, k) : 0;
-    for (int r = k + 1; r < n; ++r) {
-      const double factor = at(r, k) * inverse;
-      for (int c = k + 1; c < n; ++c) {
-        at(r, c) -= factor * at(k, c);
-      }
-      right[r] -= factor * right[k];
-    }
+      right[r] -= factor * right[p];
+    });
   }
+  team.rows(n, [&](int r) {
+    const double pivot = matrix[r * n + r];
+    right[r] = std::fabs(pivot) > kNone ? right[r] / pivot : 0;
+  });
   bool finite = true;
-  for (int k = n - 1; k >= 0; --k) {
-    double sum = right[k];
-    for (int c = k + 1; c < n; ++c) {
-      sum -= at(k, c) * right[c];
-    }
-    right[k] = std::fabs(at(k, k)) > 1e-300 ? sum / at(k, k) : 0;
-    finite = finite && right[k] - right[k] == 0;
-  }
-  for (int k = n - 1; k >= 0; --k) {
-    swap(right[k], right[pivot[k]]);
+  for (int r = 0; r < n; ++r) {
+    finite = finite && right[r] - right[r] == 0;
   }
   return finite;
 }

@@ -8,8 +8,8 @@
 
 namespace atelier {
 
-/// Projective dynamics on the device (projective.h), in double precision; matrices also in float.
-/// Particles are those of PreparedCloth, unknowns the free ones in the order of InverseFactor.
+/// Projective dynamics on the device (projective.h), in double precision but for the products that
+/// solve an iteration: what float rounds there, the next iteration mends. Particles are those of PreparedCloth, unknowns the free ones in the order of InverseFactor.
 
 /// What Anderson's acceleration (anderson_acceleration.h) remembers from one iteration to the next.
 /// There are two, which iterations read and write by turns.
@@ -24,7 +24,7 @@ struct AndersonMemory {
 };
 
 /// Rows of W times a vector: up to kRowsAnItem rows of a part over up to kColumnsAnItem columns.
-constexpr int kRowsAnItem = 4;
+constexpr int kRowsAnItem = 8;
 constexpr int kColumnsAnItem = 2048;
 struct RowsItem {
   std::int64_t offset;  ///< of the first number
@@ -50,7 +50,7 @@ struct PathPart {
 
 /// W on the device and how its products are shared out.
 struct InverseView {
-  const double* values;
+  const float* values;
   const RowsItem* items;  ///< the longest first
   int long_items;         ///< of which each has a block; the others have a warp
   int items_count;
@@ -106,8 +106,8 @@ struct ProjectiveFrame {
   Vec4<double>* self_carry;
 
   // [unknowns]
-  Vec4<double>* right;    ///< and a few zeros behind
-  Vec4<double>* partial;  ///< [chunks][unknowns] products of rows
+  Vec4<float>* right;    ///< and a few zeros behind
+  Vec4<float>* partial;  ///< [chunks][unknowns] products of rows
   Vec4<double>* change;
   Vec4<double>* last_change;
   Vec4<double>* last_next;

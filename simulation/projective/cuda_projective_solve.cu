@@ -5,24 +5,30 @@
 namespace atelier {
 namespace {
 
-using Lane = Vec4<double>;
-
 constexpr int kSolveThreads = 256;
 constexpr int kSolveWarps = kSolveThreads / 32;
 constexpr int kSums = 3 * kRowsAnItem;
 
 /// In every thread of a warp: the sum over its threads, always in the same order.
-__device__ inline double sum_in_warp(double value) {
+template <class T>
+__device__ inline T sum_in_warp(T value) {
   for (int step = 16; step > 0; step /= 2) {
     value += __shfl_xor_sync(kWholeWarp, value, step);
   }
   return value;
 }
 
-/// Rows of W times the right hand side.
-__global__ void __launch_bounds__(kSolveThreads) rows_kernel(const __grid_constant__
-                                                                 ProjectiveFrame f) {
-  __shared__ double of_warps[kSolveWarps][kSums];
+/// Adds to `sum` what four columns of a row do.
+__device__ inline void add_products(const Vec4<float>& w, const Vec4<float> (&b)[4], float* sum) {
+  sum[0] += w.x * b[0].x + w.y * b[1].x + w.z * b[2].x + w.w * b[3].x;
+  sum[1] += w.x * b[0].y + w.y * b[1].y + w.z * b[2].y + w.w * b[3].y;
+  sum[2] += w.x * b[0].z + w.y * b[1].z + w.z * b[2].z + w.w * b[3].z;
+}
+
+/// Rows of W times the right hand side; a thread takes four columns at a time.
+__global__ void __launch_bounds__(kSolveThreads)
+    rows_kernel(const __grid_constant__ ProjectiveFrame f) {
+  __shared__ float of_warps[kSolveWarps][kSums];
   const InverseView& w = f.inverse;
   const int warp = static_cast<int>(threadIdx.x) / 32;
   const int lane = static_cast<int>(threadIdx.x) % 32;
@@ -33,29 +39,22 @@ __global__ void __launch_bounds__(kSolveThreads) rows_kernel(const __grid_consta
     return;
   }
   const RowsItem item = w.items[at];
-  const double* row[kRowsAnItem];
-#pragma unroll
-  for (int r = 0; r < kRowsAnItem; ++r) {
-    row[r] = w.values + item.offset + static_cast<std::int64_t>(min(r, item.rows - 1)) * item.stride;
-  }
-  const Lane* const right = f.right + item.column;
-  double sum[kSums] = {};
-  const int step = by_block ? kSolveThreads : 32;
-#pragma unroll 2
-  for (int c = by_block ? static_cast<int>(threadIdx.x) : lane; c < item.columns; c += step) {
-    const Lane b = right[c];
+  const float* const values = w.values + item.offset;
+  const Vec4<float>* const right = f.right + item.column;
+  float sum[kSums] = {};
+  const int step = 4 * (by_block ? kSolveThreads : 32);
+  for (int c = 4 * (by_block ? static_cast<int>(threadIdx.x) : lane); c < item.columns; c += step) {
+    const Vec4<float> b[4] = {right[c], right[c + 1], right[c + 2], right[c + 3]};
 #pragma unroll
     for (int r = 0; r < kRowsAnItem; ++r) {
-      const double value = row[r][c];
-      sum[3 * r] += value * b.x;
-      sum[3 * r + 1] += value * b.y;
-      sum[3 * r + 2] += value * b.z;
+      const std::int64_t row = static_cast<std::int64_t>(min(r, item.rows - 1)) * item.stride;
+      add_products(*reinterpret_cast<const Vec4<float>*>(values + row + c), b, sum + 3 * r);
     }
   }
-  double own = 0;  // what thread d of the warp takes: sum d
+  float own = 0;  // what thread d of the warp takes: sum d
 #pragma unroll
   for (int d = 0; d < kSums; ++d) {
-    const double all = sum_in_warp(sum[d]);
+    const float all = sum_in_warp(sum[d]);
     own = lane == d ? all : own;
   }
   if (by_block) {
@@ -71,7 +70,7 @@ __global__ void __launch_bounds__(kSolveThreads) rows_kernel(const __grid_consta
     }
   }
   if ((!by_block || warp == 0) && lane < 3 * item.rows) {
-    Lane* const to = f.partial + static_cast<std::int64_t>(item.chunk) * f.unknowns + item.row;
+    Vec4<float>* const to = f.partial + static_cast<std::int64_t>(item.chunk) * f.unknowns + item.row;
     (&to[lane / 3].x)[lane % 3] = own;
   }
 }
@@ -97,7 +96,7 @@ __device__ inline void take_difference(const ProjectiveFrame& f, const AndersonM
                                        int tile, int unknown, bool has, Vec3d change) {
   const int lane = static_cast<int>(threadIdx.x) % 32;
   const auto note = [&](int dot_index, double value) {
-    const double all = sum_in_warp(has ? value : 0);
+    const double all = sum_in_warp(has ? value : 0.0);
     if (lane == 0) {
       f.dots[static_cast<std::int64_t>(dot_index) * f.inverse.tiles_count + tile] = all;
     }
@@ -127,41 +126,40 @@ __device__ inline void take_difference(const ProjectiveFrame& f, const AndersonM
 
 /// W^T times that: the change of the velocities. A block has a tile of columns, whose rows its warps
 /// share.
-__global__ void __launch_bounds__(kSolveThreads) columns_kernel(const __grid_constant__
-                                                                    ProjectiveFrame f,
-                                                                int k) {
-  __shared__ double y[kSolveThreads][3];
-  __shared__ double of_warps[kSolveWarps][kColumnsATile][3];
+__global__ void __launch_bounds__(kSolveThreads)
+    columns_kernel(const __grid_constant__ ProjectiveFrame f, int k) {
+  __shared__ float y[kSolveThreads][3];
+  __shared__ float of_warps[kSolveWarps][kColumnsATile][3];
   const InverseView& w = f.inverse;
   const ColumnsTile tile = w.tiles[blockIdx.x];
-  const int warp = static_cast<int>(threadIdx.x) / 32;
-  const int lane = static_cast<int>(threadIdx.x) % 32;
+  const int thread = static_cast<int>(threadIdx.x);
+  const int warp = thread / 32;
+  const int lane = thread % 32;
   const bool has = lane < tile.columns;
   const int column = tile.column + (has ? lane : 0);
-  Vec3d sum{};
+  Vec3f sum{};
   for (int p = tile.path_begin; p < tile.path_end; ++p) {
     const PathPart part = w.paths[p];
     for (int first = 0; first < part.rows; first += kSolveThreads) {
       const int rows = min(part.rows - first, kSolveThreads);
       __syncthreads();
-      if (static_cast<int>(threadIdx.x) < rows) {
-        Vec3d all{};
+      if (thread < rows) {
+        Vec3f all{};
         for (int c = 0; c < part.chunks; ++c) {
-          all += xyz(f.partial[static_cast<std::int64_t>(c) * f.unknowns + part.row + first +
-                               static_cast<int>(threadIdx.x)]);
+          all += xyz(f.partial[static_cast<std::int64_t>(c) * f.unknowns + part.row + first + thread]);
         }
-        y[threadIdx.x][0] = all.x;
-        y[threadIdx.x][1] = all.y;
-        y[threadIdx.x][2] = all.z;
+        y[thread][0] = all.x;
+        y[thread][1] = all.y;
+        y[thread][2] = all.z;
       }
       __syncthreads();
-      const double* const values = w.values + part.offset +
-                                   static_cast<std::int64_t>(first) * part.stride +
-                                   (column - part.column);
-#pragma unroll 4
+      const float* const values = w.values + part.offset +
+                                  static_cast<std::int64_t>(first) * part.stride +
+                                  (column - part.column);
+#pragma unroll 8
       for (int r = warp; r < rows; r += kSolveWarps) {
-        const double value = values[static_cast<std::int64_t>(r) * part.stride];
-        sum += value * Vec3d{y[r][0], y[r][1], y[r][2]};
+        const float value = values[static_cast<std::int64_t>(r) * part.stride];
+        sum += value * Vec3f{y[r][0], y[r][1], y[r][2]};
       }
     }
   }
@@ -173,104 +171,103 @@ __global__ void __launch_bounds__(kSolveThreads) columns_kernel(const __grid_con
     return;
   }
   Vec3d change{};
-  for (int g = 0; g < kSolveWarps; ++g) {
+  for (int g = 0; g < kSolveWarps && has; ++g) {
     change += Vec3d{of_warps[g][lane][0], of_warps[g][lane][1], of_warps[g][lane][2]};
   }
   if (has) {
     f.change[column] = with_w(change, 0.0);
   }
-  take_difference(f, f.memory[k % 2], static_cast<int>(blockIdx.x), column, has,
-                  has ? change : Vec3d{});
+  take_difference(f, f.memory[k % 2], static_cast<int>(blockIdx.x), column, has, change);
 }
 
-/// What an iteration decides: shares of differences that are taken off, the same in every block.
+/// The threads of a warp, each with a row.
+struct WarpInRows {
+  template <class Work>
+  __device__ void rows(int n, const Work& work) const {
+    const int lane = static_cast<int>(threadIdx.x) % 32;
+    __syncwarp();
+    if (lane < n) {
+      work(lane);
+    }
+    __syncwarp();
+  }
+};
+
+/// What an iteration decides, the same in every block.
 struct AndersonDecision {
   double dots[1 + 2 * AndersonMemory::kMost];
   double matrix[AndersonMemory::kMost * AndersonMemory::kMost];
-  double shares[AndersonMemory::kMost];
-  AndersonMemory next;
+  double shares[AndersonMemory::kMost];  ///< of differences, which are taken off
+  int count;
 };
 
-/// By one thread; `decision.dots` are there.
+/// By all threads of a block, from the dots of all tiles. The first block keeps in `to` what
+/// the next iteration asks for.
 __device__ inline void decide(const ProjectiveFrame& f, const AndersonMemory& memory,
-                              AndersonDecision& decision) {
+                              AndersonMemory& to, AndersonDecision& decision) {
+  const int thread = static_cast<int>(threadIdx.x);
+  const int lane = thread % 32;
   const AndersonPlan plan = anderson_plan(memory, f.window);
-  const double size = decision.dots[0];
-  AndersonMemory& next = decision.next;
-  bool first = memory.first != 0;
-  next.count = memory.count;
-  next.newest = memory.newest;
-  next.least = memory.least;
-  const bool usable = anderson_usable(size, f.unknowns);
-  if (!usable || (!first && anderson_grew(size, memory.least))) {
-    next.count = 0;
-    first = true;
+  const int n = plan.count;
+  const int tiles = f.inverse.tiles_count;
+  for (int e = thread; e < n * n; e += kSolveThreads) {
+    const bool fresh = e / n == plan.slot || e % n == plan.slot;
+    decision.matrix[e] = fresh ? 0 : memory.products[e / n][e % n];
   }
-  if (first) {
-    next.least = size;
-  } else {
-    next.least = size < memory.least ? size : memory.least;
-    next.newest = plan.slot;
-    next.count = plan.count;
-  }
-  next.first = usable ? 0 : 1;
-  const int n = next.count;
-  for (int a = 0; a < n; ++a) {
-    for (int b = 0; b < n; ++b) {
-      double product = memory.products[a][b];
-      if (!first && (a == plan.slot || b == plan.slot)) {
-        product = decision.dots[1 + (a == plan.slot ? b : a)];
-      }
-      next.products[a][b] = product;
-      decision.matrix[a * n + b] = product * (a == b ? kAndersonRidge : 1);
+  for (int d = thread / 32; d < 1 + 2 * n; d += kSolveWarps) {
+    const int index = d <= n ? d : d - n + f.window;
+    double sum = 0;
+#pragma unroll 4
+    for (int t = lane; t < tiles; t += 32) {
+      sum += f.dots[static_cast<std::int64_t>(index) * tiles + t];
     }
-    decision.shares[a] = decision.dots[1 + f.window + a];
+    sum = sum_in_warp(sum);
+    if (lane == 0) {
+      decision.dots[d] = sum;
+    }
   }
-  if (n > 0 && !solve_symmetric(decision.matrix, decision.shares, n)) {
-    next.count = 0;
+  __syncthreads();
+  const double size = decision.dots[0];
+  const bool usable = anderson_usable(size, f.unknowns);
+  const bool first = !plan.takes || !usable || anderson_grew(size, memory.least);
+  for (int e = thread; e < n * n; e += kSolveThreads) {
+    const int a = e / n;
+    const int b = e % n;
+    if (a == plan.slot || b == plan.slot) {
+      decision.matrix[e] = decision.dots[1 + (a == plan.slot ? b : a)];
+    }
+    if (blockIdx.x == 0) {
+      to.products[a][b] = decision.matrix[e];
+    }
+    decision.matrix[e] *= a == b ? kAndersonRidge : 1;
+  }
+  __syncthreads();
+  if (thread >= 32) {
+    return;
+  }
+  if (lane < n) {
+    decision.shares[lane] = decision.dots[1 + n + lane];
+  }
+  __syncwarp();
+  const bool solved = !first && solve_symmetric(decision.matrix, decision.shares, n, WarpInRows{});
+  if (lane == 0) {
+    decision.count = solved ? n : 0;
+    if (blockIdx.x == 0) {
+      to.least = first || size < memory.least ? size : memory.least;
+      to.count = decision.count;
+      to.newest = first ? memory.newest : plan.slot;
+      to.first = usable ? 0 : 1;
+    }
   }
 }
 
 /// The next iteration: what the change makes of this one, less shares of the differences.
-__global__ void __launch_bounds__(kSolveThreads) next_kernel(const __grid_constant__
-                                                                 ProjectiveFrame f,
-                                                             int k) {
+__global__ void __launch_bounds__(kSolveThreads)
+    next_kernel(const __grid_constant__ ProjectiveFrame f, int k) {
   __shared__ AndersonDecision decision;
-  const AndersonMemory& memory = f.memory[k % 2];
-  const int warp = static_cast<int>(threadIdx.x) / 32;
-  const int lane = static_cast<int>(threadIdx.x) % 32;
   if (f.window > 0) {
-    const int known = anderson_plan(memory, f.window).count;
-    const int tiles = f.inverse.tiles_count;
-    for (int d = warp; d < 1 + 2 * known; d += kSolveWarps) {
-      const int index = d <= known ? d : d - known + f.window;
-      double sum = 0;
-      for (int t = lane; t < tiles; t += 32) {
-        sum += f.dots[static_cast<std::int64_t>(index) * tiles + t];
-      }
-      sum = sum_in_warp(sum);
-      if (lane == 0) {
-        decision.dots[index] = sum;
-      }
-    }
+    decide(f, f.memory[k % 2], f.memory[(k + 1) % 2], decision);
     __syncthreads();
-    if (threadIdx.x == 0) {
-      decide(f, memory, decision);
-    }
-    __syncthreads();
-    if (blockIdx.x == 0) {
-      AndersonMemory& to = f.memory[(k + 1) % 2];
-      const int n = decision.next.count;
-      for (int e = static_cast<int>(threadIdx.x); e < n * n; e += kSolveThreads) {
-        to.products[e / n][e % n] = decision.next.products[e / n][e % n];
-      }
-      if (threadIdx.x == 0) {
-        to.least = decision.next.least;
-        to.count = n;
-        to.newest = decision.next.newest;
-        to.first = decision.next.first;
-      }
-    }
   }
   const int unknown = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
   if (unknown >= f.unknowns) {
@@ -281,7 +278,7 @@ __global__ void __launch_bounds__(kSolveThreads) next_kernel(const __grid_consta
   Vec3d v = xyz(f.v[i]) + change;
   f.last_change[unknown] = with_w(change, 0.0);
   f.last_next[unknown] = with_w(v, 0.0);
-  for (int d = 0; d < (f.window > 0 ? decision.next.count : 0); ++d) {
+  for (int d = 0; d < (f.window > 0 ? decision.count : 0); ++d) {
     v -= decision.shares[d] * xyz(f.of_next[static_cast<std::int64_t>(d) * f.unknowns + unknown]);
   }
   f.v[i] = with_w(v, 0.0);

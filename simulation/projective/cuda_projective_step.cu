@@ -95,7 +95,8 @@ __global__ void forces_kernel(const __grid_constant__ ProjectiveFrame f) {
     f.impulses[i] = with_w(impulse, 0.0);
     right += impulse;
   }
-  f.right[place] = with_w(right, 0.0);
+  f.right[place] = {static_cast<float>(right.x), static_cast<float>(right.y),
+                    static_cast<float>(right.z), 0.0f};
 }
 
 /// Particles go where the iterations have led them; tethers hold them.

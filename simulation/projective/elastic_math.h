@@ -1,18 +1,10 @@
 #pragma once
 
-#include <array>
 #include <cmath>
 
-#include "simulation/cloth/vec4.h"
+#include "simulation/projective/elastic_rows.h"
 
 namespace atelier {
-
-/// A row of the elastic energy (elastic_rows.h): a weighted sum of up to four particles.
-struct ElasticRow {
-  std::array<int, 4> particle{-1, -1, -1, -1};  ///< -1: none
-  std::array<double, 4> weight{};               ///< the row's coefficients
-  double stiffness = 0;                         ///< k in the constant matrix
-};
 
 /// What a row is where particles are at `x`.
 ATELIER_HOST_DEVICE inline Vec3d row_value(const ElasticRow& row, const Vec4<double>* x) {

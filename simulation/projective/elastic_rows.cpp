@@ -89,6 +89,50 @@ void index_rows_by_particle(ElasticRows& out) {
   }
 }
 
+/// What a row is where particles are at `x`.
+Vec3d row_value(const ElasticRow& row, const std::vector<Vec4<double>>& x) {
+  Vec3d sum = row.weight[0] * xyz(x[row.particle[0]]) + row.weight[1] * xyz(x[row.particle[1]]);
+  for (int k = 2; k < 4; ++k) {
+    if (row.particle[k] >= 0) {
+      sum += row.weight[k] * xyz(x[row.particle[k]]);
+    }
+  }
+  return sum;
+}
+
+/// What a rest angle of `bend` makes of the row of a hinge: along the mean normal of its triangles.
+Vec3d bent_rest(const ElasticRow& row, double bend, const std::vector<Vec4<double>>& x) {
+  const Vec3d p0 = xyz(x[row.particle[0]]);
+  const Vec3d edge = xyz(x[row.particle[1]]) - p0;
+  const Vec3d left = cross(edge, xyz(x[row.particle[2]]) - p0);
+  const Vec3d right = cross(xyz(x[row.particle[3]]) - p0, edge);
+  const double size_left = norm(left);
+  const double size_right = norm(right);
+  if (!(size_left > 0) || !(size_right > 0)) {
+    return {};
+  }
+  const Vec3d normal = (1 / size_left) * left + (1 / size_right) * right;
+  const double size = norm(normal);
+  return size > 1e-12 ? (-bend / size) * normal : Vec3d{};
+}
+
+/// Forces of the two rows of a triangle: warp and weft as springs of rest length 1, and shear of
+/// energy 1/2 shear cos^2 of the angle between the yarns.
+void yarn_forces(const std::array<double, 3>& moduli, Vec3d fu, Vec3d fv, Vec3d& on_u,
+                 Vec3d& on_v) {
+  const double lu = norm(fu);
+  const double lv = norm(fv);
+  if (!(lu > 1e-12) || !(lv > 1e-12)) {
+    on_u = on_v = {};
+    return;
+  }
+  const Vec3d u = (1 / lu) * fu;
+  const Vec3d v = (1 / lv) * fv;
+  const double cosine = dot(u, v);
+  on_u = -(moduli[0] * (lu - 1)) * u - (moduli[2] * cosine / lu) * (v - cosine * u);
+  on_v = -(moduli[1] * (lv - 1)) * v - (moduli[2] * cosine / lv) * (u - cosine * v);
+}
+
 }  // namespace
 
 ElasticRows make_elastic_rows(const Cloth& cloth, const std::vector<int>& internal) {
@@ -140,32 +184,44 @@ void elastic_forces(const ElasticRows& rows, const std::vector<Vec4<double>>& x,
                     const std::vector<Vec4<double>>& v, std::vector<Vec4<double>>& of_rows,
                     std::vector<Vec4<double>>& force) {
   const double damping = rows.damping;
+  const auto damped = [&](const ElasticRow& row, Vec3d value, Vec3d pull) {
+    if (!(damping > 0)) {
+      return pull;
+    }
+    const double squared = squared_norm(value);
+    const double rate = squared > 0 ? dot(row_value(row, v), value) / squared : 0;
+    return pull - (damping * row.stiffness * rate) * value;
+  };
   parallel_for(rows.bend_begin, kRowGrain, [&](Index begin, Index end) {
     for (Index r = begin; r < end; ++r) {
-      of_rows[r] = with_w(
-          spring_force(rows.rows[r], rows.spring_rest[r], damping, x.data(), v.data()), 0.0);
+      const ElasticRow& row = rows.rows[r];
+      const Vec3d d = xyz(x[row.particle[0]]) - xyz(x[row.particle[1]]);
+      const double length = norm(d);
+      const double share = length > 1e-12 ? rows.spring_rest[r] / length - 1 : 0;
+      of_rows[r] = with_w(damped(row, d, (row.stiffness * share) * d), 0.0);
     }
   });
   parallel_for(rows.yarn_begin - rows.bend_begin, kRowGrain, [&](Index begin, Index end) {
     for (Index k = begin; k < end; ++k) {
       const Index r = rows.bend_begin + k;
-      of_rows[r] =
-          with_w(bend_force(rows.rows[r], rows.bend_rest[k], damping, x.data(), v.data()), 0.0);
+      const ElasticRow& row = rows.rows[r];
+      const Vec3d d = row_value(row, x);
+      const double bend = rows.bend_rest[k];
+      const Vec3d rest = bend != 0 ? bent_rest(row, bend, x) : Vec3d{};
+      of_rows[r] = with_w(damped(row, d, row.stiffness * (rest - d)), 0.0);
     }
   });
   const Index triangles = static_cast<Index>(rows.yarn_moduli.size());
   parallel_for(triangles, kRowGrain, [&](Index begin, Index end) {
     for (Index t = begin; t < end; ++t) {
       const Index r = rows.yarn_begin + 2 * t;
-      const ElasticRow& along_u = rows.rows[r];
-      const ElasticRow& along_v = rows.rows[r + 1];
-      const Vec3d fu = row_value(along_u, x.data());
-      const Vec3d fv = row_value(along_v, x.data());
+      const Vec3d fu = row_value(rows.rows[r], x);
+      const Vec3d fv = row_value(rows.rows[r + 1], x);
       Vec3d on_u;
       Vec3d on_v;
       yarn_forces(rows.yarn_moduli[t], fu, fv, on_u, on_v);
-      of_rows[r] = with_w(damped_pull(along_u, fu, on_u, damping, v.data()), 0.0);
-      of_rows[r + 1] = with_w(damped_pull(along_v, fv, on_v, damping, v.data()), 0.0);
+      of_rows[r] = with_w(damped(rows.rows[r], fu, on_u), 0.0);
+      of_rows[r + 1] = with_w(damped(rows.rows[r + 1], fv, on_v), 0.0);
     }
   });
   parallel_for(rows.count, kRowGrain, [&](Index begin, Index end) {

@@ -6,7 +6,6 @@
 
 #include "simulation/cloth/cloth.h"
 #include "simulation/cloth/vec4.h"
-#include "simulation/projective/elastic_math.h"
 
 namespace atelier {
 
@@ -25,6 +24,12 @@ namespace atelier {
 ///
 /// Projection and gradient agree: k (p - a x) is the force of the row. So energies and equilibria
 /// are those of XPBD's springs and triangles, and of its hinges up to the third power of the angle.
+struct ElasticRow {
+  std::array<int, 4> particle{-1, -1, -1, -1};  ///< -1: none
+  std::array<double, 4> weight{};               ///< the row's coefficients
+  double stiffness = 0;                         ///< k in the constant matrix
+};
+
 struct ElasticRows {
   int count = 0;                    ///< particles
   std::vector<ElasticRow> rows;     ///< springs, then bends, then two of each triangle

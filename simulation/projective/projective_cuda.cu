@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/device.h"
 #include "core/error.h"
@@ -125,7 +126,8 @@ class FrameReplay {
 /// W on the device.
 class DeviceInverse {
  public:
-  explicit DeviceInverse(const InverseFactor& factor) : values_(factor.values()) {
+  explicit DeviceInverse(const InverseFactor& factor)
+      : values_(std::vector<float>(factor.values().begin(), factor.values().end())) {
     std::vector<RowsItem> items;
     std::vector<ColumnsTile> tiles;
     std::vector<PathPart> paths;
@@ -185,7 +187,7 @@ class DeviceInverse {
     }
   }
 
-  CudaBuffer<double> values_;
+  CudaBuffer<float> values_;
   CudaBuffer<RowsItem> items_;
   CudaBuffer<ColumnsTile> tiles_;
   CudaBuffer<PathPart> paths_;
@@ -296,7 +298,8 @@ struct MovingProjective {
   CudaBuffer<Lane> x, velocity, frame_start, frame_velocity, origin, start, wish, v, at, impulses,
       target, air;
   CudaBuffer<VelocityBound> bounds;
-  CudaBuffer<Lane> right, partial, change, last_change, last_next, of_change, of_next;
+  CudaBuffer<Vec4<float>> right, partial;
+  CudaBuffer<Lane> change, last_change, last_next, of_change, of_next;
   CudaBuffer<double> dots;
   CudaBuffer<AndersonMemory> memory;
   CudaBuffer<int> touched, touch_counts, touch_items;

@@ -10,8 +10,9 @@
 namespace atelier {
 
 /// Projective dynamics with dry frictional contact (projective.h) on a CUDA device, the twin of
-/// ProjectiveSolver: in double precision, with a solution by the inverse of the factor
-/// (inverse_factor.h), so that figures differ by rounding. Repeats give the same bits.
+/// ProjectiveSolver: in double precision, but for the solution of an iteration, by the inverse of the
+/// factor (inverse_factor.h) in float; the next iteration mends what it rounds. Repeats give the same
+/// bits.
 class ProjectiveCudaSolver {
  public:
   /// Throws as ProjectiveSolver; EnvironmentError where there is no CUDA or its memory runs out.
