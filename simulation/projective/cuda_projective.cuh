@@ -34,18 +34,19 @@ struct RowsItem {
   int chunk;  ///< the how manieth of its rows
 };
 
-/// W^T times a vector: up to 32 columns of a part, and rows of the part and of those around it.
+/// W^T times a vector: 32 columns from a multiple of 32 on, whichever parts they are of, and every row
+/// that has numbers in them.
 constexpr int kColumnsATile = 32;
 struct ColumnsTile {
   int column, columns;
-  int path_begin, path_end;
+  int rows_begin, rows_end;
 };
-struct PathPart {
-  std::int64_t offset;  ///< of the first row
-  int stride;
-  int column;  ///< of the first number
-  int row, rows;
-  int chunks;  ///< into which the products of its rows are cut
+/// A row in a tile of columns.
+struct TileRow {
+  int row;
+  int quad;  ///< its first four numbers in the tile, of all fours in W
+  unsigned char low, high;  ///< which fours of the tile it has
+  unsigned short chunks;    ///< into which its products are cut
 };
 
 /// W on the device and how its products are shared out.
@@ -54,9 +55,9 @@ struct InverseView {
   const RowsItem* items;  ///< the longest first
   int long_items;         ///< of which each has a block; the others have a warp
   int items_count;
-  const ColumnsTile* tiles;
+  const ColumnsTile* tiles;  ///< those of the most rows first
   int tiles_count;
-  const PathPart* paths;
+  const TileRow* tile_rows;
 };
 
 /// The elastic rows (elastic_rows.h).

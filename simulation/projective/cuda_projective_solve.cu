@@ -1,5 +1,6 @@
 #include "simulation/projective/anderson_math.h"
 #include "simulation/projective/cuda_projective.cuh"
+#include "simulation/xpbd/cuda_barrier.cuh"
 #include "simulation/xpbd/cuda_boxes.cuh"
 
 namespace atelier {
@@ -16,6 +17,27 @@ __device__ inline T sum_in_warp(T value) {
     value += __shfl_xor_sync(kWholeWarp, value, step);
   }
   return value;
+}
+
+/// Adds up `kCount` sums over the threads of a warp, each of which ends with one of them, whose number
+/// is added to `index`; half of what a thread still has goes to a partner in each step. 24 sums are
+/// with the threads whose number does not end with the bits 11.
+template <int kCount, int kStep = 16>
+__device__ inline float share_sums(float* sum, int lane, int& index) {
+  if constexpr (kStep == 0) {
+    return sum[0];
+  } else {
+    constexpr int kHalf = (kCount + 1) / 2;
+    const bool upper = (lane & kStep) != 0;
+#pragma unroll
+    for (int d = 0; d < kHalf; ++d) {
+      const float high = d + kHalf < kCount ? sum[d + kHalf] : 0.0f;
+      const float sent = upper ? sum[d] : high;
+      sum[d] = (upper ? high : sum[d]) + __shfl_xor_sync(kWholeWarp, sent, kStep);
+    }
+    index += upper ? kHalf : 0;
+    return share_sums<kHalf, kStep / 2>(sum, lane, index);
+  }
 }
 
 /// Adds to `sum` what four columns of a row do.
@@ -51,27 +73,25 @@ __global__ void __launch_bounds__(kSolveThreads)
       add_products(*reinterpret_cast<const Vec4<float>*>(values + row + c), b, sum + 3 * r);
     }
   }
-  float own = 0;  // what thread d of the warp takes: sum d
-#pragma unroll
-  for (int d = 0; d < kSums; ++d) {
-    const float all = sum_in_warp(sum[d]);
-    own = lane == d ? all : own;
-  }
+  static_assert(kSums == 24);
+  int index = 0;
+  float own = share_sums<kSums>(sum, lane, index);
+  bool holds = lane % 4 != 3;
   if (by_block) {
-    if (lane < kSums) {
-      of_warps[warp][lane] = own;
+    if (holds) {
+      of_warps[warp][index] = own;
     }
     __syncthreads();
-    if (warp == 0 && lane < kSums) {
-      own = 0;
-      for (int k = 0; k < kSolveWarps; ++k) {
-        own += of_warps[k][lane];
-      }
+    index = lane;
+    holds = warp == 0 && lane < kSums;
+    own = 0;
+    for (int k = 0; k < kSolveWarps && holds; ++k) {
+      own += of_warps[k][index];
     }
   }
-  if ((!by_block || warp == 0) && lane < 3 * item.rows) {
+  if (holds && index < 3 * item.rows) {
     Vec4<float>* const to = f.partial + static_cast<std::int64_t>(item.chunk) * f.unknowns + item.row;
-    (&to[lane / 3].x)[lane % 3] = own;
+    (&to[index / 3].x)[index % 3] = own;
   }
 }
 
@@ -89,34 +109,57 @@ __device__ inline AndersonPlan anderson_plan(const AndersonMemory& memory, int w
           min(memory.count + 1, window)};
 }
 
-/// The difference of one unknown to the last iteration, and products of it and the change with
-/// those of iterations before, of a warp's unknowns. All of the warp's threads come here; `has`: it
-/// has an unknown.
-__device__ inline void take_difference(const ProjectiveFrame& f, const AndersonMemory& memory,
-                                       int tile, int unknown, bool has, Vec3d change) {
+/// The change of an unknown, which every warp of a block has, and what it needs of iterations before;
+/// read before the change is known.
+struct TileMemory {
+  AndersonPlan plan;
+  Vec3d last_change;
+  Vec3d of_change;  ///< the difference of the warp's number
+};
+__device__ inline TileMemory tile_memory(const ProjectiveFrame& f, const AndersonMemory& memory,
+                                         int unknown, bool has) {
+  const int warp = static_cast<int>(threadIdx.x) / 32;
+  TileMemory out{anderson_plan(memory, f.window), {}, {}};
+  if (out.plan.takes && has) {
+    out.last_change = xyz(f.last_change[unknown]);
+    if (warp < out.plan.count && warp != out.plan.slot) {
+      out.of_change = xyz(f.of_change[static_cast<std::int64_t>(warp) * f.unknowns + unknown]);
+    }
+  }
+  return out;
+}
+
+/// The difference of an unknown to the last iteration, and products of it and the change with those
+/// of iterations before, over a tile: a warp has all of its unknowns and some of the products.
+__device__ inline void take_difference(const ProjectiveFrame& f, const TileMemory& memory,
+                                       int unknown, bool has, Vec3d change) {
+  const int warp = static_cast<int>(threadIdx.x) / 32;
   const int lane = static_cast<int>(threadIdx.x) % 32;
   const auto note = [&](int dot_index, double value) {
     const double all = sum_in_warp(has ? value : 0.0);
     if (lane == 0) {
-      f.dots[static_cast<std::int64_t>(dot_index) * f.inverse.tiles_count + tile] = all;
+      f.dots[static_cast<std::int64_t>(dot_index) * f.inverse.tiles_count + blockIdx.x] = all;
     }
   };
-  note(0, squared_norm(change));
-  const AndersonPlan plan = anderson_plan(memory, f.window);
-  if (!plan.takes) {
-    return;
+  const AndersonPlan plan = memory.plan;
+  const Vec3d difference = change - memory.last_change;
+  if (warp == kSolveWarps - 1) {
+    note(0, squared_norm(change));
+    if (has) {
+      f.change[unknown] = with_w(change, 0.0);
+    }
+    if (has && plan.takes) {
+      const Vec3d next = xyz(f.v[f.particle[unknown]]) + change;
+      const std::int64_t to = static_cast<std::int64_t>(plan.slot) * f.unknowns + unknown;
+      f.of_change[to] = with_w(difference, 0.0);
+      f.of_next[to] = with_w(next - xyz(f.last_next[unknown]), 0.0);
+    }
   }
-  Vec3d difference{};
-  if (has) {
-    difference = change - xyz(f.last_change[unknown]);
-    const Vec3d next = xyz(f.v[f.particle[unknown]]) + change;
-    const std::int64_t to = static_cast<std::int64_t>(plan.slot) * f.unknowns + unknown;
-    f.of_change[to] = with_w(difference, 0.0);
-    f.of_next[to] = with_w(next - xyz(f.last_next[unknown]), 0.0);
-  }
-  for (int k = 0; k < plan.count; ++k) {
-    Vec3d other = difference;
-    if (has && k != plan.slot) {
+  for (int k = warp; k < plan.count; k += kSolveWarps) {
+    Vec3d other = memory.of_change;
+    if (k == plan.slot) {
+      other = difference;
+    } else if (k != warp && has) {
       other = xyz(f.of_change[static_cast<std::int64_t>(k) * f.unknowns + unknown]);
     }
     note(1 + k, dot(difference, other));
@@ -124,60 +167,102 @@ __device__ inline void take_difference(const ProjectiveFrame& f, const AndersonM
   }
 }
 
-/// W^T times that: the change of the velocities. A block has a tile of columns, whose rows its warps
-/// share.
-__global__ void __launch_bounds__(kSolveThreads)
+/// Rows of a tile that a block holds at once; eight threads take one, four columns each.
+constexpr int kRowsAtOnce = 1024;
+constexpr int kQuads = kColumnsATile / 4;
+constexpr int kRowsAStep = kSolveThreads / kQuads;
+constexpr int kSteps = 4;  ///< whose numbers are read together
+
+/// What a row of a tile is multiplied by, and where it lies.
+struct alignas(16) RowInHand {
+  float x, y, z;
+  int quad;
+};
+
+/// W^T times that: the change of the velocities. A block has a tile of columns; its rows, one list
+/// for all parts, are shared out among the threads, who wait for memory together.
+__global__ void __launch_bounds__(kSolveThreads, 3)
     columns_kernel(const __grid_constant__ ProjectiveFrame f, int k) {
-  __shared__ float y[kSolveThreads][3];
+  __shared__ RowInHand in_hand[kRowsAtOnce];
+  __shared__ uchar2 quads_of[kRowsAtOnce];
   __shared__ float of_warps[kSolveWarps][kColumnsATile][3];
+  __shared__ double changes[kColumnsATile][3];
   const InverseView& w = f.inverse;
   const ColumnsTile tile = w.tiles[blockIdx.x];
   const int thread = static_cast<int>(threadIdx.x);
   const int warp = thread / 32;
   const int lane = thread % 32;
+  const int quad = thread % kQuads;
   const bool has = lane < tile.columns;
-  const int column = tile.column + (has ? lane : 0);
-  Vec3f sum{};
-  for (int p = tile.path_begin; p < tile.path_end; ++p) {
-    const PathPart part = w.paths[p];
-    for (int first = 0; first < part.rows; first += kSolveThreads) {
-      const int rows = min(part.rows - first, kSolveThreads);
-      __syncthreads();
-      if (thread < rows) {
+  const int unknown = tile.column + (has ? lane : 0);
+  const TileMemory memory = tile_memory(f, f.memory[k % 2], unknown, has);
+  const Vec4<float>* const values = reinterpret_cast<const Vec4<float>*>(w.values) + quad;
+  float sum[12] = {};  // [axis][column]
+  for (int first = tile.rows_begin; first < tile.rows_end; first += kRowsAtOnce) {
+    const int rows = min(tile.rows_end - first, kRowsAtOnce);
+    constexpr int kRound = kRowsAStep * kSteps;
+    const int filled = (rows + kRound - 1) / kRound * kRound;
+    __syncthreads();
+    for (int r = thread; r < filled; r += kSolveThreads) {
+      RowInHand row{0, 0, 0, 0};
+      uchar2 quads = make_uchar2(0, 0);
+      if (r < rows) {
+        const TileRow of = w.tile_rows[first + r];
         Vec3f all{};
-        for (int c = 0; c < part.chunks; ++c) {
-          all += xyz(f.partial[static_cast<std::int64_t>(c) * f.unknowns + part.row + first + thread]);
+        for (int c = 0; c < of.chunks; ++c) {
+          all += xyz(f.partial[static_cast<std::int64_t>(c) * f.unknowns + of.row]);
         }
-        y[thread][0] = all.x;
-        y[thread][1] = all.y;
-        y[thread][2] = all.z;
+        row = {all.x, all.y, all.z, of.quad};
+        quads = make_uchar2(of.low, of.high);
       }
-      __syncthreads();
-      const float* const values = w.values + part.offset +
-                                  static_cast<std::int64_t>(first) * part.stride +
-                                  (column - part.column);
-#pragma unroll 8
-      for (int r = warp; r < rows; r += kSolveWarps) {
-        const float value = values[static_cast<std::int64_t>(r) * part.stride];
-        sum += value * Vec3f{y[r][0], y[r][1], y[r][2]};
+      in_hand[r] = row;
+      quads_of[r] = quads;
+    }
+    __syncthreads();
+    for (int r = thread / kQuads; r < filled; r += kRound) {
+      Vec4<float> value[kSteps];
+#pragma unroll
+      for (int step = 0; step < kSteps; ++step) {
+        const uchar2 quads = quads_of[r + step * kRowsAStep];
+        value[step] = Vec4<float>{};
+        if (quad >= quads.x && quad < quads.y) {
+          value[step] = load_shared_cache(values + in_hand[r + step * kRowsAStep].quad);
+        }
+      }
+#pragma unroll
+      for (int step = 0; step < kSteps; ++step) {
+        const RowInHand row = in_hand[r + step * kRowsAStep];
+        const Vec4<float> v = value[step];
+        const float y[3] = {row.x, row.y, row.z};
+#pragma unroll
+        for (int axis = 0; axis < 3; ++axis) {
+          sum[4 * axis] += v.x * y[axis];
+          sum[4 * axis + 1] += v.y * y[axis];
+          sum[4 * axis + 2] += v.z * y[axis];
+          sum[4 * axis + 3] += v.w * y[axis];
+        }
       }
     }
   }
-  of_warps[warp][lane][0] = sum.x;
-  of_warps[warp][lane][1] = sum.y;
-  of_warps[warp][lane][2] = sum.z;
+#pragma unroll
+  for (int d = 0; d < 12; ++d) {
+    sum[d] += __shfl_xor_sync(kWholeWarp, sum[d], kQuads);
+    sum[d] += __shfl_xor_sync(kWholeWarp, sum[d], 2 * kQuads);
+    if (lane < kQuads) {
+      of_warps[warp][4 * quad + d % 4][d / 4] = sum[d];
+    }
+  }
   __syncthreads();
-  if (warp != 0) {
-    return;
+  if (thread < 3 * kColumnsATile) {
+    double all = 0;
+    for (int g = 0; g < kSolveWarps; ++g) {
+      all += of_warps[g][thread / 3][thread % 3];
+    }
+    changes[thread / 3][thread % 3] = all;
   }
-  Vec3d change{};
-  for (int g = 0; g < kSolveWarps && has; ++g) {
-    change += Vec3d{of_warps[g][lane][0], of_warps[g][lane][1], of_warps[g][lane][2]};
-  }
-  if (has) {
-    f.change[column] = with_w(change, 0.0);
-  }
-  take_difference(f, f.memory[k % 2], static_cast<int>(blockIdx.x), column, has, change);
+  __syncthreads();
+  take_difference(f, memory, unknown, has,
+                  {changes[lane][0], changes[lane][1], changes[lane][2]});
 }
 
 /// The threads of a warp, each with a row.
@@ -192,6 +277,11 @@ struct WarpInRows {
     __syncwarp();
   }
 };
+
+/// Small blocks: there are few unknowns, and each multiprocessor reads some of them.
+constexpr int kNextThreads = 128;
+constexpr int kNextWarps = kNextThreads / 32;
+constexpr int kAhead = 5;  ///< differences that are read before it is known what is taken of them
 
 /// What an iteration decides, the same in every block.
 struct AndersonDecision {
@@ -210,27 +300,37 @@ __device__ inline void decide(const ProjectiveFrame& f, const AndersonMemory& me
   const AndersonPlan plan = anderson_plan(memory, f.window);
   const int n = plan.count;
   const int tiles = f.inverse.tiles_count;
-  for (int e = thread; e < n * n; e += kSolveThreads) {
+  for (int e = thread; e < n * n; e += kNextThreads) {
     const bool fresh = e / n == plan.slot || e % n == plan.slot;
     decision.matrix[e] = fresh ? 0 : memory.products[e / n][e % n];
   }
-  for (int d = thread / 32; d < 1 + 2 * n; d += kSolveWarps) {
-    const int index = d <= n ? d : d - n + f.window;
-    double sum = 0;
-#pragma unroll 4
+  constexpr int kTogether = 3;  // sums whose numbers a warp reads together
+  for (int first = thread / 32; first < 1 + 2 * n; first += kTogether * kNextWarps) {
+    double sum[kTogether] = {};
+#pragma unroll 5
     for (int t = lane; t < tiles; t += 32) {
-      sum += f.dots[static_cast<std::int64_t>(index) * tiles + t];
+#pragma unroll
+      for (int j = 0; j < kTogether; ++j) {
+        const int d = first + j * kNextWarps;
+        if (d < 1 + 2 * n) {
+          const int index = d <= n ? d : d - n + f.window;
+          sum[j] += f.dots[static_cast<std::int64_t>(index) * tiles + t];
+        }
+      }
     }
-    sum = sum_in_warp(sum);
-    if (lane == 0) {
-      decision.dots[d] = sum;
+#pragma unroll
+    for (int j = 0; j < kTogether; ++j) {
+      const double all = sum_in_warp(sum[j]);
+      if (lane == 0 && first + j * kNextWarps < 1 + 2 * n) {
+        decision.dots[first + j * kNextWarps] = all;
+      }
     }
   }
   __syncthreads();
   const double size = decision.dots[0];
   const bool usable = anderson_usable(size, f.unknowns);
   const bool first = !plan.takes || !usable || anderson_grew(size, memory.least);
-  for (int e = thread; e < n * n; e += kSolveThreads) {
+  for (int e = thread; e < n * n; e += kNextThreads) {
     const int a = e / n;
     const int b = e % n;
     if (a == plan.slot || b == plan.slot) {
@@ -262,27 +362,53 @@ __device__ inline void decide(const ProjectiveFrame& f, const AndersonMemory& me
 }
 
 /// The next iteration: what the change makes of this one, less shares of the differences.
-__global__ void __launch_bounds__(kSolveThreads)
+__global__ void __launch_bounds__(kNextThreads)
     next_kernel(const __grid_constant__ ProjectiveFrame f, int k) {
   __shared__ AndersonDecision decision;
+  const int unknown = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
+  const bool has = unknown < f.unknowns;
+  const int known = anderson_plan(f.memory[k % 2], f.window).count;
+  const auto of_next = [&](int d) {
+    return xyz(f.of_next[static_cast<std::int64_t>(d) * f.unknowns + unknown]);
+  };
+  int i = 0;
+  Vec3d x{};
+  Vec3d v{};
+  Vec3d ahead[kAhead] = {};
+  if (has) {
+    i = f.particle[unknown];
+    const Vec3d change = xyz(f.change[unknown]);
+#pragma unroll
+    for (int d = 0; d < kAhead; ++d) {
+      if (d < known) {
+        ahead[d] = of_next(d);
+      }
+    }
+    x = xyz(f.x[i]);
+    v = xyz(f.v[i]) + change;
+    f.last_change[unknown] = with_w(change, 0.0);
+    f.last_next[unknown] = with_w(v, 0.0);
+  }
+  int count = 0;
   if (f.window > 0) {
     decide(f, f.memory[k % 2], f.memory[(k + 1) % 2], decision);
     __syncthreads();
+    count = decision.count;
   }
-  const int unknown = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
-  if (unknown >= f.unknowns) {
+  if (!has) {
     return;
   }
-  const int i = f.particle[unknown];
-  const Vec3d change = xyz(f.change[unknown]);
-  Vec3d v = xyz(f.v[i]) + change;
-  f.last_change[unknown] = with_w(change, 0.0);
-  f.last_next[unknown] = with_w(v, 0.0);
-  for (int d = 0; d < (f.window > 0 ? decision.count : 0); ++d) {
-    v -= decision.shares[d] * xyz(f.of_next[static_cast<std::int64_t>(d) * f.unknowns + unknown]);
+#pragma unroll
+  for (int d = 0; d < kAhead; ++d) {
+    if (d < count) {
+      v -= decision.shares[d] * ahead[d];
+    }
+  }
+  for (int d = kAhead; d < count; ++d) {
+    v -= decision.shares[d] * of_next(d);
   }
   f.v[i] = with_w(v, 0.0);
-  f.at[i] = with_w(xyz(f.x[i]) + f.h * v, 0.0);
+  f.at[i] = with_w(x + f.h * v, 0.0);
 }
 
 }  // namespace
@@ -302,7 +428,7 @@ void launch_projective_columns(const ProjectiveFrame& frame, int k, cudaStream_t
 }
 
 void launch_projective_next(const ProjectiveFrame& frame, int k, cudaStream_t stream) {
-  next_kernel<<<cuda_blocks(frame.unknowns, kSolveThreads), kSolveThreads, 0, stream>>>(frame, k);
+  next_kernel<<<cuda_blocks(frame.unknowns, kNextThreads), kNextThreads, 0, stream>>>(frame, k);
   ATELIER_CUDA_LAUNCHED(next_kernel);
 }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -129,26 +130,15 @@ class DeviceInverse {
   explicit DeviceInverse(const InverseFactor& factor)
       : values_(std::vector<float>(factor.values().begin(), factor.values().end())) {
     std::vector<RowsItem> items;
-    std::vector<ColumnsTile> tiles;
-    std::vector<PathPart> paths;
-    const std::vector<InverseFactor::Part>& parts = factor.parts();
-    for (std::size_t p = 0; p < parts.size(); ++p) {
-      const InverseFactor::Part& part = parts[p];
+    std::vector<TileRow> rows;
+    for (const InverseFactor::Part& part : factor.parts()) {
       add_rows(part, items);
-      const int path_begin = static_cast<int>(paths.size());
-      for (int q = static_cast<int>(p); q >= 0 && part.begin < part.end; q = parts[q].parent) {
-        const InverseFactor::Part& on_path = parts[q];
-        if (on_path.begin < on_path.end) {
-          paths.push_back({on_path.offset, on_path.stride, on_path.column, on_path.begin,
-                           on_path.end - on_path.begin, chunks_of(on_path)});
-        }
-      }
-      for (int column = part.begin; column < part.end; column += kColumnsATile) {
-        tiles.push_back({column, std::min(kColumnsATile, part.end - column), path_begin,
-                         static_cast<int>(paths.size())});
-      }
       chunks_ = std::max(chunks_, part.begin < part.end ? chunks_of(part) : 0);
     }
+    std::vector<ColumnsTile> tiles = tiles_of(factor, rows);
+    std::stable_sort(tiles.begin(), tiles.end(), [](const ColumnsTile& a, const ColumnsTile& b) {
+      return a.rows_end - a.rows_begin > b.rows_end - b.rows_begin;
+    });
     std::stable_sort(items.begin(), items.end(), [](const RowsItem& a, const RowsItem& b) {
       return a.columns * a.rows > b.columns * b.rows;
     });
@@ -158,14 +148,14 @@ class DeviceInverse {
     long_items_ = static_cast<int>(short_begin - items.begin());
     items_ = CudaBuffer<RowsItem>(items);
     tiles_ = CudaBuffer<ColumnsTile>(tiles);
-    paths_ = CudaBuffer<PathPart>(paths);
+    tile_rows_ = CudaBuffer<TileRow>(rows);
   }
 
   InverseView view() const {
     return {values_.data(), items_.data(),
             long_items_,    static_cast<int>(items_.size()),
             tiles_.data(),  static_cast<int>(tiles_.size()),
-            paths_.data()};
+            tile_rows_.data()};
   }
   /// Into which the products of a row are cut at most.
   int chunks() const { return chunks_; }
@@ -187,10 +177,47 @@ class DeviceInverse {
     }
   }
 
+  static std::vector<ColumnsTile> tiles_of(const InverseFactor& factor, std::vector<TileRow>& rows) {
+    const std::vector<InverseFactor::Part>& parts = factor.parts();
+    std::vector<int> part_of(static_cast<std::size_t>(factor.size()));
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+      std::fill(part_of.begin() + parts[p].begin, part_of.begin() + parts[p].end,
+                static_cast<int>(p));
+    }
+    std::vector<ColumnsTile> tiles;
+    for (int column = 0; column < factor.size(); column += kColumnsATile) {
+      const int end = std::min(column + kColumnsATile, factor.size());
+      std::set<int> with_rows;  // parts of these columns, and those around them
+      for (int c = column; c < end; ++c) {
+        for (int p = part_of[c]; p >= 0 && with_rows.insert(p).second; p = parts[p].parent) {
+        }
+      }
+      const int rows_begin = static_cast<int>(rows.size());
+      for (int p : with_rows) {
+        add_tile_rows(parts[p], column, rows);
+      }
+      tiles.push_back({column, end - column, rows_begin, static_cast<int>(rows.size())});
+    }
+    return tiles;
+  }
+
+  static void add_tile_rows(const InverseFactor::Part& part, int column,
+                            std::vector<TileRow>& rows) {
+    const int low = std::max(0, part.column - column) / 4;
+    const int high = std::min(kColumnsATile, part.column + part.stride - column) / 4;
+    for (int row = std::max(part.begin, column); row < part.end; ++row) {
+      const std::int64_t quad = (part.row(row) + (column - part.column)) / 4;
+      ATELIER_CHECK(quad <= std::numeric_limits<int>::max(), "a factor of less than 32 GB");
+      rows.push_back({row, static_cast<int>(quad), static_cast<unsigned char>(low),
+                      static_cast<unsigned char>(high),
+                      static_cast<unsigned short>(chunks_of(part))});
+    }
+  }
+
   CudaBuffer<float> values_;
   CudaBuffer<RowsItem> items_;
   CudaBuffer<ColumnsTile> tiles_;
-  CudaBuffer<PathPart> paths_;
+  CudaBuffer<TileRow> tile_rows_;
   int long_items_ = 0;
   int chunks_ = 0;
 };
