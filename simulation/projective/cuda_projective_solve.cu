@@ -1,4 +1,5 @@
 #include "simulation/projective/anderson_math.h"
+#include "simulation/projective/cuda_chain.cuh"
 #include "simulation/projective/cuda_projective.cuh"
 #include "simulation/xpbd/cuda_barrier.cuh"
 #include "simulation/xpbd/cuda_boxes.cuh"
@@ -61,6 +62,7 @@ __global__ void __launch_bounds__(kSolveThreads)
     return;
   }
   const RowsItem item = w.items[at];
+  wait_for_kernels_before();
   const float* const values = w.values + item.offset;
   const Vec4<float>* const right = f.right + item.column;
   float sum[kSums] = {};
@@ -195,6 +197,7 @@ __global__ void __launch_bounds__(kSolveThreads, 3)
   const int quad = thread % kQuads;
   const bool has = lane < tile.columns;
   const int unknown = tile.column + (has ? lane : 0);
+  wait_for_kernels_before();
   const TileMemory memory = tile_memory(f, f.memory[k % 2], unknown, has);
   const Vec4<float>* const values = reinterpret_cast<const Vec4<float>*>(w.values) + quad;
   float sum[12] = {};  // [axis][column]
@@ -367,16 +370,16 @@ __global__ void __launch_bounds__(kNextThreads)
   __shared__ AndersonDecision decision;
   const int unknown = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
   const bool has = unknown < f.unknowns;
+  const int i = has ? f.particle[unknown] : 0;
+  wait_for_kernels_before();
   const int known = anderson_plan(f.memory[k % 2], f.window).count;
   const auto of_next = [&](int d) {
     return xyz(f.of_next[static_cast<std::int64_t>(d) * f.unknowns + unknown]);
   };
-  int i = 0;
   Vec3d x{};
   Vec3d v{};
   Vec3d ahead[kAhead] = {};
   if (has) {
-    i = f.particle[unknown];
     const Vec3d change = xyz(f.change[unknown]);
 #pragma unroll
     for (int d = 0; d < kAhead; ++d) {
@@ -417,19 +420,17 @@ void launch_projective_rows(const ProjectiveFrame& frame, cudaStream_t stream) {
   const int short_items = frame.inverse.items_count - frame.inverse.long_items;
   const unsigned blocks =
       static_cast<unsigned>(frame.inverse.long_items) + cuda_blocks(short_items, kSolveWarps);
-  rows_kernel<<<blocks, kSolveThreads, 0, stream>>>(frame);
-  ATELIER_CUDA_LAUNCHED(rows_kernel);
+  launch_in_chain(rows_kernel, blocks, kSolveThreads, stream, frame);
 }
 
 void launch_projective_columns(const ProjectiveFrame& frame, int k, cudaStream_t stream) {
-  columns_kernel<<<static_cast<unsigned>(frame.inverse.tiles_count), kSolveThreads, 0, stream>>>(
-      frame, k);
-  ATELIER_CUDA_LAUNCHED(columns_kernel);
+  launch_in_chain(columns_kernel, static_cast<unsigned>(frame.inverse.tiles_count), kSolveThreads,
+                  stream, frame, k);
 }
 
 void launch_projective_next(const ProjectiveFrame& frame, int k, cudaStream_t stream) {
-  next_kernel<<<cuda_blocks(frame.unknowns, kNextThreads), kNextThreads, 0, stream>>>(frame, k);
-  ATELIER_CUDA_LAUNCHED(next_kernel);
+  launch_in_chain(next_kernel, cuda_blocks(frame.unknowns, kNextThreads), kNextThreads, stream, frame,
+                  k);
 }
 
 }  // namespace atelier

@@ -1,6 +1,7 @@
 #include <cooperative_groups.h>
 
 #include "simulation/projective/coulomb.h"
+#include "simulation/projective/cuda_chain.cuh"
 #include "simulation/projective/cuda_projective.cuh"
 #include "simulation/xpbd/sweep_math.h"
 
@@ -73,8 +74,10 @@ __global__ void forces_kernel(const __grid_constant__ ProjectiveFrame f) {
     return;
   }
   Vec3d sum{};
+  const int begin = f.elastic.begin[i];
   const int end = f.elastic.begin[i + 1];
-  for (int e = f.elastic.begin[i] + static_cast<int>(team.thread_rank()); e < end; e += kRowTeam) {
+  wait_for_kernels_before();
+  for (int e = begin + static_cast<int>(team.thread_rank()); e < end; e += kRowTeam) {
     sum += f.elastic.weight[e] * row_force(f.elastic, f.elastic.row[e], f.at, f.v);
   }
   for (int step = kRowTeam / 2; step > 0; step /= 2) {
@@ -156,8 +159,8 @@ void launch_projective_begin(const ProjectiveFrame& frame, int s, cudaStream_t s
 }
 
 void launch_projective_forces(const ProjectiveFrame& frame, cudaStream_t stream) {
-  forces_kernel<<<cuda_blocks(frame.count, kCudaBlock / kRowTeam), kCudaBlock, 0, stream>>>(frame);
-  ATELIER_CUDA_LAUNCHED(forces_kernel);
+  launch_in_chain(forces_kernel, cuda_blocks(frame.count, kCudaBlock / kRowTeam), kCudaBlock, stream,
+                  frame);
 }
 
 void launch_projective_leave(const ProjectiveFrame& frame, cudaStream_t stream) {
