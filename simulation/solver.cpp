@@ -60,6 +60,8 @@ class ProjectiveFrictionSolver final : public Solver {
 
 std::unique_ptr<Solver> projective_friction(const SimulationModel& model,
                                             const SolverOptions& options, Device device) {
+  const std::string conflict = solver_conflict(options, device);
+  ATELIER_CHECK(conflict.empty(), conflict);
   if (device == Device::Cuda) {
     return std::make_unique<ProjectiveFrictionSolver<ProjectiveCudaSolver>>(model, options, device);
   }
@@ -191,7 +193,13 @@ ClothState step(const SimulationModel& model, const ClothState& state, const Con
 }
 
 std::string solver_conflict(const SolverOptions& options, Device device) {
-  return options.name == "xpbd" ? xpbd_conflict(xpbd_options(options), device) : "";
+  if (options.name == "xpbd") {
+    return xpbd_conflict(xpbd_options(options), device);
+  }
+  if (device == Device::Cuda && options.projective.strain_limit > 0) {
+    return "strain_limit of projective dynamics works on the CPU alone: leave it 0, or use the CPU";
+  }
+  return "";
 }
 
 std::string idle_on_device(const SolverOptions& options, Device device) {

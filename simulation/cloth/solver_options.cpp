@@ -84,6 +84,8 @@ OptionTable describe_projective(CommonSolverOptions& common, ProjectiveMethodOpt
         "Local and global steps of a substep; raise it where cloth stretches or slips too slowly");
   t.add("acceleration", method.acceleration, 0, 20, "",
         "Number of iterations that Anderson acceleration combines; 0: none");
+  t.add("strain_limit", method.strain_limit, 0, 10, "",
+        "Stretch beyond which springs and yarns are 30 times as stiff; 0: no limit");
   add_body_contact(t, common);
   add_self_contact(t, common);
   add_air_and_reports(t, common);

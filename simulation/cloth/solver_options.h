@@ -69,6 +69,7 @@ struct ProjectiveMethodOptions {
   int iterations = 20;  ///< local and global steps of a substep, 1 to 100000
   /// Iterations that Anderson's acceleration combines, 0 to 20; 0: none, as published.
   int acceleration = 5;
+  double strain_limit = 0;  ///< of springs and yarns, 0 to 10; 0: no limit
 };
 
 /// The table of XPBD's options, common ones and its own, without a prefix.

@@ -249,15 +249,17 @@ ATELIER_HOST_DEVICE inline bool stays_beyond(Vec3<T> before, Vec3<T> now, T gap)
          squared_norm(before) > gap * gap;
 }
 
-/// Pushes a particle and a face apart. `motion`: a ParticleMotion.
-template <class T, class Motion, class Support, class Add>
-ATELIER_HOST_DEVICE inline PairState push_vertex_face(const SelfView<T>& cloth,
-                                                      const SelfPair<T>& candidate,
-                                                      const SelfRule<T>& rule, const Motion& motion,
-                                                      const Support& support, const Add& add) {
+/// Sets the points of a particle and a face that may touch, and which way they come apart; false
+/// where they do not touch, or something else lies nearer. `motion`: a ParticleMotion; `gap`: of
+/// those further apart all the way nothing comes.
+template <class T, class Motion>
+ATELIER_HOST_DEVICE inline bool vertex_face_points(const SelfView<T>& cloth,
+                                                   const SelfPair<T>& candidate, T gap,
+                                                   const Motion& motion, PairPoints<T>& pair,
+                                                   PairDirection<T>& direction) {
   const int i = candidate.first;
   const FaceIndices f = cloth.surface.faces[candidate.second];
-  PairPoints<T> pair{{i, f.a, f.b, f.c}, {}, 1, {}, {}};
+  pair = {{i, f.a, f.b, f.c}, {}, 1, {}, {}};
   for (int k = 0; k < 4; ++k) {
     pair.start[k] = motion.before(pair.particle[k]);
     pair.x[k] = motion.now(pair.particle[k]);
@@ -275,21 +277,35 @@ ATELIER_HOST_DEVICE inline PairState push_vertex_face(const SelfView<T>& cloth,
   for (int k = 0; k < 4; ++k) {
     now += pair.weight[k] * xyz(pair.x[k]);
   }
-  const bool far = dot(now, p - at) >= candidate.gap * norm(p - at) && dot(now, p - at) > T(0);
+  const bool far = dot(now, p - at) >= gap * norm(p - at) && dot(now, p - at) > T(0);
   if (!ordered && (far || both_tangled(cloth, candidate, false))) {
-    return PairState::Apart;
+    return false;
   }
-  if (ordered && stays_beyond(p - at, now, candidate.gap)) {
-    return PairState::Apart;
+  if (ordered && stays_beyond(p - at, now, gap)) {
+    return false;
   }
   if (!is_nearest_piece(cloth, candidate.second, b, at, p - at, motion.before)) {
-    return PairState::Apart;
+    return false;
   }
   Vec3<T> normal = cross(t.b - t.a, t.c - t.a);
   const T size = norm(normal);
   normal = size > T(0) ? (T(1) / size) * normal : normal;
   const Vec3<T> outwards = ordered ? layer_direction(cloth, i, f.a, normal) : Vec3<T>{};
-  return push_apart(pair, PairDirection<T>{normal, outwards}, candidate.gap, rule, support, add);
+  direction = PairDirection<T>{normal, outwards};
+  return true;
+}
+
+/// Pushes a particle and a face apart. `motion`: a ParticleMotion.
+template <class T, class Motion, class Support, class Add>
+ATELIER_HOST_DEVICE inline PairState push_vertex_face(const SelfView<T>& cloth,
+                                                      const SelfPair<T>& candidate,
+                                                      const SelfRule<T>& rule, const Motion& motion,
+                                                      const Support& support, const Add& add) {
+  PairPoints<T> pair;
+  PairDirection<T> direction;
+  return vertex_face_points(cloth, candidate, candidate.gap, motion, pair, direction)
+             ? push_apart(pair, direction, candidate.gap, rule, support, add)
+             : PairState::Apart;
 }
 
 /// Pushes two edges apart.

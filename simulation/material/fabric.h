@@ -30,8 +30,8 @@ namespace atelier {
 ///      sheep garment leather", Materials 14(16) 4553: thickness 0.64 to 0.96 mm, drape coefficient
 ///      47 to 70 %.
 ///   D  calibrated: chosen such that the drape coefficient of the fabric
-///   (tests/simulation/cusick_drape.h) lies
-///      within what is published for its kind.
+///      (tests/simulation/cusick_drape.h) lies within what is published for its kind, by either
+///      solver.
 /// A quantity without a letter is estimated. So silk has no measured value at all; of the five that
 /// the drape test judges, the bending of silk, cotton, wool and leather is calibrated to it, and
 /// denim's, which was measured, is predicted. Damping and friction are estimated throughout.

@@ -11,17 +11,18 @@ namespace {
 
 constexpr Index kSumGrain = 2048;
 
-double product(const std::vector<Vec4<double>>& a, const std::vector<Vec4<double>>& b) {
-  return parallel_sum(static_cast<Index>(a.size()), kSumGrain, 0.0, [&](Index begin, Index end) {
-    double sum = 0;
-    for (Index i = begin; i < end; ++i) {
-      sum += dot(xyz(a[i]), xyz(b[i]));
-    }
-    return sum;
-  });
-}
-
 }  // namespace
+
+AndersonAcceleration::Products AndersonAcceleration::Products::operator+(
+    const Products& other) const {
+  Products out = *this;
+  for (int k = 0; k < kMostWindow; ++k) {
+    out.of_newest[k] += other.of_newest[k];
+    out.of_change[k] += other.of_change[k];
+  }
+  out.size += other.size;
+  return out;
+}
 
 void AndersonAcceleration::begin(std::size_t size, int window) {
   ATELIER_CHECK(window >= 0 && window <= kMostWindow, "a window of Anderson's acceleration");
@@ -38,6 +39,41 @@ void AndersonAcceleration::begin(std::size_t size, int window) {
   }
 }
 
+AndersonAcceleration::Products AndersonAcceleration::note_difference(
+    int slot, int count, const std::vector<Vec4<double>>& v,
+    const std::vector<Vec4<double>>& change) {
+  return parallel_sum(
+      static_cast<Index>(v.size()), kSumGrain, Products{}, [&](Index begin, Index end) {
+        Products sum;
+        if (first_) {
+          for (Index i = begin; i < end; ++i) {
+            sum.size += dot(xyz(change[i]), xyz(change[i]));
+          }
+          return sum;
+        }
+        Difference& newest = differences_[slot];
+        for (Index i = begin; i < end; ++i) {
+          const Vec3d now = xyz(change[i]);
+          const Vec3d of_change = now - xyz(last_change_[i]);
+          const Vec3d of_next = xyz(v[i]) + now - xyz(last_next_[i]);
+          const auto single = [](Vec3d a) {
+            return Vec4<float>{static_cast<float>(a.x), static_cast<float>(a.y),
+                               static_cast<float>(a.z), 0};
+          };
+          newest.of_change[i] = single(of_change);
+          newest.of_next[i] = single(of_next);
+          sum.size += dot(now, now);
+          for (int k = 0; k < count; ++k) {
+            const Vec4<float>& other = differences_[k].of_change[i];
+            const Vec3d wide{other.x, other.y, other.z};
+            sum.of_newest[k] += dot(of_change, wide);
+            sum.of_change[k] += dot(now, wide);
+          }
+        }
+        return sum;
+      });
+}
+
 void AndersonAcceleration::advance(std::vector<Vec4<double>>& v,
                                    const std::vector<Vec4<double>>& change) {
   const Index n = static_cast<Index>(v.size());
@@ -52,58 +88,49 @@ void AndersonAcceleration::advance(std::vector<Vec4<double>>& v,
     for_all([&](Index i) { v[i] = with_w(xyz(v[i]) + xyz(change[i]), 0.0); });
     return;
   }
-  const double size = product(change, change);
+  const int slot = count_ == 0 ? 0 : (newest_ + 1) % window_;
+  const int count = count_ < window_ ? count_ + 1 : window_;
+  const Products products = note_difference(slot, count, v, change);
   constexpr double kRounding = 1e-13;  // m/s, mean of a particle's change
   constexpr double kGrowth = 4;        // squared
-  const bool usable = size > kRounding * kRounding * static_cast<double>(n);
-  if (!usable || (!first_ && size > kGrowth * least_)) {
+  const bool usable = products.size > kRounding * kRounding * static_cast<double>(n);
+  const bool anew = first_ || !usable || products.size > kGrowth * least_;
+  least_ = anew || products.size < least_ ? products.size : least_;
+  Eigen::VectorXd shares(0);
+  if (anew) {
     count_ = 0;
-    first_ = true;
-  }
-  if (first_) {
-    least_ = size;
   } else {
-    least_ = size < least_ ? size : least_;
-    newest_ = count_ == 0 ? 0 : (newest_ + 1) % window_;
-    count_ = count_ < window_ ? count_ + 1 : window_;
-    Difference& difference = differences_[newest_];
-    for_all([&](Index i) {
-      difference.of_change[i] = with_w(xyz(change[i]) - xyz(last_change_[i]), 0.0);
-      difference.of_next[i] = with_w(xyz(v[i]) + xyz(change[i]) - xyz(last_next_[i]), 0.0);
-    });
-    for (int k = 0; k < count_; ++k) {
-      products_[newest_][k] = products_[k][newest_] =
-          product(difference.of_change, differences_[k].of_change);
+    newest_ = slot;
+    count_ = count;
+    Eigen::MatrixXd matrix(count, count);
+    shares.resize(count);
+    for (int k = 0; k < count; ++k) {
+      products_[slot][k] = products_[k][slot] = products.of_newest[k];
+      shares[k] = products.of_change[k];
+    }
+    for (int k = 0; k < count; ++k) {
+      for (int l = 0; l < count; ++l) {
+        matrix(k, l) = products_[k][l];
+      }
+    }
+    // Differences that are nearly combinations of others tell nothing.
+    matrix.diagonal() *= 1 + 1e-10;
+    shares = matrix.ldlt().solve(shares).eval();
+    if (!shares.allFinite()) {
+      shares.resize(0);
+      count_ = 0;
     }
   }
-  for_all([&](Index i) {
-    last_change_[i] = change[i];
-    last_next_[i] = v[i] = with_w(xyz(v[i]) + xyz(change[i]), 0.0);
-  });
   first_ = !usable;
-  if (count_ == 0) {
-    return;
-  }
-  Eigen::MatrixXd matrix(count_, count_);
-  Eigen::VectorXd right(count_);
-  for (int k = 0; k < count_; ++k) {
-    right[k] = product(change, differences_[k].of_change);
-    for (int l = 0; l < count_; ++l) {
-      matrix(k, l) = products_[k][l];
-    }
-  }
-  // Differences that are nearly combinations of others tell nothing.
-  matrix.diagonal() *= 1 + 1e-10;
-  const Eigen::VectorXd shares = matrix.ldlt().solve(right);
-  if (!shares.allFinite()) {
-    count_ = 0;
-    return;
-  }
   for_all([&](Index i) {
-    Vec3d sum = xyz(v[i]);
-    for (int k = 0; k < count_; ++k) {
-      sum -= shares[k] * xyz(differences_[k].of_next[i]);
+    const Vec3d next = xyz(v[i]) + xyz(change[i]);
+    Vec3d sum = next;
+    for (Index k = 0; k < shares.size(); ++k) {
+      const Vec4<float>& of = differences_[k].of_next[i];
+      sum -= shares[k] * Vec3d{of.x, of.y, of.z};
     }
+    last_change_[i] = change[i];
+    last_next_[i] = with_w(next, 0.0);
     v[i] = with_w(sum, 0.0);
   });
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "simulation/cloth/vec4.h"
@@ -10,8 +11,8 @@ namespace atelier {
 /// v <- v + change(v): of the last iterations the combination whose changes add up to the least
 /// takes the place of the last one alone.
 ///
-/// From the start where the changes have grown, and none where they are rounding. The same bits on
-/// any number of threads.
+/// From the start where the changes have grown, and none where they are rounding. Differences of
+/// iterations are kept in single precision. The same bits on any number of threads.
 class AndersonAcceleration {
  public:
   static constexpr int kMostWindow = 20;
@@ -25,8 +26,18 @@ class AndersonAcceleration {
 
  private:
   struct Difference {
-    std::vector<Vec4<double>> of_change, of_next;
+    std::vector<Vec4<float>> of_change, of_next;
   };
+  /// Of the newest difference and the change with all differences, and of the change with itself.
+  struct Products {
+    std::array<double, kMostWindow> of_newest{}, of_change{};
+    double size = 0;
+    Products operator+(const Products& other) const;
+  };
+
+  /// Writes the difference to the iteration before into `slot` and multiplies it by `count` others.
+  Products note_difference(int slot, int count, const std::vector<Vec4<double>>& v,
+                           const std::vector<Vec4<double>>& change);
 
   std::vector<Difference> differences_;
   double products_[kMostWindow][kMostWindow] = {};  ///< of the differences of changes

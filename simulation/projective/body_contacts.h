@@ -2,10 +2,8 @@
 
 #include <vector>
 
-#include "simulation/cloth/cloth_state.h"
 #include "simulation/cloth/solver_options.h"
-#include "simulation/contact/body_contact_math.h"
-#include "simulation/contact/contact_tree.h"
+#include "simulation/contact/body_encounter.h"
 
 namespace atelier {
 
@@ -29,7 +27,7 @@ class BodyContacts {
   void begin_frame(const Control& control, double time_step, const std::vector<Vec4<double>>& x,
                    const std::vector<Vec4<double>>& velocity,
                    const std::vector<Vec4<double>>& acceleration);
-  bool empty() const { return body_.face_count == 0; }
+  bool empty() const { return body_.empty(); }
 
   /// Contacts of substep `s`, in which particles would move from `x` by `h` times `flight` m/s. A
   /// particle that is too near already is moved out, slowly (`x` changes): that does not become
@@ -44,38 +42,25 @@ class BodyContacts {
   bool meet(int s, int particle, BodyParticle<double>& p, const Vec4<double>& origin,
             Meeting meeting);
   /// See end_outside in body_contact_math.h.
-  void end_outside(std::vector<Vec4<double>>& x);
-
-  /// Depth of the deepest free particle inside [m], and how many there are.
-  struct Penetration {
-    int count = 0;
-    double depth = 0;
-  };
-  Penetration penetration(const std::vector<Vec4<double>>& x) const;
-  const std::vector<BodyOutlook<double>>& outlook() const { return outlook_; }
+  void end_outside(std::vector<Vec4<double>>& x) { body_.end_outside(rule_, substeps_, x); }
+  BodyPenetration penetration(const std::vector<Vec4<double>>& x) const {
+    return body_.penetration(rule_.reach, x);
+  }
+  const std::vector<BodyOutlook<double>>& outlook() const { return body_.outlook(); }
   double friction() const { return rule_.friction; }
 
  private:
-  FreeFlight<double> free_flight(Index i) const { return {xyz(frame_start_[i]), flight_[i]}; }
   BodySubstep<double> substep(int s, const BodyContactRule<double>& rule) const {
-    return {body_, rule, static_cast<double>(s) / substeps_,
+    return {body_.body(), rule, static_cast<double>(s) / substeps_,
             static_cast<double>(s + 1) / substeps_};
   }
   FaceChoice<double> choose(Index i, const Passage<double>& way, BodySearch search) const;
 
-  Triangles body_faces_;
-  std::vector<FaceIndices> faces_;
+  BodyEncounter<double> body_;
   int substeps_;
   BodyContactRule<double> rule_{};
   BodyContactRule<double> wide_{};  ///< looks further than the distance that is kept
-  bool has_inside_ = false;
-  std::vector<Vec4<double>> body_start_, body_end_;
-  ContactTree<double> tree_;
-  BodyView<double> body_{};
-  std::vector<Vec4<double>> frame_start_;
-  std::vector<Vec3<double>> flight_;
-  std::vector<BodyOutlook<double>> outlook_;
-  std::vector<int> candidates_;
+  std::vector<Vec3<double>> velocity_, acceleration_;
   std::vector<TouchedBody> contacts_;
   std::vector<TouchedBody> found_;  ///< [V], particle -1: none
 };

@@ -1,16 +1,17 @@
 #include "simulation/projective/cholesky.h"
 
-#include <Eigen/SparseCholesky>
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <numeric>
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "simulation/projective/panel_products.h"
 
 namespace atelier {
 namespace {
 
-constexpr int kHalvings = 5;       ///< 32 parts that are solved in parallel
+constexpr int kHalvings = 5;       ///< 32 subtrees that are solved in parallel
 constexpr int kSmallestPart = 48;  ///< unknowns; smaller ones are not halved
 
 /// A part of the unknowns: its halves and what joins them.
@@ -20,16 +21,20 @@ struct Dissection {
   std::vector<int> order;
   std::vector<int> side;  ///< of each unknown in the part that is being halved
   struct Part {
-    int depth, begin, end, separator;  ///< of the order; the separator begins there
+    int depth;
+    int first;       ///< part of its subtree
+    int begin, end;  ///< of the order: what joins the halves, or all
+    int halves[2];   ///< parts, -1: none
   };
   std::vector<Part> parts;
 
-  void dissect(std::vector<int> unknowns, int depth) {
-    const int begin = static_cast<int>(order.size());
+  int dissect(std::vector<int> unknowns, int depth) {
+    const int first = static_cast<int>(parts.size());
     if (static_cast<int>(unknowns.size()) < kSmallestPart) {
+      const int begin = static_cast<int>(order.size());
       order.insert(order.end(), unknowns.begin(), unknowns.end());
-      parts.push_back({depth, begin, static_cast<int>(order.size()), begin});
-      return;
+      parts.push_back({depth, first, begin, static_cast<int>(order.size()), {-1, -1}});
+      return first;
     }
     Eigen::RowVector3d low = positions.row(unknowns[0]);
     Eigen::RowVector3d high = low;
@@ -65,19 +70,32 @@ struct Dissection {
       std::sort(part.begin(), part.end());
     }
     unknowns.clear();
-    dissect(std::move(parts_of[0]), depth + 1);
-    dissect(std::move(parts_of[1]), depth + 1);
-    const int separator = static_cast<int>(order.size());
+    const int lower = dissect(std::move(parts_of[0]), depth + 1);
+    const int upper = dissect(std::move(parts_of[1]), depth + 1);
+    const int begin = static_cast<int>(order.size());
     order.insert(order.end(), parts_of[2].begin(), parts_of[2].end());
-    parts.push_back({depth, begin, static_cast<int>(order.size()), separator});
+    parts.push_back({depth, first, begin, static_cast<int>(order.size()), {lower, upper}});
+    return static_cast<int>(parts.size()) - 1;
   }
 };
 
+int round_up(int rows) {
+  return (rows + 7) / 8 * 8;
+}
+
 }  // namespace
 
-CholeskyFactor::CholeskyFactor(const Eigen::SparseMatrix<double>& matrix, const Points& positions) {
+/// What is left of a part's rows when its own unknowns are eliminated, until the part that it
+/// hands on to takes it over.
+template <class T>
+struct CholeskyFactor<T>::Front {
+  Eigen::MatrixXd left;  ///< [later, later], lower triangle
+};
+
+template <class T>
+CholeskyFactor<T>::CholeskyFactor(const Eigen::SparseMatrix<double>& matrix,
+                                  const Points& positions) {
   const int n = static_cast<int>(matrix.rows());
-  row_begin_ = column_begin_ = {0};
   if (n == 0) {
     return;
   }
@@ -88,13 +106,14 @@ CholeskyFactor::CholeskyFactor(const Eigen::SparseMatrix<double>& matrix, const 
   dissection.dissect(std::move(all), 0);
   order_ = std::move(dissection.order);
   levels_.resize(kHalvings + 1);
-  for (const Dissection::Part& part : dissection.parts) {
-    const bool leaf = part.separator == part.begin && part.depth < kHalvings;
-    if (part.depth == kHalvings || leaf) {
-      levels_[0].push_back({part.begin, part.end});
+  for (const auto& part : dissection.parts) {
+    parts_.push_back({part.begin, part.end, 0, 0, {part.halves[0], part.halves[1]}, 0, 0, 0});
+    const int number = static_cast<int>(parts_.size()) - 1;
+    const bool leaf = part.halves[0] < 0;
+    if (part.depth == kHalvings || (leaf && part.depth < kHalvings)) {
+      levels_[0].emplace_back(part.first, number + 1);
     } else if (part.depth < kHalvings) {
-      levels_[static_cast<std::size_t>(kHalvings - part.depth)].push_back(
-          {part.separator, part.end});
+      levels_[static_cast<std::size_t>(kHalvings - part.depth)].emplace_back(number, number + 1);
     }
   }
   Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation(n);
@@ -102,93 +121,241 @@ CholeskyFactor::CholeskyFactor(const Eigen::SparseMatrix<double>& matrix, const 
     permutation.indices()[order_[i]] = i;
   }
   Eigen::SparseMatrix<double> permuted(n, n);
-  permuted.selfadjointView<Eigen::Lower>() =
+  permuted.template selfadjointView<Eigen::Lower>() =
       matrix.selfadjointView<Eigen::Lower>().twistedBy(permutation);
-  const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Lower, Eigen::NaturalOrdering<int>>
-      factor(permuted);
-  if (factor.info() != Eigen::Success) {
-    throw DataError("", "material", "a matrix M + h^2 K that is not positive definite",
-                    "stiffnesses and masses within double precision of each other, or a smaller "
-                    "time step");
-  }
-  const Eigen::SparseMatrix<double> lower = factor.matrixL();
-  const Eigen::SparseMatrix<double, Eigen::RowMajor> by_rows = lower;
-  inverse_diagonal_.resize(static_cast<std::size_t>(n));
-  const auto copy = [&](const auto& from, std::vector<int>& begin, std::vector<int>& index,
-                        std::vector<double>& values) {
-    for (int outer = 0; outer < n; ++outer) {
-      for (typename std::decay_t<decltype(from)>::InnerIterator it(from, outer); it; ++it) {
-        if (it.row() == it.col()) {
-          inverse_diagonal_[outer] = 1 / it.value();
-        } else {
-          index.push_back(static_cast<int>(it.index()));
-          values.push_back(it.value());
+  find_rows(permuted);
+  factorise(permuted);
+  solution_.resize(3 * static_cast<std::size_t>(n));
+}
+
+template <class T>
+template <class Work>
+void CholeskyFactor<T>::visit_up(const Work& work) const {
+  for (const auto& level : levels_) {
+    parallel_for(static_cast<Index>(level.size()), 1, [&](Index begin, Index end) {
+      for (Index k = begin; k < end; ++k) {
+        for (int p = level[k].first; p < level[k].second; ++p) {
+          work(p);
         }
       }
-      begin.push_back(static_cast<int>(index.size()));
-    }
-  };
-  copy(by_rows, row_begin_, row_index_, row_values_);
-  copy(lower, column_begin_, column_index_, column_values_);
-}
-
-namespace {
-
-/// Subtracts from an unknown what entries [first, last) of its row or column say, and scales it.
-inline void eliminate(const int* index, const double* values, int first, int last, double inverse,
-                      Vec4<double>* y, int unknown) {
-  double sum[4] = {};
-  for (int e = first; e < last; ++e) {
-    const double* from = &y[index[e]].x;
-    const double value = values[e];
-    for (int k = 0; k < 4; ++k) {
-      sum[k] += value * from[k];
-    }
-  }
-  double* const to = &y[unknown].x;
-  for (int k = 0; k < 4; ++k) {
-    to[k] = (to[k] - sum[k]) * inverse;
+    });
   }
 }
 
-}  // namespace
+template <class T>
+template <class Work>
+void CholeskyFactor<T>::visit_down(const Work& work) const {
+  for (auto level = levels_.rbegin(); level != levels_.rend(); ++level) {
+    parallel_for(static_cast<Index>(level->size()), 1, [&](Index begin, Index end) {
+      for (Index k = begin; k < end; ++k) {
+        for (int p = (*level)[k].second - 1; p >= (*level)[k].first; --p) {
+          work(p);
+        }
+      }
+    });
+  }
+}
 
-void CholeskyFactor::solve(std::vector<Vec4<double>>& x) {
+/// A part is joined to what its unknowns are, and what its halves hand on.
+template <class T>
+void CholeskyFactor<T>::find_rows(const Eigen::SparseMatrix<double>& permuted) {
+  std::size_t values = 0;
+  std::size_t scratch = 0;
+  for (Part& part : parts_) {
+    std::vector<int> rows;
+    for (int column = part.begin; column < part.end; ++column) {
+      for (Eigen::SparseMatrix<double>::InnerIterator it(permuted, column); it; ++it) {
+        if (it.row() >= part.end) {
+          rows.push_back(static_cast<int>(it.row()));
+        }
+      }
+    }
+    for (int half : part.halves) {
+      for (int r = half < 0 ? 0 : parts_[half].row_begin; half >= 0 && r < parts_[half].row_end;
+           ++r) {
+        if (rows_[r] >= part.end) {
+          rows.push_back(rows_[r]);
+        }
+      }
+    }
+    std::sort(rows.begin(), rows.end());
+    rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
+    part.row_begin = static_cast<int>(rows_.size());
+    rows_.insert(rows_.end(), rows.begin(), rows.end());
+    part.row_end = static_cast<int>(rows_.size());
+    part.lead = round_up(part.own() + part.later());
+    part.panel = values;
+    part.scratch = scratch;
+    values += static_cast<std::size_t>(part.lead) * static_cast<std::size_t>(part.own());
+    scratch += 3 * static_cast<std::size_t>(part.lead);
+  }
+  values_.resize(values, T(0));
+  scratch_.resize(scratch, T(0));
+  place_in_next_.resize(rows_.size(), 0);
+  for (const Part& part : parts_) {
+    for (int half : part.halves) {
+      for (int r = half < 0 ? 0 : parts_[half].row_begin; half >= 0 && r < parts_[half].row_end;
+           ++r) {
+        const auto first = rows_.begin() + part.row_begin;
+        const auto found = std::lower_bound(first, rows_.begin() + part.row_end, rows_[r]);
+        place_in_next_[r] = rows_[r] < part.end ? rows_[r] - part.begin
+                                                : part.own() + static_cast<int>(found - first);
+      }
+    }
+  }
+}
+
+template <class T>
+void CholeskyFactor<T>::factorise(const Eigen::SparseMatrix<double>& permuted) {
+  std::vector<Front> fronts(parts_.size());
+  visit_up([&](int p) {
+    const Part& part = parts_[p];
+    const int own = part.own();
+    Eigen::MatrixXd front = Eigen::MatrixXd::Zero(own + part.later(), own + part.later());
+    for (int column = part.begin; column < part.end; ++column) {
+      for (Eigen::SparseMatrix<double>::InnerIterator it(permuted, column); it; ++it) {
+        const int row = static_cast<int>(it.row());
+        const auto first = rows_.begin() + part.row_begin;
+        const int place =
+            row < part.end
+                ? row - part.begin
+                : own + static_cast<int>(
+                            std::lower_bound(first, rows_.begin() + part.row_end, row) - first);
+        front(place, column - part.begin) += it.value();
+      }
+    }
+    for (int half : part.halves) {
+      if (half < 0) {
+        continue;
+      }
+      const Eigen::MatrixXd& handed = fronts[half].left;
+      const int* const place = place_in_next_.data() + parts_[half].row_begin;
+      for (Index column = 0; column < handed.cols(); ++column) {
+        for (Index row = column; row < handed.rows(); ++row) {
+          // Both lists ascend, so that the lower triangle stays one.
+          front(place[row], place[column]) += handed(row, column);
+        }
+      }
+      fronts[half].left.resize(0, 0);
+    }
+    Eigen::MatrixXd& left = fronts[p].left;
+    if (own == 0) {
+      left = std::move(front);
+      return;
+    }
+    const Eigen::LLT<Eigen::MatrixXd> factor(front.topLeftCorner(own, own));
+    if (factor.info() != Eigen::Success) {
+      throw DataError("", "material", "a matrix M + h^2 K that is not positive definite",
+                      "stiffnesses and masses within double precision of each other, or a smaller "
+                      "time step");
+    }
+    const Eigen::MatrixXd inverse =
+        factor.matrixL().solve(Eigen::MatrixXd::Identity(own, own));
+    const Eigen::MatrixXd below =
+        front.bottomLeftCorner(part.later(), own) * inverse.transpose();  // L_RJ
+    left = front.bottomRightCorner(part.later(), part.later());
+    left.template selfadjointView<Eigen::Lower>().rankUpdate(below, -1.0);
+    store_panel(part, inverse, below * inverse);
+  });
+}
+
+template <class T>
+void CholeskyFactor<T>::store_panel(const Part& part, const Eigen::MatrixXd& own,
+                                    const Eigen::MatrixXd& below) {
+  for (int column = 0; column < part.own(); ++column) {
+    T* const to = values_.data() + part.panel +
+                  static_cast<std::size_t>(column) * static_cast<std::size_t>(part.lead);
+    for (int row = column; row < part.own(); ++row) {
+      to[row] = static_cast<T>(own(row, column));
+    }
+    for (int row = 0; row < part.later(); ++row) {
+      to[part.own() + row] = static_cast<T>(-below(row, column));
+    }
+  }
+}
+
+/// The part's share of L^-1 x: from what its halves hand on, its own and what it hands on.
+template <class T>
+void CholeskyFactor<T>::solve_up(const Part& part) {
+  const int own = part.own();
+  T* const sum = scratch_.data() + part.scratch;
+  thread_local std::vector<T> right;
+  right.resize(3 * static_cast<std::size_t>(own));
+  const Index n = size();
+  std::fill(sum, sum + 3 * static_cast<std::ptrdiff_t>(part.lead), T(0));
+  for (int half : part.halves) {
+    if (half < 0) {
+      continue;
+    }
+    const Part& from = parts_[half];
+    const int* const place = place_in_next_.data() + from.row_begin;
+    for (int c = 0; c < 3; ++c) {
+      const T* const handed =
+          scratch_.data() + from.scratch + static_cast<std::ptrdiff_t>(c) * from.lead + from.own();
+      T* const to = sum + static_cast<std::ptrdiff_t>(c) * part.lead;
+      for (int r = 0; r < from.later(); ++r) {
+        to[place[r]] += handed[r];
+      }
+    }
+  }
+  for (int c = 0; c < 3; ++c) {
+    T* const to = sum + static_cast<std::ptrdiff_t>(c) * part.lead;
+    for (int i = 0; i < own; ++i) {
+      right[c * own + i] = solution_[c * n + part.begin + i] + to[i];
+      to[i] = T(0);
+    }
+  }
+  add_product(Panel<T>{values_.data() + part.panel, part.lead, own}, right.data(), sum);
+}
+
+/// The part's unknowns, from its share of L^-1 x and the later ones.
+template <class T>
+void CholeskyFactor<T>::solve_down(const Part& part) {
+  const int own = part.own();
+  const Index n = size();
+  T* const known = scratch_.data() + part.scratch;
+  const int* const rows = rows_.data() + part.row_begin;
+  thread_local std::vector<T> found;
+  found.resize(3 * static_cast<std::size_t>(own));
+  for (int c = 0; c < 3; ++c) {
+    T* const to = known + static_cast<std::ptrdiff_t>(c) * part.lead + own;
+    for (int r = 0; r < part.later(); ++r) {
+      to[r] = solution_[c * n + rows[r]];
+    }
+  }
+  transposed_product(Panel<T>{values_.data() + part.panel, part.lead, own}, known, found.data());
+  for (int c = 0; c < 3; ++c) {
+    std::copy_n(found.data() + static_cast<std::ptrdiff_t>(c) * own, own,
+                solution_.data() + c * n + part.begin);
+  }
+}
+
+template <class T>
+void CholeskyFactor<T>::solve(std::vector<Vec4<double>>& x) {
   ATELIER_CHECK(x.size() == order_.size(), "right hand sides of another matrix");
-  scratch_.resize(order_.size());
-  Vec4<double>* const y = scratch_.data();
+  const Index n = size();
   const auto for_unknowns = [&](const auto& work) {
-    parallel_for(size(), 4096, [&](Index begin, Index end) {
+    parallel_for(n, 4096, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {
         work(i);
       }
     });
   };
-  const auto for_blocks = [&](const std::vector<Block>& level, const auto& work) {
-    parallel_for(static_cast<Index>(level.size()), 1, [&](Index begin, Index end) {
-      for (Index b = begin; b < end; ++b) {
-        work(level[b]);
-      }
-    });
-  };
-  for_unknowns([&](Index i) { y[i] = x[order_[i]]; });
-  for (const std::vector<Block>& level : levels_) {
-    for_blocks(level, [&](const Block& block) {
-      for (int i = block.begin; i < block.end; ++i) {
-        eliminate(row_index_.data(), row_values_.data(), row_begin_[i], row_begin_[i + 1],
-                  inverse_diagonal_[i], y, i);
-      }
-    });
-  }
-  for (auto level = levels_.rbegin(); level != levels_.rend(); ++level) {
-    for_blocks(*level, [&](const Block& block) {
-      for (int i = block.end - 1; i >= block.begin; --i) {
-        eliminate(column_index_.data(), column_values_.data(), column_begin_[i],
-                  column_begin_[i + 1], inverse_diagonal_[i], y, i);
-      }
-    });
-  }
-  for_unknowns([&](Index i) { x[order_[i]] = y[i]; });
+  for_unknowns([&](Index i) {
+    const Vec4<double>& from = x[order_[i]];
+    solution_[i] = static_cast<T>(from.x);
+    solution_[n + i] = static_cast<T>(from.y);
+    solution_[2 * n + i] = static_cast<T>(from.z);
+  });
+  visit_up([&](int p) { solve_up(parts_[p]); });
+  visit_down([&](int p) { solve_down(parts_[p]); });
+  for_unknowns([&](Index i) {
+    x[order_[i]] = {static_cast<double>(solution_[i]), static_cast<double>(solution_[n + i]),
+                    static_cast<double>(solution_[2 * n + i]), 0.0};
+  });
 }
+
+template class CholeskyFactor<float>;
+template class CholeskyFactor<double>;
 
 }  // namespace atelier

@@ -1,6 +1,9 @@
 #include "simulation/projective/contact_impulses.h"
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 
 #include "core/parallel.h"
 #include "simulation/projective/coulomb.h"
@@ -8,45 +11,215 @@
 namespace atelier {
 namespace {
 
-/// What a particle's velocity lacks: across the surface up to the bound, and along it.
-Vec3d lacking_velocity(const TouchedBody& contact, Vec3d v) {
-  const Vec3d n = contact.normal;
-  const Vec3d against = contact.moves - v;
-  return against + (contact.least - dot(n, contact.moves)) * n;
+constexpr Index kImpulseGrain = 512;
+constexpr int kSweeps = 2;        ///< of an iteration over contacts of cloth, up the levels and down
+constexpr int kMostLevels = 64;   ///< more are solved as one
+constexpr int kMostColours = 64;  ///< of a level; what is left is solved one after the other
+
+/// What a relative velocity lacks: across the surface up to the bound, and along it.
+Vec3d lacking_velocity(Vec3d relative, Vec3d normal, double least) {
+  return least * normal - relative;
+}
+
+Vec3d relative_to_body(const TouchedBody& contact, Vec3d v) {
+  return v - contact.moves;
+}
+/// The bound on the velocity relative to the body.
+double least_relative(const TouchedBody& contact) {
+  return contact.least - dot(contact.normal, contact.moves);
+}
+
+Vec3d relative_velocity(const TouchedCloth& contact, const std::vector<Vec4<double>>& v) {
+  Vec3d sum{};
+  for (int k = 0; k < 4; ++k) {
+    sum += contact.weight[k] * xyz(v[contact.particle[k]]);
+  }
+  return sum;
+}
+
+/// Levels of contacts: 0 where a particle is on the body or held, one more on each layer above;
+/// kMostLevels where nothing below ends there.
+std::vector<int> contact_levels(const std::vector<TouchedCloth>& cloth,
+                                const std::vector<TouchedBody>& body,
+                                const std::vector<double>& inverse_mass) {
+  std::vector<int> height(inverse_mass.size(), kMostLevels);  // of particles
+  for (std::size_t i = 0; i < inverse_mass.size(); ++i) {
+    height[i] = inverse_mass[i] > 0 ? kMostLevels : 0;
+  }
+  for (const TouchedBody& contact : body) {
+    height[contact.particle] = 0;
+  }
+  std::vector<int> level(cloth.size(), kMostLevels);
+  for (int at = 0; at < kMostLevels; ++at) {
+    bool any = false;
+    for (std::size_t c = 0; c < cloth.size(); ++c) {
+      const int* const p = cloth[c].particle;
+      const int least = std::min({height[p[0]], height[p[1]], height[p[2]], height[p[3]]});
+      if (level[c] == kMostLevels && least == at) {
+        level[c] = at;
+        any = true;
+        for (int k = 0; k < 4; ++k) {
+          height[p[k]] = std::min(height[p[k]], at + 1);
+        }
+      }
+    }
+    if (!any) {
+      break;
+    }
+  }
+  return level;
 }
 
 }  // namespace
 
-void ContactImpulses::begin_step(const std::vector<TouchedBody>& contacts, double friction,
-                                 const std::vector<double>& mass) {
-  contacts_.clear();
+void ContactImpulses::begin_step(const std::vector<TouchedBody>& body,
+                                 const std::vector<TouchedCloth>& cloth, const Frictions& friction,
+                                 const std::vector<double>& inverse_mass) {
   friction_ = friction;
-  for (const TouchedBody& contact : contacts) {
-    contacts_.push_back({contact, mass[contact.particle]});
+  inverse_mass_ = inverse_mass;
+  body_.clear();
+  for (const TouchedBody& contact : body) {
+    body_.push_back({contact, 1 / inverse_mass[contact.particle]});
+  }
+  sort_into_batches(cloth);
+}
+
+void ContactImpulses::sort_into_batches(const std::vector<TouchedCloth>& cloth) {
+  std::vector<TouchedBody> on_body;
+  for (const BodyImpulse& one : body_) {
+    on_body.push_back(one.contact);
+  }
+  const std::vector<int> level = contact_levels(cloth, on_body, inverse_mass_);
+  // Batches by level and colour; `taken` are the colours around each particle in its level.
+  constexpr int kColumns = kMostColours + 1;
+  std::vector<std::vector<int>> batches(static_cast<std::size_t>((kMostLevels + 1) * kColumns));
+  std::vector<std::uint64_t> taken(inverse_mass_.size());
+  std::vector<int> taken_in(inverse_mass_.size(), -1);
+  std::vector<int> by_level(cloth.size());
+  for (std::size_t c = 0; c < cloth.size(); ++c) {
+    by_level[c] = static_cast<int>(c);
+  }
+  std::stable_sort(by_level.begin(), by_level.end(),
+                   [&](int a, int b) { return level[a] < level[b]; });
+  for (int c : by_level) {
+    std::uint64_t around = 0;
+    for (int p : cloth[c].particle) {
+      around |= taken_in[p] == level[c] ? taken[p] : 0;
+    }
+    const int colour = std::countr_one(around);
+    for (int p : cloth[c].particle) {
+      taken[p] = (taken_in[p] == level[c] ? taken[p] : 0) |
+                 (colour < kMostColours ? std::uint64_t{1} << colour : 0);
+      taken_in[p] = level[c];
+    }
+    batches[static_cast<std::size_t>(level[c] * kColumns + colour)].push_back(c);
+  }
+  cloth_.clear();
+  batch_begin_ = {0};
+  shares_.clear();
+  for (std::size_t b = 0; b < batches.size(); ++b) {
+    for (int c : batches[b]) {
+      double weight = 0;
+      for (int k = 0; k < 4; ++k) {
+        weight += cloth[c].weight[k] * cloth[c].weight[k] * inverse_mass_[cloth[c].particle[k]];
+      }
+      if (weight > 0) {
+        cloth_.push_back({cloth[c], 1 / weight});
+      }
+    }
+    if (static_cast<int>(cloth_.size()) > batch_begin_.back()) {
+      batch_begin_.push_back(static_cast<int>(cloth_.size()));
+      shares_.push_back(b % kColumns == kMostColours ? 1 : 0);
+    }
   }
 }
 
-void ContactImpulses::hold(const std::vector<Vec4<double>>& momentum) {
-  parallel_for(static_cast<Index>(contacts_.size()), 1024, [&](Index begin, Index end) {
+void ContactImpulses::hold_body(std::vector<Vec4<double>>& velocity) {
+  parallel_for(static_cast<Index>(body_.size()), kImpulseGrain, [&](Index begin, Index end) {
     for (Index k = begin; k < end; ++k) {
-      ContactImpulse& c = contacts_[k];
-      const Vec3d reached = (1 / c.mass) * xyz(momentum[c.contact.particle]);
-      c.impulse = coulomb_impulse(c.mass * lacking_velocity(c.contact, reached), c.contact.normal,
-                                  friction_);
+      BodyImpulse& c = body_[k];
+      Vec4<double>& v = velocity[c.contact.particle];
+      const Vec3d lacks = lacking_velocity(relative_to_body(c.contact, xyz(v)), c.contact.normal,
+                                           least_relative(c.contact));
+      const Vec3d next =
+          coulomb_impulse(c.impulse + c.mass * lacks, c.contact.normal, friction_.body);
+      v = with_w(xyz(v) + (1 / c.mass) * (next - c.impulse), v.w);
+      c.impulse = next;
     }
   });
 }
 
-double ContactImpulses::residual(const std::vector<Vec4<double>>& implied,
-                                 const std::vector<Vec4<double>>& v, double weight) const {
+void ContactImpulses::hold_batch(std::size_t batch, std::vector<Vec4<double>>& velocity) {
+  const Index first = batch_begin_[batch];
+  const Index count = batch_begin_[batch + 1] - first;
+  parallel_for(count, shares_[batch] != 0 ? count : kImpulseGrain, [&](Index begin, Index end) {
+    for (Index k = first + begin; k < first + end; ++k) {
+      ClothImpulse& c = cloth_[k];
+      const Vec3d lacks = lacking_velocity(relative_velocity(c.contact, velocity), c.contact.normal,
+                                           c.contact.least);
+      const Vec3d next =
+          coulomb_impulse(c.impulse + c.mass * lacks, c.contact.normal, friction_.cloth);
+      const Vec3d change = next - c.impulse;
+      c.impulse = next;
+      for (int i = 0; i < 4; ++i) {
+        const int particle = c.contact.particle[i];
+        Vec4<double>& v = velocity[particle];
+        v = with_w(xyz(v) + (c.contact.weight[i] * inverse_mass_[particle]) * change, v.w);
+      }
+    }
+  });
+}
+
+void ContactImpulses::hold(std::vector<Vec4<double>>& velocity) {
+  // Where the last iteration left off.
+  for (const BodyImpulse& c : body_) {
+    Vec4<double>& v = velocity[c.contact.particle];
+    v = with_w(xyz(v) + (1 / c.mass) * c.impulse, v.w);
+  }
+  for (const ClothImpulse& c : cloth_) {
+    for (int i = 0; i < 4; ++i) {
+      const int particle = c.contact.particle[i];
+      Vec4<double>& v = velocity[particle];
+      v = with_w(xyz(v) + (c.contact.weight[i] * inverse_mass_[particle]) * c.impulse, v.w);
+    }
+  }
+  hold_body(velocity);
+  const std::size_t batches = shares_.size();
+  for (int sweep = 0; sweep < kSweeps && batches > 0; ++sweep) {
+    for (std::size_t b = 0; b < batches; ++b) {
+      hold_batch(b, velocity);
+    }
+    for (std::size_t b = batches; b-- > 0;) {
+      hold_batch(b, velocity);
+    }
+    hold_body(velocity);
+  }
+}
+
+double ContactImpulses::body_residual(const std::vector<Vec4<double>>& implied,
+                                      const std::vector<Vec4<double>>& v, double weight) const {
   double sum = 0;
-  for (const ContactImpulse& c : contacts_) {
-    const Vec3d relative = -lacking_velocity(c.contact, xyz(v[c.contact.particle]));
-    const double one = coulomb_residual(xyz(implied[c.contact.particle]), relative,
-                                        c.contact.normal, friction_, c.mass);
+  for (const BodyImpulse& c : body_) {
+    const int particle = c.contact.particle;
+    const Vec3d beyond = -lacking_velocity(relative_to_body(c.contact, xyz(v[particle])),
+                                           c.contact.normal, least_relative(c.contact));
+    const double one =
+        coulomb_residual(xyz(implied[particle]), beyond, c.contact.normal, friction_.body, c.mass);
     sum += one * one;
   }
-  return contacts_.empty() ? 0 : std::sqrt(sum / static_cast<double>(contacts_.size())) / weight;
+  return body_.empty() ? 0 : std::sqrt(sum / static_cast<double>(body_.size())) / weight;
+}
+
+double ContactImpulses::cloth_residual(const std::vector<Vec4<double>>& v, double weight) const {
+  double sum = 0;
+  for (const ClothImpulse& c : cloth_) {
+    const Vec3d beyond = -lacking_velocity(relative_velocity(c.contact, v), c.contact.normal,
+                                           c.contact.least);
+    const double one =
+        coulomb_residual(c.impulse, beyond, c.contact.normal, friction_.cloth, c.mass);
+    sum += one * one;
+  }
+  return cloth_.empty() ? 0 : std::sqrt(sum / static_cast<double>(cloth_.size())) / weight;
 }
 
 }  // namespace atelier

@@ -3,40 +3,66 @@
 #include <vector>
 
 #include "simulation/projective/body_contacts.h"
+#include "simulation/projective/self_touches.h"
 
 namespace atelier {
 
 /// Impulses of contact in the iterations of a step, after Ly et al. 2020: Coulomb's law is solved
-/// for each contact by itself, exactly. A particle has the momentum f that it would leave the step
-/// with, without impulses and where the rest of the cloth does what it does at the moment; its
-/// impulse is the one in the cone that brings its own mass to the body's velocity. Where iterations
-/// have converged, velocities and impulses obey Coulomb's law with the whole cloth.
-struct ContactImpulse {
-  TouchedBody contact;
-  double mass;      ///< kg of the particle
-  Vec3d impulse{};  ///< N s
-};
-
+/// for one contact after the other, exactly. Particles have the velocities that they would leave the
+/// step with where the rest of the cloth does what it does at the moment; the impulse of a contact is
+/// the one in the cone that brings its own masses to the relative velocity that it may have. Where
+/// iterations have converged, velocities and impulses obey Coulomb's law with the whole cloth.
+///
+/// Contacts between pieces of cloth are in levels, as in the paper: those of cloth on the body, or
+/// held, come first, then those of cloth on that, and so on; in a level, contacts of one colour share
+/// no particle. Impulses of the iteration before are where the next one begins (projected
+/// Gauss-Seidel). So the bits do not depend on the number of threads.
 class ContactImpulses {
  public:
-  /// Contacts of a step, `mass` [V] kg of particles.
-  void begin_step(const std::vector<TouchedBody>& contacts, double friction,
-                  const std::vector<double>& mass);
+  struct BodyImpulse {
+    TouchedBody contact;
+    double mass;      ///< kg of the particle
+    Vec3d impulse{};  ///< N s
+  };
+  struct ClothImpulse {
+    TouchedCloth contact;
+    double mass;      ///< kg that resists along a direction, 1 / sum weight^2 / mass
+    Vec3d impulse{};  ///< N s, along `weight` on each particle
+  };
+  /// Coefficients of friction against the body and between pieces of cloth.
+  struct Frictions {
+    double body, cloth;
+  };
 
-  /// Impulses from each particle's momentum [V] N s.
-  void hold(const std::vector<Vec4<double>>& momentum);
+  /// Contacts of a step; `inverse_mass` [V] 1/kg, 0 of particles that are held.
+  void begin_step(const std::vector<TouchedBody>& body, const std::vector<TouchedCloth>& cloth,
+                  const Frictions& friction, const std::vector<double>& inverse_mass);
 
-  /// Alart and Curnier's residual, the root of the mean square over contacts, of impulses that the
-  /// momentum balance implies (`implied` [V], N s) and the velocities `v`, as a share of `weight`
-  /// N s. 0 without contacts.
-  double residual(const std::vector<Vec4<double>>& implied, const std::vector<Vec4<double>>& v,
-                  double weight) const;
+  /// Sets impulses and adds what they do to the velocities [V] that particles have without.
+  void hold(std::vector<Vec4<double>>& velocity);
 
-  const std::vector<ContactImpulse>& contacts() const { return contacts_; }
+  /// Alart and Curnier's residual, the root of the mean square over contacts with the body, of
+  /// impulses that the momentum balance implies (`implied` [V], N s) and the velocities `v`, as a
+  /// share of `weight` N s. 0 without contacts.
+  double body_residual(const std::vector<Vec4<double>>& implied, const std::vector<Vec4<double>>& v,
+                       double weight) const;
+  /// The same of contacts between pieces of cloth, with the impulses of the last iteration.
+  double cloth_residual(const std::vector<Vec4<double>>& v, double weight) const;
+
+  const std::vector<BodyImpulse>& with_body() const { return body_; }
+  const std::vector<ClothImpulse>& with_cloth() const { return cloth_; }
 
  private:
-  std::vector<ContactImpulse> contacts_;
-  double friction_ = 0;
+  void sort_into_batches(const std::vector<TouchedCloth>& cloth);
+  void hold_body(std::vector<Vec4<double>>& velocity);
+  void hold_batch(std::size_t batch, std::vector<Vec4<double>>& velocity);
+
+  std::vector<BodyImpulse> body_;
+  std::vector<ClothImpulse> cloth_;  ///< batch after batch
+  std::vector<int> batch_begin_;     ///< [batches + 1] in `cloth_`
+  std::vector<char> shares_;         ///< [batches] 1: its contacts share particles
+  Frictions friction_{};
+  std::vector<double> inverse_mass_;
 };
 
 }  // namespace atelier

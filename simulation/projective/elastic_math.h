@@ -54,12 +54,15 @@ ATELIER_HOST_DEVICE inline Vec3d bent_rest(const ElasticRow& row, double bend,
   return size > 1e-12 ? (-bend / size) * normal : Vec3d{};
 }
 
-/// Of a hinge whose row is `bend` long at rest.
+/// Of a hinge whose row is `bend` long at rest. A flat one is linear, and so is its damping.
 ATELIER_HOST_DEVICE inline Vec3d bend_force(const ElasticRow& row, double bend, double damping,
                                             const Vec4<double>* x, const Vec4<double>* v) {
   const Vec3d d = row_value(row, x);
-  const Vec3d rest = bend != 0 ? bent_rest(row, bend, x) : Vec3d{};
-  return damped_pull(row, d, row.stiffness * (rest - d), damping, v);
+  if (bend != 0) {
+    return damped_pull(row, d, row.stiffness * (bent_rest(row, bend, x) - d), damping, v);
+  }
+  const Vec3d pull = -row.stiffness * d;
+  return damping > 0 ? pull - (damping * row.stiffness) * row_value(row, v) : pull;
 }
 
 /// Forces of the two rows of a triangle: warp and weft as springs of rest length 1, and shear of

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "core/parallel.h"
+#include "simulation/xpbd/edges_avx2.h"
 
 namespace atelier {
 namespace {
@@ -63,30 +65,86 @@ ElasticRow bend_row(const ClothHinge& hinge, const Cloth& cloth, const EdgeLengt
   return row;
 }
 
-void index_rows_by_particle(ElasticRows& out) {
-  out.begin.assign(static_cast<std::size_t>(out.count) + 1, 0);
-  for (const ElasticRow& row : out.rows) {
-    for (int p : row.particle) {
-      if (p >= 0) {
-        ++out.begin[p + 1];
-      }
-    }
-  }
-  for (int i = 0; i < out.count; ++i) {
+/// Sorts entries of particles into one list; `each(add)` calls add(particle, of, weight).
+template <class Each>
+ParticleWeights weights_of_particles(int count, const Each& each) {
+  ParticleWeights out;
+  out.begin.assign(static_cast<std::size_t>(count) + 1, 0);
+  each([&](int particle, int, double) { ++out.begin[particle + 1]; });
+  for (int i = 0; i < count; ++i) {
     out.begin[i + 1] += out.begin[i];
   }
   std::vector<int> next(out.begin.begin(), out.begin.end() - 1);
-  out.row.resize(static_cast<std::size_t>(out.begin.back()));
-  out.weight.resize(out.row.size());
-  for (std::size_t r = 0; r < out.rows.size(); ++r) {
-    for (int k = 0; k < 4; ++k) {
-      const int p = out.rows[r].particle[k];
-      if (p >= 0) {
-        out.row[next[p]] = static_cast<int>(r);
-        out.weight[next[p]++] = out.rows[r].weight[k];
+  out.of.resize(static_cast<std::size_t>(out.begin.back()));
+  out.weight.resize(out.of.size());
+  each([&](int particle, int of, double weight) {
+    out.of[next[particle]] = of;
+    out.weight[next[particle]++] = weight;
+  });
+  return out;
+}
+
+/// The matrix of all flat bends, a row a particle, columns in their order.
+ParticleWeights flat_bends(const ElasticRows& rows) {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int r = rows.bend_begin; r < rows.yarn_begin; ++r) {
+    const ElasticRow& row = rows.rows[r];
+    for (int a = 0; a < 4 && rows.bend_rest[r - rows.bend_begin] == 0; ++a) {
+      for (int b = 0; b < 4; ++b) {
+        entries.emplace_back(row.particle[a], row.particle[b],
+                             -row.stiffness * row.weight[a] * row.weight[b]);
       }
     }
   }
+  Eigen::SparseMatrix<double, Eigen::RowMajor> matrix(rows.count, rows.count);
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  return weights_of_particles(rows.count, [&](const auto& add) {
+    for (int i = 0; i < rows.count; ++i) {
+      for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(matrix, i); it; ++it) {
+        add(i, static_cast<int>(it.col()), it.value());
+      }
+    }
+  });
+}
+
+/// Sets what forces are evaluated from.
+void index_by_particle(ElasticRows& out) {
+  const ParticleWeights ends = weights_of_particles(out.count, [&](const auto& add) {
+    for (int r = 0; r < out.bend_begin; ++r) {
+      add(out.rows[r].particle[0], r, 1);
+      add(out.rows[r].particle[1], r, -1);
+    }
+  });
+  out.springs.begin = ends.begin;
+  out.springs.row = ends.of;
+  for (std::size_t e = 0; e < ends.of.size(); ++e) {
+    const ElasticRow& row = out.rows[ends.of[e]];
+    out.springs.other.push_back(row.particle[ends.weight[e] > 0 ? 1 : 0]);
+    out.springs.rest.push_back(out.spring_rest[ends.of[e]]);
+    out.springs.stiffness.push_back(row.stiffness);
+    out.springs.limit.push_back(row.limit);
+  }
+  for (std::size_t k = 0; k < out.bend_rest.size(); ++k) {
+    if (out.bend_rest[k] != 0) {
+      out.bent.push_back(static_cast<int>(k));
+    }
+  }
+  out.bends = flat_bends(out);
+  out.others = weights_of_particles(out.count, [&](const auto& add) {
+    const auto add_row = [&](int r) {
+      for (int k = 0; k < 4; ++k) {
+        if (out.rows[r].particle[k] >= 0) {
+          add(out.rows[r].particle[k], r, out.rows[r].weight[k]);
+        }
+      }
+    };
+    for (int k : out.bent) {
+      add_row(out.bend_begin + k);
+    }
+    for (int r = out.yarn_begin; r < static_cast<int>(out.rows.size()); ++r) {
+      add_row(r);
+    }
+  });
 }
 
 /// What a row is where particles are at `x`.
@@ -116,10 +174,15 @@ Vec3d bent_rest(const ElasticRow& row, double bend, const std::vector<Vec4<doubl
   return size > 1e-12 ? (-bend / size) * normal : Vec3d{};
 }
 
+/// What a limit of stretch adds to the pull of a row of that length.
+double pull_of_limit(double limit, double length, double longest) {
+  return length > longest ? limit * (length - longest) : 0;
+}
+
 /// Forces of the two rows of a triangle: warp and weft as springs of rest length 1, and shear of
-/// energy 1/2 shear cos^2 of the angle between the yarns.
-void yarn_forces(const std::array<double, 3>& moduli, Vec3d fu, Vec3d fv, Vec3d& on_u,
-                 Vec3d& on_v) {
+/// energy 1/2 shear cos^2 of the angle between the yarns. `longest`: where limits begin.
+void yarn_forces(const std::array<double, 3>& moduli, double longest, Vec3d fu, Vec3d fv,
+                 Vec3d& on_u, Vec3d& on_v) {
   const double lu = norm(fu);
   const double lv = norm(fv);
   if (!(lu > 1e-12) || !(lv > 1e-12)) {
@@ -129,15 +192,125 @@ void yarn_forces(const std::array<double, 3>& moduli, Vec3d fu, Vec3d fv, Vec3d&
   const Vec3d u = (1 / lu) * fu;
   const Vec3d v = (1 / lv) * fv;
   const double cosine = dot(u, v);
-  on_u = -(moduli[0] * (lu - 1)) * u - (moduli[2] * cosine / lu) * (v - cosine * u);
-  on_v = -(moduli[1] * (lv - 1)) * v - (moduli[2] * cosine / lv) * (u - cosine * v);
+  const auto pull = [&](double modulus, double length) {
+    return modulus * (length - 1) + pull_of_limit(kLimitStiffness * modulus, length, longest);
+  };
+  on_u = -pull(moduli[0], lu) * u - (moduli[2] * cosine / lu) * (v - cosine * u);
+  on_v = -pull(moduli[1], lv) * v - (moduli[2] * cosine / lv) * (u - cosine * v);
+}
+
+/// What a row's damping takes off its pull.
+Vec3d damping_of(const ElasticRow& row, Vec3d value, const std::vector<Vec4<double>>& v) {
+  const double squared = squared_norm(value);
+  const double rate = squared > 0 ? dot(row_value(row, v), value) / squared : 0;
+  return (row.stiffness * rate) * value;
+}
+
+/// Forces of springs and flat bends, and of rows that are in `of_rows`, on particles [begin, end).
+/// A particle's sum is in the order of its lists.
+struct ForceTerms {
+  const ElasticRows& rows;
+  const Vec4<double>* x;
+  const Vec4<double>* v;
+  const Vec4<double>* of_rows;
+};
+
+template <bool kDamped, bool kLimited>
+__attribute__((always_inline)) inline void sum_forces(const ForceTerms& terms, Index begin,
+                                                      Index end, Vec4<double>* force) {
+  const auto& [rows, x, v, of_rows] = terms;
+  const ParticleSprings& springs = rows.springs;
+  const double longest = 1 + rows.most_stretch;
+  const double damping = rows.damping;
+  for (Index i = begin; i < end; ++i) {
+    double sum[4] = {};
+    const double* const at = &x[i].x;
+    const double* const speed = &v[i].x;
+    for (int e = springs.begin[i]; e < springs.begin[i + 1]; ++e) {
+      const double* const other = &x[springs.other[e]].x;
+      double d[4];
+      for (int k = 0; k < 4; ++k) {
+        d[k] = other[k] - at[k];
+      }
+      const double squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+      const double length = std::sqrt(squared);
+      const double inverse = length > 1e-12 ? 1 / length : 0;
+      const double stretch = length > 1e-12 ? length - springs.rest[e] : 0;
+      double pull = springs.stiffness[e] * stretch;
+      if (kLimited) {
+        pull += pull_of_limit(springs.limit[e], length, longest * springs.rest[e]);
+      }
+      if (kDamped) {
+        const double* const speed_of_other = &v[springs.other[e]].x;
+        double rate = 0;
+        for (int k = 0; k < 3; ++k) {
+          rate += d[k] * (speed_of_other[k] - speed[k]);
+        }
+        pull += damping * springs.stiffness[e] * rate * inverse;
+      }
+      const double share = pull * inverse;
+      for (int k = 0; k < 4; ++k) {
+        sum[k] += share * d[k];
+      }
+    }
+    for (int e = rows.bends.begin[i]; e < rows.bends.begin[i + 1]; ++e) {
+      const double* const other = &x[rows.bends.of[e]].x;
+      const double weight = rows.bends.weight[e];
+      for (int k = 0; k < 4; ++k) {
+        sum[k] += weight * other[k];
+      }
+      if (kDamped) {
+        const double* const speed_of_other = &v[rows.bends.of[e]].x;
+        for (int k = 0; k < 4; ++k) {
+          sum[k] += damping * weight * speed_of_other[k];
+        }
+      }
+    }
+    for (int e = rows.others.begin[i]; e < rows.others.begin[i + 1]; ++e) {
+      const double* const pull = &of_rows[rows.others.of[e]].x;
+      const double weight = rows.others.weight[e];
+      for (int k = 0; k < 4; ++k) {
+        sum[k] += weight * pull[k];
+      }
+    }
+    force[i] = {sum[0], sum[1], sum[2], 0};
+  }
+}
+
+__attribute__((always_inline)) inline void sum_forces_as_needed(const ForceTerms& terms,
+                                                                Index begin, Index end,
+                                                                Vec4<double>* force) {
+  const bool damped = terms.rows.damping > 0;
+  if (terms.rows.most_stretch > 0) {
+    sum_forces<true, true>(terms, begin, end, force);
+  } else if (damped) {
+    sum_forces<true, false>(terms, begin, end, force);
+  } else {
+    sum_forces<false, false>(terms, begin, end, force);
+  }
+}
+
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(ATELIER_EXACT)
+__attribute__((target("avx2,fma"))) void sum_forces_avx2(const ForceTerms& terms, Index begin,
+                                                         Index end, Vec4<double>* force) {
+  sum_forces_as_needed(terms, begin, end, force);
+}
+#endif
+
+void sum_forces_scalar(const ForceTerms& terms, Index begin, Index end, Vec4<double>* force) {
+  sum_forces_as_needed(terms, begin, end, force);
 }
 
 }  // namespace
 
-ElasticRows make_elastic_rows(const Cloth& cloth, const std::vector<int>& internal) {
+ElasticRows make_elastic_rows(const Cloth& cloth, const std::vector<int>& internal,
+                              double most_stretch) {
   ElasticRows out;
   out.count = static_cast<int>(internal.size());
+  out.most_stretch = most_stretch;
+  const auto limited = [&](double stiffness) {
+    return most_stretch > 0 ? kLimitStiffness * stiffness : 0;
+  };
   out.damping = cloth.material.damping;
   const auto moves = [&](std::initializer_list<int> vertices) {
     return std::any_of(vertices.begin(), vertices.end(),
@@ -145,7 +318,8 @@ ElasticRows make_elastic_rows(const Cloth& cloth, const std::vector<int>& intern
   };
   for (const ClothSpring& s : cloth.springs) {
     if (s.stiffness > 0 && moves({s.a, s.b})) {
-      out.rows.push_back({{internal[s.a], internal[s.b], -1, -1}, {1, -1, 0, 0}, s.stiffness});
+      out.rows.push_back({{internal[s.a], internal[s.b], -1, -1}, {1, -1, 0, 0}, s.stiffness,
+                          s.rest > 0 ? limited(s.stiffness) : 0});
       out.spring_rest.push_back(s.rest);
     }
   }
@@ -166,51 +340,37 @@ ElasticRows make_elastic_rows(const Cloth& cloth, const std::vector<int>& intern
     if (!moves({s.v0, s.v1, s.v2})) {
       continue;
     }
-    const auto row = [&](double first, double second, double stiffness) {
+    const auto row = [&](const double* rest, double along) {
       return ElasticRow{{internal[s.v0], internal[s.v1], internal[s.v2], -1},
-                        {-first - second, first, second, 0},
-                        stiffness};
+                        {-rest[0] - rest[1], rest[0], rest[1], 0},
+                        along + s.shear,  // the curvature of shear is below 2 shear between both
+                        limited(along)};
     };
-    // The curvature of the shear energy is below 2 shear between both rows.
-    out.rows.push_back(row(s.inverse_rest[0], s.inverse_rest[1], s.warp + s.shear));
-    out.rows.push_back(row(s.inverse_rest[2], s.inverse_rest[3], s.weft + s.shear));
+    out.rows.push_back(row(s.inverse_rest, s.warp));
+    out.rows.push_back(row(s.inverse_rest + 2, s.weft));
     out.yarn_moduli.push_back({s.warp, s.weft, s.shear});
   }
-  index_rows_by_particle(out);
+  index_by_particle(out);
   return out;
 }
 
 void elastic_forces(const ElasticRows& rows, const std::vector<Vec4<double>>& x,
                     const std::vector<Vec4<double>>& v, std::vector<Vec4<double>>& of_rows,
                     std::vector<Vec4<double>>& force) {
-  const double damping = rows.damping;
   const auto damped = [&](const ElasticRow& row, Vec3d value, Vec3d pull) {
-    if (!(damping > 0)) {
-      return pull;
-    }
-    const double squared = squared_norm(value);
-    const double rate = squared > 0 ? dot(row_value(row, v), value) / squared : 0;
-    return pull - (damping * row.stiffness * rate) * value;
+    return rows.damping > 0 ? pull - rows.damping * damping_of(row, value, v) : pull;
   };
-  parallel_for(rows.bend_begin, kRowGrain, [&](Index begin, Index end) {
-    for (Index r = begin; r < end; ++r) {
-      const ElasticRow& row = rows.rows[r];
-      const Vec3d d = xyz(x[row.particle[0]]) - xyz(x[row.particle[1]]);
-      const double length = norm(d);
-      const double share = length > 1e-12 ? rows.spring_rest[r] / length - 1 : 0;
-      of_rows[r] = with_w(damped(row, d, (row.stiffness * share) * d), 0.0);
-    }
-  });
-  parallel_for(rows.yarn_begin - rows.bend_begin, kRowGrain, [&](Index begin, Index end) {
+  parallel_for(static_cast<Index>(rows.bent.size()), kRowGrain, [&](Index begin, Index end) {
     for (Index k = begin; k < end; ++k) {
-      const Index r = rows.bend_begin + k;
+      const Index r = rows.bend_begin + rows.bent[k];
       const ElasticRow& row = rows.rows[r];
       const Vec3d d = row_value(row, x);
-      const double bend = rows.bend_rest[k];
-      const Vec3d rest = bend != 0 ? bent_rest(row, bend, x) : Vec3d{};
+      const Vec3d rest = bent_rest(row, rows.bend_rest[rows.bent[k]], x);
       of_rows[r] = with_w(damped(row, d, row.stiffness * (rest - d)), 0.0);
     }
   });
+  const double longest =
+      rows.most_stretch > 0 ? 1 + rows.most_stretch : std::numeric_limits<double>::infinity();
   const Index triangles = static_cast<Index>(rows.yarn_moduli.size());
   parallel_for(triangles, kRowGrain, [&](Index begin, Index end) {
     for (Index t = begin; t < end; ++t) {
@@ -219,20 +379,20 @@ void elastic_forces(const ElasticRows& rows, const std::vector<Vec4<double>>& x,
       const Vec3d fv = row_value(rows.rows[r + 1], x);
       Vec3d on_u;
       Vec3d on_v;
-      yarn_forces(rows.yarn_moduli[t], fu, fv, on_u, on_v);
+      yarn_forces(rows.yarn_moduli[t], longest, fu, fv, on_u, on_v);
       of_rows[r] = with_w(damped(rows.rows[r], fu, on_u), 0.0);
       of_rows[r + 1] = with_w(damped(rows.rows[r + 1], fv, on_v), 0.0);
     }
   });
-  parallel_for(rows.count, kRowGrain, [&](Index begin, Index end) {
-    for (Index i = begin; i < end; ++i) {
-      Vec3d sum{};
-      for (int e = rows.begin[i]; e < rows.begin[i + 1]; ++e) {
-        sum += rows.weight[e] * xyz(of_rows[rows.row[e]]);
-      }
-      force[i] = with_w(sum, 0.0);
-    }
-  });
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(ATELIER_EXACT)
+  static const bool wide = avx2_available();
+  const auto sum = wide ? sum_forces_avx2 : sum_forces_scalar;
+#else
+  const auto sum = sum_forces_scalar;
+#endif
+  const ForceTerms terms{rows, x.data(), v.data(), of_rows.data()};
+  parallel_for(rows.count, kRowGrain,
+               [&](Index begin, Index end) { sum(terms, begin, end, force.data()); });
 }
 
 Eigen::SparseMatrix<double> projective_matrix(const ElasticRows& rows,
@@ -253,7 +413,7 @@ Eigen::SparseMatrix<double> projective_matrix(const ElasticRows& rows,
         const int i = row.particle[a] >= 0 ? place[row.particle[a]] : -1;
         const int j = row.particle[b] >= 0 ? place[row.particle[b]] : -1;
         if (i >= 0 && j >= 0) {
-          entries.emplace_back(i, j, scale * row.stiffness * row.weight[a] * row.weight[b]);
+          entries.emplace_back(i, j, scale * (row.stiffness + row.limit) * row.weight[a] * row.weight[b]);
         }
       }
     }

@@ -28,6 +28,23 @@ struct ElasticRow {
   std::array<int, 4> particle{-1, -1, -1, -1};  ///< -1: none
   std::array<double, 4> weight{};               ///< the row's coefficients
   double stiffness = 0;                         ///< k in the constant matrix
+  double limit = 0;                             ///< what adds to k beyond the limit of stretch
+};
+
+/// The springs of each particle: of particle i those from begin[i] to begin[i + 1], with the one at
+/// the other end. So each is there twice, and a particle sums up its own.
+struct ParticleSprings {
+  std::vector<int> begin;  ///< [V + 1]
+  std::vector<int> other, row;
+  std::vector<double> rest, stiffness;
+  std::vector<double> limit;  ///< stiffness that comes in addition beyond the limit
+};
+
+/// Weights of other particles and of rows in what acts on each particle.
+struct ParticleWeights {
+  std::vector<int> begin;  ///< [V + 1]
+  std::vector<int> of;     ///< a particle, or a row
+  std::vector<double> weight;
 };
 
 struct ElasticRows {
@@ -38,16 +55,23 @@ struct ElasticRows {
   std::vector<std::array<double, 3>>
       yarn_moduli;                     ///< [triangles] warp, weft, shear times area, N m
   int bend_begin = 0, yarn_begin = 0;  ///< first row of each kind
-  double damping = 0;                  ///< s, stiffness-proportional, along each row
+  double damping = 0;                  ///< s, stiffness-proportional
+  double most_stretch = 0;             ///< share of the rest length from which `limit` adds; 0: none
 
-  // For every particle the rows that it is in.
-  std::vector<int> begin;      ///< [V + 1]
-  std::vector<int> row;        ///< of each entry
-  std::vector<double> weight;  ///< of each entry
+  // The same as forces are evaluated.
+  ParticleSprings springs;
+  ParticleWeights bends;       ///< of flat rest: force is sum weight (x + damping v)
+  ParticleWeights others;      ///< rows of bends with a rest angle, and of triangles
+  std::vector<int> bent;       ///< bends with a rest angle
 };
 
-/// Rows of a cloth over its particles; `internal`: the particle of each vertex.
-ElasticRows make_elastic_rows(const Cloth& cloth, const std::vector<int>& internal);
+/// Springs and yarns are so many times stiffer beyond the limit of their stretch.
+constexpr double kLimitStiffness = 30;
+
+/// Rows of a cloth over its particles; `internal`: the particle of each vertex. `most_stretch`: the
+/// limit of springs and yarns, as a share of their rest length; 0: none.
+ElasticRows make_elastic_rows(const Cloth& cloth, const std::vector<int>& internal,
+                              double most_stretch = 0);
 
 /// Forces of all rows at positions `x` and velocities `v`: `of_rows` [rows] as scratch, `force` [V]
 /// in N. The same bits on any number of threads.

@@ -20,6 +20,8 @@ namespace atelier {
 namespace {
 
 constexpr Index kParticleGrain = 2048;
+/// Of the distances that impulses hold: what iterations left nearer is moved out.
+constexpr double kGuardShare = 0.9;
 
 using Lanes = std::vector<Vec4<double>>;
 
@@ -54,15 +56,15 @@ struct ProjectiveSolver::Scene {
         shared(shared_options(options)),
         h(options.time_step / options.projective.substeps),
         prepared(prepare_cloth<double>(cloth)),
-        rows(make_elastic_rows(cloth, prepared.internal)),
+        rows(make_elastic_rows(cloth, prepared.internal, options.projective.strain_limit)),
         place(free_places(prepared, free_count)),
         mass(particle_masses()),
-        matrix(projective_matrix(rows, mass, place, free_count, h)),
-        factor(matrix, free_positions()),
+        inverse_mass(inverse_masses()),
+        factor(projective_matrix(rows, mass, place, free_count, h), free_positions()),
         body(body_faces, options, cloth.material, options.projective.substeps) {
     const std::size_t n = static_cast<std::size_t>(prepared.count);
-    for (Lanes* lanes : {&x, &start, &velocity, &acceleration, &target, &wish, &v, &at, &force,
-                         &momentum, &origin, &carry}) {
+    for (Lanes* lanes : {&x, &start, &solved_from, &velocity, &acceleration, &target, &wish, &v, &at, &force,
+                         &reached, &origin, &carry}) {
       lanes->resize(n);
     }
     of_rows.resize(rows.rows.size());
@@ -71,6 +73,7 @@ struct ProjectiveSolver::Scene {
     moved.resize(n);
     if (options.self_contact && cloth.faces.rows() > 0) {
       self = std::make_unique<SelfContactCpu<double>>(cloth, prepared, shared);
+      self->push_nearer(kGuardShare);
     }
     counted = {cloth.faces,
                body_faces,
@@ -84,6 +87,14 @@ struct ProjectiveSolver::Scene {
     std::vector<double> out(static_cast<std::size_t>(prepared.count));
     for (int i = 0; i < prepared.count; ++i) {
       out[i] = cloth.mass[prepared.external[i]];
+    }
+    return out;
+  }
+
+  std::vector<double> inverse_masses() const {
+    std::vector<double> out(mass.size(), 0.0);
+    for (std::size_t i = 0; i < mass.size(); ++i) {
+      out[i] = place[i] >= 0 ? 1 / mass[i] : 0;
     }
     return out;
   }
@@ -126,6 +137,21 @@ struct ProjectiveSolver::Scene {
     }
   }
 
+  /// Contacts of substep `s`: of the body, and of cloth with cloth, where nothing holds it.
+  void find_contacts(int s) {
+    const std::vector<TouchedBody>& on_body = body.find(s, h, x, wish);
+    std::vector<TouchedCloth> on_cloth;
+    if (self != nullptr) {
+      self->begin_substep(options.projective.substeps - s);
+      origin = x;
+      for_particles([&](Index i) { at[i] = with_w(xyz(x[i]) + h * xyz(wish[i]), x[i].w); });
+      on_cloth = touching_pairs(*self, {at, start, carry, origin, touched}, h);
+    }
+    impulses.begin_step(on_body, on_cloth, {body.friction(), self_friction()}, inverse_mass);
+  }
+
+  double self_friction() const { return self != nullptr ? self->rule().friction : 0; }
+
   void substep(int s) {
     const double share = 1.0 / (options.projective.substeps - s);
     for_particles([&](Index i) {
@@ -135,7 +161,8 @@ struct ProjectiveSolver::Scene {
       }
       wish[i] = is_free ? with_w(xyz(velocity[i]) + h * xyz(acceleration[i]), 0.0) : velocity[i];
     });
-    impulses.begin_step(body.find(s, h, x, wish), body.friction(), mass);
+    find_contacts(s);
+    solved_from = x;
     v = velocity;
     free_v.resize(solved.size());
     for_particles([&](Index i) {
@@ -172,18 +199,15 @@ struct ProjectiveSolver::Scene {
 
   void iterate() {
     evaluate_forces();
-    for_particles(
-        [&](Index i) { momentum[i] = with_w(mass[i] * xyz(wish[i]) + h * xyz(force[i]), 0.0); });
-    impulses.hold(momentum);
+    for_particles([&](Index i) {
+      reached[i] = with_w(xyz(wish[i]) + (h * inverse_mass[i]) * xyz(force[i]), 0.0);
+    });
+    impulses.hold(reached);
     for_particles([&](Index i) {
       if (place[i] >= 0) {
-        solved[place[i]] = with_w(xyz(momentum[i]) - mass[i] * xyz(v[i]), 0.0);
+        solved[place[i]] = with_w(mass[i] * (xyz(reached[i]) - xyz(v[i])), 0.0);
       }
     });
-    for (const ContactImpulse& c : impulses.contacts()) {
-      Vec4<double>& to = solved[place[c.contact.particle]];
-      to = with_w(xyz(to) + c.impulse, 0.0);
-    }
     factor.solve(solved);
     anderson.advance(free_v, solved);
     for_particles([&](Index i) {
@@ -197,7 +221,7 @@ struct ProjectiveSolver::Scene {
   void keep_apart(int s) {
     std::fill(moved.begin(), moved.end(), 0);
     std::fill(touched.begin(), touched.end(), 0);
-    for (const ContactImpulse& c : impulses.contacts()) {
+    for (const ContactImpulses::BodyImpulse& c : impulses.with_body()) {
       touched[c.contact.particle] = squared_norm(c.impulse) > 0 ? 1 : 0;
     }
     if (!prepared.tether_anchor.empty()) {
@@ -214,7 +238,6 @@ struct ProjectiveSolver::Scene {
       meet_body(s, false, Meeting::Touches);
       return;
     }
-    self->begin_substep(options.projective.substeps - s);
     origin = start;
     std::fill(carry.begin(), carry.end(), Vec4<double>{});
     meet_body(s, false, Meeting::Touches);
@@ -298,7 +321,7 @@ struct ProjectiveSolver::Scene {
       report.self_renewals = self->renewal_count();
     }
     if (options.report) {
-      const BodyContacts::Penetration inside = body.penetration(x);
+      const BodyPenetration inside = body.penetration(x);
       report.penetrating = inside.count;
       report.penetration_depth = inside.depth;
       report = report_state(cloth, {}, state, {{}, {}, h}, report);
@@ -312,18 +335,24 @@ struct ProjectiveSolver::Scene {
 
   ProjectiveResidual residual() const {
     const std::size_t n = static_cast<std::size_t>(prepared.count);
-    Lanes reached(n);
+    Lanes led_to(n);
     Lanes forces(n);
     Lanes scratch(of_rows.size());
-    for_particles([&](Index i) { reached[i] = with_w(xyz(start[i]) + h * xyz(v[i]), 0.0); });
-    elastic_forces(rows, reached, v, scratch, forces);
+    for_particles([&](Index i) { led_to[i] = with_w(xyz(solved_from[i]) + h * xyz(v[i]), 0.0); });
+    elastic_forces(rows, led_to, v, scratch, forces);
     Lanes implied(n);
     double weight = 0;
     for_particles([&](Index i) {
       implied[i] = with_w(mass[i] * (xyz(v[i]) - xyz(wish[i])) - h * xyz(forces[i]), 0.0);
     });
+    for (const ContactImpulses::ClothImpulse& c : impulses.with_cloth()) {
+      for (int k = 0; k < 4; ++k) {
+        Vec4<double>& of = implied[c.contact.particle[k]];
+        of = with_w(xyz(of) - c.contact.weight[k] * c.impulse, 0.0);
+      }
+    }
     std::vector<char> free_of_contact(n, 1);
-    for (const ContactImpulse& c : impulses.contacts()) {
+    for (const ContactImpulses::BodyImpulse& c : impulses.with_body()) {
       free_of_contact[c.contact.particle] = 0;
     }
     double sum = 0;
@@ -336,9 +365,11 @@ struct ProjectiveSolver::Scene {
       }
     }
     ProjectiveResidual out;
-    out.contacts = static_cast<int>(impulses.contacts().size());
+    out.contacts = static_cast<int>(impulses.with_body().size());
+    out.cloth_contacts = static_cast<int>(impulses.with_cloth().size());
     if (weight > 0) {
-      out.contact = impulses.residual(implied, v, weight);
+      out.contact = impulses.body_residual(implied, v, weight);
+      out.cloth_contact = impulses.cloth_residual(v, weight);
       out.momentum = count > 0 ? std::sqrt(sum / count) / weight : 0;
     }
     return out;
@@ -354,8 +385,8 @@ struct ProjectiveSolver::Scene {
   int free_count = 0;
   std::vector<int> place;  ///< of particles in the matrix, -1: fixed
   std::vector<double> mass;
-  Eigen::SparseMatrix<double> matrix;
-  CholeskyFactor factor;
+  std::vector<double> inverse_mass;  ///< 0: fixed
+  CholeskyFactor<float> factor;  ///< what it rounds, the next iteration mends
   BodyContacts body;
   ContactImpulses impulses;
   CountedCloth counted;
@@ -364,6 +395,7 @@ struct ProjectiveSolver::Scene {
 
   Lanes x;             ///< w: inverse mass
   Lanes start;         ///< at the substep's start
+  Lanes solved_from;   ///< the same before what keeps things apart changed it
   Lanes velocity;      ///< m/s
   Lanes acceleration;  ///< of gravity and air
   Lanes target;        ///< of fixed particles at the end of the frame
@@ -371,7 +403,7 @@ struct ProjectiveSolver::Scene {
   Lanes v;             ///< of the iteration
   Lanes at;            ///< where it leads to
   Lanes force, of_rows;
-  Lanes momentum;  ///< N s, with which a particle leaves the step without impulses
+  Lanes reached;  ///< velocity with which a particle leaves the step, first without impulses
   Lanes solved;    ///< change of velocity, of free particles
   Lanes free_v;    ///< `v` of free particles
   AndersonAcceleration anderson;

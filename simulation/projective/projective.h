@@ -18,6 +18,9 @@ struct ProjectiveResidual {
   /// Momentum that particles without contact lack, in the same measure.
   double momentum = 0;
   int contacts = 0;
+  /// The same function of contacts between pieces of cloth.
+  double cloth_contact = 0;
+  int cloth_contacts = 0;
 };
 
 /// Projective dynamics with dry frictional contact (Ly, Jouve, Boissieux and Bertails-Descoubes

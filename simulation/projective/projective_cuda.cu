@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <string>
@@ -11,6 +12,7 @@
 
 #include "core/device.h"
 #include "core/error.h"
+#include "simulation/contact/body_encounter.h"
 #include "simulation/contact/exact_counts.h"
 #include "simulation/projective/cuda_projective.cuh"
 #include "simulation/projective/elastic_rows.h"
@@ -222,10 +224,40 @@ class DeviceInverse {
   int chunks_ = 0;
 };
 
+/// For every particle the rows that it is in.
+struct RowEntries {
+  explicit RowEntries(const ElasticRows& of) : begin(static_cast<std::size_t>(of.count) + 1, 0) {
+    const auto each = [&](const auto& add) {
+      for (std::size_t r = 0; r < of.rows.size(); ++r) {
+        for (int k = 0; k < 4; ++k) {
+          if (of.rows[r].particle[k] >= 0) {
+            add(of.rows[r].particle[k], static_cast<int>(r), of.rows[r].weight[k]);
+          }
+        }
+      }
+    };
+    each([&](int particle, int, double) { ++begin[particle + 1]; });
+    std::partial_sum(begin.begin(), begin.end(), begin.begin());
+    row.resize(static_cast<std::size_t>(begin.back()));
+    weight.resize(row.size());
+    std::vector<int> next(begin.begin(), begin.end() - 1);
+    each([&](int particle, int r, double w) {
+      row[next[particle]] = r;
+      weight[next[particle]++] = w;
+    });
+  }
+
+  std::vector<int> begin;  ///< [V + 1]
+  std::vector<int> row;
+  std::vector<double> weight;
+};
+
 /// What of a cloth never changes, on the host.
 struct PreparedProjective {
   PreparedProjective(const Cloth& cloth, double h)
-      : particles(prepare_cloth<double>(cloth)), rows(make_elastic_rows(cloth, particles.internal)) {
+      : particles(prepare_cloth<double>(cloth)),
+        rows(make_elastic_rows(cloth, particles.internal)),
+        entries(rows) {
     std::vector<int> among_free(static_cast<std::size_t>(particles.count), -1);
     std::vector<int> particle_of;
     for (int i = 0; i < particles.count; ++i) {
@@ -250,6 +282,7 @@ struct PreparedProjective {
 
   PreparedCloth<double> particles;
   ElasticRows rows;
+  RowEntries entries;
   std::vector<double> mass;
   std::optional<InverseFactor> inverse;
   std::vector<int> place;     ///< of particles among the unknowns, -1: fixed
@@ -263,9 +296,9 @@ struct DeviceProjective {
         spring_rest(p.rows.spring_rest),
         bend_rest(p.rows.bend_rest),
         yarn_moduli(p.rows.yarn_moduli),
-        begin(p.rows.begin),
-        row(p.rows.row),
-        weight(p.rows.weight),
+        begin(p.entries.begin),
+        row(p.entries.row),
+        weight(p.entries.weight),
         place(p.place),
         particle(p.particle),
         mass(p.mass),

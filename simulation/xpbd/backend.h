@@ -32,10 +32,6 @@ std::unique_ptr<ClothSolver::Backend> make_cuda_backend(
 void check_control(const Control& control, const Cloth& cloth, Index body_vertices,
                    double time_step);
 
-/// True for a body whose surface is closed: only then is there an inside that no cloth may be in.
-/// `body`: its vertices in any pose; those in one place, as at seams of its texture, are one.
-bool has_inside(const Points& body, const Triangles& body_faces);
-
 /// Throws DataError naming the first vertex of `positions` that is not finite.
 void check_finite(const Points& positions, std::int64_t frame);
 

@@ -41,7 +41,8 @@ template <class T>
 SelfContactCpu<T>::SelfContactCpu(const Cloth& cloth, const PreparedCloth<T>& prepared,
                                   const XpbdOptions& options)
     : surface_(prepare_surface(cloth, prepared)),
-      rule_(self_rule<T>(cloth, options, (options.substeps + 1) / 2)) {
+      rule_(self_rule<T>(cloth, options, (options.substeps + 1) / 2)),
+      push_friction_(rule_.friction) {
   const std::size_t n = prepared.external.size();
   start_.resize(n);
   end_.resize(n);
@@ -342,6 +343,7 @@ void SelfContactCpu<T>::visit_pairs(int pass, bool every, const Work& work) cons
 template <class T>
 bool SelfContactCpu<T>::push_once(const SelfMotion<T>& motion, int pass, bool every) {
   SelfRule<T> rule = rule_;
+  rule.friction = push_friction_;
   if (pass > 0) {  // old overlaps and crossings are worked at once a substep
     rule.old_overlap = T(0);
     rule.untangle = T(0);
@@ -363,7 +365,8 @@ bool SelfContactCpu<T>::push_once(const SelfMotion<T>& motion, int pass, bool ev
       pressed.store(true, std::memory_order_relaxed);
     }
   };
-  visit_pairs(pass, every, [&](const SelfPair<T>& pair, bool edges) {
+  visit_pairs(pass, every, [&](SelfPair<T> pair, bool edges) {
+    pair.gap *= gap_share_;
     count(edges ? push_edge_edge(view_, pair, rule, from_origin, support, add)
                 : push_vertex_face(view_, pair, rule, from_origin, support, add));
   });
@@ -431,15 +434,27 @@ void SelfContactCpu<T>::take(const SelfMotion<T>& motion, int pass) {
 }
 
 template <class T>
-void SelfContactCpu<T>::push(const SelfMotion<T>& motion) {
+void SelfContactCpu<T>::note_stirred_and_crossed(const std::vector<Vec4<T>>& origin) {
   for (std::size_t i = 0; i < moved_.size(); ++i) {
     stirred_[i] |= moved_[i] != 0 ? 1 : 0;
   }
   if (substep_begins_) {
     substep_begins_ = false;
-    look_for_crossings(motion.origin);
+    look_for_crossings(origin);
   }
   std::fill(moved_.begin(), moved_.end(), 0);
+}
+
+template <class T>
+const std::vector<SelfPair<T>>& SelfContactCpu<T>::near_faces(const SelfMotion<T>& motion) {
+  note_stirred_and_crossed(motion.origin);
+  renew(motion);
+  return face_pairs_;
+}
+
+template <class T>
+void SelfContactCpu<T>::push(const SelfMotion<T>& motion) {
+  note_stirred_and_crossed(motion.origin);
   moved_from_ = 1;
   const auto support = [&](bool first) {
     for (std::size_t i = 0; i < sums_.size(); ++i) {

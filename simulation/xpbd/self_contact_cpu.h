@@ -29,6 +29,17 @@ class SelfContactCpu {
   void begin_frame();
   /// Begins a substep; `left` substeps of the frame are to come, this one included.
   void begin_substep(int left);
+  /// From now on pushes leave pairs `share` of their gap and know no friction: for a solver that
+  /// holds them at the whole gap itself.
+  void push_nearer(T share) {
+    gap_share_ = share;
+    push_friction_ = T(0);
+  }
+  /// Pairs of a particle and a face that may come nearer than their gap where cloth goes from
+  /// `motion.origin` to `motion.x`.
+  const std::vector<SelfPair<T>>& near_faces(const SelfMotion<T>& motion);
+  const SelfView<T>& view() const { return view_; }
+  const SelfRule<T>& rule() const { return rule_; }
   /// Pushes pairs apart until none is pressed.
   void push(const SelfMotion<T>& motion);
   /// Keeps back what would pass; `pass` counts from 0. True if there was something: then the body
@@ -71,6 +82,8 @@ class SelfContactCpu {
   /// A new search where the list does not hold; true if there was one.
   bool renew(const SelfMotion<T>& motion);
   void search(const SelfMotion<T>& motion);
+  /// What was moved since the last look, and, once a substep, what is crossed.
+  void note_stirred_and_crossed(const std::vector<Vec4<T>>& origin);
   /// At a substep's start: what is crossed, where something may have passed.
   void look_for_crossings(const std::vector<Vec4<T>>& origin);
   void set_crossings(std::vector<Crossing> crossings);
@@ -89,6 +102,8 @@ class SelfContactCpu {
 
   PreparedSurface<T> surface_;
   SelfRule<T> rule_;
+  T gap_share_ = T(1);
+  T push_friction_;
   SelfView<T> view_{};
   std::vector<Vec4<T>> start_, end_;  ///< of the search
   std::vector<SelfPair<T>> face_pairs_, edge_pairs_;

@@ -8,8 +8,6 @@
 
 #include "core/error.h"
 #include "core/saturating_cast.h"
-#include "core/topology.h"
-#include "core/welded_faces.h"
 #include "simulation/cloth/attached_position.h"
 #include "simulation/xpbd/backend.h"
 #include "simulation/xpbd/constraint_math.h"
@@ -93,11 +91,6 @@ void check_control(const Control& control, const Cloth& cloth, Index body_vertic
       throw DataError("", "body vertex " + std::to_string(worst), found, expected);
     }
   }
-}
-
-bool has_inside(const Points& body, const Triangles& body_faces) {
-  return body_faces.rows() > 0 &&
-         is_closed(topology_of(welded_faces(body, body_faces), body.rows()));
 }
 
 void check_finite(const Points& positions, std::int64_t frame) {

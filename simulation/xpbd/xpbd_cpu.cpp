@@ -3,8 +3,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
-#include "simulation/contact/body_contact_math.h"
-#include "simulation/contact/contact_tree.h"
+#include "simulation/contact/body_encounter.h"
 #include "simulation/xpbd/backend.h"
 #include "simulation/xpbd/edge_math.h"
 #include "simulation/xpbd/edges_avx2.h"
@@ -49,7 +48,8 @@ class CpuBackend final : public ClothSolver::Backend {
         body_faces_(body_faces),
         options_(options),
         avx2_(use_avx2(options)),
-        prepared_(prepare_cloth<T>(cloth)) {
+        prepared_(prepare_cloth<T>(cloth)),
+        body_(body_faces) {
     const std::size_t n = cloth.mass.size();
     x_.resize(n);
     start_.resize(n);
@@ -65,11 +65,8 @@ class CpuBackend final : public ClothSolver::Backend {
     if (options.self_contact && cloth.faces.rows() > 0) {
       self_ = std::make_unique<SelfContactCpu<T>>(cloth, prepared_, options);
     }
-    for (Index f = 0; f < body_faces.rows(); ++f) {
-      faces_.push_back({body_faces(f, 0), body_faces(f, 1), body_faces(f, 2)});
-    }
-    if (options.body_edges && !faces_.empty() && cloth.faces.rows() > 0) {
-      features_ = std::make_unique<FeatureContactCpu<T>>(cloth_, prepared_, faces_);
+    if (options.body_edges && body_faces.rows() > 0 && cloth.faces.rows() > 0) {
+      features_ = std::make_unique<FeatureContactCpu<T>>(cloth_, prepared_, body_.faces());
     }
   }
 
@@ -96,7 +93,7 @@ class CpuBackend final : public ClothSolver::Backend {
       }
       substep(h, s);
     }
-    end_outside_body();
+    body_.end_outside(rule_, options_.substeps, x_);
     ClothState next{Points(prepared_.count, 3), Points(prepared_.count, 3), state_.frame + 1};
     for (int i = 0; i < prepared_.count; ++i) {
       const int v = prepared_.external[i];
@@ -115,7 +112,9 @@ class CpuBackend final : public ClothSolver::Backend {
       report.self_renewals = self_->renewal_count();
     }
     if (options_.report) {
-      measure_penetration(report);
+      const BodyPenetration inside = body_.penetration(rule_.reach, x_);
+      report.penetrating = inside.count;
+      report.penetration_depth = inside.depth;
       report = report_state(
           cloth_, variation_, state_,
           {multipliers_in_order(prepared_, lambda_.data(), cloth_.schedule.order.size()),
@@ -156,31 +155,6 @@ class CpuBackend final : public ClothSolver::Backend {
     touched_.assign(x_.size(), 0);
     pushed_.assign(x_.size(), 0);
     carry_.resize(x_.size());
-    body_ = {};
-    if (faces_.empty() || control.body_start.rows() == 0) {
-      return;
-    }
-    const auto copy = [](const Points& from, std::vector<Vec4<T>>& to) {
-      to.resize(static_cast<std::size_t>(from.rows()));
-      for (Index i = 0; i < from.rows(); ++i) {
-        to[i] = with_w(vec<T>(from, i), T(0));
-      }
-    };
-    copy(control.body_start, body_start_);
-    copy(control.body_end, body_end_);
-    body_ = {faces_.data(), body_start_.data(), body_end_.data(), nullptr,
-             static_cast<int>(faces_.size())};
-    std::vector<Box<T>> boxes(faces_.size());
-    for (std::size_t f = 0; f < boxes.size(); ++f) {
-      boxes[f] = swept_box(body_, static_cast<int>(f));
-    }
-    if (tree_.nodes.empty()) {
-      tree_ = build_contact_tree(boxes);
-      has_inside_ = has_inside(control.body_start, body_faces_);
-    } else {
-      refit_contact_tree(tree_, boxes);
-    }
-    body_.nodes = tree_.nodes.data();
     const Material& m = cloth_.material;
     rule_.thickness = static_cast<T>(options_.thickness >= 0 ? options_.thickness : m.thickness);
     rule_.friction = static_cast<T>(variation_.friction >= 0 ? variation_.friction
@@ -189,24 +163,12 @@ class CpuBackend final : public ClothSolver::Backend {
     rule_.reach = max_of(static_cast<T>(options_.contact_reach), rule_.thickness);
     rule_.old_overlap =
         static_cast<T>(options_.depenetration_speed * options_.time_step / options_.substeps);
-    outlook_.resize(x_.size());
-    flight_.resize(x_.size());
-    candidates_.resize(x_.size() * kBodyCandidates);
     held_.resize(x_.size());
-    frame_start_ = x_;
-    const T frame = static_cast<T>(options_.time_step);
-    parallel_for(prepared_.count, kGrain / 8, [&](Index begin, Index end) {
-      for (Index i = begin; i < end; ++i) {
-        const T slack = expected_deviation(acceleration_[i], frame);
-        flight_[i] = frame * velocity_[i];
-        outlook_[i] = x_[i].w > T(0)
-                          ? collect_candidates(body_, free_flight(i), slack, rule_,
-                                               &candidates_[i * kBodyCandidates], AloneInTree{})
-                          : BodyOutlook<T>{slack, T(0), T(0), {}, 0};
-      }
-    });
-    if (features_ != nullptr) {
-      features_->begin_frame(body_, tree_, rule_, x_, flight_, outlook_);
+    body_.begin_frame(control, static_cast<T>(options_.time_step), rule_,
+                      {x_, velocity_, acceleration_});
+    if (features_ != nullptr && !body_.empty()) {
+      features_->begin_frame(body_.body(), body_.tree(), rule_, x_, body_.flight(),
+                             body_.outlook());
     }
   }
 
@@ -214,7 +176,7 @@ class CpuBackend final : public ClothSolver::Backend {
   /// the last.
   void push_off_features(int s) {
     std::fill(pushed_.begin(), pushed_.end(), 0);
-    if (features_ != nullptr && body_.face_count > 0) {
+    if (features_ != nullptr && !body_.empty()) {
       const T substeps = static_cast<T>(options_.substeps);
       features_->push(x_, start_, static_cast<T>(s) / substeps, static_cast<T>(s + 1) / substeps,
                       pushed_);
@@ -231,71 +193,25 @@ class CpuBackend final : public ClothSolver::Backend {
 
   /// `again`: only whom cloth moved since.
   void touch_body(int s, bool again, Meeting meeting) {
-    const BodySubstep<T> step{body_, rule_, static_cast<T>(s) / static_cast<T>(options_.substeps),
+    const BodySubstep<T> step{body_.body(), rule_, static_cast<T>(s) / static_cast<T>(options_.substeps),
                               static_cast<T>(s + 1) / static_cast<T>(options_.substeps)};
     parallel_for(prepared_.count, kGrain / 4, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {
         if (!again || self_->moved(static_cast<int>(i))) {
           BodyParticle<T> p{x_[i], start_[i], held_[i], xyz(carry_[i])};
           touched_[i] = meeting == Meeting::Touches
-                            ? x_[i].w > T(0) && touch_particle(i, p, step)
-                            : stay_with_body(p, origin_[i], step, outlook_[i], meeting);
+                            ? x_[i].w > T(0) && body_.touch(i, p, step, body_.outlook()[i])
+                            : stay_with_body(p, origin_[i], step, body_.outlook()[i], meeting);
           x_[i] = p.x;
           start_[i] = p.start;
           held_[i] = p.held;
           if (self_ != nullptr) {
-            const bool out = self_->comes_out(outlook_, static_cast<int>(i));
+            const bool out = self_->comes_out(body_.outlook(), static_cast<int>(i));
             carry_[i] = with_w(p.moved, out ? T(1) : T(0));
           }
         }
       }
     });
-  }
-
-  FreeFlight<T> free_flight(Index i) const { return {xyz(frame_start_[i]), flight_[i]}; }
-
-  bool touch_particle(Index i, BodyParticle<T>& p, const BodySubstep<T>& step) {
-    const BodySearch search = body_search(outlook_[i], xyz(p.x), free_flight(i), step.t1);
-    if (search == BodySearch::Nothing) {
-      return false;
-    }
-    if (search != BodySearch::Candidates) {
-      return contact_by_tree(p, step, outlook_[i], search, AloneInTree{});
-    }
-    const auto choose = [&](const Passage<T>& way, bool swept) {
-      return choose_candidate(body_, &candidates_[i * kBodyCandidates], outlook_[i].count, way,
-                              rule_.reach, swept);
-    };
-    return contact_by_candidates(p, step, outlook_[i], free_flight(i), choose);
-  }
-
-  void end_outside_body() {
-    if (body_.face_count == 0 || !has_inside_) {
-      return;
-    }
-    parallel_for(prepared_.count, kGrain / 4, [&](Index begin, Index end) {
-      for (Index i = begin; i < end; ++i) {
-        if (x_[i].w > T(0)) {
-          end_outside(body_, rule_, outlook_[i], free_flight(i), options_.substeps, x_[i]);
-        }
-      }
-    });
-  }
-
-  void measure_penetration(FrameReport& report) const {
-    if (body_.face_count == 0) {
-      return;
-    }
-    std::vector<T> depth(x_.size(), T(0));
-    parallel_for(prepared_.count, kGrain / 4, [&](Index begin, Index end) {
-      for (Index i = begin; i < end; ++i) {
-        depth[i] = x_[i].w > T(0) ? depth_inside(body_, xyz(x_[i]), rule_.reach) : T(0);
-      }
-    });
-    for (T d : depth) {
-      report.penetrating += d > T(0) ? 1 : 0;
-      report.penetration_depth = std::max(report.penetration_depth, static_cast<double>(d));
-    }
   }
 
   void substep(T h, int s) {
@@ -332,29 +248,29 @@ class CpuBackend final : public ClothSolver::Backend {
         }
       }
       if (self_ == nullptr) {
-        if (body_.face_count > 0) {
+        if (!body_.empty()) {
           meet_body(s);
         }
         continue;
       }
       // Cloth on the body has to be known before cloth pushes cloth. In the end nothing passes,
       // neither cloth nor body; where both cannot be, the body wins.
-      if (body_.face_count > 0) {
+      if (!body_.empty()) {
         meet_body(s);
       }
       const SelfMotion<T> motion{x_, start_, carry_, origin_, touched_};
       self_->push(motion);
-      if (body_.face_count > 0) {
+      if (!body_.empty()) {
         touch_body(s, true, Meeting::Touches);
       }
       bool kept = false;
       for (int pass = 0; pass < kSelfKeeps && self_->keep_back(motion, pass); ++pass) {
         kept = true;
-        if (body_.face_count > 0) {
+        if (!body_.empty()) {
           touch_body(s, true, meeting_in_pass(pass));
         }
       }
-      if (kept && body_.face_count > 0) {
+      if (kept && !body_.empty()) {
         self_->all_kept();
         touch_body(s, true, Meeting::Leaves);
       }
@@ -469,7 +385,6 @@ class CpuBackend final : public ClothSolver::Backend {
   XpbdOptions options_;
   bool avx2_;
   PreparedCloth<T> prepared_;
-  bool has_inside_ = false;
   ClothState state_;
   std::vector<Vec4<T>> x_;
   std::vector<Vec4<T>> start_;  ///< positions at the start of the substep
@@ -489,16 +404,8 @@ class CpuBackend final : public ClothSolver::Backend {
   };
   JacobiState jacobi_;  ///< empty unless asked for
 
-  std::vector<FaceIndices> faces_;
-  std::vector<Vec4<T>> body_start_;
-  std::vector<Vec4<T>> body_end_;
-  ContactTree<T> tree_;
-  BodyView<T> body_{};
+  BodyEncounter<T> body_;
   BodyContactRule<T> rule_{};
-  std::vector<Vec4<T>> frame_start_;
-  std::vector<BodyOutlook<T>> outlook_;
-  std::vector<Vec3<T>> flight_;  ///< free flight of the frame
-  std::vector<int> candidates_;
   std::vector<Vec4<T>> held_;  ///< friction of the substep, see resolve_touch
   std::vector<char> touched_;
   std::vector<char> pushed_;     ///< 1: a feature of the body did in this iteration

@@ -7,6 +7,7 @@
 
 #include "core/cuda_buffer.cuh"
 #include "core/device.h"
+#include "simulation/contact/body_encounter.h"
 #include "simulation/xpbd/backend.h"
 #include "simulation/xpbd/cuda_body.cuh"
 #include "simulation/xpbd/cuda_features.cuh"

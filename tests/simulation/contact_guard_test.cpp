@@ -2,12 +2,15 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <memory>
 #include <numbers>
+#include <string>
 
 #include <gtest/gtest.h>
 
 #include "core/random.h"
 #include "simulation/contact/crossings.h"
+#include "simulation/solver.h"
 #include "tests/simulation/cloth_fixtures.h"
 #include "tests/simulation/test_bodies.h"
 
@@ -343,8 +346,8 @@ TEST(ContactGuard, Crossings_DoNotGrowOver600Frames) {
   }
 }
 
-// A skirt in extreme motion, for as long as anyone likes: 300 frames here, 100,000 in scripts/soak.
-TEST(ContactGuard, Skirt_SurvivesExtremeMotion) {
+/// A skirt in extreme motion, for as long as anyone likes: 300 frames here, 100,000 in scripts/soak.
+void survive_extreme_motion(const std::string& solver_name, Device device) {
   Garment garment = fixtures::garment_of(tube(28, 12, 0.155, 0.3, 0.02, -0.4), 0.2, 400, 2e-6);
   garment.material.thickness = 2e-3;
   std::vector<int> waist;
@@ -356,46 +359,58 @@ TEST(ContactGuard, Skirt_SurvivesExtremeMotion) {
       fixtures::soaking() ? std::vector<double>{0, 3.1, 7.7, 12.9} : std::vector<double>{0, 7.7};
   const int all_frames = fixtures::frames_or_soak(300);
   const int frames = all_frames / static_cast<int>(starts.size());
-  for (Device device : fixtures::devices()) {
-    fixtures::Tenths strain(all_frames);
-    fixtures::Tenths crossings(all_frames);
-    double deepest = 0;
-    int frame = 0;
-    for (double start : starts) {
-      const Kicks kicks(start);
-      XpbdOptions options;
-      options.self_contact = true;
-      ClothSolver solver(cloth, kicks.body.faces, options, device);
-      ClothState state = rest_state(cloth);
-      state.positions = kicks.placed(state.positions, 0);
-      solver.set_state(state);
-      for (int i = 0; i < frames; ++i, ++frame) {
-        Control control;
-        control.body_start = kicks.at(i);
-        control.body_end = kicks.at(i + 1);
-        control.pin_targets = kicks.placed(cloth.rest_positions, i + 1);
-        strain.add(frame, solver.advance(control).strain_p95);
-        if (i % 10 == 9) {
-          const Points x = solver.state().positions;
-          crossings.add(frame, count_crossings(x, cloth.faces));
-          deepest = std::max(
-              deepest,
-              fixtures::contact_guard(x, control.body_end, kicks.body.faces, 2e-3).deepest);
-        }
+  fixtures::Tenths strain(all_frames);
+  fixtures::Tenths crossings(all_frames);
+  double deepest = 0;
+  int frame = 0;
+  for (double start : starts) {
+    const Kicks kicks(start);
+    SolverOptions options;
+    options.name = solver_name;
+    options.self_contact = true;
+    const std::unique_ptr<Solver> solver =
+        create_solver({cloth, kicks.body.faces}, options, device);
+    ClothState state = rest_state(cloth);
+    state.positions = kicks.placed(state.positions, 0);
+    solver->set_state(state);
+    for (int i = 0; i < frames; ++i, ++frame) {
+      Control control;
+      control.body_start = kicks.at(i);
+      control.body_end = kicks.at(i + 1);
+      control.pin_targets = kicks.placed(cloth.rest_positions, i + 1);
+      strain.add(frame, solver->step(control).strain_p95);
+      if (i % 10 == 9) {
+        const Points x = solver->state().positions;
+        crossings.add(frame, count_crossings(x, cloth.faces));
+        deepest =
+            std::max(deepest,
+                     fixtures::contact_guard(x, control.body_end, kicks.body.faces, 2e-3).deepest);
       }
     }
-    EXPECT_LT(deepest, kDeepest);
-    EXPECT_LT(std::max(strain.early(), strain.late()), 0.3);
-    // Where the leg squeezes folds against the hip, which it overlaps, the body may win; such
-    // crossings come apart within a few frames.
-    EXPECT_LT(std::max(crossings.early(), crossings.late()), 10) << "of 1,000 edges";
-    EXPECT_LT(strain.late(), 1.2 * strain.early() + 0.02) << "strain must not grow";
-    if (all_frames >= 2000) {
-      EXPECT_LE(crossings.late(), 1.5 * crossings.early() + 10) << "crossings must not grow";
-    }
-    RecordProperty(std::string("crossings_by_tenth_") + device_name(device), crossings.text());
-    RecordProperty(std::string("strain_by_tenth_") + device_name(device), strain.text());
   }
+  EXPECT_LT(deepest, kDeepest);
+  EXPECT_LT(std::max(strain.early(), strain.late()), 0.3);
+  // Where the leg squeezes folds against the hip, which it overlaps, the body may win; such
+  // crossings come apart within a few frames.
+  EXPECT_LT(std::max(crossings.early(), crossings.late()), 10) << "of 1,000 edges";
+  EXPECT_LT(strain.late(), 1.2 * strain.early() + 0.02) << "strain must not grow";
+  if (all_frames >= 2000) {
+    EXPECT_LE(crossings.late(), 1.5 * crossings.early() + 10) << "crossings must not grow";
+  }
+  const std::string of = solver_name + "_" + device_name(device);
+  ::testing::Test::RecordProperty("crossings_by_tenth_" + of, crossings.text());
+  ::testing::Test::RecordProperty("strain_by_tenth_" + of, strain.text());
+  ::testing::Test::RecordProperty("deepest_" + of, std::to_string(deepest));
+}
+
+TEST(ContactGuard, Skirt_SurvivesExtremeMotion) {
+  for (Device device : fixtures::devices()) {
+    survive_extreme_motion("xpbd", device);
+  }
+}
+
+TEST(ProjectiveGuard, Skirt_SurvivesExtremeMotion) {
+  survive_extreme_motion("projective-friction", Device::Cpu);
 }
 
 // T17: a drop of fifty layers, ten elsewhere.
@@ -425,43 +440,53 @@ TEST(ContactGuard, FiftyLayers_SettleInOrder) {
   }
 }
 
-TEST(ContactGuard, MaterialsOverSixOrdersOfMagnitude_StayFinite) {
+/// Materials over six orders of magnitude, in both membranes, each with the substeps of a usual
+/// frame and with one.
+void stay_finite(const std::string& solver_name, Device device) {
   const Mesh ball = fixtures::sphere(0.1, 12, 24);
   Random random{7, 0, 0};
   const auto spread = [&](double low, double high) {
     return low * std::pow(high / low, uniform(random));
   };
-  for (Device device : fixtures::devices()) {
-    for (int trial = 0; trial < 48; ++trial) {
-      Garment garment = sheet_at(8, 0.3, 0.13);
-      fixtures::use_flat_rest(garment);
-      garment.material.density = spread(1e-3, 1e3);
-      garment.material.stretch_warp = spread(1e-1, 1e5);
-      garment.material.stretch_weft = spread(1e-1, 1e5);
-      garment.material.shear = spread(1e-1, 1e5);
-      garment.material.bending = spread(1e-9, 1e-3);
-      garment.material.friction = spread(1e-3, 1e1);
-      garment.material.damping = spread(1e-7, 1e-1);
-      garment.material.thickness = spread(1e-5, 1e-2);
-      // Both membranes, each with the ten substeps of a usual frame and with one.
-      ClothOptions membrane;
-      membrane.membrane = trial % 2 == 0 ? "springs" : "strain";
-      XpbdOptions options;
-      options.self_contact = true;
-      options.substeps = trial / 2 % 2 == 0 ? 10 : 1;
-      const Cloth cloth = make_cloth(garment, {}, membrane);
-      ClothSolver solver(cloth, ball.faces, options, device);
-      for (int i = 0; i < 20; ++i) {
-        Control control;
-        control.body_start =
-            ball.vertices.rowwise() + Eigen::RowVector3d(0, 0.05 * std::sin(0.4 * i), 0);
-        control.body_end =
-            ball.vertices.rowwise() + Eigen::RowVector3d(0, 0.05 * std::sin(0.4 * (i + 1)), 0);
-        solver.advance(control);  // throws where a position is not finite
-      }
-      EXPECT_LT(solver.state().positions.cwiseAbs().maxCoeff(), 100) << trial;
+  for (int trial = 0; trial < 48; ++trial) {
+    Garment garment = sheet_at(8, 0.3, 0.13);
+    fixtures::use_flat_rest(garment);
+    garment.material.density = spread(1e-3, 1e3);
+    garment.material.stretch_warp = spread(1e-1, 1e5);
+    garment.material.stretch_weft = spread(1e-1, 1e5);
+    garment.material.shear = spread(1e-1, 1e5);
+    garment.material.bending = spread(1e-9, 1e-3);
+    garment.material.friction = spread(1e-3, 1e1);
+    garment.material.damping = spread(1e-7, 1e-1);
+    garment.material.thickness = spread(1e-5, 1e-2);
+    ClothOptions membrane;
+    membrane.membrane = trial % 2 == 0 ? "springs" : "strain";
+    SolverOptions options;
+    options.name = solver_name;
+    options.self_contact = true;
+    options.substeps = options.projective.substeps = trial / 2 % 2 == 0 ? 10 : 1;
+    const std::unique_ptr<Solver> solver =
+        create_solver({make_cloth(garment, {}, membrane), ball.faces}, options, device);
+    for (int i = 0; i < 20; ++i) {
+      Control control;
+      control.body_start =
+          ball.vertices.rowwise() + Eigen::RowVector3d(0, 0.05 * std::sin(0.4 * i), 0);
+      control.body_end =
+          ball.vertices.rowwise() + Eigen::RowVector3d(0, 0.05 * std::sin(0.4 * (i + 1)), 0);
+      solver->step(control);  // throws where a position is not finite
     }
+    EXPECT_LT(solver->state().positions.cwiseAbs().maxCoeff(), 100) << trial;
   }
+}
+
+TEST(ContactGuard, MaterialsOverSixOrdersOfMagnitude_StayFinite) {
+  for (Device device : fixtures::devices()) {
+    stay_finite("xpbd", device);
+  }
+}
+
+TEST(ProjectiveGuard, MaterialsOverSixOrdersOfMagnitude_StayFinite) {
+  stay_finite("projective-friction", Device::Cpu);
 }
 
 }  // namespace

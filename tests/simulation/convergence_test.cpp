@@ -1,11 +1,10 @@
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
 
-#include "simulation/xpbd/constraint_math.h"
 #include "tests/simulation/cloth_fixtures.h"
+#include "tests/simulation/implicit_euler.h"
 #include "tests/support/devices.h"
 
 namespace atelier {
@@ -19,87 +18,6 @@ Cloth small_cloth() {
   const Garment garment =
       fixtures::garment_of(fixtures::sheet(5, 5, kSize / 5, 'a'), 0.2, 50, 1e-4);
   return make_cloth(garment, {0, 5});
-}
-
-/// Elastic force on every particle (minus the gradient of the energy), stacked [3 V].
-Eigen::VectorXd elastic_gradient(const Cloth& cloth, const Eigen::VectorXd& x) {
-  const auto p = [&](int v) { return Vec3d{x[3 * v], x[3 * v + 1], x[3 * v + 2]}; };
-  Eigen::VectorXd out = Eigen::VectorXd::Zero(x.size());
-  const auto add = [&](int v, double factor, Vec3d g) {
-    out[3 * v] += factor * g.x;
-    out[3 * v + 1] += factor * g.y;
-    out[3 * v + 2] += factor * g.z;
-  };
-  for (const ClothSpring& s : cloth.springs) {
-    const SpringValue<double> value = spring_value(p(s.a), p(s.b), s.rest);
-    add(s.a, s.stiffness * value.c, value.gradient);
-    add(s.b, -s.stiffness * value.c, value.gradient);
-  }
-  for (const ClothHinge& h : cloth.hinges) {
-    const int v[4] = {h.edge0, h.edge1, h.left, h.right};
-    const HingeValue<double> value = hinge_value(p(v[0]), p(v[1]), p(v[2]), p(v[3]));
-    for (int k = 0; k < 4; ++k) {
-      add(v[k], h.stiffness * angle_difference(value.angle, h.rest), value.gradient[k]);
-    }
-  }
-  return out;
-}
-
-/// One step of implicit Euler by Newton on the dense system, in double.
-ClothState newton_step(const Cloth& cloth, const ClothState& state, double h) {
-  const int n = static_cast<int>(cloth.mass.size());
-  Eigen::VectorXd x(3 * n);
-  Eigen::VectorXd goal(3 * n);
-  Eigen::VectorXd mass(3 * n);
-  std::vector<int> free;
-  for (int v = 0; v < n; ++v) {
-    for (int k = 0; k < 3; ++k) {
-      x[3 * v + k] = state.positions(v, k);
-      goal[3 * v + k] = state.positions(v, k) +
-                        (cloth.fixed[v] ? 0 : h * state.velocities(v, k) - (k == 1) * h * h * 9.81);
-      mass[3 * v + k] = cloth.mass[v] / (h * h);
-      if (!cloth.fixed[v]) {
-        free.push_back(3 * v + k);
-      }
-    }
-  }
-  const auto gradient = [&](const Eigen::VectorXd& at) -> Eigen::VectorXd {
-    return mass.cwiseProduct(at - goal) + elastic_gradient(cloth, at);
-  };
-  const auto on_free = [&](const Eigen::VectorXd& all) {
-    Eigen::VectorXd out(free.size());
-    for (std::size_t i = 0; i < free.size(); ++i) {
-      out[i] = all[free[i]];
-    }
-    return out;
-  };
-  for (int iteration = 0; iteration < 20; ++iteration) {
-    const Eigen::VectorXd g = on_free(gradient(x));
-    if (g.norm() < 1e-11) {
-      break;
-    }
-    Eigen::MatrixXd hessian(free.size(), free.size());
-    for (std::size_t i = 0; i < free.size(); ++i) {
-      Eigen::VectorXd plus = x;
-      Eigen::VectorXd minus = x;
-      plus[free[i]] += 1e-7;
-      minus[free[i]] -= 1e-7;
-      hessian.col(i) = on_free(gradient(plus) - gradient(minus)) / 2e-7;
-    }
-    const Eigen::VectorXd step = hessian.ldlt().solve(g);
-    for (std::size_t i = 0; i < free.size(); ++i) {
-      x[free[i]] -= step[i];
-    }
-  }
-  ClothState out = state;
-  for (int v = 0; v < n; ++v) {
-    for (int k = 0; k < 3; ++k) {
-      out.positions(v, k) = x[3 * v + k];
-      out.velocities(v, k) = (x[3 * v + k] - state.positions(v, k)) / h;
-    }
-  }
-  ++out.frame;
-  return out;
 }
 
 XpbdOptions one_step(double h, int iterations) {
@@ -119,7 +37,7 @@ TEST_P(Convergence, ManyIterations_GiveImplicitEuler) {
   ClothState exact = rest_state(cloth);
   for (int i = 0; i < 12; ++i) {
     solver.advance({});
-    exact = newton_step(cloth, exact, h);
+    exact = fixtures::newton_step(cloth, exact, h);
   }
   const double fallen = cloth.rest_positions.col(1).mean() - exact.positions.col(1).mean();
   EXPECT_GT(fallen, 0.003);

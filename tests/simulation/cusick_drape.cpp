@@ -126,7 +126,9 @@ CusickDrape cusick_drape(const Material& material, const CusickOptions& options,
   const Cloth& cloth = model.cloth;
 
   SolverOptions how;
-  how.substeps = options.substeps;
+  how.name = options.solver;
+  how.substeps = how.projective.substeps = options.substeps;
+  how.xpbd.iterations = how.projective.iterations = options.iterations;
   how.velocity_damping = 4;
   how.report = false;
   const std::unique_ptr<Solver> solver = create_solver(model, how, device);

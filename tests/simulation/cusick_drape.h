@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "core/device.h"
 #include "core/garment.h"
 
@@ -12,6 +14,8 @@ struct CusickOptions {
   int rings = 20;                   ///< of triangles from the centre to the rim, 6 to 200
   double seconds = 2;               ///< of hanging, 0.1 to 60
   int substeps = 30;                ///< of a sixtieth of a second, 1 to 10000
+  std::string solver = "xpbd";      ///< one of solver_names()
+  int iterations = 1;               ///< of a substep, of either
 };
 
 struct CusickDrape {

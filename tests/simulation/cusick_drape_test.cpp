@@ -77,6 +77,43 @@ TEST_P(CusickDrapeTest, FinerMesh_ChangesTheDrapeLittle) {
 
 ATELIER_ON_EVERY_DEVICE(CusickDrapeTest);
 
+// The same cloth by projective dynamics: in the same bands.
+TEST(ProjectiveDrape, Fabrics_DrapeAsPublished) {
+  for (const Fabric& fabric : all_fabrics()) {
+    if (fabric.drape_high == 100) {
+      continue;
+    }
+    const CusickDrape drape = cusick_drape(
+        fabric.material, {.rings = 15, .solver = "projective-friction", .iterations = 10});
+    EXPECT_GE(drape.coefficient, fabric.drape_low) << fabric.name;
+    EXPECT_LE(drape.coefficient, fabric.drape_high) << fabric.name;
+    EXPECT_LT(drape.rest_speed, 0.05) << fabric.name;
+    RecordProperty(std::string(fabric.name), std::to_string(drape.coefficient));
+  }
+}
+
+// XPBD with an iteration a substep drapes softer than its own solution: silk of 2e-6 N m 36.9%, of 10
+// iterations 41.5, of 60 52.8, where projective dynamics has 51.3 of 20 and 51.8 of 60. Solved as
+// far, both drape alike.
+TEST(ProjectiveDrape, SolvedAsFar_DrapesAsByXpbd) {
+  if (!fixtures::soaking()) {
+    GTEST_SKIP() << "part of scripts/soak";
+  }
+  for (const Fabric& fabric : all_fabrics()) {
+    if (fabric.drape_high == 100) {
+      continue;
+    }
+    CusickOptions options{.rings = 15};
+    options.iterations = 60;
+    const double xpbd = cusick_drape(fabric.material, options).coefficient;
+    options.solver = "projective-friction";
+    options.iterations = 20;
+    const double ours = cusick_drape(fabric.material, options).coefficient;
+    EXPECT_NEAR(ours / xpbd, 1, 0.05) << fabric.name;
+    RecordProperty(std::string(fabric.name), std::to_string(ours) + " and " + std::to_string(xpbd));
+  }
+}
+
 TEST(CusickDrape, DiscAsLargeAsTheSpecimen_IsRefused) {
   EXPECT_THROW(cusick_drape({}, {.specimen_diameter = 0.1, .disc_diameter = 0.1}), LogicError);
   EXPECT_THROW(cusick_drape({}, {.rings = 2}), LogicError);

@@ -2,8 +2,10 @@
 #include "simulation/projective/projective.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -12,7 +14,9 @@
 #include "core/random.h"
 #include "simulation/projective/cholesky.h"
 #include "simulation/projective/elastic_rows.h"
+#include "simulation/projective/panel_products.h"
 #include "tests/simulation/elastica.h"
+#include "tests/simulation/implicit_euler.h"
 #include "tests/simulation/test_bodies.h"
 
 namespace atelier {
@@ -274,6 +278,144 @@ TEST(ElasticRows, Bend_MeasuresTheAngle) {
   EXPECT_EQ(row.stiffness, hinge.stiffness);
 }
 
+// Solved to the end, a step is one of implicit Euler; fewer iterations come nearer and nearer to it.
+TEST(ProjectiveConvergence, Iterations_ComeToImplicitEuler) {
+  const double size = 0.3;
+  const double h = 1.0 / 240;
+  const auto off = [&](double bending, int iterations) {
+    const Cloth cloth = make_cloth(
+        fixtures::garment_of(fixtures::sheet(5, 5, size / 5, 'a'), 0.2, 50, bending), {0, 5});
+    ClothState exact = rest_state(cloth);
+    ProjectiveSolver solver(cloth, {}, projective_statics(h, 1, iterations, 0));
+    for (int i = 0; i < 12; ++i) {
+      exact = fixtures::newton_step(cloth, exact, h);
+      solver.advance({});
+    }
+    return (solver.state().positions - exact.positions).rowwise().norm().maxCoeff() / size;
+  };
+  double last = 1;
+  for (const int iterations : {2, 5, 10, 100}) {
+    const double found = off(0, iterations);
+    EXPECT_LT(found, last) << iterations;
+    last = found;
+    RecordProperty("off_after_" + std::to_string(iterations), std::to_string(1e6 * found) + "e-6");
+  }
+  EXPECT_LT(last, 1e-8);
+  // The bend is 2 sin(angle / 2) where the hinge has the angle.
+  const double with_bends = off(1e-4, 100);
+  EXPECT_LT(with_bends, 1e-4);
+  RecordProperty("off_with_bends", std::to_string(1e6 * with_bends) + "e-6");
+}
+
+// With steps it comes to the motion that XPBD comes to: a sheet that swings down from two corners.
+TEST(ProjectiveConvergence, Steps_ComeToXpbdsAnswer) {
+  const double size = 0.3;
+  const Cloth cloth = make_cloth(
+      fixtures::garment_of(fixtures::sheet(8, 8, size / 8, 'a'), 0.2, 50, 0), {0, 8});
+  const int frames = 10;
+  SolverOptions fine;
+  fine.substeps = 100;
+  fine.xpbd.iterations = 60;
+  fine.xpbd.precision = "double";
+  fine.report = false;
+  ClothSolver xpbd(cloth, {}, xpbd_options(fine));
+  for (int i = 0; i < frames; ++i) {
+    xpbd.advance({});
+  }
+  double last = 1;
+  for (const int substeps : {2, 8, 32}) {
+    ProjectiveSolver ours(cloth, {}, projective_statics(1.0 / 60, substeps, 40, 0));
+    for (int i = 0; i < frames; ++i) {
+      ours.advance({});
+    }
+    const double off =
+        (ours.state().positions - xpbd.state().positions).rowwise().norm().maxCoeff() / size;
+    EXPECT_LT(off, last / 2) << substeps;
+    last = off;
+    RecordProperty("off_at_" + std::to_string(substeps), std::to_string(1e6 * off) + "e-6");
+  }
+  EXPECT_LT(last, 5e-3);
+}
+
+// Soft cloth that its weight would stretch by a quarter, in either membrane: beyond the limit it is
+// thirty times as stiff.
+TEST(ProjectiveStrainLimit, SoftCloth_StretchesToTheLimitOnly) {
+  const Mesh mesh = fixtures::sheet(4, 30, 0.02, 'e');
+  const double length = mesh.vertices.col(2).maxCoeff();
+  Garment garment = fixtures::garment_of(mesh, 0.2, 2, 1e-6);
+  fixtures::use_flat_rest(garment);
+  const std::vector<int> top =
+      fixtures::vertices_where(mesh.vertices, [](double, double, double z) { return z < 1e-9; });
+  Control control;
+  control.gravity = {0, 0, 9.81};
+  for (const char* membrane : {"springs", "strain"}) {
+    ClothOptions cloth_options;
+    cloth_options.membrane = membrane;
+    const Cloth cloth = make_cloth(garment, top, cloth_options);
+    const auto stretch = [&](double limit) {
+      SolverOptions options = projective_statics(1.0 / 60, 10, 20, 10);
+      options.projective.strain_limit = limit;
+      ProjectiveSolver solver(cloth, {}, options);
+      const Points x = settled(solver, control, 200, 1e-4).positions;
+      return x.col(2).maxCoeff() / length - 1;
+    };
+    EXPECT_GT(stretch(0), 0.2) << membrane;
+    // Springs of the equilateral lattice lie at 30 degrees to the pull, and the strip grows narrower:
+    // they stretch by two thirds of what it does.
+    const double of_strip = membrane == std::string("springs") ? 1.5 : 1;
+    EXPECT_NEAR(stretch(0.05), 0.05 * of_strip, 0.01) << membrane;
+    // What stretches less knows no limit.
+    EXPECT_NEAR(stretch(5), stretch(0), 1e-3) << membrane;
+  }
+}
+
+// Two garments, the inner held by a moving body, the outer pinned: a state read back goes on with
+// the same bits, with limits of strain and contact between them.
+TEST(ProjectiveRestart, HeldGarments_ContinueWithTheSameBits) {
+  const Mesh ball = fixtures::sphere(0.1, 12, 24);
+  Garment inner = fixtures::garment_of(fixtures::sheet(8, 8, 0.02, 'a'), 0.2, 300, 1e-5);
+  inner.mesh.vertices.rowwise() += Eigen::RowVector3d(-0.08, 0.102, -0.08);
+  Garment outer = inner;
+  outer.mesh.vertices.col(1).array() += 0.003;
+  for (int corner = 0; corner < 3; ++corner) {
+    Attachment held;
+    held.vertex = 40 + corner;
+    held.triangle = 0;
+    held.barycentric = Eigen::Vector3d(0.2 + 0.1 * corner, 0.3, 0.5 - 0.1 * corner);
+    held.distance = 0.002;
+    inner.attachments.push_back(held);
+  }
+  const Cloth cloth = join_cloths({make_cloth(inner), make_cloth(outer, {0, 8})});
+  SolverOptions options = projective_statics(1.0 / 60, 4, 10, 0);
+  options.self_contact = true;
+  options.projective.strain_limit = 0.05;
+  const auto control_at = [&](int frame) {
+    const auto at = [&](int f) -> Points {
+      return ball.vertices.rowwise() + Eigen::RowVector3d(0.01 * std::sin(0.3 * f), 0, 0);
+    };
+    Control control;
+    control.body_start = at(frame);
+    control.body_end = at(frame + 1);
+    return control;
+  };
+  ProjectiveSolver whole(cloth, ball.faces, options);
+  ClothState middle;
+  for (int i = 0; i < 16; ++i) {
+    middle = i == 7 ? whole.state() : middle;
+    whole.advance(control_at(i));
+  }
+  ProjectiveSolver again(cloth, ball.faces, options);
+  again.set_state(middle);
+  for (int i = 7; i < 16; ++i) {
+    again.advance(control_at(i));
+  }
+  EXPECT_EQ(again.state().positions, whole.state().positions);
+  EXPECT_EQ(again.state().velocities, whole.state().velocities);
+  const ClothState end = whole.state();
+  EXPECT_LT((end.positions.row(40) - ball.vertices.row(0)).norm(), 0.3);
+  EXPECT_EQ(end.positions.row(81), cloth.rest_positions.row(81)) << "pinned";
+}
+
 // A cylinder whose rest angles are its own stays one; with flat ones it opens.
 TEST(ProjectiveRestAngles, TemplateAngles_KeepACurvedTemplate) {
   Mesh mesh = fixtures::sheet(20, 4, 0.01, 'a');
@@ -323,27 +465,67 @@ TEST(CholeskyFactor, Solution_MatchesADenseOne) {
   }
   Eigen::SparseMatrix<double> matrix(n, n);
   matrix.setFromTriplets(entries.begin(), entries.end());
-  CholeskyFactor factor(matrix, positions);
   const Eigen::MatrixXd dense(matrix);
   Eigen::MatrixXd right(n, 3);
   for (int i = 0; i < n; ++i) {
     right.row(i) << uniform(random), uniform(random), uniform(random);
   }
   const Eigen::MatrixXd expected = dense.llt().solve(right);
-  std::vector<Vec4<double>> x(n);
-  for (int i = 0; i < n; ++i) {
-    x[i] = {right(i, 0), right(i, 1), right(i, 2), 0};
-  }
-  factor.solve(x);
-  for (int i = 0; i < n; ++i) {
-    EXPECT_NEAR(x[i].x, expected(i, 0), 1e-10);
-    EXPECT_NEAR(x[i].y, expected(i, 1), 1e-10);
-    EXPECT_NEAR(x[i].z, expected(i, 2), 1e-10);
-  }
-  x.pop_back();
-  EXPECT_THROW(factor.solve(x), LogicError);
+  const auto solved = [&](auto factor) {
+    std::vector<Vec4<double>> x(n);
+    for (int i = 0; i < n; ++i) {
+      x[i] = {right(i, 0), right(i, 1), right(i, 2), 0};
+    }
+    factor.solve(x);
+    Eigen::MatrixXd out(n, 3);
+    for (int i = 0; i < n; ++i) {
+      out.row(i) << x[i].x, x[i].y, x[i].z;
+    }
+    x.pop_back();
+    EXPECT_THROW(factor.solve(x), LogicError);
+    return out;
+  };
+  EXPECT_LT((solved(CholeskyFactor<double>(matrix, positions)) - expected).cwiseAbs().maxCoeff(),
+            1e-10);
+  EXPECT_LT((solved(CholeskyFactor<float>(matrix, positions)) - expected).cwiseAbs().maxCoeff(),
+            1e-5);
   matrix.coeffRef(7, 7) = -1;
-  EXPECT_THROW(CholeskyFactor(matrix, positions), DataError);
+  EXPECT_THROW(CholeskyFactor<float>(matrix, positions), DataError);
+}
+
+// Panels of every height and width, with vectors of eight where there are some.
+TEST(PanelProducts, Products_MatchPlainOnes) {
+  Random random{3, 0, 0};
+  for (int columns = 1; columns < 14; ++columns) {
+    for (int lead : {8, 16, 40}) {
+      std::vector<float> values(static_cast<std::size_t>(lead * columns));
+      std::vector<float> b(static_cast<std::size_t>(3 * columns));
+      std::vector<float> s(static_cast<std::size_t>(3 * lead));
+      for (std::vector<float>* each : {&values, &b, &s}) {
+        for (float& value : *each) {
+          value = static_cast<float>(uniform(random));
+        }
+      }
+      for (int k = 0; k < columns; ++k) {
+        std::fill_n(values.data() + k * lead, std::min(k, lead), 0.0F);
+      }
+      std::vector<double> wide(values.begin(), values.end());
+      const std::vector<double> wide_b(b.begin(), b.end());
+      std::vector<double> wide_s(s.begin(), s.end());
+      std::vector<float> z(b.size());
+      std::vector<double> wide_z(b.size());
+      transposed_product(Panel<float>{values.data(), lead, columns}, s.data(), z.data());
+      transposed_product(Panel<double>{wide.data(), lead, columns}, wide_s.data(), wide_z.data());
+      add_product(Panel<float>{values.data(), lead, columns}, b.data(), s.data());
+      add_product(Panel<double>{wide.data(), lead, columns}, wide_b.data(), wide_s.data());
+      for (std::size_t i = 0; i < z.size(); ++i) {
+        EXPECT_NEAR(z[i], wide_z[i], 1e-5);
+      }
+      for (std::size_t i = 0; i < s.size(); ++i) {
+        EXPECT_NEAR(s[i], wide_s[i], 1e-5);
+      }
+    }
+  }
 }
 
 TEST(ProjectiveRefused, HostileValues_Throw) {
