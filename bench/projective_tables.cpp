@@ -158,7 +158,7 @@ void print_residuals() {
         row.push_back(residual_on_ball(iterations, acceleration, sheets));
       }
       const char* how = acceleration == 0 ? "as published" : "accelerated";
-      const auto print = [&](const char* of, double ProjectiveResidual::* field) {
+      const auto print = [&](const char* of, double ProjectiveResidual::*field) {
         std::printf("| %s: %s | %d |", how, of, sheets);
         for (const ProjectiveResidual& one : row) {
           std::printf(" %.2g |", one.*field);
@@ -209,7 +209,8 @@ void print_speed(int side, int steps) {
   std::printf("%d vertices on a ball of %d triangles, steps of 1/300 s of 10 iterations.\n\n",
               side * side, static_cast<int>(ball.faces.rows()));
   std::printf(
-      "| solver | self-contact | threads | ms a step | ms of processor | Coulomb's law | momentum | spring "
+      "| solver | self-contact | threads | ms a step | ms of processor | Coulomb's law | momentum "
+      "| spring "
       "residual um |\n|---|---|---|---|---|---|---|---|\n");
   const int fall = 40;
   for (const bool self : {false, true}) {
@@ -233,8 +234,8 @@ void print_speed(int side, int steps) {
       options.report = true;
       ClothSolver reporter(cloth, ball.faces, xpbd_options(options));
       reporter.set_state(xpbd.state());
-      std::printf("| xpbd | %s | %d | %.1f | %.1f | - | - | %.0f |\n", self ? "yes" : "no", threads, time.ms,
-                  time.processor_ms,
+      std::printf("| xpbd | %s | %d | %.1f | %.1f | - | - | %.0f |\n", self ? "yes" : "no", threads,
+                  time.ms, time.processor_ms,
                   1e6 * reporter.advance(at_rest(ball)).spring_residual);
     }
   }
@@ -243,14 +244,15 @@ void print_speed(int side, int steps) {
 
 // --- another program's cloth
 
-/// The other program's material: springs of one stiffness, and a bend at every inner vertex, by mean
-/// value coordinates without a norm. On an equilateral lattice of edge l its row is sqrt(3) l times
-/// the sum of both curvatures, and a vertex has 0.87 l^2: B = 2 sqrt(3) k of the bend's stiffness k.
-/// The sequence's description has 3025 N/m and 4e-4; cloth of 3025 N/m would stretch a twentieth as
-/// much as that cloth does, and 3025 is 55 squared.
+/// The other program's material: springs of one stiffness, and a bend at every inner vertex, by
+/// mean value coordinates without a norm. On an equilateral lattice of edge l its row is sqrt(3) l
+/// times the sum of both curvatures, and a vertex has 0.87 l^2: B = 2 sqrt(3) k of the bend's
+/// stiffness k. The sequence's description has 3025 N/m and 4e-4; cloth of 3025 N/m would stretch a
+/// twentieth as much as that cloth does, and 3025 is 55 squared.
 constexpr double kForeignSpring = 55;  // N/m, unless --spring says else
 constexpr double kForeignBend = 4e-4;  // N m
-constexpr double kForeignDistance = 4.5e-3;  // m, nearest that its cloth is to the body at the start
+constexpr double kForeignDistance =
+    4.5e-3;  // m, nearest that its cloth is to the body at the start
 
 /// A cloth and a body that another program moved; the cloth's seams are closed.
 struct ForeignSequence {
@@ -280,8 +282,8 @@ std::vector<Points> frames_of(const Npz& npz, const char* name, const std::vecto
   for (std::size_t f = 0; f < frames.size(); ++f) {
     for (Index i = 0; i < 3 * count; ++i) {
       const Index vertex = rows.empty() ? i / 3 : rows[static_cast<std::size_t>(i / 3)];
-      const std::size_t at = 3 * (f * static_cast<std::size_t>(vertices) +
-                                  static_cast<std::size_t>(vertex));
+      const std::size_t at =
+          3 * (f * static_cast<std::size_t>(vertices) + static_cast<std::size_t>(vertex));
       frames[f](i / 3, i % 3) = numbers[at + static_cast<std::size_t>(i % 3)];
     }
   }
@@ -478,7 +480,8 @@ void print_beside(const ForeignSequence& sequence, int last) {
 void print_rest_shapes(const ForeignSequence& sequence, int last) {
   const Cloth flat = foreign_cloth(sequence);
   std::printf(
-      "| rest lengths | rest angles | solver | strain %% | area m2 | silhouette m2 | hem m | from the "
+      "| rest lengths | rest angles | solver | strain %% | area m2 | silhouette m2 | hem m | from "
+      "the "
       "flat panel's cloth mm |\n|---|---|---|---|---|---|---|---|\n");
   for (const char* name : {"projective-friction", "xpbd"}) {
     Points reference;
@@ -507,8 +510,8 @@ void print_rest_shapes(const ForeignSequence& sequence, int last) {
       reference = kind == 0 ? end : reference;
       const ClothFigures now = figures_of(end, flat);
       std::printf("| %s | %s | %s | %.2f | %.4f | %.4f | %.4f | %.1f |\n",
-                  kind == 0 ? "flat panel" : "3D template", kind == 2 ? "3D template" : "flat", name,
-                  100 * now.strain, now.area, now.silhouette, now.hem,
+                  kind == 0 ? "flat panel" : "3D template", kind == 2 ? "3D template" : "flat",
+                  name, 100 * now.strain, now.area, now.silhouette, now.hem,
                   1e3 * (end - reference).rowwise().norm().mean());
     }
   }

@@ -54,7 +54,8 @@ class BodyEncounter {
                             swept);
   }
 
-  /// Particle `i`, of that outlook, meets the body's faces in a substep. Returns whether it touches.
+  /// Particle `i`, of that outlook, meets the body's faces in a substep. Returns whether it
+  /// touches.
   bool touch(Index i, BodyParticle<T>& p, const BodySubstep<T>& step,
              BodyOutlook<T>& outlook) const;
   /// See end_outside in body_contact_math.h; `x` [V] at the end of a frame of `substeps`.

@@ -42,36 +42,36 @@ void AndersonAcceleration::begin(std::size_t size, int window) {
 AndersonAcceleration::Products AndersonAcceleration::note_difference(
     int slot, int count, const std::vector<Vec4<double>>& v,
     const std::vector<Vec4<double>>& change) {
-  return parallel_sum(
-      static_cast<Index>(v.size()), kSumGrain, Products{}, [&](Index begin, Index end) {
-        Products sum;
-        if (first_) {
-          for (Index i = begin; i < end; ++i) {
-            sum.size += dot(xyz(change[i]), xyz(change[i]));
-          }
-          return sum;
-        }
-        Difference& newest = differences_[slot];
-        for (Index i = begin; i < end; ++i) {
-          const Vec3d now = xyz(change[i]);
-          const Vec3d of_change = now - xyz(last_change_[i]);
-          const Vec3d of_next = xyz(v[i]) + now - xyz(last_next_[i]);
-          const auto single = [](Vec3d a) {
-            return Vec4<float>{static_cast<float>(a.x), static_cast<float>(a.y),
-                               static_cast<float>(a.z), 0};
-          };
-          newest.of_change[i] = single(of_change);
-          newest.of_next[i] = single(of_next);
-          sum.size += dot(now, now);
-          for (int k = 0; k < count; ++k) {
-            const Vec4<float>& other = differences_[k].of_change[i];
-            const Vec3d wide{other.x, other.y, other.z};
-            sum.of_newest[k] += dot(of_change, wide);
-            sum.of_change[k] += dot(now, wide);
-          }
-        }
-        return sum;
-      });
+  return parallel_sum(static_cast<Index>(v.size()), kSumGrain, Products{},
+                      [&](Index begin, Index end) {
+                        Products sum;
+                        if (first_) {
+                          for (Index i = begin; i < end; ++i) {
+                            sum.size += dot(xyz(change[i]), xyz(change[i]));
+                          }
+                          return sum;
+                        }
+                        Difference& newest = differences_[slot];
+                        for (Index i = begin; i < end; ++i) {
+                          const Vec3d now = xyz(change[i]);
+                          const Vec3d of_change = now - xyz(last_change_[i]);
+                          const Vec3d of_next = xyz(v[i]) + now - xyz(last_next_[i]);
+                          const auto single = [](Vec3d a) {
+                            return Vec4<float>{static_cast<float>(a.x), static_cast<float>(a.y),
+                                               static_cast<float>(a.z), 0};
+                          };
+                          newest.of_change[i] = single(of_change);
+                          newest.of_next[i] = single(of_next);
+                          sum.size += dot(now, now);
+                          for (int k = 0; k < count; ++k) {
+                            const Vec4<float>& other = differences_[k].of_change[i];
+                            const Vec3d wide{other.x, other.y, other.z};
+                            sum.of_newest[k] += dot(of_change, wide);
+                            sum.of_change[k] += dot(now, wide);
+                          }
+                        }
+                        return sum;
+                      });
 }
 
 void AndersonAcceleration::advance(std::vector<Vec4<double>>& v,

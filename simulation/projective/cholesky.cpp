@@ -249,8 +249,7 @@ void CholeskyFactor<T>::factorise(const Eigen::SparseMatrix<double>& permuted) {
                       "stiffnesses and masses within double precision of each other, or a smaller "
                       "time step");
     }
-    const Eigen::MatrixXd inverse =
-        factor.matrixL().solve(Eigen::MatrixXd::Identity(own, own));
+    const Eigen::MatrixXd inverse = factor.matrixL().solve(Eigen::MatrixXd::Identity(own, own));
     const Eigen::MatrixXd below =
         front.bottomLeftCorner(part.later(), own) * inverse.transpose();  // L_RJ
     left = front.bottomRightCorner(part.later(), part.later());

@@ -37,12 +37,12 @@ class CholeskyFactor {
  private:
   /// A part of the unknowns. Panels are column by column, columns `lead` long.
   struct Part {
-    int begin, end;         ///< own unknowns, in the new order
-    int row_begin, row_end; ///< later unknowns that it is joined to, in `rows_`
-    int halves[2];          ///< parts, -1: none
-    int lead;               ///< rows of the panel, own and later ones, and up to 7 of zeros
-    std::size_t panel;      ///< of its first number in `values_`
-    std::size_t scratch;    ///< of its first number in `scratch_`: 3 x lead
+    int begin, end;          ///< own unknowns, in the new order
+    int row_begin, row_end;  ///< later unknowns that it is joined to, in `rows_`
+    int halves[2];           ///< parts, -1: none
+    int lead;                ///< rows of the panel, own and later ones, and up to 7 of zeros
+    std::size_t panel;       ///< of its first number in `values_`
+    std::size_t scratch;     ///< of its first number in `scratch_`: 3 x lead
 
     int own() const { return end - begin; }
     int later() const { return row_end - row_begin; }
@@ -60,16 +60,17 @@ class CholeskyFactor {
   template <class Work>
   void visit_down(const Work& work) const;
 
-  std::vector<int> order_;  ///< unknown at each new place
-  std::vector<Part> parts_; ///< halves before what they are halves of
+  std::vector<int> order_;   ///< unknown at each new place
+  std::vector<Part> parts_;  ///< halves before what they are halves of
   /// Parts in runs that do not depend on each other: of each run its first and last part plus one.
   /// The first level has whole subtrees, later ones single parts.
   std::vector<std::vector<std::pair<int, int>>> levels_;
-  std::vector<int> rows_;         ///< of all parts
-  std::vector<int> place_in_next_;///< of each of `rows_`: in the panel of the part that it hands on to
+  std::vector<int> rows_;  ///< of all parts
+  std::vector<int>
+      place_in_next_;  ///< of each of `rows_`: in the panel of the part that it hands on to
   std::vector<T> values_;
-  std::vector<T> scratch_;        ///< of each part, three times its rows
-  std::vector<T> solution_;       ///< 3 x N, in the new order
+  std::vector<T> scratch_;   ///< of each part, three times its rows
+  std::vector<T> solution_;  ///< 3 x N, in the new order
 };
 
 extern template class CholeskyFactor<float>;

@@ -12,8 +12,8 @@ namespace atelier {
 namespace {
 
 constexpr Index kImpulseGrain = 512;
-constexpr int kSweeps = 2;        ///< of an iteration over contacts of cloth, up the levels and down
-constexpr int kMostLevels = 64;   ///< more are solved as one
+constexpr int kSweeps = 2;       ///< of an iteration over contacts of cloth, up the levels and down
+constexpr int kMostLevels = 64;  ///< more are solved as one
 constexpr int kMostColours = 64;  ///< of a level; what is left is solved one after the other
 
 /// What a relative velocity lacks: across the surface up to the bound, and along it.
@@ -213,8 +213,8 @@ double ContactImpulses::body_residual(const std::vector<Vec4<double>>& implied,
 double ContactImpulses::cloth_residual(const std::vector<Vec4<double>>& v, double weight) const {
   double sum = 0;
   for (const ClothImpulse& c : cloth_) {
-    const Vec3d beyond = -lacking_velocity(relative_velocity(c.contact, v), c.contact.normal,
-                                           c.contact.least);
+    const Vec3d beyond =
+        -lacking_velocity(relative_velocity(c.contact, v), c.contact.normal, c.contact.least);
     const double one =
         coulomb_residual(c.impulse, beyond, c.contact.normal, friction_.cloth, c.mass);
     sum += one * one;

@@ -8,14 +8,15 @@
 namespace atelier {
 
 /// Impulses of contact in the iterations of a step, after Ly et al. 2020: Coulomb's law is solved
-/// for one contact after the other, exactly. Particles have the velocities that they would leave the
-/// step with where the rest of the cloth does what it does at the moment; the impulse of a contact is
-/// the one in the cone that brings its own masses to the relative velocity that it may have. Where
-/// iterations have converged, velocities and impulses obey Coulomb's law with the whole cloth.
+/// for one contact after the other, exactly. Particles have the velocities that they would leave
+/// the step with where the rest of the cloth does what it does at the moment; the impulse of a
+/// contact is the one in the cone that brings its own masses to the relative velocity that it may
+/// have. Where iterations have converged, velocities and impulses obey Coulomb's law with the whole
+/// cloth.
 ///
 /// Contacts between pieces of cloth are in levels, as in the paper: those of cloth on the body, or
-/// held, come first, then those of cloth on that, and so on; in a level, contacts of one colour share
-/// no particle. Impulses of the iteration before are where the next one begins (projected
+/// held, come first, then those of cloth on that, and so on; in a level, contacts of one colour
+/// share no particle. Impulses of the iteration before are where the next one begins (projected
 /// Gauss-Seidel). So the bits do not depend on the number of threads.
 class ContactImpulses {
  public:

@@ -318,7 +318,9 @@ ElasticRows make_elastic_rows(const Cloth& cloth, const std::vector<int>& intern
   };
   for (const ClothSpring& s : cloth.springs) {
     if (s.stiffness > 0 && moves({s.a, s.b})) {
-      out.rows.push_back({{internal[s.a], internal[s.b], -1, -1}, {1, -1, 0, 0}, s.stiffness,
+      out.rows.push_back({{internal[s.a], internal[s.b], -1, -1},
+                          {1, -1, 0, 0},
+                          s.stiffness,
                           s.rest > 0 ? limited(s.stiffness) : 0});
       out.spring_rest.push_back(s.rest);
     }
@@ -413,7 +415,8 @@ Eigen::SparseMatrix<double> projective_matrix(const ElasticRows& rows,
         const int i = row.particle[a] >= 0 ? place[row.particle[a]] : -1;
         const int j = row.particle[b] >= 0 ? place[row.particle[b]] : -1;
         if (i >= 0 && j >= 0) {
-          entries.emplace_back(i, j, scale * (row.stiffness + row.limit) * row.weight[a] * row.weight[b]);
+          entries.emplace_back(i, j,
+                               scale * (row.stiffness + row.limit) * row.weight[a] * row.weight[b]);
         }
       }
     }

@@ -56,13 +56,13 @@ struct ElasticRows {
       yarn_moduli;                     ///< [triangles] warp, weft, shear times area, N m
   int bend_begin = 0, yarn_begin = 0;  ///< first row of each kind
   double damping = 0;                  ///< s, stiffness-proportional
-  double most_stretch = 0;             ///< share of the rest length from which `limit` adds; 0: none
+  double most_stretch = 0;  ///< share of the rest length from which `limit` adds; 0: none
 
   // The same as forces are evaluated.
   ParticleSprings springs;
-  ParticleWeights bends;       ///< of flat rest: force is sum weight (x + damping v)
-  ParticleWeights others;      ///< rows of bends with a rest angle, and of triangles
-  std::vector<int> bent;       ///< bends with a rest angle
+  ParticleWeights bends;   ///< of flat rest: force is sum weight (x + damping v)
+  ParticleWeights others;  ///< rows of bends with a rest angle, and of triangles
+  std::vector<int> bent;   ///< bends with a rest angle
 };
 
 /// Springs and yarns are so many times stiffer beyond the limit of their stretch.

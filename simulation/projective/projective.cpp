@@ -63,8 +63,8 @@ struct ProjectiveSolver::Scene {
         factor(projective_matrix(rows, mass, place, free_count, h), free_positions()),
         body(body_faces, options, cloth.material, options.projective.substeps) {
     const std::size_t n = static_cast<std::size_t>(prepared.count);
-    for (Lanes* lanes : {&x, &start, &solved_from, &velocity, &acceleration, &target, &wish, &v, &at, &force,
-                         &reached, &origin, &carry}) {
+    for (Lanes* lanes : {&x, &start, &solved_from, &velocity, &acceleration, &target, &wish, &v,
+                         &at, &force, &reached, &origin, &carry}) {
       lanes->resize(n);
     }
     of_rows.resize(rows.rows.size());
@@ -386,7 +386,7 @@ struct ProjectiveSolver::Scene {
   std::vector<int> place;  ///< of particles in the matrix, -1: fixed
   std::vector<double> mass;
   std::vector<double> inverse_mass;  ///< 0: fixed
-  CholeskyFactor<float> factor;  ///< what it rounds, the next iteration mends
+  CholeskyFactor<float> factor;      ///< what it rounds, the next iteration mends
   BodyContacts body;
   ContactImpulses impulses;
   CountedCloth counted;
@@ -404,8 +404,8 @@ struct ProjectiveSolver::Scene {
   Lanes at;            ///< where it leads to
   Lanes force, of_rows;
   Lanes reached;  ///< velocity with which a particle leaves the step, first without impulses
-  Lanes solved;    ///< change of velocity, of free particles
-  Lanes free_v;    ///< `v` of free particles
+  Lanes solved;   ///< change of velocity, of free particles
+  Lanes free_v;   ///< `v` of free particles
   AndersonAcceleration anderson;
   Lanes origin, carry;  ///< see SelfMotion
   std::vector<char> touched;

@@ -6,8 +6,8 @@
 
 namespace atelier {
 
-/// A particle and a face of the cloth that may touch within a step: a bound on the velocity of their
-/// nearest points relative to one another, which is sum weight v.
+/// A particle and a face of the cloth that may touch within a step: a bound on the velocity of
+/// their nearest points relative to one another, which is sum weight v.
 struct TouchedCloth {
   int particle[4];  ///< the particle, then the face's
   double weight[4];

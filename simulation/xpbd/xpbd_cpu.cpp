@@ -193,7 +193,8 @@ class CpuBackend final : public ClothSolver::Backend {
 
   /// `again`: only whom cloth moved since.
   void touch_body(int s, bool again, Meeting meeting) {
-    const BodySubstep<T> step{body_.body(), rule_, static_cast<T>(s) / static_cast<T>(options_.substeps),
+    const BodySubstep<T> step{body_.body(), rule_,
+                              static_cast<T>(s) / static_cast<T>(options_.substeps),
                               static_cast<T>(s + 1) / static_cast<T>(options_.substeps)};
     parallel_for(prepared_.count, kGrain / 4, [&](Index begin, Index end) {
       for (Index i = begin; i < end; ++i) {

@@ -346,7 +346,8 @@ TEST(ContactGuard, Crossings_DoNotGrowOver600Frames) {
   }
 }
 
-/// A skirt in extreme motion, for as long as anyone likes: 300 frames here, 100,000 in scripts/soak.
+/// A skirt in extreme motion, for as long as anyone likes: 300 frames here, 100,000 in
+/// scripts/soak.
 void survive_extreme_motion(const std::string& solver_name, Device device) {
   Garment garment = fixtures::garment_of(tube(28, 12, 0.155, 0.3, 0.02, -0.4), 0.2, 400, 2e-6);
   garment.material.thickness = 2e-3;
@@ -382,9 +383,8 @@ void survive_extreme_motion(const std::string& solver_name, Device device) {
       if (i % 10 == 9) {
         const Points x = solver->state().positions;
         crossings.add(frame, count_crossings(x, cloth.faces));
-        deepest =
-            std::max(deepest,
-                     fixtures::contact_guard(x, control.body_end, kicks.body.faces, 2e-3).deepest);
+        deepest = std::max(
+            deepest, fixtures::contact_guard(x, control.body_end, kicks.body.faces, 2e-3).deepest);
       }
     }
   }

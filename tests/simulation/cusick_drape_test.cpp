@@ -92,9 +92,9 @@ TEST(ProjectiveDrape, Fabrics_DrapeAsPublished) {
   }
 }
 
-// XPBD with an iteration a substep drapes softer than its own solution: silk of 2e-6 N m 36.9%, of 10
-// iterations 41.5, of 60 52.8, where projective dynamics has 51.3 of 20 and 51.8 of 60. Solved as
-// far, both drape alike.
+// XPBD with an iteration a substep drapes softer than its own solution: silk of 2e-6 N m 36.9%, of
+// 10 iterations 41.5, of 60 52.8, where projective dynamics has 51.3 of 20 and 51.8 of 60. Solved
+// as far, both drape alike.
 TEST(ProjectiveDrape, SolvedAsFar_DrapesAsByXpbd) {
   if (!fixtures::soaking()) {
     GTEST_SKIP() << "part of scripts/soak";

@@ -155,7 +155,8 @@ TEST(ProjectiveRibbon, FallingRibbon_FoldsWithoutCrossing) {
 TEST(ProjectiveKnot, PulledKnot_DoesNotPassThroughItself) {
   std::vector<Eigen::RowVector3d> fine;
   const auto at = [](double t) {
-    return Eigen::RowVector3d(t * t * t - 3 * t, t * t * t * t - 4 * t * t, 0.35 * (t * t * t * t * t - 10 * t));
+    return Eigen::RowVector3d(t * t * t - 3 * t, t * t * t * t - 4 * t * t,
+                              0.35 * (t * t * t * t * t - 10 * t));
   };
   for (int i = 0; i <= 4000; ++i) {
     fine.push_back(0.02 * at(-2.15 + 4.3 * i / 4000));

@@ -278,7 +278,8 @@ TEST(ElasticRows, Bend_MeasuresTheAngle) {
   EXPECT_EQ(row.stiffness, hinge.stiffness);
 }
 
-// Solved to the end, a step is one of implicit Euler; fewer iterations come nearer and nearer to it.
+// Solved to the end, a step is one of implicit Euler; fewer iterations come nearer and nearer to
+// it.
 TEST(ProjectiveConvergence, Iterations_ComeToImplicitEuler) {
   const double size = 0.3;
   const double h = 1.0 / 240;
@@ -310,8 +311,8 @@ TEST(ProjectiveConvergence, Iterations_ComeToImplicitEuler) {
 // With steps it comes to the motion that XPBD comes to: a sheet that swings down from two corners.
 TEST(ProjectiveConvergence, Steps_ComeToXpbdsAnswer) {
   const double size = 0.3;
-  const Cloth cloth = make_cloth(
-      fixtures::garment_of(fixtures::sheet(8, 8, size / 8, 'a'), 0.2, 50, 0), {0, 8});
+  const Cloth cloth =
+      make_cloth(fixtures::garment_of(fixtures::sheet(8, 8, size / 8, 'a'), 0.2, 50, 0), {0, 8});
   const int frames = 10;
   SolverOptions fine;
   fine.substeps = 100;
@@ -360,8 +361,8 @@ TEST(ProjectiveStrainLimit, SoftCloth_StretchesToTheLimitOnly) {
       return x.col(2).maxCoeff() / length - 1;
     };
     EXPECT_GT(stretch(0), 0.2) << membrane;
-    // Springs of the equilateral lattice lie at 30 degrees to the pull, and the strip grows narrower:
-    // they stretch by two thirds of what it does.
+    // Springs of the equilateral lattice lie at 30 degrees to the pull, and the strip grows
+    // narrower: they stretch by two thirds of what it does.
     const double of_strip = membrane == std::string("springs") ? 1.5 : 1;
     EXPECT_NEAR(stretch(0.05), 0.05 * of_strip, 0.01) << membrane;
     // What stretches less knows no limit.
