@@ -142,8 +142,7 @@ constexpr std::array kSolverRows = {
                  const SolverOptions& options, Device device) -> std::unique_ptr<SolverBatch> {
                 return std::make_unique<XpbdBatch>(model, variations, options, device);
               }},
-    SolverRow{"projective-friction",
-              projective_friction,
+    SolverRow{"projective-friction", projective_friction,
               [](const SimulationModel& model, const std::vector<ClothVariation>& variations,
                  const SolverOptions& options, Device device) -> std::unique_ptr<SolverBatch> {
                 return std::make_unique<ProjectiveFrictionBatch>(model, variations, options,

@@ -31,10 +31,10 @@ struct AloneInRows {
   }
 };
 
-/// Solves a symmetric system of `n` unknowns, at most 31, `matrix` [n,n], by elimination with pivots
-/// on the diagonal; the solution takes the place of `right` [n], and the matrix is used up. An
-/// unknown without a pivot is 0. False where the solution is not finite. `team`: whose threads work
-/// on the rows.
+/// Solves a symmetric system of `n` unknowns, at most 31, `matrix` [n,n], by elimination with
+/// pivots on the diagonal; the solution takes the place of `right` [n], and the matrix is used up.
+/// An unknown without a pivot is 0. False where the solution is not finite. `team`: whose threads
+/// work on the rows.
 template <class Team>
 ATELIER_HOST_DEVICE inline bool solve_symmetric(double* matrix, double* right, int n,
                                                 const Team& team) {

@@ -9,7 +9,8 @@
 namespace atelier {
 
 /// Projective dynamics on the device (projective.h), in double precision but for the products that
-/// solve an iteration: what float rounds there, the next iteration mends. Particles are those of PreparedCloth, unknowns the free ones in the order of InverseFactor.
+/// solve an iteration: what float rounds there, the next iteration mends. Particles are those of
+/// PreparedCloth, unknowns the free ones in the order of InverseFactor.
 
 /// What Anderson's acceleration (anderson_acceleration.h) remembers from one iteration to the next.
 /// There are two, which iterations read and write by turns.
@@ -34,8 +35,8 @@ struct RowsItem {
   int chunk;  ///< the how manieth of its rows
 };
 
-/// W^T times a vector: 32 columns from a multiple of 32 on, whichever parts they are of, and every row
-/// that has numbers in them.
+/// W^T times a vector: 32 columns from a multiple of 32 on, whichever parts they are of, and every
+/// row that has numbers in them.
 constexpr int kColumnsATile = 32;
 struct ColumnsTile {
   int column, columns;
@@ -44,7 +45,7 @@ struct ColumnsTile {
 /// A row in a tile of columns.
 struct TileRow {
   int row;
-  int quad;  ///< its first four numbers in the tile, of all fours in W
+  int quad;                 ///< its first four numbers in the tile, of all fours in W
   unsigned char low, high;  ///< which fours of the tile it has
   unsigned short chunks;    ///< into which its products are cut
 };
@@ -83,16 +84,16 @@ struct ProjectiveFrame {
   ElasticView elastic;
   InverseView inverse;
 
-  const int* place;     ///< [V] of a particle among the unknowns, -1: fixed
-  const int* particle;  ///< [unknowns]
-  const double* mass;   ///< [V] kg
+  const int* place;         ///< [V] of a particle among the unknowns, -1: fixed
+  const int* particle;      ///< [unknowns]
+  const double* mass;       ///< [V] kg
   const Vec4<double>* air;  ///< accelerations, or null
   const Vec4<double>* target;
   const int* tether_anchor;  ///< null: none
   const double* tether_length;
 
-  Vec4<double>* x;         ///< w: inverse mass
-  Vec4<double>* velocity;  ///< m/s
+  Vec4<double>* x;                  ///< w: inverse mass
+  Vec4<double>* velocity;           ///< m/s
   const Vec4<double>* frame_start;  ///< where the frame began
   const Vec4<double>* frame_velocity;
   Vec4<double>* origin;  ///< at the substep's start
@@ -101,8 +102,8 @@ struct ProjectiveFrame {
   Vec4<double>* v;       ///< of the iteration
   Vec4<double>* at;      ///< where they lead to
   VelocityBound* bounds;
-  Vec4<double>* impulses;  ///< N s
-  int* touched;            ///< null: no body
+  Vec4<double>* impulses;     ///< N s
+  int* touched;               ///< null: no body
   Vec4<double>* self_origin;  ///< null: no contact with itself
   Vec4<double>* self_carry;
 

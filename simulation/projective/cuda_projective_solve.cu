@@ -20,9 +20,9 @@ __device__ inline T sum_in_warp(T value) {
   return value;
 }
 
-/// Adds up `kCount` sums over the threads of a warp, each of which ends with one of them, whose number
-/// is added to `index`; half of what a thread still has goes to a partner in each step. 24 sums are
-/// with the threads whose number does not end with the bits 11.
+/// Adds up `kCount` sums over the threads of a warp, each of which ends with one of them, whose
+/// number is added to `index`; half of what a thread still has goes to a partner in each step. 24
+/// sums are with the threads whose number does not end with the bits 11.
 template <int kCount, int kStep = 16>
 __device__ inline float share_sums(float* sum, int lane, int& index) {
   if constexpr (kStep == 0) {
@@ -92,7 +92,8 @@ __global__ void __launch_bounds__(kSolveThreads)
     }
   }
   if (holds && index < 3 * item.rows) {
-    Vec4<float>* const to = f.partial + static_cast<std::int64_t>(item.chunk) * f.unknowns + item.row;
+    Vec4<float>* const to =
+        f.partial + static_cast<std::int64_t>(item.chunk) * f.unknowns + item.row;
     (&to[index / 3].x)[index % 3] = own;
   }
 }
@@ -111,8 +112,8 @@ __device__ inline AndersonPlan anderson_plan(const AndersonMemory& memory, int w
           min(memory.count + 1, window)};
 }
 
-/// The change of an unknown, which every warp of a block has, and what it needs of iterations before;
-/// read before the change is known.
+/// The change of an unknown, which every warp of a block has, and what it needs of iterations
+/// before; read before the change is known.
 struct TileMemory {
   AndersonPlan plan;
   Vec3d last_change;
@@ -264,8 +265,7 @@ __global__ void __launch_bounds__(kSolveThreads, 3)
     changes[thread / 3][thread % 3] = all;
   }
   __syncthreads();
-  take_difference(f, memory, unknown, has,
-                  {changes[lane][0], changes[lane][1], changes[lane][2]});
+  take_difference(f, memory, unknown, has, {changes[lane][0], changes[lane][1], changes[lane][2]});
 }
 
 /// The threads of a warp, each with a row.
@@ -429,8 +429,8 @@ void launch_projective_columns(const ProjectiveFrame& frame, int k, cudaStream_t
 }
 
 void launch_projective_next(const ProjectiveFrame& frame, int k, cudaStream_t stream) {
-  launch_in_chain(next_kernel, cuda_blocks(frame.unknowns, kNextThreads), kNextThreads, stream, frame,
-                  k);
+  launch_in_chain(next_kernel, cuda_blocks(frame.unknowns, kNextThreads), kNextThreads, stream,
+                  frame, k);
 }
 
 }  // namespace atelier

@@ -81,8 +81,8 @@ __global__ void forces_kernel(const __grid_constant__ ProjectiveFrame f) {
     sum += f.elastic.weight[e] * row_force(f.elastic, f.elastic.row[e], f.at, f.v);
   }
   for (int step = kRowTeam / 2; step > 0; step /= 2) {
-    sum += Vec3d{team.shfl_xor(sum.x, step), team.shfl_xor(sum.y, step),
-                 team.shfl_xor(sum.z, step)};
+    sum +=
+        Vec3d{team.shfl_xor(sum.x, step), team.shfl_xor(sum.y, step), team.shfl_xor(sum.z, step)};
   }
   if (team.thread_rank() != 0) {
     return;
@@ -159,8 +159,8 @@ void launch_projective_begin(const ProjectiveFrame& frame, int s, cudaStream_t s
 }
 
 void launch_projective_forces(const ProjectiveFrame& frame, cudaStream_t stream) {
-  launch_in_chain(forces_kernel, cuda_blocks(frame.count, kCudaBlock / kRowTeam), kCudaBlock, stream,
-                  frame);
+  launch_in_chain(forces_kernel, cuda_blocks(frame.count, kCudaBlock / kRowTeam), kCudaBlock,
+                  stream, frame);
 }
 
 void launch_projective_leave(const ProjectiveFrame& frame, cudaStream_t stream) {

@@ -11,7 +11,7 @@
 namespace atelier {
 namespace {
 
-constexpr int kWholePart = 32;       ///< unknowns that are not halved: a warp has a thread for each
+constexpr int kWholePart = 32;  ///< unknowns that are not halved: a warp has a thread for each
 constexpr int kColumnsATask = 256;
 
 int rounded_up(int n) {

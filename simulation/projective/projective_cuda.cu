@@ -1,5 +1,3 @@
-#include "simulation/projective/projective_cuda.h"
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -16,6 +14,7 @@
 #include "simulation/contact/exact_counts.h"
 #include "simulation/projective/cuda_projective.cuh"
 #include "simulation/projective/elastic_rows.h"
+#include "simulation/projective/projective_cuda.h"
 #include "simulation/xpbd/backend.h"
 #include "simulation/xpbd/cuda_body.cuh"
 #include "simulation/xpbd/cuda_self.cuh"
@@ -154,9 +153,9 @@ class DeviceInverse {
   }
 
   InverseView view() const {
-    return {values_.data(), items_.data(),
-            long_items_,    static_cast<int>(items_.size()),
-            tiles_.data(),  static_cast<int>(tiles_.size()),
+    return {values_.data(),   items_.data(),
+            long_items_,      static_cast<int>(items_.size()),
+            tiles_.data(),    static_cast<int>(tiles_.size()),
             tile_rows_.data()};
   }
   /// Into which the products of a row are cut at most.
@@ -179,7 +178,8 @@ class DeviceInverse {
     }
   }
 
-  static std::vector<ColumnsTile> tiles_of(const InverseFactor& factor, std::vector<TileRow>& rows) {
+  static std::vector<ColumnsTile> tiles_of(const InverseFactor& factor,
+                                           std::vector<TileRow>& rows) {
     const std::vector<InverseFactor::Part>& parts = factor.parts();
     std::vector<int> part_of(static_cast<std::size_t>(factor.size()));
     for (std::size_t p = 0; p < parts.size(); ++p) {
@@ -307,9 +307,8 @@ struct DeviceProjective {
         inverse(*p.inverse) {}
 
   ElasticView elastic(const ElasticRows& of) const {
-    return {rows.data(),        spring_rest.data(), bend_rest.data(), yarn_moduli.data(),
-            of.bend_begin,      of.yarn_begin,      of.damping,       begin.data(),
-            row.data(),         weight.data()};
+    return {rows.data(),   spring_rest.data(), bend_rest.data(), yarn_moduli.data(), of.bend_begin,
+            of.yarn_begin, of.damping,         begin.data(),     row.data(),         weight.data()};
   }
 
   CudaBuffer<ElasticRow> rows;
@@ -397,12 +396,9 @@ struct ProjectiveCudaSolver::Scene {
       scene_rule = CudaBuffer<CudaSceneRule<double>>(
           std::vector<CudaSceneRule<double>>{{1, 1, rules.guard.friction}});
     }
-    counted = {cloth.faces,
-               body_faces,
-               cloth.rest_positions,
-               cloth.layer,
-               kept.thickness,
-               options.self_contact ? kept_self_thickness(cloth, shared) : 0};
+    counted = {cloth.faces,          body_faces,
+               cloth.rest_positions, cloth.layer,
+               kept.thickness,       options.self_contact ? kept_self_thickness(cloth, shared) : 0};
     fixed = Points::Zero(count(), 3);
   }
 
@@ -577,8 +573,8 @@ struct ProjectiveCudaSolver::Scene {
       g = self_frame_of(f);
     }
     if (f.body.face_count > 0) {
-      ATELIER_CUDA_CHECK(cudaMemsetAsync(moving.touch_counts.data(), 0,
-                                         moving.touch_counts.size() * sizeof(int)));
+      ATELIER_CUDA_CHECK(
+          cudaMemsetAsync(moving.touch_counts.data(), 0, moving.touch_counts.size() * sizeof(int)));
     }
     const FrameReplay::Key key{f.gravity, f.body.face_count > 0, f.air != nullptr,
                                self != nullptr ? g.self.room : 0};
@@ -621,10 +617,9 @@ struct ProjectiveCudaSolver::Scene {
     }
     const auto once = [&] {
       if (with_body) {
-        launch_candidates(f.body, rules.wide,
-                          FrameParticles<double>{f.count, f.x, f.velocity, f.frame_time},
-                          FrameForces<double>{f.air, f.gravity}, moving.outlook.data(),
-                          moving.candidates.data());
+        launch_candidates(
+            f.body, rules.wide, FrameParticles<double>{f.count, f.x, f.velocity, f.frame_time},
+            FrameForces<double>{f.air, f.gravity}, moving.outlook.data(), moving.candidates.data());
       }
       copy_state(moving.frame_start, moving.x);
       copy_state(moving.frame_velocity, moving.velocity);
@@ -716,7 +711,7 @@ struct ProjectiveCudaSolver::Scene {
   CudaBody<double> body;
   MovingProjective moving;
   BoundRules rules{};
-  std::optional<bool> closed;  ///< asked when the body is first seen
+  std::optional<bool> closed;              ///< asked when the body is first seen
   std::unique_ptr<CudaSelf<double>> self;  ///< null: no contact with itself
   CudaBuffer<unsigned char> clock;
   CudaBuffer<unsigned> arrived;
@@ -745,9 +740,9 @@ ProjectiveCudaSolver::ProjectiveCudaSolver(ProjectiveCudaSolver&&) noexcept = de
 ProjectiveCudaSolver& ProjectiveCudaSolver::operator=(ProjectiveCudaSolver&&) noexcept = default;
 
 void ProjectiveCudaSolver::set_state(const ClothState& state) {
-  ATELIER_CHECK(state.positions.rows() == scene_->count() &&
-                    state.velocities.rows() == scene_->count(),
-                "the state is of another cloth");
+  ATELIER_CHECK(
+      state.positions.rows() == scene_->count() && state.velocities.rows() == scene_->count(),
+      "the state is of another cloth");
   check_finite(state.positions, state.frame);
   scene_->set_state(state);
 }
