@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <variant>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -46,6 +48,28 @@ std::vector<int> free_places(const PreparedCloth<double>& prepared, int& count) 
   return place;
 }
 
+using Factor = std::variant<CholeskyFactor<float>, CholeskyFactor<double>>;
+
+/// In single precision, whose rounding the next iteration mends, unless the matrix is so much
+/// larger than a mass that what rounding leaves of stiff forces would throw particles about.
+Factor factor_of(const Eigen::SparseMatrix<double>& matrix, const Points& positions) {
+  constexpr double kMostForSingle = 1e6;
+  double largest = 0;
+  double mass = std::numeric_limits<double>::infinity();  // the sum of a row, as stiffness has none
+  for (Index column = 0; column < matrix.outerSize(); ++column) {
+    double sum = 0;
+    for (Eigen::SparseMatrix<double>::InnerIterator it(matrix, column); it; ++it) {
+      sum += it.value();
+      largest = it.row() == it.col() ? std::max(largest, it.value()) : largest;
+    }
+    mass = std::min(mass, sum);
+  }
+  if (largest > kMostForSingle * mass) {
+    return CholeskyFactor<double>(matrix, positions);
+  }
+  return CholeskyFactor<float>(matrix, positions);
+}
+
 }  // namespace
 
 struct ProjectiveSolver::Scene {
@@ -60,7 +84,7 @@ struct ProjectiveSolver::Scene {
         place(free_places(prepared, free_count)),
         mass(particle_masses()),
         inverse_mass(inverse_masses()),
-        factor(projective_matrix(rows, mass, place, free_count, h), free_positions()),
+        factor(factor_of(projective_matrix(rows, mass, place, free_count, h), free_positions())),
         body(body_faces, options, cloth.material, options.projective.substeps) {
     const std::size_t n = static_cast<std::size_t>(prepared.count);
     for (Lanes* lanes : {&x, &start, &solved_from, &velocity, &acceleration, &target, &wish, &v,
@@ -208,7 +232,7 @@ struct ProjectiveSolver::Scene {
         solved[place[i]] = with_w(mass[i] * (xyz(reached[i]) - xyz(v[i])), 0.0);
       }
     });
-    factor.solve(solved);
+    std::visit([&](auto& of) { of.solve(solved); }, factor);
     anderson.advance(free_v, solved);
     for_particles([&](Index i) {
       if (place[i] >= 0) {
@@ -386,7 +410,7 @@ struct ProjectiveSolver::Scene {
   std::vector<int> place;  ///< of particles in the matrix, -1: fixed
   std::vector<double> mass;
   std::vector<double> inverse_mass;  ///< 0: fixed
-  CholeskyFactor<float> factor;      ///< what it rounds, the next iteration mends
+  Factor factor;
   BodyContacts body;
   ContactImpulses impulses;
   CountedCloth counted;
