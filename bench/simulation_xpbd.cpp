@@ -2,7 +2,8 @@
 // projections), limit_ms (the physical limit on an H100 by the formula of the targets: barriers and
 // phases, or bytes), x_limit (ms / limit_ms), colours_ms and x_colours (the same with every colour
 // of a phase counted), and what the speed cost: strain_p95, strain_max [%], residual_um (springs),
-// deepest_um.
+// deepest_um. Rows of projective dynamics on CUDA end with its name: limit_ms is what the products
+// of its iterations read, at 3 TB/s, inverse_MB one of their matrices, TB/s what was read of them.
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -13,6 +14,9 @@
 
 #include "simulation/contact/body_contact_math.h"
 #include "simulation/contact/crossings.h"
+#include "simulation/projective/elastic_rows.h"
+#include "simulation/projective/inverse_factor.h"
+#include "simulation/solver.h"
 #include "simulation/xpbd/xpbd.h"
 
 namespace atelier {
@@ -272,6 +276,76 @@ void run(benchmark::State& state, Case c, Device device) {
       c.options.self_contact ? count_crossings(solver.state(0).positions, c.cloth.faces) : 0;
 }
 
+/// Bytes of the matrix whose products solve an iteration of projective dynamics.
+double inverse_bytes(const Cloth& cloth, double h) {
+  std::vector<int> vertices(cloth.mass.size());
+  std::iota(vertices.begin(), vertices.end(), 0);
+  std::vector<int> place(cloth.mass.size(), -1);
+  int count = 0;
+  for (std::size_t v = 0; v < place.size(); ++v) {
+    place[v] = cloth.fixed[v] == 0 ? count++ : -1;
+  }
+  Points positions(count, 3);
+  for (std::size_t v = 0; v < place.size(); ++v) {
+    if (place[v] >= 0) {
+      positions.row(place[v]) = cloth.rest_positions.row(static_cast<Index>(v));
+    }
+  }
+  const InverseFactor factor(
+      projective_matrix(make_elastic_rows(cloth, vertices), cloth.mass, place, count, h),
+      positions);
+  return static_cast<double>(factor.values().size() * sizeof(float));
+}
+
+/// The same by projective dynamics with dry friction, with its usual substeps and iterations.
+void run_projective(benchmark::State& state, const Case& c) {
+  if (!cuda_available()) {
+    state.SkipWithError("no CUDA device");
+    return;
+  }
+  SolverOptions options;
+  static_cast<CommonSolverOptions&>(options) = c.options;
+  options.name = "projective-friction";
+  options.report = false;
+  const SimulationModel model{c.cloth, c.body.faces};
+  const std::unique_ptr<Solver> solver = create_solver(model, options, Device::Cuda);
+  int frame = 0;
+  for (; frame < 300; ++frame) {
+    solver->step(control_of(c, frame));
+  }
+  std::vector<double> ms;
+  for (auto _ : state) {
+    ms.push_back(solver->step(control_of(c, frame++)).device_ms);
+    state.SetIterationTime(ms.back() / 1e3);
+  }
+  std::sort(ms.begin(), ms.end());
+  const double median = ms[ms.size() / 2];
+  const double h = options.time_step / options.projective.substeps;
+  const double matrix = inverse_bytes(c.cloth, h);
+  const double read = 2 * matrix * options.projective.substeps * options.projective.iterations;
+  state.counters["ms"] = median;
+  state.counters["ms_most"] = ms.back();
+  state.counters["limit_ms"] = 1e3 * read / 3e12;
+  state.counters["x_limit"] = median / (1e3 * read / 3e12);
+  state.counters["inverse_MB"] = matrix / 1e6;
+  state.counters["TB/s"] = read / (median * 1e9);
+  options.report = true;
+  const std::unique_ptr<Solver> reporter = create_solver(model, options, Device::Cuda);
+  reporter->set_state(solver->state());
+  const FrameReport last = reporter->step(control_of(c, frame));
+  state.counters["strain_p50_%"] = 100 * last.strain_p50;
+  state.counters["strain_p95_%"] = 100 * last.strain_p95;
+  state.counters["strain_max_%"] = 100 * last.strain_max;
+  state.counters["deepest_um"] = 1e6 * last.penetration_depth;
+  state.counters["touching"] = last.body_contacts;
+  state.counters["self"] = last.self_contacts;
+  state.counters["pairs"] = last.self_candidates;
+  state.counters["searches"] = last.self_searches;
+  state.counters["renewals"] = last.self_renewals;
+  state.counters["crossings"] =
+      c.options.self_contact ? count_crossings(solver->state().positions, c.cloth.faces) : 0;
+}
+
 /// Hung by its first row.
 Case hanging_square(int side, int iterations, int patches = 0) {
   Case c;
@@ -392,6 +466,15 @@ void add(const std::string& name, const std::function<Case()>& make, Device devi
       ->Unit(benchmark::kMillisecond);
 }
 
+void add_projective(const std::string& name, const std::function<Case()>& make, int frames) {
+  benchmark::RegisterBenchmark(
+      (std::string(device_name(Device::Cuda)) + "/" + name + "/projective").c_str(),
+      [make](benchmark::State& state) { run_projective(state, make()); })
+      ->UseManualTime()
+      ->Iterations(frames)
+      ->Unit(benchmark::kMillisecond);
+}
+
 Case with_jacobi(Case c, int iterations) {
   c.options.sweep = "jacobi";
   c.options.iterations = iterations;
@@ -453,6 +536,12 @@ const bool kRegistered = [] {
       "dressed_100k_body", [] { return dressed(316, 316, false); }, gpu, 30);
   add(
       "dressed_100k_body_self", [] { return dressed(316, 316, true); }, gpu, 30);
+  add_projective(
+      "grid_10k", [] { return hanging_square(100, 1); }, 60);
+  add_projective(
+      "dressed_10k_body", [] { return dressed(100, 100, false); }, 60);
+  add_projective(
+      "dressed_10k_body_self", [] { return dressed(100, 100, true); }, 60);
   const auto sweep = [](bool self) {
     Case c = dressed(100, 100, self, 8);
     c.scenes = 256;

@@ -7,6 +7,7 @@
 #include "core/error.h"
 #include "core/nearest_name.h"
 #include "simulation/projective/projective.h"
+#include "simulation/projective/projective_cuda.h"
 #include "simulation/xpbd/xpbd.h"
 
 namespace atelier {
@@ -41,25 +42,31 @@ class XpbdBatch final : public SolverBatch {
   ClothSweep sweep_;
 };
 
+/// `Implementation`: ProjectiveSolver or ProjectiveCudaSolver.
+template <class Implementation>
 class ProjectiveFrictionSolver final : public Solver {
  public:
   ProjectiveFrictionSolver(const SimulationModel& model, const SolverOptions& options,
                            Device device)
-      : Solver(options.name, on_cpu(device)), solver_(model.cloth, model.body_faces, options) {}
-
-  static Device on_cpu(Device device) {
-    const std::string conflict = projective_conflict(device);
-    ATELIER_CHECK(conflict.empty(), conflict);
-    return device;
-  }
+      : Solver(options.name, device), solver_(model.cloth, model.body_faces, options) {}
 
   void set_state(const ClothState& state) override { solver_.set_state(state); }
   ClothState state() const override { return solver_.state(); }
   FrameReport step(const Control& control) override { return solver_.advance(control); }
 
  private:
-  ProjectiveSolver solver_;
+  Implementation solver_;
 };
+
+std::unique_ptr<Solver> projective_friction(const SimulationModel& model,
+                                            const SolverOptions& options, Device device) {
+  const std::string conflict = solver_conflict(options, device);
+  ATELIER_CHECK(conflict.empty(), conflict);
+  if (device == Device::Cuda) {
+    return std::make_unique<ProjectiveFrictionSolver<ProjectiveCudaSolver>>(model, options, device);
+  }
+  return std::make_unique<ProjectiveFrictionSolver<ProjectiveSolver>>(model, options, device);
+}
 
 /// The cloth with a variation's factors on its stiffness.
 Cloth varied(Cloth cloth, const ClothVariation& variation) {
@@ -90,7 +97,7 @@ class ProjectiveFrictionBatch final : public SolverBatch {
       SolverOptions own = options;
       own.friction = variation.friction >= 0 ? variation.friction : options.friction;
       const SimulationModel scene{varied(model.cloth, variation), model.body_faces};
-      scenes_.push_back(std::make_unique<ProjectiveFrictionSolver>(scene, own, device));
+      scenes_.push_back(projective_friction(scene, own, device));
     }
   }
 
@@ -99,20 +106,20 @@ class ProjectiveFrictionBatch final : public SolverBatch {
   ClothState state(int scene) const override { return at(scene).state(); }
   std::vector<FrameReport> step(const Control& control) override {
     std::vector<FrameReport> reports;
-    for (const std::unique_ptr<ProjectiveFrictionSolver>& scene : scenes_) {
+    for (const std::unique_ptr<Solver>& scene : scenes_) {
       reports.push_back(scene->step(control));
     }
     return reports;
   }
 
  private:
-  ProjectiveFrictionSolver& at(int scene) const {
+  Solver& at(int scene) const {
     ATELIER_CHECK(scene >= 0 && scene < scene_count(),
                   "scene " + std::to_string(scene) + " of the sweep");
     return *scenes_[static_cast<std::size_t>(scene)];
   }
 
-  std::vector<std::unique_ptr<ProjectiveFrictionSolver>> scenes_;
+  std::vector<std::unique_ptr<Solver>> scenes_;
 };
 
 /// How one solver is created.
@@ -135,11 +142,7 @@ constexpr std::array kSolverRows = {
                  const SolverOptions& options, Device device) -> std::unique_ptr<SolverBatch> {
                 return std::make_unique<XpbdBatch>(model, variations, options, device);
               }},
-    SolverRow{"projective-friction",
-              [](const SimulationModel& model, const SolverOptions& options,
-                 Device device) -> std::unique_ptr<Solver> {
-                return std::make_unique<ProjectiveFrictionSolver>(model, options, device);
-              },
+    SolverRow{"projective-friction", projective_friction,
               [](const SimulationModel& model, const std::vector<ClothVariation>& variations,
                  const SolverOptions& options, Device device) -> std::unique_ptr<SolverBatch> {
                 return std::make_unique<ProjectiveFrictionBatch>(model, variations, options,
@@ -189,8 +192,13 @@ ClothState step(const SimulationModel& model, const ClothState& state, const Con
 }
 
 std::string solver_conflict(const SolverOptions& options, Device device) {
-  return options.name == "xpbd" ? xpbd_conflict(xpbd_options(options), device)
-                                : projective_conflict(device);
+  if (options.name == "xpbd") {
+    return xpbd_conflict(xpbd_options(options), device);
+  }
+  if (device == Device::Cuda && options.projective.strain_limit > 0) {
+    return "strain_limit of projective dynamics works on the CPU alone: leave it 0, or use the CPU";
+  }
+  return "";
 }
 
 std::string idle_on_device(const SolverOptions& options, Device device) {

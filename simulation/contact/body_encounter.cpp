@@ -37,7 +37,7 @@ BodyEncounter<T>::BodyEncounter(const Triangles& faces) : body_faces_(faces) {
 template <class T>
 void BodyEncounter<T>::begin_frame(const Control& control, T seconds,
                                    const BodyContactRule<T>& rule,
-                                   const FrameParticles<T>& particles) {
+                                   const ParticlesAtStart<T>& particles) {
   body_ = {};
   if (faces_.empty() || control.body_start.rows() == 0) {
     return;

@@ -14,7 +14,7 @@ bool has_inside(const Points& body, const Triangles& body_faces);
 
 /// The cloth's particles at the start of a frame.
 template <class T>
-struct FrameParticles {
+struct ParticlesAtStart {
   const std::vector<Vec4<T>>& x;             ///< w: inverse mass
   const std::vector<Vec3<T>>& velocity;      ///< m/s
   const std::vector<Vec3<T>>& acceleration;  ///< m/s2, of gravity and air
@@ -37,7 +37,7 @@ class BodyEncounter {
   /// Takes over the body's motion in a frame of `seconds` and collects what each particle may meet
   /// by `rule`.
   void begin_frame(const Control& control, T seconds, const BodyContactRule<T>& rule,
-                   const FrameParticles<T>& particles);
+                   const ParticlesAtStart<T>& particles);
 
   /// No body in this frame.
   bool empty() const { return body_.face_count == 0; }

@@ -468,8 +468,4 @@ ProjectiveResidual ProjectiveSolver::residual() const {
   return scene_->residual();
 }
 
-std::string projective_conflict(Device device) {
-  return device == Device::Cpu ? "" : "projective dynamics runs on the CPU alone";
-}
-
 }  // namespace atelier

@@ -1,9 +1,7 @@
 #pragma once
 
 #include <memory>
-#include <string>
 
-#include "core/device.h"
 #include "simulation/cloth/cloth.h"
 #include "simulation/cloth/cloth_state.h"
 #include "simulation/cloth/frame_report.h"
@@ -54,8 +52,5 @@ class ProjectiveSolver {
   struct Scene;
   std::unique_ptr<Scene> scene_;
 };
-
-/// Why these options do not work on that device; "" if they do.
-std::string projective_conflict(Device device);
 
 }  // namespace atelier

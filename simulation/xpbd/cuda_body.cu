@@ -222,8 +222,12 @@ void CudaBody<T>::order_boxes(const Points& vertices) {
     const Eigen::RowVector3d sum = vertices.row(f.a) + vertices.row(f.b) + vertices.row(f.c);
     centres.push_back({sum.x(), sum.y(), sum.z()});
   }
-  ordered_ = CudaBuffer<int>(near_group_order(centres));
+  std::vector<int> order = near_group_order(centres);
   const std::size_t wholes = (centres.size() + kWhole - 1) / kWhole;
+  // The boxes behind the last face are empty, but what flies without end meets them too: it finds
+  // that face again.
+  order.resize(wholes * kWhole, order.empty() ? 0 : order.back());
+  ordered_ = CudaBuffer<int>(order);
   box_ = CudaBuffer<Box<T>>(wholes * kWhole);
   group_ = CudaBuffer<Box<T>>(wholes * kGroup);
   whole_ = CudaBuffer<Box<T>>(wholes);

@@ -53,7 +53,8 @@ __device__ inline bool touch_candidates(const CudaFrame<T>& frame, const BodySub
     return team.choose(frame.body, list, outlook.count, way, step.rule.reach, swept);
   };
   const bool touches = contact_by_candidates(p, step, outlook, free_flight_of(frame, i), choose);
-  if (!touches && team.rank() == 0) {
+  // The outlook is of the impulses, which look further.
+  if (!touches && frame.impulses.of == nullptr && team.rank() == 0) {
     frame.outlook[i].gap = outlook.gap;
     frame.outlook[i].from = outlook.from;
   }
@@ -148,9 +149,13 @@ __device__ __noinline__ void touch_listed(const CudaFrame<T>& frame, int blocks,
   }
 }
 
-/// 1 for a particle that a feature of the body pushed in this iteration.
+/// 1 for a particle that a feature of the body pushed in this iteration, or an impulse in this
+/// substep.
 template <class T>
-__device__ inline int pushed_by_features(const CudaFrame<T>& frame, int i) {
+__device__ inline int pushed_before(const CudaFrame<T>& frame, int i) {
+  if (frame.impulses.of != nullptr) {
+    return squared_norm(xyz(frame.impulses.of[i])) > T(0) ? 1 : 0;
+  }
   return frame.features.face_count > 0 ? __ldcg(frame.features.pushed + i) : 0;
 }
 
@@ -171,7 +176,7 @@ __device__ __noinline__ void hold_and_list(const CudaFrame<T>& frame, int blocks
     }
     if (frame.body.face_count > 0) {
       lists.add(body_search_of(frame, i, x, t1), k);
-      frame.touched[i] = pushed_by_features(frame, i);
+      frame.touched[i] = pushed_before(frame, i);
     }
   }
 }

@@ -102,6 +102,14 @@ struct CudaFeatureFrame {
   ResponseSum* sums;  ///< [particles]
 };
 
+/// Contacts with the body of a solver that has impulses for them: the passes after its solution keep
+/// out alone what went through in spite of them.
+template <class T>
+struct CudaImpulses {
+  const Vec4<T>* of;        ///< [particles] N s; null: there are none, contacts are these passes
+  BodyContactRule<T> rule;  ///< for particles that cloth keeps back; `body_rule` is the guard's
+};
+
 /// Everything a frame needs, by value to the kernel. Arrays of particles hold the scenes one after
 /// the other.
 template <class T>
@@ -152,6 +160,7 @@ struct CudaFrame {
   int* touch_counts;  ///< [scenes][4] and
   int* touch_items;   ///< [scenes][2][particles]: see TouchLists
 
+  CudaImpulses<T> impulses;
   CudaFeatureFrame<T> features;
   CudaSelfFrame<T> self;
 

@@ -165,8 +165,10 @@ __device__ inline void visit_partner(const GroupInHand<T>& own, const BoxGroups<
   unsigned hits = 0;  // among the partner's primitives, of this thread's
   for (; others != 0; others &= others - 1) {
     const int j = __ffs(static_cast<int>(others)) - 1;
-    const bool meets =
-        overlap(own.box, room.box[j]) & !share_a_particle<kOwn, kOther>(own.item, room.item[j]);
+    // What flies without end meets the empty boxes behind the last primitive as well.
+    const bool meets = ((own.item.index | room.item[j].index) >= 0) &
+                       overlap(own.box, room.box[j]) &
+                       !share_a_particle<kOwn, kOther>(own.item, room.item[j]);
     hits |= static_cast<unsigned>(meets) << j;
   }
   while (__any_sync(kWholeWarp, hits != 0)) {

@@ -23,15 +23,25 @@ __device__ __noinline__ void meet_body(const CudaFrame<T>& frame, int scene, int
   if (frame.body.face_count == 0) {
     return;
   }
-  const BodySubstep<T> step = body_substep(frame, scene, s);
-  BodyParticle<T> b{p.x, p.start, load_shared_cache(frame.held + at), xyz(p.carry)};
+  BodySubstep<T> step = body_substep(frame, scene, s);
+  const bool holds = frame.held != nullptr;
+  const bool has_impulses = frame.impulses.of != nullptr;
+  if (has_impulses && meeting != Meeting::Touches) {
+    step.rule = frame.impulses.rule;
+  }
+  BodyParticle<T> b{p.x, p.start, holds ? load_shared_cache(frame.held + at) : Vec4<T>{},
+                    xyz(p.carry)};
   const bool touches = meeting == Meeting::Touches
                            ? touch_particle(frame, step, at, b)
                            : stay_with_body(b, load_shared_cache(frame.self.origin + at), step,
                                             frame.outlook[at], meeting);
   p = {b.x, b.start, with_w(b.moved, p.carry.w)};
-  store_shared_cache(frame.held + at, b.held);
-  __stcg(frame.touched + at, touches ? 1 : 0);
+  if (holds) {
+    store_shared_cache(frame.held + at, b.held);
+  }
+  if (touches || !has_impulses) {
+    __stcg(frame.touched + at, touches ? 1 : 0);
+  }
 }
 
 /// Gives particle `i` what its pairs want of it, then the body. `as`: how it is marked for the rest
@@ -85,7 +95,7 @@ __device__ __noinline__ void touch_before_pairs(const CudaFrame<T>& frame, int b
       const Vec4<T> carry = work.load_carry(i);
       store_shared_cache(work.carry + i, with_w(xyz(carry), T(1)));
     }
-    if (pushed_by_features(frame, work.scene * frame.count + i) != 0) {
+    if (pushed_before(frame, work.scene * frame.count + i) != 0) {
       __stcg(work.support + i, kSupportLevels);
     }
     // Of the substep before, or of an iteration before in this one.
@@ -111,13 +121,17 @@ __device__ __noinline__ void touch_before_pairs(const CudaFrame<T>& frame, int b
       [&frame, blocks, offset](int i) {
         const SelfWork<T> own(frame, blocks);
         return BodyParticle<T>{own.load(i), load_shared_cache(own.start + i),
-                               load_shared_cache(frame.held + offset + i), xyz(own.load_carry(i))};
+                               frame.held != nullptr ? load_shared_cache(frame.held + offset + i)
+                                                     : Vec4<T>{},
+                               xyz(own.load_carry(i))};
       },
       [&frame, &clock, blocks, offset](int i, const BodyParticle<T>& p, bool touches) {
         if (touches) {
           const SelfWork<T> own(frame, blocks);
           own.store(i, {p.x, p.start, with_w(p.moved, own.load_carry(i).w)});
-          store_shared_cache(frame.held + offset + i, p.held);
+          if (frame.held != nullptr) {
+            store_shared_cache(frame.held + offset + i, p.held);
+          }
           __stcg(own.touched + i, 1);
           __stcg(own.support + i, kSupportLevels);
           own.watch(i, xyz(p.x), clock);

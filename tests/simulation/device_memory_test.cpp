@@ -14,6 +14,7 @@
 #include "core/cuda_check.h"
 #include "core/device.h"
 #include "core/error.h"
+#include "simulation/solver.h"
 #include "tests/simulation/cloth_fixtures.h"
 #include "tests/simulation/test_bodies.h"
 
@@ -145,6 +146,53 @@ TEST_F(DeviceMemory, AnyFailedAllocationOfASolver_IsReportedAndUndone) {
     }
     EXPECT_GT(in_setup, 0);
     EXPECT_GT(in_frames, 0);
+  }
+}
+
+TEST_F(DeviceMemory, AnyFailedAllocationOfProjectiveDynamics_IsReportedAndUndone) {
+  const FallingPile pile(3, 6);
+  SolverOptions options;
+  options.name = "projective-friction";
+  options.projective.substeps = 2;
+  options.self_contact = true;
+  options.drag = 1;
+  const SimulationModel model{pile.cloth, pile.floor.faces};
+  std::vector<Points> expected;
+  int allocations = fixtures::device_allocations();
+  {
+    const auto solver = create_solver(model, options, Device::Cuda);
+    for (int frame = 0; frame < 3; ++frame) {
+      solver->step(pile.control);
+      expected.push_back(solver->state().positions);
+    }
+  }
+  allocations = fixtures::device_allocations() - allocations;
+  ASSERT_GT(allocations, 20);
+  const int alive = fixtures::device_allocations_alive();
+  const int stride = fixtures::soaking() ? 1 : std::max(1, allocations / 20);
+  for (int good = 0; good < allocations; good += stride) {
+    SCOPED_TRACE(good);
+    std::unique_ptr<Solver> solver;
+    std::vector<Points> found;
+    {
+      const EndOfDeviceMemory end(good);
+      const std::string text = want_of_memory([&] {
+        solver = create_solver(model, options, Device::Cuda);
+        while (found.size() < expected.size()) {
+          solver->step(pile.control);
+          found.push_back(solver->state().positions);
+        }
+      });
+      EXPECT_THAT(text, HasSubstr("out of memory"));
+    }
+    EXPECT_EQ(cudaGetLastError(), cudaSuccess) << "left behind";
+    while (solver != nullptr && found.size() < expected.size()) {
+      ASSERT_NO_THROW(solver->step(pile.control));
+      found.push_back(solver->state().positions);
+    }
+    EXPECT_TRUE(solver == nullptr || found == expected);
+    solver.reset();
+    ASSERT_EQ(fixtures::device_allocations_alive(), alive);
   }
 }
 

@@ -7,6 +7,7 @@
 
 #include "simulation/projective/coulomb.h"
 #include "simulation/projective/projective.h"
+#include "simulation/solver.h"
 #include "tests/simulation/cloth_fixtures.h"
 #include "tests/simulation/test_bodies.h"
 
@@ -51,46 +52,55 @@ SlopedPatch sloped_patch(double angle, double friction) {
 }
 
 /// Speed down the slope after a second.
-double speed_after_a_second(double angle, double friction, const SolverOptions& options) {
+double speed_after_a_second(double angle, double friction, const SolverOptions& options,
+                            Device device) {
   const SlopedPatch patch = sloped_patch(angle, friction);
-  ProjectiveSolver solver(patch.cloth, patch.plane.faces, options);
-  solver.set_state(patch.state);
+  const std::unique_ptr<Solver> solver =
+      create_solver({patch.cloth, patch.plane.faces}, options, device);
+  solver->set_state(patch.state);
   const int frames = static_cast<int>(std::lround(1 / options.time_step));
   for (int i = 0; i < frames; ++i) {
-    solver.advance(still(patch.plane.vertices));
+    solver->step(still(patch.plane.vertices));
   }
-  return solver.state().velocities.colwise().mean().dot(patch.down);
+  return solver->state().velocities.colwise().mean().dot(patch.down);
 }
 
 TEST(ProjectiveIncline, SlidingCloth_AcceleratesByCoulombsLaw) {
   const double angle = std::numbers::pi / 4;
   const SolverOptions options = projective_options(0.01, 10, 10);
-  for (const double mu : {0.0, 0.1, 0.3, 0.6, 0.9, 0.99}) {
-    const double expected = 9.81 * (std::sin(angle) - mu * std::cos(angle));
-    const double found = speed_after_a_second(angle, mu, options);
-    EXPECT_NEAR(found, expected, 1e-4 * 9.81) << mu;
-    RecordProperty("off_" + std::to_string(mu), std::to_string((found - expected) / 9.81));
+  for (const Device device : fixtures::devices()) {
+    for (const double mu : {0.0, 0.1, 0.3, 0.6, 0.9, 0.99}) {
+      const double expected = 9.81 * (std::sin(angle) - mu * std::cos(angle));
+      const double found = speed_after_a_second(angle, mu, options, device);
+      EXPECT_NEAR(found, expected, 1e-4 * 9.81) << mu << device_name(device);
+      RecordProperty("off_" + std::to_string(mu), std::to_string((found - expected) / 9.81));
+    }
   }
 }
 
 TEST(ProjectiveIncline, Threshold_IsTheFrictionCoefficient) {
   const double mu = 0.4;
   const SolverOptions options = projective_options(0.01, 4, 10);
-  EXPECT_LT(speed_after_a_second(std::atan(mu - 1e-3), mu, options), 1e-9);
-  EXPECT_GT(speed_after_a_second(std::atan(mu + 1e-3), mu, options), 5e-3);
+  for (const Device device : fixtures::devices()) {
+    EXPECT_LT(speed_after_a_second(std::atan(mu - 1e-3), mu, options, device), 1e-9);
+    EXPECT_GT(speed_after_a_second(std::atan(mu + 1e-3), mu, options, device), 5e-3);
+  }
 }
 
 TEST(ProjectiveIncline, HighFriction_HoldsWithoutCreepForTenSeconds) {
-  for (const double mu : {1.01, 1.1}) {
-    const SlopedPatch patch = sloped_patch(std::numbers::pi / 4, mu);
-    ProjectiveSolver solver(patch.cloth, patch.plane.faces, projective_options(1.0 / 60, 4, 10));
-    solver.set_state(patch.state);
-    for (int i = 0; i < 600; ++i) {
-      solver.advance(still(patch.plane.vertices));
+  for (const Device device : fixtures::devices()) {
+    for (const double mu : {1.01, 1.1}) {
+      const SlopedPatch patch = sloped_patch(std::numbers::pi / 4, mu);
+      const std::unique_ptr<Solver> solver = create_solver(
+          {patch.cloth, patch.plane.faces}, projective_options(1.0 / 60, 4, 10), device);
+      solver->set_state(patch.state);
+      for (int i = 0; i < 600; ++i) {
+        solver->step(still(patch.plane.vertices));
+      }
+      const ClothState end = solver->state();
+      EXPECT_LT((end.positions - patch.state.positions).rowwise().norm().maxCoeff(), 1e-6) << mu;
+      EXPECT_LT(end.velocities.rowwise().norm().maxCoeff(), 1e-9) << mu << device_name(device);
     }
-    const ClothState end = solver.state();
-    EXPECT_LT((end.positions - patch.state.positions).rowwise().norm().maxCoeff(), 1e-6) << mu;
-    EXPECT_LT(end.velocities.rowwise().norm().maxCoeff(), 1e-9) << mu;
   }
 }
 

@@ -1,0 +1,85 @@
+#pragma once
+
+#include <cmath>
+
+#include "simulation/projective/elastic_rows.h"
+
+namespace atelier {
+
+/// What a row is where particles are at `x`.
+ATELIER_HOST_DEVICE inline Vec3d row_value(const ElasticRow& row, const Vec4<double>* x) {
+  Vec3d sum = row.weight[0] * xyz(x[row.particle[0]]) + row.weight[1] * xyz(x[row.particle[1]]);
+  for (int k = 2; k < 4; ++k) {
+    if (row.particle[k] >= 0) {
+      sum += row.weight[k] * xyz(x[row.particle[k]]);
+    }
+  }
+  return sum;
+}
+
+/// The force of a row less damping: where it is `value` and, without damping, `pull`. `damping` s.
+ATELIER_HOST_DEVICE inline Vec3d damped_pull(const ElasticRow& row, Vec3d value, Vec3d pull,
+                                             double damping, const Vec4<double>* v) {
+  if (!(damping > 0)) {
+    return pull;
+  }
+  const double squared = squared_norm(value);
+  const double rate = squared > 0 ? dot(row_value(row, v), value) / squared : 0;
+  return pull - (damping * row.stiffness * rate) * value;
+}
+
+/// Of a spring of `rest` m.
+ATELIER_HOST_DEVICE inline Vec3d spring_force(const ElasticRow& row, double rest, double damping,
+                                              const Vec4<double>* x, const Vec4<double>* v) {
+  const Vec3d d = xyz(x[row.particle[0]]) - xyz(x[row.particle[1]]);
+  const double length = norm(d);
+  const double share = length > 1e-12 ? rest / length - 1 : 0;
+  return damped_pull(row, d, (row.stiffness * share) * d, damping, v);
+}
+
+/// What a rest angle of `bend` makes of the row of a hinge: along the mean normal of its triangles.
+ATELIER_HOST_DEVICE inline Vec3d bent_rest(const ElasticRow& row, double bend,
+                                           const Vec4<double>* x) {
+  const Vec3d p0 = xyz(x[row.particle[0]]);
+  const Vec3d edge = xyz(x[row.particle[1]]) - p0;
+  const Vec3d left = cross(edge, xyz(x[row.particle[2]]) - p0);
+  const Vec3d right = cross(xyz(x[row.particle[3]]) - p0, edge);
+  const double size_left = norm(left);
+  const double size_right = norm(right);
+  if (!(size_left > 0) || !(size_right > 0)) {
+    return {};
+  }
+  const Vec3d normal = (1 / size_left) * left + (1 / size_right) * right;
+  const double size = norm(normal);
+  return size > 1e-12 ? (-bend / size) * normal : Vec3d{};
+}
+
+/// Of a hinge whose row is `bend` long at rest. A flat one is linear, and so is its damping.
+ATELIER_HOST_DEVICE inline Vec3d bend_force(const ElasticRow& row, double bend, double damping,
+                                            const Vec4<double>* x, const Vec4<double>* v) {
+  const Vec3d d = row_value(row, x);
+  if (bend != 0) {
+    return damped_pull(row, d, row.stiffness * (bent_rest(row, bend, x) - d), damping, v);
+  }
+  const Vec3d pull = -row.stiffness * d;
+  return damping > 0 ? pull - (damping * row.stiffness) * row_value(row, v) : pull;
+}
+
+/// Forces of the two rows of a triangle: warp and weft as springs of rest length 1, and shear of
+/// energy 1/2 shear cos^2 of the angle between the yarns.
+ATELIER_HOST_DEVICE inline void yarn_forces(const std::array<double, 3>& moduli, Vec3d fu, Vec3d fv,
+                                            Vec3d& on_u, Vec3d& on_v) {
+  const double lu = norm(fu);
+  const double lv = norm(fv);
+  if (!(lu > 1e-12) || !(lv > 1e-12)) {
+    on_u = on_v = {};
+    return;
+  }
+  const Vec3d u = (1 / lu) * fu;
+  const Vec3d v = (1 / lv) * fv;
+  const double cosine = dot(u, v);
+  on_u = -(moduli[0] * (lu - 1)) * u - (moduli[2] * cosine / lu) * (v - cosine * u);
+  on_v = -(moduli[1] * (lv - 1)) * v - (moduli[2] * cosine / lv) * (u - cosine * v);
+}
+
+}  // namespace atelier

@@ -1,0 +1,95 @@
+#pragma once
+
+#include "simulation/contact/body_contact_math.h"
+
+namespace atelier {
+
+/// A bound on the velocity of a particle that may touch the body within a step.
+struct VelocityBound {
+  Vec3d normal;  ///< outwards, unit
+  Vec3d moves;   ///< m/s, velocity of the body's point
+  double least;  ///< m/s, least velocity along the normal: faster into the body is too deep
+  int holds;     ///< 0: there is none
+};
+
+/// Contact with the body: what is kept, how far beyond it a step looks for contacts, and where what
+/// passed in spite of them is looked for.
+struct BoundRules {
+  BodyContactRule<double> kept;
+  BodyContactRule<double> wide;
+  BodyContactRule<double> guard;
+};
+
+inline BoundRules bound_rules(const BodyContactRule<double>& kept) {
+  BoundRules out{kept, kept, kept};
+  // Tension presses cloth on that would fly past the body by itself.
+  constexpr double kLeastMargin = 5e-4;  // m
+  out.wide.thickness = kept.thickness + max_of(kLeastMargin, kept.thickness);
+  out.wide.reach = max_of(kept.reach, out.wide.thickness);
+  out.guard.thickness = 0.9 * kept.thickness;
+  out.guard.friction = 0;
+  return out;
+}
+
+/// What a particle on its way meets first or is nearest to. `of_candidates(way)` chooses among its
+/// candidates (choose_candidate); `team` asks the body's tree.
+template <class OfCandidates, class Team>
+ATELIER_HOST_DEVICE inline FaceChoice<double> choose_on_way(
+    const BodyView<double>& body, const BodyOutlook<double>& outlook, const Passage<double>& way,
+    BodySearch search, const BodyContactRule<double>& wide, const OfCandidates& of_candidates,
+    const Team& team) {
+  if (search == BodySearch::WayOut) {
+    const double reach = min_of(wide.reach, outlook.gap);
+    return {nearest_way_out(body, way.p1, way.t1, reach, team), no_offer(wide.reach)};
+  }
+  if (search == BodySearch::Candidates) {
+    return of_candidates(way);
+  }
+  Box<double> box{way.p0, way.p0};
+  grow(box, way.p1);
+  const double margin = search == BodySearch::DeepTree ? wide.reach : wide.thickness + 1e-3;
+  FaceChoice<double> choice =
+      choose_in_tree(body, inflated(box, margin), way, wide.reach, true, team);
+  if (search == BodySearch::DeepTree && choice.first.time > 1 && choice.nearest.side >= 0 &&
+      times_inside(body, way.p1, way.t1, team) > 0) {
+    const FaceOffer<double> way_out = nearest_way_out(body, way.p1, way.t1, wide.reach, team);
+    choice.nearest = way_out.face >= 0 ? way_out : choice.nearest;
+  }
+  return choice;
+}
+
+/// The bound that a choice means, in a step of `h` s. A particle that is too near already is moved
+/// out, slowly (`x` changes): that does not become velocity.
+ATELIER_HOST_DEVICE inline VelocityBound bound_of_choice(const BodyView<double>& body,
+                                                         const FaceChoice<double>& choice,
+                                                         const Passage<double>& way,
+                                                         const BoundRules& rules, double h,
+                                                         Vec4<double>& x) {
+  BodyTouch<double> touch;
+  if (choice.first.time <= 1) {
+    const FaceCorners<double> t = corners_at(body, choice.first.face, way.t1);
+    const Vec3d n = cross(t.b - t.a, t.c - t.a);
+    touch = touch_at(body, choice.first.face, choice.first.hit, (1 / norm(n)) * n, way);
+  } else {
+    touch = touch_nearest(body, choice.nearest, way, rules.wide.thickness);
+  }
+  if (!touch.valid) {
+    return {};
+  }
+  const double overlap = rules.kept.thickness - touch.start_distance;
+  if (overlap > 0) {
+    const double out = min_of(overlap, rules.kept.old_overlap);
+    x = with_w(xyz(x) + out * touch.normal, x.w);
+    touch.start_distance += out;
+  }
+  const double keep = min_of(rules.kept.thickness, touch.start_distance);
+  const double at_end = touch.start_distance - dot(touch.normal, touch.moved);
+  return {touch.normal, (1 / h) * touch.moved, (keep - at_end) / h, 1};
+}
+
+/// What a velocity lacks of a bound: across the surface up to the bound, and along it all.
+ATELIER_HOST_DEVICE inline Vec3d lacking_velocity(Vec3d normal, Vec3d moves, double least, Vec3d v) {
+  return (moves - v) + (least - dot(normal, moves)) * normal;
+}
+
+}  // namespace atelier

@@ -1,0 +1,394 @@
+// Projective dynamics on the CPU and on CUDA. Both solve an iteration in float and by other
+// products, so they differ by rounding, which Anderson's acceleration, whose small system is nearly
+// singular, enlarges from iteration to iteration, and contacts that begin or end and folds from
+// frame to frame: changes of velocity that are noised by 1e-7 on the CPU alone move two layers
+// apart by 5 mm in eight frames, a sheet on a ball by 0.3 mm. So both begin every frame where the
+// CPU is, and iterate a few times: the same noise then moves the sheet by 0.13 um.
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "core/error.h"
+#include "core/parallel.h"
+#include "core/random.h"
+#include "simulation/contact/crossings.h"
+#include "simulation/projective/anderson_math.h"
+#include "simulation/projective/inverse_factor.h"
+#include "simulation/solver.h"
+#include "tests/simulation/cloth_fixtures.h"
+#include "tests/simulation/test_bodies.h"
+
+namespace atelier {
+namespace {
+
+/// A model and what happens to it in each frame.
+struct TwinScene {
+  SimulationModel model;
+  Mesh ball;
+  Eigen::RowVector3d from{0, 0, 0};
+  Eigen::RowVector3d step{0, 0, 0};
+  SolverOptions options;
+
+  TwinScene() {
+    options.name = "projective-friction";
+    options.projective.substeps = 3;
+    options.projective.iterations = 8;
+  }
+  Control control(int frame) const {
+    Control out;
+    if (model.body_faces.rows() > 0) {
+      const auto at = [&](int f) -> Points { return ball.vertices.rowwise() + (from + f * step); };
+      out.body_start = at(frame);
+      out.body_end = at(frame + 1);
+    }
+    return out;
+  }
+};
+
+/// Largest distance of the two devices' vertices after any of `frames`, and that of their
+/// velocities over a frame.
+double twin_distance(const TwinScene& scene, int frames) {
+  const std::unique_ptr<Solver> cpu = create_solver(scene.model, scene.options, Device::Cpu);
+  const std::unique_ptr<Solver> cuda = create_solver(scene.model, scene.options, Device::Cuda);
+  double distance = 0;
+  for (int frame = 0; frame < frames; ++frame) {
+    cuda->set_state(cpu->state());
+    const FrameReport a = cpu->step(scene.control(frame));
+    const FrameReport b = cuda->step(scene.control(frame));
+    EXPECT_EQ(a.frame, b.frame);
+    EXPECT_NEAR(a.kinetic_energy, b.kinetic_energy, 1e-5 * a.kinetic_energy + 1e-12) << frame;
+    EXPECT_NEAR(a.elastic_energy, b.elastic_energy, 1e-3 * a.elastic_energy + 1e-12) << frame;
+    EXPECT_NEAR(a.body_contacts, b.body_contacts, 2) << frame;
+    EXPECT_EQ(a.penetrating, b.penetrating) << frame;
+    const ClothState on_cpu = cpu->state();
+    const ClothState on_cuda = cuda->state();
+    const double velocities = (on_cpu.velocities - on_cuda.velocities).rowwise().norm().maxCoeff();
+    const double positions = (on_cpu.positions - on_cuda.positions).rowwise().norm().maxCoeff();
+    distance = std::max({distance, positions, velocities / 60});
+  }
+  ::testing::Test::RecordProperty("distance", std::to_string(1e9 * distance) + " nm");
+  return distance;
+}
+
+/// A garment over the ball `radius` above its middle, with some of its vertices moved at random.
+TwinScene scene_on_a_ball(int cells, const ClothOptions& cloth_options,
+                          const std::vector<int>& pins, double damping, std::uint64_t seed) {
+  TwinScene out;
+  Garment garment =
+      fixtures::garment_of(fixtures::sheet(cells, cells, 0.3 / cells, 'a'), 0.2, 300, 1e-5);
+  fixtures::use_flat_rest(garment);
+  garment.material.damping = damping;
+  garment.material.friction = 0.4;
+  Random random{seed, 0, 0};
+  for (Index v = 0; v < garment.mesh.vertices.rows(); ++v) {
+    for (int axis = 0; axis < 3; ++axis) {
+      garment.mesh.vertices(v, axis) += 0.1 / cells * (uniform(random) - 0.5);
+    }
+  }
+  out.model.cloth = make_cloth(garment, pins, cloth_options);
+  out.ball = fixtures::sphere(0.1, 16, 24);
+  out.model.body_faces = out.ball.faces;
+  out.from = {0.14, -0.106, 0.15};
+  out.step = {0.004, 0.001, -0.002};
+  return out;
+}
+
+class ProjectiveTwins : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!cuda_available()) {
+      GTEST_SKIP() << "no CUDA device on this machine";
+    }
+  }
+};
+
+TEST_F(ProjectiveTwins, ClothOnAMovingBall_Agrees) {
+  for (const char* membrane : {"springs", "strain"}) {
+    for (const double damping : {0.0, 0.002}) {
+      for (const int acceleration : {0, 5, 20}) {
+        ClothOptions cloth_options;
+        cloth_options.membrane = membrane;
+        cloth_options.tether_stretch = 1.1;
+        TwinScene scene = scene_on_a_ball(20, cloth_options, {0, 20}, damping, 1);
+        scene.options.projective.acceleration = acceleration;
+        EXPECT_LT(twin_distance(scene, 8), 1e-6) << membrane << damping << acceleration;
+      }
+    }
+  }
+}
+
+// Springs between points anywhere, one of them alone, some fixed.
+TEST_F(ProjectiveTwins, RandomNets_Agree) {
+  for (std::uint64_t seed = 1; seed <= 4; ++seed) {
+    Random random{seed, 1, 0};
+    const int n = 40 + static_cast<int>(300 * uniform(random));
+    Points x(n, 3);
+    std::vector<double> mass;
+    std::vector<ClothSpring> springs;
+    for (int i = 0; i < n; ++i) {
+      x.row(i) << uniform(random), uniform(random), uniform(random);
+      mass.push_back(0.001 + 0.01 * uniform(random));
+      for (int k = 0; k < 3 && i > 1; ++k) {
+        const int other = static_cast<int>((i - 1) * uniform(random));
+        springs.push_back({other, i,
+                           (x.row(i) - x.row(other)).norm() * (0.8 + 0.4 * uniform(random)),
+                           std::pow(10.0, 4 * uniform(random))});
+      }
+    }
+    TwinScene scene;
+    scene.model.cloth = make_spring_net(x, mass, springs, {0, n / 2});
+    scene.options.projective.iterations = 20;
+    scene.options.projective.acceleration = 0;
+    EXPECT_LT(twin_distance(scene, 5), 1e-6) << seed;
+    scene.options.projective.iterations = 8;
+    scene.options.projective.acceleration = 5;
+    EXPECT_LT(twin_distance(scene, 5), 1e-6) << seed;
+  }
+}
+
+TEST_F(ProjectiveTwins, SeveralSewnGarments_Agree) {
+  Garment lower = fixtures::garment_of(fixtures::sheet(6, 4, 0.03), 0.1, 500, 1e-5);
+  const Index half = lower.mesh.vertices.rows();
+  const Index faces = lower.mesh.faces.rows();
+  Points panel = lower.mesh.vertices;
+  lower.mesh.vertices.resize(2 * half, 3);
+  lower.mesh.vertices << panel, panel.rowwise() + Eigen::RowVector3d(0, 0, -0.15);
+  lower.mesh.faces.conservativeResize(2 * faces, 3);
+  lower.mesh.faces.bottomRows(faces) =
+      lower.mesh.faces.topRows(faces).array() + static_cast<int>(half);
+  Seam seam{"side", {}, {}};
+  for (int c = 0; c <= 6; ++c) {
+    seam.a.push_back(c);
+    seam.b.push_back(static_cast<int>(half) + 4 * 7 + c);
+  }
+  lower.seams = {seam};
+  Garment upper = fixtures::garment_of(fixtures::sheet(7, 7, 0.025, 'a'), 0.3, 200, 1e-4);
+  upper.mesh.vertices.col(1).array() += 0.05;
+  ClothOptions sewn;
+  sewn.seam_stiffness = 200;
+  TwinScene scene;
+  scene.model.cloth = join_cloths({make_cloth(lower, {0, 6}, sewn), make_cloth(upper)});
+  EXPECT_LT(twin_distance(scene, 10), 1e-6);
+}
+
+// Contacts between pieces of cloth are impulses in the iterations on the CPU and displacements
+// after them on CUDA, so cloth does not lie the same way; but on neither does anything pass.
+TEST_F(ProjectiveTwins, LayersThatMeet_StayApartOnBoth) {
+  TwinScene scene;
+  Garment garment = fixtures::garment_of(fixtures::sheet(24, 24, 0.012, 'a'), 0.2, 300, 1e-5);
+  garment.mesh.vertices.rowwise() += Eigen::RowVector3d(-0.144, 0.102, -0.144);
+  Garment outer = garment;
+  outer.mesh.vertices.rowwise() += Eigen::RowVector3d(0.005, 0.003, 0.002);
+  scene.model.cloth = join_cloths({make_cloth(garment), make_cloth(outer)});
+  scene.ball = fixtures::sphere(0.1, 16, 24);
+  scene.step = {0.004, 0, 0};
+  scene.options.self_contact = true;
+  for (const bool with_body : {true, false}) {
+    scene.model.body_faces = with_body ? scene.ball.faces : Triangles();
+    for (const Device device : {Device::Cpu, Device::Cuda}) {
+      const std::unique_ptr<Solver> solver = create_solver(scene.model, scene.options, device);
+      for (int frame = 0; frame < 20; ++frame) {
+        EXPECT_LT(solver->step(scene.control(frame)).penetration_depth, 1e-4) << with_body << frame;
+      }
+      EXPECT_EQ(count_crossings(solver->state().positions, scene.model.cloth.faces), 0)
+          << with_body;
+    }
+  }
+}
+
+/// A frame or two of every kernel, for as long as a sanitizer has patience.
+TEST_F(ProjectiveTwins, ShortFrames_Agree) {
+  for (const char* membrane : {"springs", "strain"}) {
+    for (const bool self : {false, true}) {
+      ClothOptions cloth_options;
+      cloth_options.membrane = membrane;
+      cloth_options.tether_stretch = 1.1;
+      TwinScene scene = scene_on_a_ball(7, cloth_options, {0, 7}, 0.001, 2);
+      scene.options.projective.substeps = 2;
+      scene.options.projective.iterations = 3;
+      scene.options.projective.acceleration = 2;
+      if (!self) {
+        EXPECT_LT(twin_distance(scene, 3), 1e-6) << membrane;
+        continue;
+      }
+      scene.options.self_contact = true;
+      const std::unique_ptr<Solver> solver =
+          create_solver(scene.model, scene.options, Device::Cuda);
+      for (int frame = 0; frame < 3; ++frame) {
+        EXPECT_LT(solver->step(scene.control(frame)).penetration_depth, 1e-4) << membrane << frame;
+      }
+    }
+  }
+}
+
+TEST_F(ProjectiveTwins, Repeats_GiveTheSameBits) {
+  for (const bool self : {false, true}) {
+    ClothOptions cloth_options;
+    TwinScene scene = scene_on_a_ball(40, cloth_options, {0}, 1e-4, 3);
+    scene.options.self_contact = self;
+    ClothState first;
+    for (int repeat = 0; repeat < 3; ++repeat) {
+      const std::unique_ptr<Solver> solver =
+          create_solver(scene.model, scene.options, Device::Cuda);
+      for (int frame = 0; frame < 10; ++frame) {
+        solver->step(scene.control(frame));
+      }
+      const ClothState state = solver->state();
+      first = repeat == 0 ? state : first;
+      EXPECT_EQ(state.positions, first.positions) << self << repeat;
+      EXPECT_EQ(state.velocities, first.velocities) << self << repeat;
+    }
+  }
+}
+
+TEST_F(ProjectiveTwins, AllPinned_FollowTheirTargets) {
+  TwinScene scene;
+  const Garment garment = fixtures::garment_of(fixtures::sheet(2, 2, 0.1, 'a'), 0.2, 300, 1e-5);
+  scene.model.cloth = make_cloth(garment, {0, 1, 2, 3, 4, 5, 6, 7, 8});
+  const std::unique_ptr<Solver> solver = create_solver(scene.model, scene.options, Device::Cuda);
+  Control control;
+  control.pin_targets = garment.mesh.vertices.rowwise() + Eigen::RowVector3d(0.01, 0.02, 0);
+  solver->step(control);
+  EXPECT_LT((solver->state().positions - control.pin_targets).rowwise().norm().maxCoeff(), 1e-12);
+}
+
+TEST_F(ProjectiveTwins, NotFinite_IsNamedAndUndone) {
+  TwinScene scene = scene_on_a_ball(10, {}, {}, 0, 4);
+  const std::unique_ptr<Solver> solver = create_solver(scene.model, scene.options, Device::Cuda);
+  solver->step(scene.control(0));
+  ClothState wild = solver->state();
+  wild.velocities(5, 1) = 1e308;
+  solver->set_state(wild);
+  for (int repeat = 0; repeat < 2; ++repeat) {
+    EXPECT_THROW(solver->step(scene.control(1)), DataError);
+    EXPECT_EQ(solver->state().positions, wild.positions);
+    EXPECT_EQ(solver->state().velocities, wild.velocities);
+    EXPECT_EQ(solver->state().frame, 1);
+  }
+}
+
+TEST(ProjectiveCuda, NoDevice_IsRefused) {
+  if (cuda_available()) {
+    GTEST_SKIP() << "there is a CUDA device";
+  }
+  const TwinScene scene = scene_on_a_ball(4, {}, {}, 0, 5);
+  EXPECT_THROW(create_solver(scene.model, scene.options, Device::Cuda), EnvironmentError);
+}
+
+/// A matrix of unknowns in a square that are coupled where they are near.
+Eigen::SparseMatrix<double> near_matrix(const Points& positions, Random& random) {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (int i = 0; i < positions.rows(); ++i) {
+    entries.emplace_back(i, i, 0.5);
+    for (int j = 0; j < i; ++j) {
+      if ((positions.row(i) - positions.row(j)).norm() < 0.1) {
+        const double k = uniform(random);
+        entries.emplace_back(i, i, k);
+        entries.emplace_back(j, j, k);
+        entries.emplace_back(i, j, -k);
+        entries.emplace_back(j, i, -k);
+      }
+    }
+  }
+  Eigen::SparseMatrix<double> matrix(positions.rows(), positions.rows());
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  return matrix;
+}
+
+TEST(InverseFactor, ItsSquare_IsTheInverse) {
+  for (const int n : {1, 20, 33, 500}) {
+    Random random{3, static_cast<std::uint64_t>(n), 0};
+    Points positions(n, 3);
+    for (int i = 0; i < n; ++i) {
+      positions.row(i) << uniform(random), uniform(random), 0;
+    }
+    const Eigen::SparseMatrix<double> matrix = near_matrix(positions, random);
+    const InverseFactor factor(matrix, positions);
+    ASSERT_EQ(factor.size(), n);
+    Eigen::MatrixXd w = Eigen::MatrixXd::Zero(n, n);
+    std::size_t stored = 0;
+    for (const InverseFactor::Part& part : factor.parts()) {
+      EXPECT_TRUE(part.parent == -1 || factor.parts()[part.parent].first <= part.first);
+      for (int i = part.begin; i < part.end; ++i) {
+        for (int c = 0; c < part.stride; ++c) {
+          const double value = factor.values()[static_cast<std::size_t>(part.row(i) + c)];
+          const int column = part.column + c;
+          ASSERT_TRUE(value == 0 || (column >= part.first && column <= i));
+          if (column < n) {
+            w(i, column) = value;
+          }
+          ++stored;
+        }
+      }
+    }
+    EXPECT_EQ(stored, factor.values().size());
+    const Eigen::MatrixXd inverse = Eigen::MatrixXd(matrix).inverse();
+    const Eigen::MatrixXd square = w.transpose() * w;
+    double off = 0;
+    for (int i = 0; i < n; ++i) {
+      for (int j = 0; j < n; ++j) {
+        off = std::max(off, std::abs(square(i, j) - inverse(factor.order()[i], factor.order()[j])));
+      }
+    }
+    EXPECT_LT(off, 1e-11) << n;
+  }
+}
+
+TEST(InverseFactor, AnyThreadCount_GivesTheSameBits) {
+  Random random{4, 0, 0};
+  Points positions(700, 3);
+  for (int i = 0; i < 700; ++i) {
+    positions.row(i) << uniform(random), uniform(random), 0;
+  }
+  const Eigen::SparseMatrix<double> matrix = near_matrix(positions, random);
+  set_thread_count(1);
+  const InverseFactor one(matrix, positions);
+  set_thread_count(5);
+  const InverseFactor five(matrix, positions);
+  set_thread_count(0);
+  EXPECT_EQ(one.values(), five.values());
+  EXPECT_EQ(one.order(), five.order());
+}
+
+TEST(InverseFactor, IndefiniteMatrix_IsRefused) {
+  Eigen::SparseMatrix<double> matrix(2, 2);
+  matrix.insert(0, 0) = 1;
+  matrix.insert(1, 1) = -1;
+  EXPECT_THROW(InverseFactor(matrix, Points::Zero(2, 3)), DataError);
+  EXPECT_EQ(InverseFactor(Eigen::SparseMatrix<double>(0, 0), Points(0, 3)).size(), 0);
+}
+
+TEST(AndersonMath, SymmetricSystems_AreSolved) {
+  for (int n = 1; n <= 20; ++n) {
+    Random random{5, static_cast<std::uint64_t>(n), 0};
+    Eigen::MatrixXd half(n, n);
+    Eigen::VectorXd right(n);
+    for (int i = 0; i < n; ++i) {
+      right[i] = uniform(random, -1, 1);
+      for (int j = 0; j < n; ++j) {
+        half(i, j) = uniform(random, -1, 1);
+      }
+    }
+    const Eigen::MatrixXd matrix = half * half.transpose() + 0.01 * Eigen::MatrixXd::Identity(n, n);
+    Eigen::MatrixXd used = matrix;
+    Eigen::VectorXd found = right;
+    EXPECT_TRUE(solve_symmetric(used.data(), found.data(), n, AloneInRows{}));
+    EXPECT_LT((matrix * found - right).norm(), 1e-9) << n;
+  }
+  double none[4] = {0, 0, 0, 2};
+  double right[2] = {1, 4};
+  EXPECT_TRUE(solve_symmetric(none, right, 2, AloneInRows{}));
+  EXPECT_EQ(right[0], 0);
+  EXPECT_EQ(right[1], 2);
+  double infinite[1] = {1e-200};
+  double large[1] = {1e200};
+  EXPECT_FALSE(solve_symmetric(infinite, large, 1, AloneInRows{}));
+}
+
+}  // namespace
+}  // namespace atelier
