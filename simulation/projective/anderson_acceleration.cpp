@@ -113,8 +113,8 @@ void AndersonAcceleration::advance(std::vector<Vec4<double>>& v,
         matrix(k, l) = products_[k][l];
       }
     }
-    // Differences that are nearly combinations of others tell nothing.
-    matrix.diagonal() *= 1 + 1e-10;
+    // Differences that are nearly combinations of others tell nothing but their rounding.
+    matrix.diagonal() *= 1 + 1e-6;
     shares = matrix.ldlt().solve(shares).eval();
     if (!shares.allFinite()) {
       shares.resize(0);

@@ -53,7 +53,7 @@ using Factor = std::variant<CholeskyFactor<float>, CholeskyFactor<double>>;
 /// In single precision, whose rounding the next iteration mends, unless the matrix is so much
 /// larger than a mass that what rounding leaves of stiff forces would throw particles about.
 Factor factor_of(const Eigen::SparseMatrix<double>& matrix, const Points& positions) {
-  constexpr double kMostForSingle = 3e4;
+  constexpr double kMostForSingle = 1e6;
   double largest = 0;
   double mass = std::numeric_limits<double>::infinity();  // the sum of a row, as stiffness has none
   for (Index column = 0; column < matrix.outerSize(); ++column) {
