@@ -61,7 +61,8 @@ double twin_distance(const TwinScene& scene, int frames) {
     const FrameReport a = cpu->step(scene.control(frame));
     const FrameReport b = cuda->step(scene.control(frame));
     EXPECT_EQ(a.frame, b.frame);
-    EXPECT_NEAR(a.kinetic_energy, b.kinetic_energy, 1e-5 * a.kinetic_energy + 1e-12) << frame;
+    // A micrometre within a substep is some 1e-4 of these velocities.
+    EXPECT_NEAR(a.kinetic_energy, b.kinetic_energy, 1e-4 * a.kinetic_energy + 1e-12) << frame;
     EXPECT_NEAR(a.elastic_energy, b.elastic_energy, 1e-3 * a.elastic_energy + 1e-12) << frame;
     EXPECT_NEAR(a.body_contacts, b.body_contacts, 2) << frame;
     EXPECT_EQ(a.penetrating, b.penetrating) << frame;
