@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "simulation/projective/anderson_math.h"
 
 namespace atelier {
 namespace {
@@ -91,10 +92,8 @@ void AndersonAcceleration::advance(std::vector<Vec4<double>>& v,
   const int slot = count_ == 0 ? 0 : (newest_ + 1) % window_;
   const int count = count_ < window_ ? count_ + 1 : window_;
   const Products products = note_difference(slot, count, v, change);
-  constexpr double kRounding = 1e-13;  // m/s, mean of a particle's change
-  constexpr double kGrowth = 4;        // squared
-  const bool usable = products.size > kRounding * kRounding * static_cast<double>(n);
-  const bool anew = first_ || !usable || products.size > kGrowth * least_;
+  const bool usable = anderson_usable(products.size, static_cast<double>(n));
+  const bool anew = first_ || !usable || anderson_grew(products.size, least_);
   least_ = anew || products.size < least_ ? products.size : least_;
   Eigen::VectorXd shares(0);
   if (anew) {
@@ -113,8 +112,7 @@ void AndersonAcceleration::advance(std::vector<Vec4<double>>& v,
         matrix(k, l) = products_[k][l];
       }
     }
-    // Differences that are nearly combinations of others tell nothing but their rounding.
-    matrix.diagonal() *= 1 + 1e-6;
+    matrix.diagonal() *= kAndersonRidge;
     shares = matrix.ldlt().solve(shares).eval();
     if (!shares.allFinite()) {
       shares.resize(0);
