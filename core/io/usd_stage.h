@@ -55,8 +55,8 @@ bool is_usd_mesh_attribute(const std::string& name);
 UsdStage read_usd_crate(std::span<const std::byte> bytes, const std::string& file,
                         const Limits& limits = {});
 
-/// The same of USD as text (its first line begins with "\#usda 1."): defaults and time samples. What parse_usda refuses is
-/// refused, with the line, and so are statements that are none.
+/// The same of USD as text (its first line begins with "\#usda 1."): defaults and time samples.
+/// What parse_usda refuses is refused, with the line, and so are statements that are none.
 UsdStage read_usda_stage(std::string_view text, const std::string& file, const Limits& limits = {});
 
 }  // namespace atelier

@@ -18,8 +18,8 @@ ATELIER_HOST_DEVICE inline bool anderson_grew(double size, double least) {
   return size > kGrowth * least;
 }
 
-/// Factor on the diagonal: differences that are nearly combinations of others tell nothing but their
-/// rounding.
+/// Factor on the diagonal: differences that are nearly combinations of others tell nothing but
+/// their rounding.
 constexpr double kAndersonRidge = 1 + 1e-6;
 
 /// One thread that works on all rows of a small matrix.

@@ -9,8 +9,7 @@ namespace atelier {
 /// The impulse that Coulomb's law allows of the one that would hold a contact: none that pulls, and
 /// along the surface at most `friction` times the one across it. So a contact whose impulse is
 /// within the cone sticks, exactly; one on its border slips.
-ATELIER_HOST_DEVICE inline Vec3d coulomb_impulse(Vec3d holding, Vec3d normal,
-                                                 double friction) {
+ATELIER_HOST_DEVICE inline Vec3d coulomb_impulse(Vec3d holding, Vec3d normal, double friction) {
   const double across = dot(holding, normal);
   if (!(across > 0)) {
     return {};

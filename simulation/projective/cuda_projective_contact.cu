@@ -87,11 +87,10 @@ __global__ void __launch_bounds__(kContactThreads)
     if (search == BodySearch::Candidates) {
       const int* const candidates = f.candidates + static_cast<std::int64_t>(i) * kBodyCandidates;
       const int count = outlook.count;
-      touches = contact_by_candidates(p, step, outlook, flight,
-                                      [&](const Passage<double>& way, bool swept) {
-                                        return warp.few.choose(f.body, candidates, count, way,
-                                                               step.rule.reach, swept);
-                                      });
+      touches = contact_by_candidates(
+          p, step, outlook, flight, [&](const Passage<double>& way, bool swept) {
+            return warp.few.choose(f.body, candidates, count, way, step.rule.reach, swept);
+          });
     } else if (search != BodySearch::Nothing) {
       touches = contact_by_tree(p, step, outlook, search, warp.team);
     }

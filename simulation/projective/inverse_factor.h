@@ -19,8 +19,8 @@ namespace atelier {
 class InverseFactor {
  public:
   /// Unknowns [begin, end) of the order, a separator or what is not halved any more; [first, begin)
-  /// are its halves. Rows of W lie one after the other from `offset` on, `stride` numbers each, from
-  /// column `column` on, which is `first` rounded down to kAlign.
+  /// are its halves. Rows of W lie one after the other from `offset` on, `stride` numbers each,
+  /// from column `column` on, which is `first` rounded down to kAlign.
   struct Part {
     int first, begin, end;
     int parent;  ///< the separator that it is a half of, -1: none

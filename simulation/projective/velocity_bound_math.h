@@ -88,7 +88,8 @@ ATELIER_HOST_DEVICE inline VelocityBound bound_of_choice(const BodyView<double>&
 }
 
 /// What a velocity lacks of a bound: across the surface up to the bound, and along it all.
-ATELIER_HOST_DEVICE inline Vec3d lacking_velocity(Vec3d normal, Vec3d moves, double least, Vec3d v) {
+ATELIER_HOST_DEVICE inline Vec3d lacking_velocity(Vec3d normal, Vec3d moves, double least,
+                                                  Vec3d v) {
   return (moves - v) + (least - dot(normal, moves)) * normal;
 }
 

@@ -102,8 +102,8 @@ struct CudaFeatureFrame {
   ResponseSum* sums;  ///< [particles]
 };
 
-/// Contacts with the body of a solver that has impulses for them: the passes after its solution keep
-/// out alone what went through in spite of them.
+/// Contacts with the body of a solver that has impulses for them: the passes after its solution
+/// keep out alone what went through in spite of them.
 template <class T>
 struct CudaImpulses {
   const Vec4<T>* of;        ///< [particles] N s; null: there are none, contacts are these passes

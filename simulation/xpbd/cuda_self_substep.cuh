@@ -120,10 +120,10 @@ __device__ __noinline__ void touch_before_pairs(const CudaFrame<T>& frame, int b
       frame, blocks, s, pass, own_warp_room<T, kBarrier>().body,
       [&frame, blocks, offset](int i) {
         const SelfWork<T> own(frame, blocks);
-        return BodyParticle<T>{own.load(i), load_shared_cache(own.start + i),
-                               frame.held != nullptr ? load_shared_cache(frame.held + offset + i)
-                                                     : Vec4<T>{},
-                               xyz(own.load_carry(i))};
+        return BodyParticle<T>{
+            own.load(i), load_shared_cache(own.start + i),
+            frame.held != nullptr ? load_shared_cache(frame.held + offset + i) : Vec4<T>{},
+            xyz(own.load_carry(i))};
       },
       [&frame, &clock, blocks, offset](int i, const BodyParticle<T>& p, bool touches) {
         if (touches) {

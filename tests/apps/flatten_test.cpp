@@ -323,7 +323,7 @@ TEST_F(Flatten, UnsupportedFormat_IsRefusedWithTheSupportedOnes) {
   std::ofstream(scene) << "BLENDER-v300";
   const ChildResult result = run({"--mesh", scene.string(), "--out", out().string()});
   EXPECT_EQ(result.exit_code, 3);
-  EXPECT_THAT(result.err, HasSubstr("extension '.blend'; expected .obj, .ply, .glb"));
+  EXPECT_THAT(result.err, HasSubstr("extension '.blend'; expected .obj, .ply, .stl, .glb"));
   EXPECT_THAT(alone({"--seams", "uvs"}).err, HasSubstr("texture coordinates: none"));
 }
 

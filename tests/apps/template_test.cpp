@@ -282,7 +282,7 @@ TEST_F(TemplateStage, UnreadableMeshes_AreRefusedWhilePlanning) {
       EXPECT_THAT(done.err, HasSubstr(words));
     }
   };
-  refused("artist.blend", "BLENDER-v300", "extension '.blend'; expected .obj, .ply, .glb");
+  refused("artist.blend", "BLENDER-v300", "extension '.blend'; expected .obj, .ply, .stl, .glb");
   refused("artist", "v 0 0 0\n", "a name without an extension");
   refused("artist.ply", "#usda 1.0\n", "artist.ply");
   refused("artist.obj", "v 0 0 0\nf 1 2 3\n", "artist.obj");

@@ -159,10 +159,13 @@ TEST(ValidateCommand, CaptureThatCannotBeRead_SetsNothingAside) {
   std::ofstream(folder / "damaged" / "cameras.json") << "{";
   for (const char* second : {"nothing", "empty", "wrong", "damaged"}) {
     for (const char* stage : {"validate", "reconstruct", "personalize", "animate", "run"}) {
-      for (const char* more : {"--force", "--dry-run"}) {
+      for (const std::string more : {"--force", "--dry-run"}) {
+        if (std::string(second) == "damaged" && more == "--dry-run") {
+          continue;  // what a capture's files hold is read by the work itself
+        }
         std::vector<std::string> words = {program_path(), stage, (folder / second).string(), work,
                                           "--replace"};
-        if (std::string(more) == "--dry-run" || std::string(stage) != "run") {
+        if (more == "--dry-run" || std::string(stage) != "run") {
           words.emplace_back(more);
         }
         const ChildResult refused = run_child(words);
@@ -180,7 +183,6 @@ TEST(ValidateCommand, StageThatCouldNotGoOn_SetsNothingAside) {
   SmallCapture other;
   other.frames = {0, 1, 2};
   write_small_capture(folder / "second", other);
-  fs::remove_all(folder / "second" / "labels");
   const std::string second = (folder / "second").string();
   const std::string work = (folder / "work").string();
   validate({(folder / "first").string(), work});
@@ -199,7 +201,8 @@ TEST(ValidateCommand, StageThatCouldNotGoOn_SetsNothingAside) {
   expect_refused({"run", second, work, "--replace", "--from", "track"}, 3, "which track reads");
   expect_refused({"validate", second, work, "--replace", "--capture.sync", "09=1"}, 2,
                  "--capture.sync cannot be '09'");
-  expect_refused({"reconstruct", second, work, "--replace", "--frames", "70:80"}, 3, "70");
+  expect_refused({"reconstruct", second, work, "--replace", "--frames", "70:80"}, 2,
+                 "--frames cannot be '70:80'");
 }
 
 TEST(ValidateCommand, CaptureBehindALink_IsNoLinkInside) {

@@ -1,7 +1,8 @@
 """What Blender makes of a file: lines of a word and numbers, in the file's axes. Run inside of Blender:
     blender --background --python blender_judge.py -- gltf FILE [FRAME...]     each mesh's box, at frames of 24 a second
     blender --background --python blender_judge.py -- mesh FILE                vertices, triangles, box
-    blender --background --python blender_judge.py -- bvh FILE [FRAME...]      each joint's place, in the file's unit
+    blender --background --python blender_judge.py -- bvh FILE [FRAME...]      the scene's frames a second; each joint's
+                                                                               place, m, of a file in centimetres, Y up
     blender --background --python blender_judge.py -- svg FILE                 box of each named curve, mm
     blender --background --python blender_judge.py -- arm OUT.bvh             Blender's own BVH of an arm, and the place
                                                                              of each bone in each of its frames
@@ -65,15 +66,16 @@ def mesh(path):
 
 def bvh(path, frames):
     builtins.open = open_without_u
-    bpy.ops.import_anim.bvh(filepath=path, axis_forward="Y", axis_up="Z", rotate_mode="QUATERNION")
+    bpy.ops.import_anim.bvh(filepath=path, global_scale=0.01, update_scene_fps=True, rotate_mode="QUATERNION")
     builtins.open = plain_open
     scene = bpy.context.scene
     armature = [one for one in scene.objects if one.type == "ARMATURE"][0]
     say("bones", len(armature.pose.bones), min(bone.length for bone in armature.pose.bones))
+    say("fps", scene.render.fps / scene.render.fps_base)
     for frame in frames:
         scene.frame_set(int(frame))
         for bone in evaluated(armature).pose.bones:
-            say(f"{bone.name}@{frame}", *(armature.matrix_world @ bone.head))
+            say(f"{bone.name}@{frame}", *y_up(armature.matrix_world @ bone.head))
 
 
 def svg(path):

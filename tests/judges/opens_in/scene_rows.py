@@ -225,10 +225,12 @@ def motion_rows(held, exports):
 
     def by_blender():
         version, found = blender("bvh", path, *(frame + 1 for frame in held.shown))
-        off = 10 * largest(found, joints(lambda name, frame: f"{name}@{frame + 1}"))
+        assert abs(found["fps"][0] / held.fps - 1) < 1e-3, found["fps"]
+        in_metres = {f"{name}@{frame + 1}": place for frame in held.shown for name, place in held.joints(frame).items()}
+        off = 1000 * largest(found, in_metres)
         return Row(
             version,
-            read + ", its reader mended",
+            read + ", frames a second, its reader mended",
             off,
             "mm",
             0.05,
