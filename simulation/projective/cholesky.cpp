@@ -304,7 +304,7 @@ void CholeskyFactor<T>::solve_up(const Part& part) {
       to[i] = T(0);
     }
   }
-  add_product(Panel<T>{values_.data() + part.panel, part.lead, own}, right.data(), sum);
+  add_product(FactorPanel<T>{values_.data() + part.panel, part.lead, own}, right.data(), sum);
 }
 
 /// The part's unknowns, from its share of L^-1 x and the later ones.
@@ -322,7 +322,8 @@ void CholeskyFactor<T>::solve_down(const Part& part) {
       to[r] = solution_[c * n + rows[r]];
     }
   }
-  transposed_product(Panel<T>{values_.data() + part.panel, part.lead, own}, known, found.data());
+  transposed_product(FactorPanel<T>{values_.data() + part.panel, part.lead, own}, known,
+                     found.data());
   for (int c = 0; c < 3; ++c) {
     std::copy_n(found.data() + static_cast<std::ptrdiff_t>(c) * own, own,
                 solution_.data() + c * n + part.begin);

@@ -19,7 +19,7 @@ int first_row(int column) {
 }
 
 template <class T>
-void add_product_plainly(const Panel<T>& panel, const T* b, T* s) {
+void add_product_plainly(const FactorPanel<T>& panel, const T* b, T* s) {
   T* const s0 = s;
   T* const s1 = s + panel.lead;
   T* const s2 = s1 + panel.lead;
@@ -37,7 +37,7 @@ void add_product_plainly(const Panel<T>& panel, const T* b, T* s) {
 }
 
 template <class T>
-void transposed_product_plainly(const Panel<T>& panel, const T* s, T* z) {
+void transposed_product_plainly(const FactorPanel<T>& panel, const T* s, T* z) {
   for (int k = 0; k < panel.columns; ++k) {
     const T* const p = panel.values + static_cast<std::ptrdiff_t>(k) * panel.lead;
     for (int c = 0; c < 3; ++c) {
@@ -65,7 +65,8 @@ bool wide_panels() {
 
 /// Columns [k, k + Columns).
 template <int Columns>
-ATELIER_PANEL_AVX2 void add_columns(const Panel<float>& panel, int k, const float* b, float* s) {
+ATELIER_PANEL_AVX2 void add_columns(const FactorPanel<float>& panel, int k, const float* b,
+                                    float* s) {
   const std::ptrdiff_t lead = panel.lead;
   const float* const p = panel.values + k * lead;
   __m256 factor[3][Columns];
@@ -98,7 +99,7 @@ ATELIER_PANEL_AVX2 float sum_of_lanes(__m256 a) {
 }
 
 template <int Columns>
-ATELIER_PANEL_AVX2 void transposed_columns(const Panel<float>& panel, int k, const float* s,
+ATELIER_PANEL_AVX2 void transposed_columns(const FactorPanel<float>& panel, int k, const float* s,
                                            float* z) {
   const std::ptrdiff_t lead = panel.lead;
   const float* const p = panel.values + k * lead;
@@ -127,8 +128,8 @@ ATELIER_PANEL_AVX2 void transposed_columns(const Panel<float>& panel, int k, con
   }
 }
 
-__attribute__((target("avx2,fma"))) void add_product_avx2(const Panel<float>& panel, const float* b,
-                                                          float* s) {
+__attribute__((target("avx2,fma"))) void add_product_avx2(const FactorPanel<float>& panel,
+                                                          const float* b, float* s) {
   int k = 0;
   for (; k + 4 <= panel.columns; k += 4) {
     add_columns<4>(panel, k, b, s);
@@ -138,7 +139,7 @@ __attribute__((target("avx2,fma"))) void add_product_avx2(const Panel<float>& pa
   }
 }
 
-__attribute__((target("avx2,fma"))) void transposed_product_avx2(const Panel<float>& panel,
+__attribute__((target("avx2,fma"))) void transposed_product_avx2(const FactorPanel<float>& panel,
                                                                  const float* s, float* z) {
   int k = 0;
   for (; k + 4 <= panel.columns; k += 4) {
@@ -152,7 +153,7 @@ __attribute__((target("avx2,fma"))) void transposed_product_avx2(const Panel<flo
 
 }  // namespace
 
-void add_product(const Panel<float>& panel, const float* b, float* s) {
+void add_product(const FactorPanel<float>& panel, const float* b, float* s) {
 #ifdef ATELIER_PANEL_AVX2
   if (wide_panels()) {
     add_product_avx2(panel, b, s);
@@ -162,11 +163,11 @@ void add_product(const Panel<float>& panel, const float* b, float* s) {
   add_product_plainly(panel, b, s);
 }
 
-void add_product(const Panel<double>& panel, const double* b, double* s) {
+void add_product(const FactorPanel<double>& panel, const double* b, double* s) {
   add_product_plainly(panel, b, s);
 }
 
-void transposed_product(const Panel<float>& panel, const float* s, float* z) {
+void transposed_product(const FactorPanel<float>& panel, const float* s, float* z) {
 #ifdef ATELIER_PANEL_AVX2
   if (wide_panels()) {
     transposed_product_avx2(panel, s, z);
@@ -176,7 +177,7 @@ void transposed_product(const Panel<float>& panel, const float* s, float* z) {
   transposed_product_plainly(panel, s, z);
 }
 
-void transposed_product(const Panel<double>& panel, const double* s, double* z) {
+void transposed_product(const FactorPanel<double>& panel, const double* s, double* z) {
   transposed_product_plainly(panel, s, z);
 }
 

@@ -515,10 +515,11 @@ TEST(PanelProducts, Products_MatchPlainOnes) {
       std::vector<double> wide_s(s.begin(), s.end());
       std::vector<float> z(b.size());
       std::vector<double> wide_z(b.size());
-      transposed_product(Panel<float>{values.data(), lead, columns}, s.data(), z.data());
-      transposed_product(Panel<double>{wide.data(), lead, columns}, wide_s.data(), wide_z.data());
-      add_product(Panel<float>{values.data(), lead, columns}, b.data(), s.data());
-      add_product(Panel<double>{wide.data(), lead, columns}, wide_b.data(), wide_s.data());
+      transposed_product(FactorPanel<float>{values.data(), lead, columns}, s.data(), z.data());
+      transposed_product(FactorPanel<double>{wide.data(), lead, columns}, wide_s.data(),
+                         wide_z.data());
+      add_product(FactorPanel<float>{values.data(), lead, columns}, b.data(), s.data());
+      add_product(FactorPanel<double>{wide.data(), lead, columns}, wide_b.data(), wide_s.data());
       for (std::size_t i = 0; i < z.size(); ++i) {
         EXPECT_NEAR(z[i], wide_z[i], 1e-5);
       }
