@@ -240,7 +240,7 @@ TEST(GarmentPatternJsonRefused, BadUnitsAndCurvature_AreRefused) {
 
 TEST(GarmentPatternJsonRefused, WrongUnit_IsNamedWithTheSizeThatItMakes) {
   expect_refused_json(replaced("100", "1"),
-                      "units_in_meter: found 1, by which the largest panel is 40 m");
+                      "units_in_meter: 1, by which the largest panel is 40 m");
   expect_refused_json(replaced("100", "10000"), "by which the largest panel is 0.004 m");
   expect_refused_json(replaced("100", "0.01"), "4000 m");
   EXPECT_EQ(parse(replaced("100", "10")).panels.size(), 2U) << "a train of 4 m";
