@@ -77,7 +77,9 @@ TEST(ConvertCapture, EveryLayout_KeepsConsent) {
 TEST(ConvertCapture, SequencesOfOneRig_AreJoined) {
   const TemporaryDirectory folder;
   write_small_capture(folder / "a");
-  write_small_capture(folder / "b");
+  SmallCapture later;
+  later.frames = {7, 8};
+  write_small_capture(folder / "b", later);
   const std::string a = (folder / "a").string();
   const std::string b = (folder / "b").string();
   const std::string out = (folder / "out").string();
