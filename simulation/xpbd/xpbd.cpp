@@ -45,7 +45,8 @@ double percentile(std::vector<double>& values, double share) {
 }  // namespace
 
 OptionTable describe(XpbdOptions& options) {
-  return describe_xpbd(options, options);
+  OptionTable table = describe_common(options);
+  return table.add(describe_xpbd(options, options));
 }
 
 XpbdOptions xpbd_options(const SolverOptions& options) {
