@@ -45,6 +45,23 @@ constexpr std::array kOptions = {
     Renamed{"truth_maps", "ground_truth_maps"},
 };
 
+/// Options of the cloth that every solver understands, which had the name of one before theirs.
+constexpr std::array<std::string_view, 2> kSolverSections = {"xpbd.", "projective_friction."};
+constexpr std::array<std::string_view, 14> kOfEverySolver = {"time_step",
+                                                             "friction",
+                                                             "thickness",
+                                                             "contact_reach",
+                                                             "depenetration_speed",
+                                                             "self_contact",
+                                                             "self_thickness",
+                                                             "self_friction",
+                                                             "air_density",
+                                                             "drag",
+                                                             "lift",
+                                                             "velocity_damping",
+                                                             "report",
+                                                             "intersection_interval"};
+
 /// The same of the values of choices.
 constexpr std::array kChoices = {
     Renamed{"ceiling", "oracle"},
@@ -71,6 +88,14 @@ bool ends_with_words(std::string_view name, std::string_view words) {
          (name.size() == words.size() || name[name.size() - words.size() - 1] == '.');
 }
 
+/// The name with its last words renamed; "" if it does not end with them.
+std::string with_end(std::string_view name, const Renamed& row) {
+  if (!ends_with_words(name, row.before)) {
+    return "";
+  }
+  return std::string(name.substr(0, name.size() - row.before.size())) + std::string(row.now);
+}
+
 bool is_known(const std::vector<std::string>& known, const std::string& name) {
   return std::find(known.begin(), known.end(), name) != known.end();
 }
@@ -85,10 +110,14 @@ std::string renamed_option(std::string_view name, const std::vector<std::string>
     return is_known(known, now) ? now : renamed_option(now, known);
   }
   for (const Renamed& row : kOptions) {
-    if (ends_with_words(name, row.before)) {
-      std::string now(name.substr(0, name.size() - row.before.size()));
-      now += row.now;
-      if (is_known(known, now)) {
+    if (const std::string now = with_end(name, row); is_known(known, now)) {
+      return now;
+    }
+  }
+  for (const std::string_view solver : kSolverSections) {
+    for (const std::string_view option : kOfEverySolver) {
+      const std::string before = std::string(solver) + std::string(option);
+      if (const std::string now = with_end(name, {before, option}); is_known(known, now)) {
         return now;
       }
     }

@@ -16,15 +16,18 @@ std::vector<std::string> simulation_diagnostics(const std::vector<FrameReport>& 
         reports.begin(), reports.end(),
         [&](const FrameReport& a, const FrameReport& b) { return a.*member < b.*member; });
   };
+  const auto flag = [&](const char* field) {
+    return solver_flag(field, named.section, named.solver);
+  };
   char text[320];
   constexpr double kStretched = 0.15;
   if (const FrameReport& r = worst(&FrameReport::strain_p95); r.strain_p95 > kStretched) {
     std::snprintf(
         text, sizeof text,
         "the cloth is stretched by %.0f%% (95th percentile, frame %lld), more than any fabric: its "
-        "steps have not converged (more %ssubsteps, a slower motion), or the body pinches it (less "
+        "steps have not converged (more %s, a slower motion), or the body pinches it (less "
         "%s)",
-        100 * r.strain_p95, static_cast<long long>(r.frame), named.solver.c_str(),
+        100 * r.strain_p95, static_cast<long long>(r.frame), flag("substeps").c_str(),
         named.thickness.c_str());
     diagnostics.emplace_back(text);
   }
@@ -43,20 +46,19 @@ std::vector<std::string> simulation_diagnostics(const std::vector<FrameReport>& 
     diagnostics.emplace_back(text);
   }
   if (const FrameReport& r = worst(&FrameReport::body_crossings); r.body_crossings > 0) {
-    std::snprintf(
-        text, sizeof text,
-        "cloth and body pass through each other at %d edges (frame %lld), since only vertices of "
-        "the cloth collide with the body: try a finer garment, more %s, or %sbody-edges true where "
-        "the body has sharp features",
-        r.body_crossings, static_cast<long long>(r.frame), named.thickness.c_str(),
-        named.solver.c_str());
-    diagnostics.emplace_back(text);
+    std::snprintf(text, sizeof text,
+                  "cloth and body pass through each other at %d edges (frame %lld), since only "
+                  "vertices of the cloth collide with the body: try a finer garment or more %s",
+                  r.body_crossings, static_cast<long long>(r.frame), named.thickness.c_str());
+    const std::string edges = flag("body_edges");
+    diagnostics.push_back(
+        text + (edges.empty() ? "" : ", or " + edges + " true where the body has sharp features"));
   }
   if (const FrameReport& r = worst(&FrameReport::crossings); r.crossings > 0) {
     std::snprintf(text, sizeof text, "cloth goes through cloth at %d edges (frame %lld)",
                   r.crossings, static_cast<long long>(r.frame));
     diagnostics.emplace_back(
-        text + (self_contact ? "" : ": " + named.solver + "self-contact true prevents it"));
+        text + (self_contact ? "" : ": " + flag("self_contact") + " true prevents it"));
   }
   return diagnostics;
 }

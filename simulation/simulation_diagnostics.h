@@ -8,9 +8,10 @@
 
 namespace atelier {
 
-/// Names of the options that help.
+/// How the options are named that help.
 struct HelpfulOptions {
-  std::string solver = solver_flag("");  ///< what those of the solver begin with
+  SolverOptions solver{};    ///< whose; the solver's name alone is read
+  std::string section = "";  ///< that all of them begin with: "cloth"
   std::string thickness = solver_flag("thickness");
 };
 

@@ -192,13 +192,7 @@ ClothState step(const SimulationModel& model, const ClothState& state, const Con
 }
 
 std::string solver_conflict(const SolverOptions& options, Device device) {
-  if (options.name == "xpbd") {
-    return xpbd_conflict(xpbd_options(options), device);
-  }
-  if (device == Device::Cuda && options.projective.strain_limit > 0) {
-    return "strain_limit of projective dynamics works on the CPU alone: leave it 0, or use the CPU";
-  }
-  return "";
+  return options.name == "xpbd" ? xpbd_conflict(xpbd_options(options), device) : "";
 }
 
 std::string idle_on_device(const SolverOptions& options, Device device) {

@@ -32,6 +32,7 @@
 #include "core/writable_place.h"
 #include "pipeline/chain/outdated_results.h"
 #include "pipeline/outfit/worn_subject.h"
+#include "pipeline/pictures/normal_pictures.h"
 #include "pipeline/pictures/paint_scene.h"
 #include "pipeline/pictures/picture_size.h"
 #include "pipeline/pictures/straight_alpha.h"
@@ -56,6 +57,8 @@ struct DrawOptions {
   double azimuth = 34;                  ///< degrees; as kThreeQuarter
   double elevation = 9;                 ///< degrees
   bool turn = false;                    ///< once round the subject over all frames
+  bool normals = false;                 ///< normals of the surfaces instead of networks
+  std::vector<double> frames;           ///< numbers of those that are drawn; none: all
   PictureOptions picture;
   VideoOptions video;
   PaintOptions paint;
@@ -72,6 +75,11 @@ OptionTable describe(DrawOptions& options) {
   table.add("elevation", options.elevation, -90, 90, "degrees",
             "Elevation of the camera: 0 level, 90 above");
   table.add("turn", options.turn, "Camera that goes once round the subject over all frames");
+  table.add("normals", options.normals,
+            "Normals of the surfaces as colours, instead of what networks make of them: red to the "
+            "right, green upwards, blue towards the camera");
+  table.add("frames", options.frames, 0, 1e9, "",
+            "Numbers of the frames that are drawn; empty: all");
   table.add("width", options.picture.width, 1, 16384, "px",
             "Width of images that are not from a camera of the capture");
   table.add("height", options.picture.height, 1, 16384, "px",
@@ -226,8 +234,14 @@ void require_body(const Cast& cast, const DrawArguments& arguments) {
 }
 
 /// Frames in which every layer is there, with its vertices.
-void fill_frames(Cast& cast) {
+void fill_frames(Cast& cast, const std::vector<double>& chosen) {
+  const auto is_chosen = [&](int id) {
+    return chosen.empty() || std::find(chosen.begin(), chosen.end(), id) != chosen.end();
+  };
   for (const int id : cast.sequences[0].frame_ids) {
+    if (!is_chosen(id)) {
+      continue;
+    }
     std::vector<Points> vertices;
     for (const Sequence& sequence : cast.sequences) {
       const auto at = std::lower_bound(sequence.frame_ids.begin(), sequence.frame_ids.end(), id);
@@ -242,7 +256,9 @@ void fill_frames(Cast& cast) {
   }
   std::size_t most = 0;
   for (const Sequence& sequence : cast.sequences) {
-    most = std::max(most, sequence.frame_ids.size());
+    const auto count =
+        std::count_if(sequence.frame_ids.begin(), sequence.frame_ids.end(), is_chosen);
+    most = std::max({most, static_cast<std::size_t>(count), chosen.size()});
   }
   if (const std::size_t all = cast.scene.frame_ids.size(); all > 0 && all < most) {
     std::cout << "warning: " << all << " of " << most
@@ -291,7 +307,7 @@ Cast whole_cast(const DrawArguments& arguments, const DrawOptions& options) {
     Cast cast = options.networks == "oracle" ? true_cast(arguments) : cast_of(arguments);
     require_body(cast, arguments);
     require_light(cast, options);
-    fill_frames(cast);
+    fill_frames(cast, options.frames);
     return cast;
   } catch (const DataError& error) {
     for (const Stage& stage : all_stages()) {
@@ -393,6 +409,10 @@ void require_use(const DrawOptions& options, const OptionTable& table, bool vide
     if (field.name.starts_with("video.") && !video) {
       throw UsageError(flag_of(field.name) + " is of a video; name --out T.mp4, or leave it out");
     }
+    if (options.normals && (field.name == "device" || field.name.starts_with("occlusion."))) {
+      throw UsageError(flag_of(field.name) +
+                       " is of networks and does nothing with --normals; leave one of them out");
+    }
     if (field.name == "background" && options.paint.alpha) {
       throw UsageError("--background does nothing with --alpha; leave one of them out");
     }
@@ -482,7 +502,10 @@ int run(const DrawArguments& arguments, const OptionSet& set) {
     }
     std::cout << "frame " << name << std::endl;
   };
-  if (!paint_scene(cast.scene, options.paint, options.device, hooks)) {
+  const bool drawn = options.normals
+                         ? draw_normals(cast.scene, options.paint, hooks)
+                         : paint_scene(cast.scene, options.paint, options.device, hooks);
+  if (!drawn) {
     writer.reset();  // end_by_signal leaves no scope
     folder.reset();
     end_by_signal();

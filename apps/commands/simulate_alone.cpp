@@ -414,7 +414,8 @@ int simulate_frames(const SimulateRequest& request, const SimulationScene& scene
     throw_with(failure, kept_text(done, writers.front().frames_place()));
   }
   std::ostream& words = json ? standard_error() : std::cout;
-  for (const std::string& doubt : simulation_diagnostics(reports, options.solver.self_contact)) {
+  for (const std::string& doubt :
+       simulation_diagnostics(reports, options.solver.self_contact, {.solver = options.solver})) {
     words << kWarning << doubt << "\n";
   }
   if (interrupted()) {

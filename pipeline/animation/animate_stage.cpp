@@ -257,7 +257,7 @@ void warn_of_diagnostics(StageRun& run, const Animation& animation,
   // How another simulator treats cloth is not ours to say.
   const bool self_contact = animation.foreign || animation.worn.solver.self_contact;
   for (const std::string& doubt : simulation_diagnostics(
-           reports, self_contact, {solver_flag("", "cloth"), "--cloth.contact"})) {
+           reports, self_contact, {animation.worn.solver, "cloth", "--cloth.contact"})) {
     run.warn(doubt);
   }
 }

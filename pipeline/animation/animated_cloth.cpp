@@ -146,7 +146,7 @@ void AnimatedCloth::advance_to(int step) {
       throw DataError("simulation", "", found,
                       "a motion and a body that the garment follows: a slower motion, another "
                       "--body, or more " +
-                          solver_flag("substeps", "cloth"));
+                          solver_flag("substeps", "cloth", animation_.worn.solver));
     }
   }
 }

@@ -1,5 +1,9 @@
 #include "pipeline/cloth/cloth_rules.h"
 
+#include <algorithm>
+
+#include "simulation/solver.h"
+
 namespace atelier {
 namespace {
 
@@ -18,27 +22,45 @@ constexpr std::array kMaterialIdle = {
     IdleRule{"tracking_rate", kFabricGiven, kFitted}, IdleRule{"sequence", kFabricGiven, kFitted},
     IdleRule{"holding", kFabricGiven, kFitted},       IdleRule{"frames", kFabricGiven, kFitted},
     IdleRule{"edge_length", kFabricGiven, kFitted},   IdleRule{"substeps", kFabricGiven, kFitted},
-    IdleRule{"self_contact", kFabricGiven, kFitted},
+    IdleRule{"self_contact", kFabricGiven, kFitted},  IdleRule{"solver", kFabricGiven, kFitted},
 };
 
 constexpr std::array kClothIdle = {
     IdleRule{"material.shear",
              {{{"membrane", "springs"}, {"shear", "none"}}},
              "--shear cross or --membrane strain"},
-    IdleRule{"wind", {{{"xpbd.air_density", "0"}, {}}}, "more --xpbd.air-density"},
-    IdleRule{"xpbd.drag", {{{"xpbd.air_density", "0"}, {}}}, "more --xpbd.air-density"},
-    IdleRule{"xpbd.lift", {{{"xpbd.air_density", "0"}, {}}}, "more --xpbd.air-density"},
-    IdleRule{"xpbd.air_density",
-             {{{"xpbd.drag", "0"}, {"xpbd.lift", "0"}}},
-             "--xpbd.drag or --xpbd.lift"},
+    IdleRule{"wind", {{{"air_density", "0"}, {}}}, "more --air-density"},
+    IdleRule{"drag", {{{"air_density", "0"}, {}}}, "more --air-density"},
+    IdleRule{"lift", {{{"air_density", "0"}, {}}}, "more --air-density"},
+    IdleRule{"air_density", {{{"drag", "0"}, {"lift", "0"}}}, "--drag or --lift"},
     IdleRule{"relaxing.", {{{"relax", "false"}, {}}}, "--relax", true},
     IdleRule{"rest_angles", {{{"relax", "true"}, {"sewn", "", true}}}, "--relax false"},
     IdleRule{"seam_stiffness", {{{"sewn", "true"}, {}}}, "--sewn false"},
     IdleRule{"xpbd.jacobi_radius", {{{"xpbd.sweep", "gauss-seidel"}, {}}}, "--xpbd.sweep jacobi"},
-    IdleRule{"xpbd.self_thickness", {{{"xpbd.self_contact", "false"}, {}}}, "--xpbd.self-contact"},
-    IdleRule{"xpbd.self_friction", {{{"xpbd.self_contact", "false"}, {}}}, "--xpbd.self-contact"},
-    IdleRule{"xpbd.self_interval", {{{"xpbd.self_contact", "false"}, {}}}, "--xpbd.self-contact"},
+    IdleRule{"self_thickness", {{{"self_contact", "false"}, {}}}, "--self-contact"},
+    IdleRule{"self_friction", {{{"self_contact", "false"}, {}}}, "--self-contact"},
+    IdleRule{"xpbd.self_interval", {{{"self_contact", "false"}, {}}}, "--self-contact"},
 };
+
+/// Options of a solver that was not chosen.
+std::vector<std::string> idle_solvers(const OptionTable& table) {
+  std::vector<std::string> problems;
+  for (const std::string& solver : solver_names()) {
+    std::string section = solver + ".";
+    std::replace(section.begin(), section.end(), '-', '_');
+    for (const OptionField& field : table.fields) {
+      const auto start = start_of(field.name, section);
+      const OptionField* chosen = start ? field_named(table, *start + "solver") : nullptr;
+      if (is_said(field) && chosen != nullptr && option_text(*chosen) != solver) {
+        std::string flag = "--" + chosen->name;
+        std::replace(flag.begin(), flag.end(), '_', '-');
+        problems.push_back(field.name + " does nothing with " + chosen->name + " " +
+                           option_text(*chosen) + ": leave it out, or say " + flag + " " + solver);
+      }
+    }
+  }
+  return problems;
+}
 
 }  // namespace
 
@@ -48,7 +70,7 @@ const OptionRules& material_rules() {
 }
 
 const OptionRules& cloth_rules() {
-  static constexpr OptionRules rules{.idle = kClothIdle};
+  static constexpr OptionRules rules{.idle = kClothIdle, .others = idle_solvers};
   return rules;
 }
 

@@ -110,7 +110,9 @@ OptionTable describe(MaterialStageOptions& options) {
             "Number of frames simulated in each trial, from the first on");
   table.add("edge_length", options.edge_length, 0.005, 0.2, "m",
             "Edge length of the garments in a trial; the stiffness found does not depend on it");
-  table.add("substeps", options.substeps, 1, 1000, "", "Substeps of a simulated frame in a trial");
+  table.add("solver", options.solver, solver_names(), "Simulator of the trials");
+  table.add("substeps", options.substeps, 1, 1000, "",
+            "Substeps of a simulated frame in a trial; projective-friction does with 5");
   table.add("self_contact", options.self_contact,
             "Self-contact of cloth in a trial, which takes several times as long");
   return table;
@@ -163,7 +165,8 @@ Trials read_trials(StageRun& run, const std::vector<RegisteredGarmentSequence>& 
   trials.tracking_rate = options.tracking_rate;
   trials.options.rate = 1 / step_seconds;
   trials.options.contact = kContact;
-  trials.options.solver.substeps = options.substeps;
+  trials.options.solver.name = options.solver;
+  trials.options.solver.substeps = trials.options.solver.projective.substeps = options.substeps;
   trials.options.solver.self_contact = options.self_contact;
   trials.options.solver.self_interval = options.substeps;
   trials.options.solver.report = false;

@@ -23,8 +23,9 @@ struct MaterialStageOptions {
   std::string holding = "";    ///< what holds the garments: "" as registered, none, or a file
   int frames = 12;             ///< of it that are simulated, 2 to 10000
   double edge_length = 0.035;  ///< m of the garments as they are tried, 0.005 to 0.2
-  int substeps = 20;           ///< of a sixtieth of a second, 1 to 1000
-  bool self_contact = false;   ///< cloth against cloth in a trial
+  std::string solver = SolverOptions{}.name;  ///< one of solver_names()
+  int substeps = 20;                          ///< of a sixtieth of a second, 1 to 1000
+  bool self_contact = false;                  ///< cloth against cloth in a trial
 };
 OptionTable describe(MaterialStageOptions& options);
 

@@ -173,8 +173,7 @@ void require_scene_options(const ScenePaths& paths, const SimulateOptions& optio
   require_none({
       {wind && options.wind.size() != 3, "--wind takes three numbers: --wind '[0, 0, 5]'"},
       {wind && !(options.solver.drag > 0) && !(options.solver.lift > 0),
-       "--wind does nothing to cloth without drag or lift: " +
-           solver_flag("drag", "", options.solver) + " 1"},
+       "--wind does nothing to cloth without drag or lift: --drag 1"},
       {!paths.motion.empty() && paths.body.empty(),
        "--motion takes a --body that can be posed: a body model, female or male"},
       {options.pin_top > 0 && paths.body.empty(),
@@ -194,9 +193,8 @@ void require_scene_options(const ScenePaths& paths, const SimulateOptions& optio
            (paths.body.empty() || is_one_mesh(paths.body)),
        "there are no frames to simulate: give --settle or --length"},
       {of_body && paths.body.empty(),
-       solver_flag("friction", "", options.solver) +
-           ", .thickness, .contact-reach and .body-edges are of contact with a body; "
-           "give --body, or leave them out"},
+       "--friction, --thickness, --contact-reach and " + solver_flag("body_edges") +
+           " are of contact with a body; give --body, or leave them out"},
       {options.body_fps > 0 && (!paths.motion.empty() || is_one_mesh(paths.body)),
        "--body-fps is of meshes that move by themselves; this body does not: leave it out"},
       {options.body_fps > 0 && paths.body.empty(), "--body-fps does nothing without --body"},

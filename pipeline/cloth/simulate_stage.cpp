@@ -212,7 +212,8 @@ void run_simulate(StageRun& run) {
   run.output_text("frames.csv", frames_csv(reports, options.fps));
   run.output_text("sheet.png", image_bytes(simulation_sheet(pictures), ImageFormat::Png));
   add_metrics(run, reports);
-  for (const std::string& doubt : simulation_diagnostics(reports, options.solver.self_contact)) {
+  for (const std::string& doubt :
+       simulation_diagnostics(reports, options.solver.self_contact, {.solver = options.solver})) {
     run.warn(doubt);
   }
   tell_watched(run, scene, watched);

@@ -11,9 +11,7 @@
 #include "core/io/temporary_folder.h"
 
 namespace atelier {
-namespace {
 
-/// The scene with its body under what it wears.
 PaintedScene without_penetration(PaintedScene scene) {
   constexpr double kReach = 0.03;  // m
   const auto is_body = [](const SceneLayer& layer) { return layer.name == "body"; };
@@ -37,8 +35,6 @@ PaintedScene without_penetration(PaintedScene scene) {
   }
   return scene;
 }
-
-}  // namespace
 
 bool paint_scene(const PaintedScene& scene, const PaintOptions& options, Device device,
                  const PaintHooks& hooks) {

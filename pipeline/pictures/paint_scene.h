@@ -28,4 +28,7 @@ struct PaintHooks {
 bool paint_scene(const PaintedScene& scene, const PaintOptions& options, Device device,
                  const PaintHooks& hooks);
 
+/// The scene as it is drawn: with its body under what it wears, by up to 3 cm.
+PaintedScene without_penetration(PaintedScene scene);
+
 }  // namespace atelier

@@ -48,9 +48,17 @@ OptionTable fewer(OptionTable table, const std::vector<std::string>& without) {
 
 }  // namespace
 
-OptionTable describe_xpbd(CommonSolverOptions& common, XpbdMethodOptions& method) {
+OptionTable describe_common(CommonSolverOptions& common) {
   OptionTable t;
   t.add("time_step", common.time_step, 1e-5, 1, "s", "Duration of a frame");
+  add_body_contact(t, common);
+  add_self_contact(t, common);
+  add_air_and_reports(t, common);
+  return t;
+}
+
+OptionTable describe_xpbd(CommonSolverOptions& common, XpbdMethodOptions& method) {
+  OptionTable t;
   t.add("substeps", common.substeps, 1, 10000, "",
         "Substeps of a frame; raise it for stiffer cloth");
   t.add("iterations", method.iterations, 1, 100000, "",
@@ -65,19 +73,15 @@ OptionTable describe_xpbd(CommonSolverOptions& common, XpbdMethodOptions& method
         "Barrier that the blocks of a GPU synchronise by");
   t.add("cuda_blocks", method.cuda_blocks, 0, 1024, "",
         "Number of blocks of a scene on a GPU; 0: chosen for speed");
-  add_body_contact(t, common);
   t.add("body_edges", common.body_edges,
         "Contact of the body's sharp edges with the cloth's edges too");
-  add_self_contact(t, common);
   t.add("self_interval", common.self_interval, 0, 10000, "",
         "Number of substeps that a search for self-contacts looks ahead; 0: chosen for the device");
-  add_air_and_reports(t, common);
   return t;
 }
 
-OptionTable describe_projective(CommonSolverOptions& common, ProjectiveMethodOptions& method) {
+OptionTable describe_projective(ProjectiveMethodOptions& method) {
   OptionTable t;
-  t.add("time_step", common.time_step, 1e-5, 1, "s", "Duration of a frame");
   t.add("substeps", method.substeps, 1, 10000, "",
         "Substeps of a frame; raise it for stiffer cloth");
   t.add("iterations", method.iterations, 1, 100000, "",
@@ -86,9 +90,6 @@ OptionTable describe_projective(CommonSolverOptions& common, ProjectiveMethodOpt
         "Number of iterations that Anderson acceleration combines; 0: none");
   t.add("strain_limit", method.strain_limit, 0, 10, "",
         "Stretch beyond which springs and yarns are 30 times as stiff; 0: no limit");
-  add_body_contact(t, common);
-  add_self_contact(t, common);
-  add_air_and_reports(t, common);
   return t;
 }
 
@@ -96,17 +97,28 @@ OptionTable describe(SolverOptions& options, const std::vector<std::string>& wit
   OptionTable table;
   table.add("solver", options.name, {"xpbd", "projective-friction"},
             "Simulator of the cloth: xpbd, or projective-friction, projective dynamics with dry "
-            "friction, on the CPU");
-  table.add("xpbd", fewer(describe_xpbd(options, options.xpbd), without));
-  return table.add("projective_friction",
-                   fewer(describe_projective(options, options.projective), without));
+            "friction");
+  table.add(fewer(describe_common(options), without));
+  table.add("xpbd", describe_xpbd(options, options.xpbd));
+  return table.add("projective_friction", describe_projective(options.projective));
 }
 
 std::string solver_flag(const std::string& field, const std::string& section,
                         const SolverOptions& options) {
-  std::string flag = "--" + (section.empty() ? "" : section + ".") + options.name + "." + field;
-  std::replace(flag.begin(), flag.end(), '_', '-');
-  return flag;
+  SolverOptions any;
+  const OptionTable table = describe(any);
+  for (const std::string& name : {field, options.name + "." + field}) {
+    std::string flag = name;
+    std::replace(flag.begin(), flag.end(), '-', '_');
+    const auto known = std::find_if(table.fields.begin(), table.fields.end(),
+                                    [&](const OptionField& one) { return one.name == flag; });
+    if (known != table.fields.end()) {
+      flag = "--" + (section.empty() ? "" : section + ".") + name;
+      std::replace(flag.begin(), flag.end(), '_', '-');
+      return flag;
+    }
+  }
+  return "";
 }
 
 }  // namespace atelier

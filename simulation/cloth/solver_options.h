@@ -8,10 +8,10 @@
 
 namespace atelier {
 
-/// Options that mean the same to every solver of cloth.
+/// Options that mean the same to every solver of cloth; where it says XPBD, others do without.
 struct CommonSolverOptions {
   double time_step = 1.0 / 60;  ///< s, one frame, 1e-5 to 1
-  int substeps = 10;      ///< per frame, 1 to 10000; the first thing to raise for stiffer cloth
+  int substeps = 10;      ///< XPBD: per frame, 1 to 10000; the first to raise for stiffer cloth
   double friction = -1;   ///< Coulomb coefficient against the body; below 0: the material's
   double thickness = -1;  ///< m kept between cloth and body; below 0: the material's
   double contact_reach =
@@ -72,10 +72,12 @@ struct ProjectiveMethodOptions {
   double strain_limit = 0;  ///< of springs and yarns, 0 to 10; 0: no limit
 };
 
-/// The table of XPBD's options, common ones and its own, without a prefix.
+/// The table of what every solver understands, without a prefix.
+OptionTable describe_common(CommonSolverOptions& common);
+/// The same of XPBD's own: those of `method`, and common ones that no other solver understands.
 OptionTable describe_xpbd(CommonSolverOptions& common, XpbdMethodOptions& method);
-/// The same of projective dynamics, but for common ones without effect on it.
-OptionTable describe_projective(CommonSolverOptions& common, ProjectiveMethodOptions& method);
+/// The same of projective dynamics.
+OptionTable describe_projective(ProjectiveMethodOptions& method);
 
 /// How cloth is solved: by which solver, what is common to all, and a struct for each solver.
 struct SolverOptions : CommonSolverOptions {
@@ -84,14 +86,14 @@ struct SolverOptions : CommonSolverOptions {
   ProjectiveMethodOptions projective;
 };
 
-/// The solver's name as "solver", and the options of each with its name before theirs:
-/// "xpbd.substeps", "projective_friction.substeps". What is common to all is one value under each
-/// name: "xpbd.friction" and "projective_friction.friction" are the same. `without`: fields that
-/// the caller sets itself ("time_step"), which are left out.
+/// The solver's name as "solver"; what is common to all, without a prefix: "friction"; the own
+/// options of each with its name before theirs: "xpbd.substeps", "projective_friction.substeps".
+/// `without`: common fields that the caller sets itself ("time_step"), which are left out.
 OptionTable describe(SolverOptions& options, const std::vector<std::string>& without = {});
 
-/// The flag of one field: "--xpbd.self-contact" of "self_contact"; with `section` "cloth" it is
-/// "--cloth.xpbd.self-contact". Of no field what all of them begin with: "--xpbd.".
+/// The flag of one field for the solver of `options`: "--self-contact" of "self_contact",
+/// "--xpbd.substeps" of "substeps"; with `section` "cloth" they are "--cloth.self-contact" and
+/// "--cloth.xpbd.substeps". "" of a field that this solver does not have.
 std::string solver_flag(const std::string& field, const std::string& section = "",
                         const SolverOptions& options = {});
 

@@ -4,6 +4,7 @@
 
 #include "simulation/cloth/solver_options.h"
 #include "simulation/contact/body_encounter.h"
+#include "simulation/projective/velocity_bound_math.h"
 
 namespace atelier {
 
@@ -42,24 +43,22 @@ class BodyContacts {
   bool meet(int s, int particle, BodyParticle<double>& p, const Vec4<double>& origin,
             Meeting meeting);
   /// See end_outside in body_contact_math.h.
-  void end_outside(std::vector<Vec4<double>>& x) { body_.end_outside(rule_, substeps_, x); }
+  void end_outside(std::vector<Vec4<double>>& x) { body_.end_outside(rules_.kept, substeps_, x); }
   BodyPenetration penetration(const std::vector<Vec4<double>>& x) const {
-    return body_.penetration(rule_.reach, x);
+    return body_.penetration(rules_.kept.reach, x);
   }
   const std::vector<BodyOutlook<double>>& outlook() const { return body_.outlook(); }
-  double friction() const { return rule_.friction; }
+  double friction() const { return rules_.kept.friction; }
 
  private:
   BodySubstep<double> substep(int s, const BodyContactRule<double>& rule) const {
     return {body_.body(), rule, static_cast<double>(s) / substeps_,
             static_cast<double>(s + 1) / substeps_};
   }
-  FaceChoice<double> choose(Index i, const Passage<double>& way, BodySearch search) const;
 
   BodyEncounter<double> body_;
   int substeps_;
-  BodyContactRule<double> rule_{};
-  BodyContactRule<double> wide_{};  ///< looks further than the distance that is kept
+  BoundRules rules_;
   std::vector<Vec3<double>> velocity_, acceleration_;
   std::vector<TouchedBody> contacts_;
   std::vector<TouchedBody> found_;  ///< [V], particle -1: none

@@ -2,10 +2,11 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <numeric>
+#include <utility>
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "simulation/projective/nested_dissection.h"
 #include "simulation/projective/panel_products.h"
 
 namespace atelier {
@@ -13,71 +14,6 @@ namespace {
 
 constexpr int kHalvings = 5;       ///< 32 subtrees that are solved in parallel
 constexpr int kSmallestPart = 48;  ///< unknowns; smaller ones are not halved
-
-/// A part of the unknowns: its halves and what joins them.
-struct Dissection {
-  const Eigen::SparseMatrix<double>& matrix;
-  const Points& positions;
-  std::vector<int> order;
-  std::vector<int> side;  ///< of each unknown in the part that is being halved
-  struct Part {
-    int depth;
-    int first;       ///< part of its subtree
-    int begin, end;  ///< of the order: what joins the halves, or all
-    int halves[2];   ///< parts, -1: none
-  };
-  std::vector<Part> parts;
-
-  int dissect(std::vector<int> unknowns, int depth) {
-    const int first = static_cast<int>(parts.size());
-    if (static_cast<int>(unknowns.size()) < kSmallestPart) {
-      const int begin = static_cast<int>(order.size());
-      order.insert(order.end(), unknowns.begin(), unknowns.end());
-      parts.push_back({depth, first, begin, static_cast<int>(order.size()), {-1, -1}});
-      return first;
-    }
-    Eigen::RowVector3d low = positions.row(unknowns[0]);
-    Eigen::RowVector3d high = low;
-    for (int u : unknowns) {
-      low = low.cwiseMin(positions.row(u));
-      high = high.cwiseMax(positions.row(u));
-    }
-    Index axis = 0;
-    (high - low).maxCoeff(&axis);
-    const auto before = [&](int a, int b) {
-      const double pa = positions(a, axis);
-      const double pb = positions(b, axis);
-      return pa != pb ? pa < pb : a < b;
-    };
-    const auto middle = unknowns.begin() + static_cast<std::ptrdiff_t>(unknowns.size() / 2);
-    std::nth_element(unknowns.begin(), middle, unknowns.end(), before);
-    for (auto u = unknowns.begin(); u != unknowns.end(); ++u) {
-      side[*u] = u < middle ? 1 : 2;
-    }
-    std::vector<int> parts_of[3];
-    for (int u : unknowns) {
-      bool joins = false;
-      for (Eigen::SparseMatrix<double>::InnerIterator it(matrix, u); it; ++it) {
-        joins = joins || (side[u] == 2 && side[it.row()] == 1);
-      }
-      parts_of[joins ? 2 : side[u] - 1].push_back(u);
-    }
-    for (int u : unknowns) {
-      side[u] = 0;
-    }
-    // Each part in the order of its numbers: neighbours in the cloth stay neighbours in memory.
-    for (std::vector<int>& part : parts_of) {
-      std::sort(part.begin(), part.end());
-    }
-    unknowns.clear();
-    const int lower = dissect(std::move(parts_of[0]), depth + 1);
-    const int upper = dissect(std::move(parts_of[1]), depth + 1);
-    const int begin = static_cast<int>(order.size());
-    order.insert(order.end(), parts_of[2].begin(), parts_of[2].end());
-    parts.push_back({depth, first, begin, static_cast<int>(order.size()), {lower, upper}});
-    return static_cast<int>(parts.size()) - 1;
-  }
-};
 
 int round_up(int rows) {
   return (rows + 7) / 8 * 8;
@@ -99,30 +35,20 @@ CholeskyFactor<T>::CholeskyFactor(const Eigen::SparseMatrix<double>& matrix,
   if (n == 0) {
     return;
   }
-  Dissection dissection{
-      matrix, positions, {}, std::vector<int>(static_cast<std::size_t>(n), 0), {}};
-  std::vector<int> all(static_cast<std::size_t>(n));
-  std::iota(all.begin(), all.end(), 0);
-  dissection.dissect(std::move(all), 0);
+  NestedDissection dissection = nested_dissection(matrix, positions, kSmallestPart);
   order_ = std::move(dissection.order);
   levels_.resize(kHalvings + 1);
-  for (const auto& part : dissection.parts) {
+  for (const DissectedPart& part : dissection.parts) {
     parts_.push_back({part.begin, part.end, 0, 0, {part.halves[0], part.halves[1]}, 0, 0, 0});
     const int number = static_cast<int>(parts_.size()) - 1;
     const bool leaf = part.halves[0] < 0;
     if (part.depth == kHalvings || (leaf && part.depth < kHalvings)) {
-      levels_[0].emplace_back(part.first, number + 1);
+      levels_[0].emplace_back(part.first_part, number + 1);
     } else if (part.depth < kHalvings) {
       levels_[static_cast<std::size_t>(kHalvings - part.depth)].emplace_back(number, number + 1);
     }
   }
-  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation(n);
-  for (int i = 0; i < n; ++i) {
-    permutation.indices()[order_[i]] = i;
-  }
-  Eigen::SparseMatrix<double> permuted(n, n);
-  permuted.template selfadjointView<Eigen::Lower>() =
-      matrix.selfadjointView<Eigen::Lower>().twistedBy(permutation);
+  const Eigen::SparseMatrix<double> permuted = in_order(matrix, order_);
   find_rows(permuted);
   factorise(permuted);
   solution_.resize(3 * static_cast<std::size_t>(n));

@@ -69,6 +69,7 @@ struct ElasticView {
   const std::array<double, 3>* yarn_moduli;
   int bend_begin, yarn_begin;
   double damping;
+  double longest;    ///< share of the rest length from which limits of stretch add
   const int* begin;  ///< [V + 1] entries of each particle
   const int* row;
   const double* weight;

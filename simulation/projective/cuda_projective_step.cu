@@ -47,7 +47,7 @@ __global__ void begin_kernel(const __grid_constant__ ProjectiveFrame f, int s) {
 __device__ inline Vec3d row_force(const ElasticView& e, int r, const Lane* at, const Lane* v) {
   const ElasticRow row = e.rows[r];
   if (r < e.bend_begin) {
-    return spring_force(row, e.spring_rest[r], e.damping, at, v);
+    return spring_force(row, e.spring_rest[r], e.longest, e.damping, at, v);
   }
   if (r < e.yarn_begin) {
     return bend_force(row, e.bend_rest[r - e.bend_begin], e.damping, at, v);
@@ -57,8 +57,8 @@ __device__ inline Vec3d row_force(const ElasticView& e, int r, const Lane* at, c
   const Vec3d other = row_value(e.rows[second ? r - 1 : r + 1], at);
   Vec3d on_u;
   Vec3d on_v;
-  yarn_forces(e.yarn_moduli[(r - e.yarn_begin) / 2], second ? other : own, second ? own : other,
-              on_u, on_v);
+  yarn_forces(e.yarn_moduli[(r - e.yarn_begin) / 2], e.longest, second ? other : own,
+              second ? own : other, on_u, on_v);
   return damped_pull(row, own, second ? on_v : on_u, e.damping, v);
 }
 

@@ -17,7 +17,7 @@ ATELIER_HOST_DEVICE inline Vec3d row_value(const ElasticRow& row, const Vec4<dou
   return sum;
 }
 
-/// The force of a row less damping: where it is `value` and, without damping, `pull`. `damping` s.
+/// What damping of `damping` s takes off the pull of a row that is `value`.
 ATELIER_HOST_DEVICE inline Vec3d damped_pull(const ElasticRow& row, Vec3d value, Vec3d pull,
                                              double damping, const Vec4<double>* v) {
   if (!(damping > 0)) {
@@ -25,16 +25,26 @@ ATELIER_HOST_DEVICE inline Vec3d damped_pull(const ElasticRow& row, Vec3d value,
   }
   const double squared = squared_norm(value);
   const double rate = squared > 0 ? dot(row_value(row, v), value) / squared : 0;
-  return pull - (damping * row.stiffness * rate) * value;
+  return pull - damping * ((row.stiffness * rate) * value);
 }
 
-/// Of a spring of `rest` m.
-ATELIER_HOST_DEVICE inline Vec3d spring_force(const ElasticRow& row, double rest, double damping,
-                                              const Vec4<double>* x, const Vec4<double>* v) {
+/// What a limit of stretch adds to the pull of a row of that length.
+ATELIER_HOST_DEVICE inline double pull_of_limit(double limit, double length, double longest) {
+  return length > longest ? limit * (length - longest) : 0;
+}
+
+/// Of a spring of `rest` m; `longest`: share of it from which the row's limit adds.
+ATELIER_HOST_DEVICE inline Vec3d spring_force(const ElasticRow& row, double rest, double longest,
+                                              double damping, const Vec4<double>* x,
+                                              const Vec4<double>* v) {
   const Vec3d d = xyz(x[row.particle[0]]) - xyz(x[row.particle[1]]);
   const double length = norm(d);
-  const double share = length > 1e-12 ? rest / length - 1 : 0;
-  return damped_pull(row, d, (row.stiffness * share) * d, damping, v);
+  if (!(length > 1e-12)) {
+    return damped_pull(row, d, {}, damping, v);
+  }
+  const double pull =
+      row.stiffness * (length - rest) + pull_of_limit(row.limit, length, longest * rest);
+  return damped_pull(row, d, (-pull / length) * d, damping, v);
 }
 
 /// What a rest angle of `bend` makes of the row of a hinge: along the mean normal of its triangles.
@@ -66,9 +76,9 @@ ATELIER_HOST_DEVICE inline Vec3d bend_force(const ElasticRow& row, double bend, 
 }
 
 /// Forces of the two rows of a triangle: warp and weft as springs of rest length 1, and shear of
-/// energy 1/2 shear cos^2 of the angle between the yarns.
-ATELIER_HOST_DEVICE inline void yarn_forces(const std::array<double, 3>& moduli, Vec3d fu, Vec3d fv,
-                                            Vec3d& on_u, Vec3d& on_v) {
+/// energy 1/2 shear cos^2 of the angle between the yarns. `longest`: where limits begin.
+ATELIER_HOST_DEVICE inline void yarn_forces(const std::array<double, 3>& moduli, double longest,
+                                            Vec3d fu, Vec3d fv, Vec3d& on_u, Vec3d& on_v) {
   const double lu = norm(fu);
   const double lv = norm(fv);
   if (!(lu > 1e-12) || !(lv > 1e-12)) {
@@ -78,8 +88,11 @@ ATELIER_HOST_DEVICE inline void yarn_forces(const std::array<double, 3>& moduli,
   const Vec3d u = (1 / lu) * fu;
   const Vec3d v = (1 / lv) * fv;
   const double cosine = dot(u, v);
-  on_u = -(moduli[0] * (lu - 1)) * u - (moduli[2] * cosine / lu) * (v - cosine * u);
-  on_v = -(moduli[1] * (lv - 1)) * v - (moduli[2] * cosine / lv) * (u - cosine * v);
+  const auto pull = [&](double modulus, double length) {
+    return modulus * (length - 1) + pull_of_limit(kLimitStiffness * modulus, length, longest);
+  };
+  on_u = -pull(moduli[0], lu) * u - (moduli[2] * cosine / lu) * (v - cosine * u);
+  on_v = -pull(moduli[1], lv) * v - (moduli[2] * cosine / lv) * (u - cosine * v);
 }
 
 }  // namespace atelier

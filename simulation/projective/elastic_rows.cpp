@@ -6,6 +6,7 @@
 #include <map>
 
 #include "core/parallel.h"
+#include "simulation/projective/elastic_math.h"
 #include "simulation/xpbd/edges_avx2.h"
 
 namespace atelier {
@@ -147,65 +148,6 @@ void index_by_particle(ElasticRows& out) {
   });
 }
 
-/// What a row is where particles are at `x`.
-Vec3d row_value(const ElasticRow& row, const std::vector<Vec4<double>>& x) {
-  Vec3d sum = row.weight[0] * xyz(x[row.particle[0]]) + row.weight[1] * xyz(x[row.particle[1]]);
-  for (int k = 2; k < 4; ++k) {
-    if (row.particle[k] >= 0) {
-      sum += row.weight[k] * xyz(x[row.particle[k]]);
-    }
-  }
-  return sum;
-}
-
-/// What a rest angle of `bend` makes of the row of a hinge: along the mean normal of its triangles.
-Vec3d bent_rest(const ElasticRow& row, double bend, const std::vector<Vec4<double>>& x) {
-  const Vec3d p0 = xyz(x[row.particle[0]]);
-  const Vec3d edge = xyz(x[row.particle[1]]) - p0;
-  const Vec3d left = cross(edge, xyz(x[row.particle[2]]) - p0);
-  const Vec3d right = cross(xyz(x[row.particle[3]]) - p0, edge);
-  const double size_left = norm(left);
-  const double size_right = norm(right);
-  if (!(size_left > 0) || !(size_right > 0)) {
-    return {};
-  }
-  const Vec3d normal = (1 / size_left) * left + (1 / size_right) * right;
-  const double size = norm(normal);
-  return size > 1e-12 ? (-bend / size) * normal : Vec3d{};
-}
-
-/// What a limit of stretch adds to the pull of a row of that length.
-double pull_of_limit(double limit, double length, double longest) {
-  return length > longest ? limit * (length - longest) : 0;
-}
-
-/// Forces of the two rows of a triangle: warp and weft as springs of rest length 1, and shear of
-/// energy 1/2 shear cos^2 of the angle between the yarns. `longest`: where limits begin.
-void yarn_forces(const std::array<double, 3>& moduli, double longest, Vec3d fu, Vec3d fv,
-                 Vec3d& on_u, Vec3d& on_v) {
-  const double lu = norm(fu);
-  const double lv = norm(fv);
-  if (!(lu > 1e-12) || !(lv > 1e-12)) {
-    on_u = on_v = {};
-    return;
-  }
-  const Vec3d u = (1 / lu) * fu;
-  const Vec3d v = (1 / lv) * fv;
-  const double cosine = dot(u, v);
-  const auto pull = [&](double modulus, double length) {
-    return modulus * (length - 1) + pull_of_limit(kLimitStiffness * modulus, length, longest);
-  };
-  on_u = -pull(moduli[0], lu) * u - (moduli[2] * cosine / lu) * (v - cosine * u);
-  on_v = -pull(moduli[1], lv) * v - (moduli[2] * cosine / lv) * (u - cosine * v);
-}
-
-/// What a row's damping takes off its pull.
-Vec3d damping_of(const ElasticRow& row, Vec3d value, const std::vector<Vec4<double>>& v) {
-  const double squared = squared_norm(value);
-  const double rate = squared > 0 ? dot(row_value(row, v), value) / squared : 0;
-  return (row.stiffness * rate) * value;
-}
-
 /// Forces of springs and flat bends, and of rows that are in `of_rows`, on particles [begin, end).
 /// A particle's sum is in the order of its lists.
 struct ForceTerms {
@@ -220,7 +162,7 @@ __attribute__((always_inline)) inline void sum_forces(const ForceTerms& terms, I
                                                       Index end, Vec4<double>* force) {
   const auto& [rows, x, v, of_rows] = terms;
   const ParticleSprings& springs = rows.springs;
-  const double longest = 1 + rows.most_stretch;
+  const double longest = longest_share(rows);
   const double damping = rows.damping;
   for (Index i = begin; i < end; ++i) {
     double sum[4] = {};
@@ -356,34 +298,37 @@ ElasticRows make_elastic_rows(const Cloth& cloth, const std::vector<int>& intern
   return out;
 }
 
+double longest_share(const ElasticRows& rows) {
+  return rows.most_stretch > 0 ? 1 + rows.most_stretch : std::numeric_limits<double>::infinity();
+}
+
 void elastic_forces(const ElasticRows& rows, const std::vector<Vec4<double>>& x,
                     const std::vector<Vec4<double>>& v, std::vector<Vec4<double>>& of_rows,
                     std::vector<Vec4<double>>& force) {
   const auto damped = [&](const ElasticRow& row, Vec3d value, Vec3d pull) {
-    return rows.damping > 0 ? pull - rows.damping * damping_of(row, value, v) : pull;
+    return with_w(damped_pull(row, value, pull, rows.damping, v.data()), 0.0);
   };
   parallel_for(static_cast<Index>(rows.bent.size()), kRowGrain, [&](Index begin, Index end) {
     for (Index k = begin; k < end; ++k) {
       const Index r = rows.bend_begin + rows.bent[k];
       const ElasticRow& row = rows.rows[r];
-      const Vec3d d = row_value(row, x);
-      const Vec3d rest = bent_rest(row, rows.bend_rest[rows.bent[k]], x);
-      of_rows[r] = with_w(damped(row, d, row.stiffness * (rest - d)), 0.0);
+      const Vec3d d = row_value(row, x.data());
+      const Vec3d rest = bent_rest(row, rows.bend_rest[rows.bent[k]], x.data());
+      of_rows[r] = damped(row, d, row.stiffness * (rest - d));
     }
   });
-  const double longest =
-      rows.most_stretch > 0 ? 1 + rows.most_stretch : std::numeric_limits<double>::infinity();
+  const double longest = longest_share(rows);
   const Index triangles = static_cast<Index>(rows.yarn_moduli.size());
   parallel_for(triangles, kRowGrain, [&](Index begin, Index end) {
     for (Index t = begin; t < end; ++t) {
       const Index r = rows.yarn_begin + 2 * t;
-      const Vec3d fu = row_value(rows.rows[r], x);
-      const Vec3d fv = row_value(rows.rows[r + 1], x);
+      const Vec3d fu = row_value(rows.rows[r], x.data());
+      const Vec3d fv = row_value(rows.rows[r + 1], x.data());
       Vec3d on_u;
       Vec3d on_v;
       yarn_forces(rows.yarn_moduli[t], longest, fu, fv, on_u, on_v);
-      of_rows[r] = with_w(damped(rows.rows[r], fu, on_u), 0.0);
-      of_rows[r + 1] = with_w(damped(rows.rows[r + 1], fv, on_v), 0.0);
+      of_rows[r] = damped(rows.rows[r], fu, on_u);
+      of_rows[r + 1] = damped(rows.rows[r + 1], fv, on_v);
     }
   });
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(ATELIER_EXACT)

@@ -73,6 +73,9 @@ constexpr double kLimitStiffness = 30;
 ElasticRows make_elastic_rows(const Cloth& cloth, const std::vector<int>& internal,
                               double most_stretch = 0);
 
+/// Length from which limits of stretch add, as a share of that at rest; infinite: none.
+double longest_share(const ElasticRows& rows);
+
 /// Forces of all rows at positions `x` and velocities `v`: `of_rows` [rows] as scratch, `force` [V]
 /// in N. The same bits on any number of threads.
 void elastic_forces(const ElasticRows& rows, const std::vector<Vec4<double>>& x,

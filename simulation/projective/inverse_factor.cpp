@@ -2,16 +2,16 @@
 
 #include <Eigen/SparseCholesky>
 #include <algorithm>
-#include <numeric>
 #include <utility>
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "simulation/projective/nested_dissection.h"
 
 namespace atelier {
 namespace {
 
-constexpr int kWholePart = 32;  ///< unknowns that are not halved: a warp has a thread for each
+constexpr int kSmallestPart = 33;  ///< unknowns; of fewer a warp has a thread for each
 constexpr int kColumnsATask = 256;
 
 int rounded_up(int n) {
@@ -25,10 +25,16 @@ InverseFactor::InverseFactor(const Eigen::SparseMatrix<double>& matrix, const Po
   if (n == 0) {
     return;
   }
-  std::vector<int> side(static_cast<std::size_t>(n), 0);
-  std::vector<int> all(static_cast<std::size_t>(n));
-  std::iota(all.begin(), all.end(), 0);
-  dissect(matrix, positions, std::move(all), side);
+  NestedDissection dissection = nested_dissection(matrix, positions, kSmallestPart);
+  order_ = std::move(dissection.order);
+  for (const DissectedPart& part : dissection.parts) {
+    for (int half : part.halves) {
+      if (half >= 0) {
+        parts_[half].parent = static_cast<int>(parts_.size());
+      }
+    }
+    parts_.push_back({part.first, part.begin, part.end, -1, 0, 0, 0});
+  }
   std::int64_t offset = 0;
   for (Part& part : parts_) {
     part.column = part.first / kAlign * kAlign;
@@ -36,13 +42,7 @@ InverseFactor::InverseFactor(const Eigen::SparseMatrix<double>& matrix, const Po
     part.offset = offset;
     offset += static_cast<std::int64_t>(part.end - part.begin) * part.stride;
   }
-  Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int> permutation(n);
-  for (int i = 0; i < n; ++i) {
-    permutation.indices()[order_[i]] = i;
-  }
-  Eigen::SparseMatrix<double> permuted(n, n);
-  permuted.selfadjointView<Eigen::Lower>() =
-      matrix.selfadjointView<Eigen::Lower>().twistedBy(permutation);
+  const Eigen::SparseMatrix<double> permuted = in_order(matrix, order_);
   const Eigen::SimplicialLLT<Eigen::SparseMatrix<double>, Eigen::Lower, Eigen::NaturalOrdering<int>>
       factor(permuted);
   if (factor.info() != Eigen::Success) {
@@ -53,65 +53,6 @@ InverseFactor::InverseFactor(const Eigen::SparseMatrix<double>& matrix, const Po
   values_.assign(static_cast<std::size_t>(offset), 0.0);
   const Eigen::SparseMatrix<double> lower = factor.matrixL();
   fill(lower);
-}
-
-/// Appends the unknowns to the order; returns their part, the last one. Each is halved across the
-/// longest axis of its box; what joins the halves comes after them.
-int InverseFactor::dissect(const Eigen::SparseMatrix<double>& matrix, const Points& positions,
-                           std::vector<int> unknowns, std::vector<int>& side) {
-  const int first = static_cast<int>(order_.size());
-  const auto append = [&](const std::vector<int>& last, int begin) {
-    order_.insert(order_.end(), last.begin(), last.end());
-    parts_.push_back({first, begin, static_cast<int>(order_.size()), -1, 0, 0, 0});
-    return static_cast<int>(parts_.size()) - 1;
-  };
-  if (static_cast<int>(unknowns.size()) <= kWholePart) {
-    return append(unknowns, first);
-  }
-  Eigen::RowVector3d low = positions.row(unknowns[0]);
-  Eigen::RowVector3d high = low;
-  for (int u : unknowns) {
-    low = low.cwiseMin(positions.row(u));
-    high = high.cwiseMax(positions.row(u));
-  }
-  Index axis = 0;
-  (high - low).maxCoeff(&axis);
-  const auto before = [&](int a, int b) {
-    return std::pair(positions(a, axis), a) < std::pair(positions(b, axis), b);
-  };
-  const auto middle = unknowns.begin() + static_cast<std::ptrdiff_t>(unknowns.size() / 2);
-  std::nth_element(unknowns.begin(), middle, unknowns.end(), before);
-  for (auto u = unknowns.begin(); u != unknowns.end(); ++u) {
-    side[*u] = u < middle ? 1 : 2;
-  }
-  std::vector<int> halves[2];
-  std::vector<int> separator;
-  for (int u : unknowns) {
-    bool joins = false;
-    for (Eigen::SparseMatrix<double>::InnerIterator it(matrix, u); it; ++it) {
-      joins = joins || (side[u] == 2 && side[it.row()] == 1);
-    }
-    (joins ? separator : halves[side[u] - 1]).push_back(u);
-  }
-  for (int u : unknowns) {
-    side[u] = 0;
-  }
-  unknowns.clear();
-  int roots[2] = {-1, -1};
-  for (int k = 0; k < 2; ++k) {
-    std::sort(halves[k].begin(), halves[k].end());
-    if (!halves[k].empty()) {
-      roots[k] = dissect(matrix, positions, std::move(halves[k]), side);
-    }
-  }
-  std::sort(separator.begin(), separator.end());
-  const int own = append(separator, static_cast<int>(order_.size()));
-  for (int root : roots) {
-    if (root >= 0) {
-      parts_[root].parent = own;
-    }
-  }
-  return own;
 }
 
 /// Row i of W is (e_i - sum of L_ik times row k over k < i) / L_ii; columns do not depend on each

@@ -42,8 +42,6 @@ class InverseFactor {
   const std::vector<double>& values() const { return values_; }  ///< of W, 0 outside of it
 
  private:
-  int dissect(const Eigen::SparseMatrix<double>& matrix, const Points& positions,
-              std::vector<int> unknowns, std::vector<int>& side);
   void fill(const Eigen::SparseMatrix<double, Eigen::RowMajor>& lower);
 
   std::vector<int> order_;

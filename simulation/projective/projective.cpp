@@ -13,6 +13,7 @@
 #include "simulation/projective/cholesky.h"
 #include "simulation/projective/contact_impulses.h"
 #include "simulation/projective/elastic_rows.h"
+#include "simulation/projective/options_of_parts.h"
 #include "simulation/xpbd/backend.h"
 #include "simulation/xpbd/prepared_cloth.h"
 #include "simulation/xpbd/self_contact_cpu.h"
@@ -26,15 +27,6 @@ constexpr Index kParticleGrain = 2048;
 constexpr double kGuardShare = 0.9;
 
 using Lanes = std::vector<Vec4<double>>;
-
-/// The options as the parts that both solvers share take them.
-XpbdOptions shared_options(const SolverOptions& options) {
-  XpbdOptions shared;
-  static_cast<CommonSolverOptions&>(shared) = options;
-  shared.substeps = options.projective.substeps;
-  shared.precision = "double";
-  return shared;
-}
 
 /// Free particles in their order; -1: fixed.
 std::vector<int> free_places(const PreparedCloth<double>& prepared, int& count) {
@@ -77,7 +69,7 @@ struct ProjectiveSolver::Scene {
       : cloth(cloth),
         body_faces(body_faces),
         options(options),
-        shared(shared_options(options)),
+        shared(options_of_parts(options)),
         h(options.time_step / options.projective.substeps),
         prepared(prepare_cloth<double>(cloth)),
         rows(make_elastic_rows(cloth, prepared.internal, options.projective.strain_limit)),
@@ -85,7 +77,8 @@ struct ProjectiveSolver::Scene {
         mass(particle_masses()),
         inverse_mass(inverse_masses()),
         factor(factor_of(projective_matrix(rows, mass, place, free_count, h), free_positions())),
-        body(body_faces, options, cloth.material, options.projective.substeps) {
+        body(body_faces, options, cloth.material, options.projective.substeps),
+        counted(counted_cloth(cloth, body_faces, shared)) {
     const std::size_t n = static_cast<std::size_t>(prepared.count);
     for (Lanes* lanes : {&x, &start, &solved_from, &velocity, &acceleration, &target, &wish, &v,
                          &at, &force, &reached, &origin, &carry}) {
@@ -99,12 +92,6 @@ struct ProjectiveSolver::Scene {
       self = std::make_unique<SelfContactCpu<double>>(cloth, prepared, shared);
       self->push_nearer(kGuardShare);
     }
-    counted = {cloth.faces,
-               body_faces,
-               cloth.rest_positions,
-               cloth.layer,
-               options.thickness >= 0 ? options.thickness : cloth.material.thickness,
-               options.self_contact ? kept_self_thickness(cloth, shared) : 0};
   }
 
   std::vector<double> particle_masses() const {
@@ -348,13 +335,9 @@ struct ProjectiveSolver::Scene {
       const BodyPenetration inside = body.penetration(x);
       report.penetrating = inside.count;
       report.penetration_depth = inside.depth;
-      report = report_state(cloth, {}, state, {{}, {}, h}, report);
     }
-    if (control.exact_counts ||
-        (options.intersection_interval > 0 && report.frame % options.intersection_interval == 0)) {
-      report = with_exact_counts(report, counted, state.positions, control);
-    }
-    return report;
+    return reported(report, {cloth, counted, options}, control,
+                    [&]() -> const ClothState& { return state; });
   }
 
   ProjectiveResidual residual() const {

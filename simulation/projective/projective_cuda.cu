@@ -1,372 +1,26 @@
 #include <algorithm>
-#include <cmath>
-#include <limits>
-#include <numeric>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/device.h"
 #include "core/error.h"
-#include "simulation/contact/body_encounter.h"
 #include "simulation/contact/exact_counts.h"
 #include "simulation/projective/cuda_projective.cuh"
-#include "simulation/projective/elastic_rows.h"
+#include "simulation/projective/cuda_projective_memory.cuh"
+#include "simulation/projective/cuda_replay.cuh"
+#include "simulation/projective/options_of_parts.h"
 #include "simulation/projective/projective_cuda.h"
 #include "simulation/xpbd/backend.h"
 #include "simulation/xpbd/cuda_body.cuh"
 #include "simulation/xpbd/cuda_self.cuh"
-#include "simulation/xpbd/prepared_cloth.h"
 
 namespace atelier {
 namespace {
 
-constexpr int kAllFinite = std::numeric_limits<int>::max();
 using Lane = Vec4<double>;
-
-/// The options as the parts that both solvers share take them.
-XpbdOptions options_of_parts(const SolverOptions& options) {
-  XpbdOptions shared;
-  static_cast<CommonSolverOptions&>(shared) = options;
-  shared.substeps = options.projective.substeps;
-  shared.precision = "double";
-  return shared;
-}
-
-/// An event of the device's clock.
-class FrameClock {
- public:
-  FrameClock() { ATELIER_CUDA_CHECK(cudaEventCreate(&event_)); }
-  ~FrameClock() { static_cast<void>(cudaEventDestroy(event_)); }
-  FrameClock(const FrameClock&) = delete;
-  FrameClock& operator=(const FrameClock&) = delete;
-
-  void record() { ATELIER_CUDA_CHECK(cudaEventRecord(event_)); }
-  /// ms from `before` to this one; both have to be over.
-  double since(const FrameClock& before) const {
-    float ms = 0;
-    ATELIER_CUDA_CHECK(cudaEventElapsedTime(&ms, before.event_, event_));
-    return static_cast<double>(ms);
-  }
-
- private:
-  cudaEvent_t event_ = nullptr;
-};
-
-/// Launches of a frame. A second frame of the same arguments records them, later ones replay that.
-class FrameReplay {
- public:
-  /// What may differ between the arguments of two frames.
-  struct Key {
-    Vec3d gravity;
-    bool body, air;
-    int room;
-
-    bool operator==(const Key& b) const {
-      return gravity.x == b.gravity.x && gravity.y == b.gravity.y && gravity.z == b.gravity.z &&
-             body == b.body && air == b.air && room == b.room;
-    }
-  };
-
-  FrameReplay() { ATELIER_CUDA_CHECK(cudaStreamCreate(&recorder_)); }
-  ~FrameReplay() {
-    forget();
-    static_cast<void>(cudaStreamDestroy(recorder_));
-  }
-  FrameReplay(const FrameReplay&) = delete;
-  FrameReplay& operator=(const FrameReplay&) = delete;
-
-  /// `launch(stream)` launches everything.
-  template <class Launch>
-  void run(const Key& key, const Launch& launch) {
-    if (!key_ || !(*key_ == key)) {
-      forget();
-      launch(cudaStreamLegacy);
-      key_ = key;  // kernels are loaded by now
-      return;
-    }
-    if (graph_ == nullptr) {
-      record(launch);
-    }
-    ATELIER_CUDA_CHECK(cudaGraphLaunch(graph_, cudaStreamLegacy));
-  }
-
- private:
-  void forget() {
-    if (graph_ != nullptr) {
-      static_cast<void>(cudaGraphExecDestroy(std::exchange(graph_, nullptr)));
-    }
-    key_.reset();
-  }
-
-  template <class Launch>
-  void record(const Launch& launch) {
-    cudaGraph_t graph = nullptr;
-    ATELIER_CUDA_CHECK(cudaStreamBeginCapture(recorder_, cudaStreamCaptureModeThreadLocal));
-    try {
-      launch(recorder_);
-    } catch (...) {  // the stream records no longer
-      if (cudaStreamEndCapture(recorder_, &graph) == cudaSuccess) {
-        static_cast<void>(cudaGraphDestroy(graph));
-      }
-      static_cast<void>(cudaGetLastError());
-      throw;
-    }
-    ATELIER_CUDA_CHECK(cudaStreamEndCapture(recorder_, &graph));
-    const cudaError_t status = cudaGraphInstantiate(&graph_, graph, 0);
-    static_cast<void>(cudaGraphDestroy(graph));
-    ATELIER_CUDA_CHECK(status);
-  }
-
-  std::optional<Key> key_;
-  cudaGraphExec_t graph_ = nullptr;
-  cudaStream_t recorder_ = nullptr;
-};
-
-/// W on the device.
-class DeviceInverse {
- public:
-  explicit DeviceInverse(const InverseFactor& factor)
-      : values_(std::vector<float>(factor.values().begin(), factor.values().end())) {
-    std::vector<RowsItem> items;
-    std::vector<TileRow> rows;
-    for (const InverseFactor::Part& part : factor.parts()) {
-      add_rows(part, items);
-      chunks_ = std::max(chunks_, part.begin < part.end ? chunks_of(part) : 0);
-    }
-    std::vector<ColumnsTile> tiles = tiles_of(factor, rows);
-    std::stable_sort(tiles.begin(), tiles.end(), [](const ColumnsTile& a, const ColumnsTile& b) {
-      return a.rows_end - a.rows_begin > b.rows_end - b.rows_begin;
-    });
-    std::stable_sort(items.begin(), items.end(), [](const RowsItem& a, const RowsItem& b) {
-      return a.columns * a.rows > b.columns * b.rows;
-    });
-    constexpr int kLong = 512;  // columns that a warp alone would take long for
-    const auto short_begin = std::stable_partition(
-        items.begin(), items.end(), [](const RowsItem& item) { return item.columns > kLong; });
-    long_items_ = static_cast<int>(short_begin - items.begin());
-    items_ = CudaBuffer<RowsItem>(items);
-    tiles_ = CudaBuffer<ColumnsTile>(tiles);
-    tile_rows_ = CudaBuffer<TileRow>(rows);
-  }
-
-  InverseView view() const {
-    return {values_.data(),   items_.data(),
-            long_items_,      static_cast<int>(items_.size()),
-            tiles_.data(),    static_cast<int>(tiles_.size()),
-            tile_rows_.data()};
-  }
-  /// Into which the products of a row are cut at most.
-  int chunks() const { return chunks_; }
-  int tiles() const { return static_cast<int>(tiles_.size()); }
-
- private:
-  static int chunks_of(const InverseFactor::Part& part) {
-    return (part.stride + kColumnsAnItem - 1) / kColumnsAnItem;
-  }
-
-  static void add_rows(const InverseFactor::Part& part, std::vector<RowsItem>& items) {
-    for (int row = part.begin; row < part.end; row += kRowsAnItem) {
-      for (int c = 0; c < chunks_of(part); ++c) {
-        const int column = c * kColumnsAnItem;
-        items.push_back({part.row(row) + column, part.stride, row,
-                         std::min(kRowsAnItem, part.end - row), part.column + column,
-                         std::min(kColumnsAnItem, part.stride - column), c});
-      }
-    }
-  }
-
-  static std::vector<ColumnsTile> tiles_of(const InverseFactor& factor,
-                                           std::vector<TileRow>& rows) {
-    const std::vector<InverseFactor::Part>& parts = factor.parts();
-    std::vector<int> part_of(static_cast<std::size_t>(factor.size()));
-    for (std::size_t p = 0; p < parts.size(); ++p) {
-      std::fill(part_of.begin() + parts[p].begin, part_of.begin() + parts[p].end,
-                static_cast<int>(p));
-    }
-    std::vector<ColumnsTile> tiles;
-    for (int column = 0; column < factor.size(); column += kColumnsATile) {
-      const int end = std::min(column + kColumnsATile, factor.size());
-      std::set<int> with_rows;  // parts of these columns, and those around them
-      for (int c = column; c < end; ++c) {
-        for (int p = part_of[c]; p >= 0 && with_rows.insert(p).second; p = parts[p].parent) {
-        }
-      }
-      const int rows_begin = static_cast<int>(rows.size());
-      for (int p : with_rows) {
-        add_tile_rows(parts[p], column, rows);
-      }
-      tiles.push_back({column, end - column, rows_begin, static_cast<int>(rows.size())});
-    }
-    return tiles;
-  }
-
-  static void add_tile_rows(const InverseFactor::Part& part, int column,
-                            std::vector<TileRow>& rows) {
-    const int low = std::max(0, part.column - column) / 4;
-    const int high = std::min(kColumnsATile, part.column + part.stride - column) / 4;
-    for (int row = std::max(part.begin, column); row < part.end; ++row) {
-      const std::int64_t quad = (part.row(row) + (column - part.column)) / 4;
-      ATELIER_CHECK(quad <= std::numeric_limits<int>::max(), "a factor of less than 32 GB");
-      rows.push_back({row, static_cast<int>(quad), static_cast<unsigned char>(low),
-                      static_cast<unsigned char>(high),
-                      static_cast<unsigned short>(chunks_of(part))});
-    }
-  }
-
-  CudaBuffer<float> values_;
-  CudaBuffer<RowsItem> items_;
-  CudaBuffer<ColumnsTile> tiles_;
-  CudaBuffer<TileRow> tile_rows_;
-  int long_items_ = 0;
-  int chunks_ = 0;
-};
-
-/// For every particle the rows that it is in.
-struct RowEntries {
-  explicit RowEntries(const ElasticRows& of) : begin(static_cast<std::size_t>(of.count) + 1, 0) {
-    const auto each = [&](const auto& add) {
-      for (std::size_t r = 0; r < of.rows.size(); ++r) {
-        for (int k = 0; k < 4; ++k) {
-          if (of.rows[r].particle[k] >= 0) {
-            add(of.rows[r].particle[k], static_cast<int>(r), of.rows[r].weight[k]);
-          }
-        }
-      }
-    };
-    each([&](int particle, int, double) { ++begin[particle + 1]; });
-    std::partial_sum(begin.begin(), begin.end(), begin.begin());
-    row.resize(static_cast<std::size_t>(begin.back()));
-    weight.resize(row.size());
-    std::vector<int> next(begin.begin(), begin.end() - 1);
-    each([&](int particle, int r, double w) {
-      row[next[particle]] = r;
-      weight[next[particle]++] = w;
-    });
-  }
-
-  std::vector<int> begin;  ///< [V + 1]
-  std::vector<int> row;
-  std::vector<double> weight;
-};
-
-/// What of a cloth never changes, on the host.
-struct PreparedProjective {
-  PreparedProjective(const Cloth& cloth, double h)
-      : particles(prepare_cloth<double>(cloth)),
-        rows(make_elastic_rows(cloth, particles.internal)),
-        entries(rows) {
-    std::vector<int> among_free(static_cast<std::size_t>(particles.count), -1);
-    std::vector<int> particle_of;
-    for (int i = 0; i < particles.count; ++i) {
-      mass.push_back(cloth.mass[particles.external[i]]);
-      if (particles.inverse_mass[i] > 0) {
-        among_free[i] = static_cast<int>(particle_of.size());
-        particle_of.push_back(i);
-      }
-    }
-    const int unknowns = static_cast<int>(particle_of.size());
-    Points positions(unknowns, 3);
-    for (int u = 0; u < unknowns; ++u) {
-      positions.row(u) = cloth.rest_positions.row(particles.external[particle_of[u]]);
-    }
-    inverse.emplace(projective_matrix(rows, mass, among_free, unknowns, h), positions);
-    place.assign(static_cast<std::size_t>(particles.count), -1);
-    for (int u = 0; u < unknowns; ++u) {
-      particle.push_back(particle_of[inverse->order()[u]]);
-      place[particle.back()] = u;
-    }
-  }
-
-  PreparedCloth<double> particles;
-  ElasticRows rows;
-  RowEntries entries;
-  std::vector<double> mass;
-  std::optional<InverseFactor> inverse;
-  std::vector<int> place;     ///< of particles among the unknowns, -1: fixed
-  std::vector<int> particle;  ///< of unknowns
-};
-
-/// That on the device.
-struct DeviceProjective {
-  explicit DeviceProjective(const PreparedProjective& p)
-      : rows(p.rows.rows),
-        spring_rest(p.rows.spring_rest),
-        bend_rest(p.rows.bend_rest),
-        yarn_moduli(p.rows.yarn_moduli),
-        begin(p.entries.begin),
-        row(p.entries.row),
-        weight(p.entries.weight),
-        place(p.place),
-        particle(p.particle),
-        mass(p.mass),
-        tether_anchor(p.particles.tether_anchor),
-        tether_length(p.particles.tether_length),
-        inverse(*p.inverse) {}
-
-  ElasticView elastic(const ElasticRows& of) const {
-    return {rows.data(),   spring_rest.data(), bend_rest.data(), yarn_moduli.data(), of.bend_begin,
-            of.yarn_begin, of.damping,         begin.data(),     row.data(),         weight.data()};
-  }
-
-  CudaBuffer<ElasticRow> rows;
-  CudaBuffer<double> spring_rest, bend_rest;
-  CudaBuffer<std::array<double, 3>> yarn_moduli;
-  CudaBuffer<int> begin, row;
-  CudaBuffer<double> weight;
-  CudaBuffer<int> place, particle;
-  CudaBuffer<double> mass;
-  CudaBuffer<int> tether_anchor;
-  CudaBuffer<double> tether_length;
-  DeviceInverse inverse;
-};
-
-/// What changes.
-struct MovingProjective {
-  MovingProjective(std::size_t n, std::size_t unknowns, const DeviceInverse& inverse,
-                   std::size_t window, bool with_body)
-      : bounds(n),
-        right(unknowns + 2 * InverseFactor::kAlign),
-        partial(unknowns * static_cast<std::size_t>(inverse.chunks())),
-        of_change(unknowns * window),
-        of_next(unknowns * window),
-        dots((1 + 2 * window) * static_cast<std::size_t>(inverse.tiles())),
-        memory(2) {
-    for (CudaBuffer<Lane>* buffer : {&x, &velocity, &frame_start, &frame_velocity, &origin, &start,
-                                     &wish, &v, &at, &impulses, &target}) {
-      *buffer = CudaBuffer<Lane>(n);
-    }
-    for (CudaBuffer<Lane>* buffer : {&change, &last_change, &last_next}) {
-      *buffer = CudaBuffer<Lane>(unknowns);
-    }
-    right.clear();  // what is behind stays so
-    target.clear();
-    if (with_body) {
-      touched = CudaBuffer<int>(n);
-      touch_counts = CudaBuffer<int>(4);
-      touch_items = CudaBuffer<int>(2 * n);
-      outlook = CudaBuffer<BodyOutlook<double>>(n);
-      candidates = CudaBuffer<int>(n * kBodyCandidates);
-      depth = CudaBuffer<double>(n);
-    }
-    bad = CudaBuffer<int>(std::vector<int>{kAllFinite});
-  }
-
-  CudaBuffer<Lane> x, velocity, frame_start, frame_velocity, origin, start, wish, v, at, impulses,
-      target, air;
-  CudaBuffer<VelocityBound> bounds;
-  CudaBuffer<Vec4<float>> right, partial;
-  CudaBuffer<Lane> change, last_change, last_next, of_change, of_next;
-  CudaBuffer<double> dots;
-  CudaBuffer<AndersonMemory> memory;
-  CudaBuffer<int> touched, touch_counts, touch_items;
-  CudaBuffer<BodyOutlook<double>> outlook;
-  CudaBuffer<int> candidates;
-  CudaBuffer<double> depth;
-  CudaBuffer<int> bad;
-};
+constexpr int kAllFinite = MovingProjective::kAllFinite;
 
 }  // namespace
 
@@ -377,17 +31,13 @@ struct ProjectiveCudaSolver::Scene {
         options(options),
         shared(options_of_parts(options)),
         h(options.time_step / options.projective.substeps),
-        prepared(cloth, h),
+        prepared(cloth, options.projective.strain_limit, h),
         device(prepared),
         body(body_faces),
         moving(prepared.place.size(), prepared.particle.size(), device.inverse,
-               static_cast<std::size_t>(options.projective.acceleration), !body.empty()) {
-    BodyContactRule<double> kept{};
-    kept.thickness = options.thickness >= 0 ? options.thickness : cloth.material.thickness;
-    kept.friction = options.friction >= 0 ? options.friction : cloth.material.friction;
-    kept.reach = std::max(options.contact_reach, kept.thickness);
-    kept.old_overlap = options.depenetration_speed * h;
-    rules = bound_rules(kept);
+               static_cast<std::size_t>(options.projective.acceleration), !body.empty()),
+        rules(bound_rules(options, cloth.material, options.projective.substeps)),
+        counted(counted_cloth(cloth, body_faces, shared)) {
     if (options.self_contact && cloth.faces.rows() > 0) {
       self = std::make_unique<CudaSelf<double>>(cloth, prepared.particles, shared, 1);
       clock = CudaBuffer<unsigned char>(projective_clock_size());
@@ -396,9 +46,6 @@ struct ProjectiveCudaSolver::Scene {
       scene_rule = CudaBuffer<CudaSceneRule<double>>(
           std::vector<CudaSceneRule<double>>{{1, 1, rules.guard.friction}});
     }
-    counted = {cloth.faces,          body_faces,
-               cloth.rest_positions, cloth.layer,
-               kept.thickness,       options.self_contact ? kept_self_thickness(cloth, shared) : 0};
     fixed = Points::Zero(count(), 3);
   }
 
@@ -643,11 +290,7 @@ struct ProjectiveCudaSolver::Scene {
     int bad = 0;
     ATELIER_CUDA_CHECK(cudaMemcpy(&bad, moving.bad.data(), sizeof(bad), cudaMemcpyDeviceToHost));
     if (bad != kAllFinite) {
-      throw DataError("",
-                      "frame " + std::to_string(frame_number + 1) + ", vertex " +
-                          std::to_string(prepared.particles.external[bad]),
-                      "a position that is not finite",
-                      "a simulation that stays finite: more substeps, or check material and body");
+      throw_not_finite(frame_number + 1, prepared.particles.external[bad]);
     }
     std::vector<FrameReport> reports(1);
     FrameReport& report = reports[0];
@@ -656,28 +299,21 @@ struct ProjectiveCudaSolver::Scene {
     if (self != nullptr) {
       self->count(reports);
     }
-    if (options.report) {
-      fill_report(f, report);
+    if (options.report && with_body) {
+      count_contacts(f, report);
     }
-    if (control.exact_counts ||
-        (options.intersection_interval > 0 && report.frame % options.intersection_interval == 0)) {
-      report = with_exact_counts(report, counted, state().positions, control);
-    }
+    report = reported(report, {cloth, counted, options}, control, [&] { return state(); });
     ++frame_number;
     return report;
   }
 
-  void fill_report(const ProjectiveFrame& f, FrameReport& report) {
-    if (f.body.face_count > 0) {
-      launch_depths(f.body, rules.kept.reach, f.count, f.x, moving.depth.data());
-      for (double depth : moving.depth.download()) {
-        report.penetrating += depth > 0 ? 1 : 0;
-        report.penetration_depth = std::max(report.penetration_depth, depth);
-      }
-      const std::vector<int> touched = moving.touched.download();
-      report.body_contacts = static_cast<int>(std::count(touched.begin(), touched.end(), 1));
+  void count_contacts(const ProjectiveFrame& f, FrameReport& report) {
+    launch_depths(f.body, rules.kept.reach, f.count, f.x, moving.depth.data());
+    for (double depth : moving.depth.download()) {
+      note_depth(report, depth);
     }
-    report = report_state(cloth, {}, state(), {{}, {}, h}, report);
+    const std::vector<int> touched = moving.touched.download();
+    report.body_contacts = static_cast<int>(std::count(touched.begin(), touched.end(), 1));
   }
 
   FrameReport advance(const Control& control) {
@@ -710,7 +346,7 @@ struct ProjectiveCudaSolver::Scene {
   DeviceProjective device;
   CudaBody<double> body;
   MovingProjective moving;
-  BoundRules rules{};
+  BoundRules rules;
   std::optional<bool> closed;              ///< asked when the body is first seen
   std::unique_ptr<CudaSelf<double>> self;  ///< null: no contact with itself
   CudaBuffer<unsigned char> clock;

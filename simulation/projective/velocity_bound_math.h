@@ -1,5 +1,7 @@
 #pragma once
 
+#include "simulation/cloth/cloth.h"
+#include "simulation/cloth/solver_options.h"
 #include "simulation/contact/body_contact_math.h"
 
 namespace atelier {
@@ -20,7 +22,14 @@ struct BoundRules {
   BodyContactRule<double> guard;
 };
 
-inline BoundRules bound_rules(const BodyContactRule<double>& kept) {
+/// Those of a cloth of `material` in substeps, `substeps` a frame.
+inline BoundRules bound_rules(const CommonSolverOptions& options, const Material& material,
+                              int substeps) {
+  BodyContactRule<double> kept{};
+  kept.thickness = options.thickness >= 0 ? options.thickness : material.thickness;
+  kept.friction = options.friction >= 0 ? options.friction : material.friction;
+  kept.reach = max_of(options.contact_reach, kept.thickness);
+  kept.old_overlap = options.depenetration_speed * options.time_step / substeps;
   BoundRules out{kept, kept, kept};
   // Tension presses cloth on that would fly past the body by itself.
   constexpr double kLeastMargin = 5e-4;  // m

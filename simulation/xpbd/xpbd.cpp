@@ -45,7 +45,8 @@ double percentile(std::vector<double>& values, double share) {
 }  // namespace
 
 OptionTable describe(XpbdOptions& options) {
-  return describe_xpbd(options, options);
+  OptionTable table = describe_common(options);
+  return table.add(describe_xpbd(options, options));
 }
 
 XpbdOptions xpbd_options(const SolverOptions& options) {
@@ -93,12 +94,16 @@ void check_control(const Control& control, const Cloth& cloth, Index body_vertic
   }
 }
 
+void throw_not_finite(std::int64_t frame, int vertex) {
+  throw DataError("", "frame " + std::to_string(frame) + ", vertex " + std::to_string(vertex),
+                  "a position that is not finite",
+                  "a simulation that stays finite: more substeps, or check material and body");
+}
+
 void check_finite(const Points& positions, std::int64_t frame) {
   for (Index v = 0; v < positions.rows(); ++v) {
     if (!positions.row(v).allFinite()) {
-      throw DataError("", "frame " + std::to_string(frame) + ", vertex " + std::to_string(v),
-                      "a position that is not finite",
-                      "a simulation that stays finite: more substeps, or check material and body");
+      throw_not_finite(frame, static_cast<int>(v));
     }
   }
 }
@@ -258,6 +263,16 @@ std::vector<double> spring_forces_of(const Cloth& cloth, const std::vector<doubl
   return out;
 }
 
+CountedCloth counted_cloth(const Cloth& cloth, const Triangles& body_faces,
+                           const XpbdOptions& options) {
+  return {cloth.faces,
+          body_faces,
+          cloth.rest_positions,
+          cloth.layer,
+          options.thickness >= 0 ? options.thickness : cloth.material.thickness,
+          options.self_contact ? kept_self_thickness(cloth, options) : 0};
+}
+
 std::string xpbd_conflict(const XpbdOptions& options, Device device) {
   if (device == Device::Cpu && options.vectors == "avx2" && options.precision != "float") {
     return "vectors \"avx2\" work with precision \"float\" alone";
@@ -289,13 +304,7 @@ void check_setup(const XpbdOptions& options, const std::vector<ClothVariation>& 
 
 ClothSolver::ClothSolver(const Cloth& cloth, const Triangles& body_faces,
                          const XpbdOptions& options, Device device)
-    : counted_{cloth.faces,
-               body_faces,
-               cloth.rest_positions,
-               cloth.layer,
-               options.thickness >= 0 ? options.thickness : cloth.material.thickness,
-               options.self_contact ? kept_self_thickness(cloth, options) : 0},
-      intersection_interval_(options.intersection_interval) {
+    : counted_(counted_cloth(cloth, body_faces, options)), options_(options) {
   check_setup(options, {ClothVariation{}}, device);
   backend_ = device == Device::Cpu
                  ? make_cpu_backend(cloth, {}, body_faces, options)
@@ -315,8 +324,7 @@ ClothState ClothSolver::state() const {
 
 FrameReport ClothSolver::advance(const Control& control) {
   const FrameReport report = backend_->advance(control)[0];
-  if (control.exact_counts ||
-      (intersection_interval_ > 0 && report.frame % intersection_interval_ == 0)) {
+  if (counts_due(options_, control, report.frame)) {
     return with_exact_counts(report, counted_, backend_->state(0).positions, control);
   }
   return report;

@@ -52,7 +52,7 @@ class ClothSolver {
  private:
   std::unique_ptr<Backend> backend_;
   CountedCloth counted_;
-  int intersection_interval_ = 0;
+  CommonSolverOptions options_;
 };
 
 /// Many scenes of one cloth at once, on CUDA in one launch: a parameter sweep.

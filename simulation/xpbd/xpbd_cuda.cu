@@ -235,11 +235,8 @@ class CudaBackend final : public ClothSolver::Backend {
     int bad = 0;
     ATELIER_CUDA_CHECK(cudaMemcpy(&bad, bad_.data(), sizeof(bad), cudaMemcpyDeviceToHost));
     if (bad != kNobody) {
-      throw DataError("",
-                      "frame " + std::to_string(frames_[bad / prepared_.count] + 1) + ", vertex " +
-                          std::to_string(prepared_.external[bad % prepared_.count]),
-                      "a position that is not finite",
-                      "a simulation that stays finite: more substeps, or check material and body");
+      throw_not_finite(frames_[bad / prepared_.count] + 1,
+                       prepared_.external[bad % prepared_.count]);
     }
     std::vector<FrameReport> reports(static_cast<std::size_t>(scenes_));
     float ms = 0;
@@ -405,9 +402,7 @@ class CudaBackend final : public ClothSolver::Backend {
           report);
       for (std::size_t i = 0; i < (depth.empty() ? 0 : n); ++i) {
         const std::size_t at = static_cast<std::size_t>(scene) * n + i;
-        report.penetrating += depth[at] > T(0) ? 1 : 0;
-        report.penetration_depth =
-            std::max(report.penetration_depth, static_cast<double>(depth[at]));
+        note_depth(report, static_cast<double>(depth[at]));
         report.body_contacts += prepared_.inverse_mass[i] > T(0) ? touched[at] : 0;
       }
     }

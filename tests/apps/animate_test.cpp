@@ -81,6 +81,34 @@ TEST_F(Animate, SkirtThatNothingHolds_FallsAndIsSaidToHaveLeftItsPlace) {
   EXPECT_THAT(fell.out + fell.err, HasSubstr("left its place"));
 }
 
+TEST_F(Animate, SkirtOfAnotherSolver_StaysHeldToo) {
+  write_dressed_workspace(capture(), workspace());
+  const std::vector<std::string> other = {"--pictures", "false", "--cloth.solver",
+                                          "projective-friction"};
+  ASSERT_EQ(stage("animate", other).exit_code, 0);
+  EXPECT_LT(metrics()["held_distance"], 0.01);
+  EXPECT_LT(metrics()["penetration_depth"], 1e-3);
+  EXPECT_LT(metrics()["strain_p99"], 0.15);
+  const Sequence skirt = open_sequence(result() / "garments" / "lower");
+  for (Index i = 0; i < 3; ++i) {
+    const Points x = frame(skirt, i).vertices;
+    EXPECT_LT((x - walking_skirt()[static_cast<std::size_t>(i)]).rowwise().norm().maxCoeff(), 0.1);
+  }
+  const ChildResult both = stage("animate", with_usual({"--cloth.xpbd.substeps", "6"}, other));
+  EXPECT_EQ(both.exit_code, 2);
+  EXPECT_THAT(both.err, HasSubstr("does nothing with --cloth.solver projective-friction"));
+}
+
+TEST_F(Animate, MaterialOfAnotherSolver_IsFoundWithTheSkirtHeld) {
+  write_dressed_workspace(capture(), workspace());
+  const ChildResult fit =
+      stage("material", {"--solver", "projective-friction", "--substeps", "5", "--search.coarse",
+                         "2", "--search.fine", "0", "--edge-length", "0.06"});
+  ASSERT_EQ(fit.exit_code, 0) << fit.err;
+  EXPECT_EQ(metrics("material")["trials"], 4);
+  EXPECT_LT(metrics("material")["distance"], 0.02);
+}
+
 TEST_F(Animate, MotionFile_IsPlayedAtItsRate) {
   write_dressed_workspace(capture(), workspace());
   const fs::path file = motion(person_clip());

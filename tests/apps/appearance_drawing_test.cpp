@@ -189,6 +189,18 @@ TEST_F(AppearanceDrawing, FramesMissingFromSome_AreLeftOutWithAWarning) {
   EXPECT_FALSE(fs::exists(out("pictures") / "000000.png"));
 }
 
+TEST_F(AppearanceDrawing, NormalsOfChosenFrames_AreDrawnWithoutNetworks) {
+  const ChildResult normals = drawn("normals", {"--normals", "--frames", "[1, 3]"});
+  ASSERT_EQ(normals.exit_code, 0) << normals.err;
+  EXPECT_EQ(normals.out, "frame 000001\nframe 000003\n");
+  ASSERT_EQ(drawn("learnt", {"--frames", "[3]"}).exit_code, 0);
+  EXPECT_FALSE(fs::exists(out("learnt") / "000001.png"));
+  const ByteImage image = read_byte_image(out("normals") / "000003.png");
+  EXPECT_GT(mean_difference(image, read_byte_image(out("learnt") / "000003.png")), 5);
+  expect_no(drawn("none", {"--frames", "[77]"}), 3, "none that body and garments share");
+  expect_no(drawn("none", {"--normals", "--device", "cpu"}), 2, "--device is of networks");
+}
+
 TEST_F(AppearanceDrawing, TransparentBackgroundAndMovingCamera_AreDrawn) {
   ASSERT_EQ(drawn("own").exit_code, 0);
   ChildResult pictures = drawn("clear", {"--alpha", "true"});

@@ -49,6 +49,23 @@ TEST(OptionRules, Defaults_BreakNoRule) {
   EXPECT_THAT(broken_rules(some.table()), IsEmpty());
 }
 
+TEST(OptionRules, OptionOfAnotherSolver_IsNamed) {
+  std::string solver = "projective-friction";
+  int own = 5;
+  int other = 10;
+  OptionTable table;
+  table.add("cloth.solver", solver, {"xpbd", "projective-friction"}, "Solver");
+  table.add("cloth.xpbd.substeps", other, 1, 100, "", "Substeps");
+  table.add("cloth.projective_friction.substeps", own, 1, 100, "", "Substeps");
+  EXPECT_THAT(broken_rules(table), IsEmpty());
+  EXPECT_EQ(set_option(table, "cloth.projective_friction.substeps", "7"), "");
+  EXPECT_THAT(broken_rules(table), IsEmpty());
+  EXPECT_EQ(set_option(table, "cloth.xpbd.substeps", "7"), "");
+  EXPECT_THAT(broken_rules(table),
+              ElementsAre("cloth.xpbd.substeps does nothing with cloth.solver "
+                          "projective-friction: leave it out, or say --cloth.solver xpbd"));
+}
+
 TEST(OptionRules, OptionWithoutEffect_IsNamedWithItsCause) {
   Some some;
   OptionTable table = some.table();

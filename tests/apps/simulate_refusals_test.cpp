@@ -162,8 +162,8 @@ TEST_F(Simulate, OptionsWithoutEffect_AreRefused) {
   refused({"--material.shear", "5000"}, "material.shear does nothing with membrane springs");
   refused({"--material.stretch_warp", "500"}, "cannot differ without a flat rest shape");
   refused({"--material", "denim", "--material.stretch_weft", "500"}, "make them equal");
-  refused({"--wind", "[0, 0, 5]", "--xpbd.drag", "1", "--xpbd.air_density", "0"},
-          "--wind does nothing with --xpbd.air_density 0");
+  refused({"--wind", "[0, 0, 5]", "--drag", "1", "--air_density", "0"},
+          "--wind does nothing with --air_density 0");
   refused({"--pin_top", "0.5"}, "every vertex of the garment is attached");
   refused({"--pin_top", "0.5", "--relax"}, "every vertex of the garment is attached");
   refused({"--relax", "--material.stretch_warp", "500"}, "or --flat-rest, and no --relax");
@@ -178,13 +178,13 @@ TEST_F(Simulate, OptionsWithoutEffect_AreRefused) {
   refused({"--xpbd.jacobi_radius", "0.5"}, "xpbd.sweep gauss-seidel");
   refused({"--xpbd.cuda_barrier", "grid"}, "--xpbd.cuda-barrier does nothing on the CPU");
   refused({"--xpbd.cuda_blocks", "4"}, "--xpbd.cuda-blocks does nothing on the CPU");
-  refused({"--xpbd.self_contact", "false", "--xpbd.self_thickness", "0.002"},
-          "--xpbd.self_thickness does nothing with --xpbd.self_contact false");
+  refused({"--self_contact", "false", "--self_thickness", "0.002"},
+          "--self_thickness does nothing with --self_contact false");
   refused({"--grid", "--format", "ply"}, "leave --format out");
   refused({"--grid", "--material.bending", "0"}, "--material.bending 0 has none");
-  refused({"--grid", "--xpbd.intersection_interval", "2"}, "does nothing with --grid");
-  refused({"--xpbd.air_density", "2"}, "--xpbd.drag or --xpbd.lift");
-  for (const char* option : {"--xpbd.friction", "--xpbd.thickness", "--xpbd.contact_reach"}) {
+  refused({"--grid", "--intersection_interval", "2"}, "does nothing with --grid");
+  refused({"--air_density", "2"}, "--drag or --lift");
+  for (const char* option : {"--friction", "--thickness", "--contact_reach"}) {
     const ChildResult alone_with = alone({option, "0.03"});
     EXPECT_EQ(alone_with.exit_code, 2) << option;
     EXPECT_THAT(alone_with.err, HasSubstr("are of contact with a body"));
@@ -235,7 +235,7 @@ TEST_F(Simulate, ConflictingOptions_AreRefusedBeforeReading) {
   refused({"--relax"}, "give --body");
   refused({"--pin_top", "0.1"}, "give --body");
   refused({"--motion", "walk.bvh"}, "--motion takes a --body");
-  refused({"--wind", "[0, 5]", "--xpbd.drag", "1"}, "three numbers");
+  refused({"--wind", "[0, 5]", "--drag", "1"}, "three numbers");
   refused({"--material.stretch_warp", "0"}, "nothing would hold the cloth together");
   refused({"--xpbd.vectors", "avx2", "--xpbd.precision", "double"}, "precision \"float\" alone");
   for (const char* name : {"--body", "--motion", "--format", "--material"}) {
@@ -260,7 +260,7 @@ TEST_F(Simulate, ConflictingOptions_AreRefusedBeforeATakenPlace) {
   };
   refused({"--relax"}, "give --body");
   refused({"--motion", "walk.bvh"}, "--motion takes a --body");
-  refused({"--wind", "[0, 5]", "--xpbd.drag", "1"}, "three numbers");
+  refused({"--wind", "[0, 5]", "--drag", "1"}, "three numbers");
   refused({"--grid", "--format", "ply"}, "leave --format out");
   refused({}, "already exists");
 }
@@ -454,7 +454,7 @@ TEST_F(Simulate, BadMaterialsAndOptions_AreRefused) {
   refused({"--format", "fbx"}, "fbx");
   refused({"--wind", "[1, 2]"}, "three numbers");
   refused({"--wind", "[nan, 0, 0]"}, "wind");
-  refused({"--wind", "[0, 0, 5]"}, "--xpbd.drag");
+  refused({"--wind", "[0, 0, 5]"}, "--drag");
   refused({"--membrane", "strain"}, "rest shape", 3);
   refused({"--shear", "sideways"}, "sideways");
   refused({"--max_hinge_weight", "1"}, "max_hinge_weight");

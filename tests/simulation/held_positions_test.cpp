@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <string>
 
 #include <gtest/gtest.h>
 
@@ -170,7 +171,12 @@ TEST(HeldPositions, PlacesThatPart_DoNotTearTheCloth) {
   EXPECT_LT(longest(ring_on(held, sheared)), 1.2 * rest);
 }
 
-TEST(HeldPositions, BandedSkirtOnMovingBody_StaysUpAndGoesOnWithTheSameBits) {
+class HeldSkirt : public ::testing::TestWithParam<std::string> {};
+
+INSTANTIATE_TEST_SUITE_P(Solvers, HeldSkirt, ::testing::ValuesIn(solver_names()),
+                         [](const auto& of) { return of.param == "xpbd" ? "Xpbd" : "Projective"; });
+
+TEST_P(HeldSkirt, BandOnMovingBody_StaysUpAndGoesOnWithTheSameBits) {
   const Mesh body = column();
   Garment garment = skirt(kRadius + 0.01);
   attach(garment, body, 0.01);
@@ -179,6 +185,7 @@ TEST(HeldPositions, BandedSkirtOnMovingBody_StaysUpAndGoesOnWithTheSameBits) {
   Cloth cloth = make_cloth(garment);
   cloth.attachments.clear();  // their vertices stay fixed, and go where they are held
   SolverOptions options;
+  options.name = GetParam();
   options.time_step = 1.0 / 60;
   options.substeps = 10;
   const auto at = [&](int frame) -> Points {
@@ -205,6 +212,28 @@ TEST(HeldPositions, BandedSkirtOnMovingBody_StaysUpAndGoesOnWithTheSameBits) {
   for (int i = 0; i < kAround; ++i) {
     EXPECT_LT((end.positions.row(12 * kAround + i) - there.row(12 * kAround + i)).norm(), 1e-5);
   }
+  EXPECT_GT(end.positions.col(1).minCoeff(), there(12 * kAround, 1) - 0.4) << "it hangs there";
+}
+
+// As `drape` leaves it to the cloth's own attachments.
+TEST_P(HeldSkirt, AttachmentsAlone_HoldItOnMovingBody) {
+  const Mesh body = column();
+  Garment garment = skirt(kRadius + 0.01);
+  attach(garment, body, 0.01);
+  SolverOptions options;
+  options.name = GetParam();
+  const auto solver = create_solver({make_cloth(garment), body.faces}, options);
+  Control control;
+  control.body_end = body.vertices;
+  for (int frame = 1; frame <= 20; ++frame) {
+    control.body_start = control.body_end;
+    control.body_end.rowwise() += Eigen::RowVector3d(0.004, 0.01, 0);
+    solver->step(control);
+  }
+  const Points there = held_positions(held_of(garment), control.body_end, body.faces);
+  const Points end = solver->state().positions;
+  EXPECT_LT((end - there).middleRows(12 * kAround, kAround).rowwise().norm().maxCoeff(), 1e-5);
+  EXPECT_NEAR(end.col(1).minCoeff(), 0.2 - 0.3, 0.03) << "its hem went up with the body";
 }
 
 TEST(HeldPositions, BandOfNoVertex_IsRefused) {

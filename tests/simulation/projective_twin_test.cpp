@@ -123,6 +123,29 @@ TEST_F(ProjectiveTwins, ClothOnAMovingBall_Agrees) {
   }
 }
 
+TEST_F(ProjectiveTwins, StretchBeyondTheLimit_Agrees) {
+  for (const char* membrane : {"springs", "strain"}) {
+    for (const double damping : {0.0, 0.002}) {
+      ClothOptions cloth_options;
+      cloth_options.membrane = membrane;
+      TwinScene scene = scene_on_a_ball(20, cloth_options, {0, 20}, damping, 1);
+      const auto end = [&](double limit) {
+        scene.options.projective.strain_limit = limit;
+        const std::unique_ptr<Solver> solver =
+            create_solver(scene.model, scene.options, Device::Cuda);
+        for (int frame = 0; frame < 8; ++frame) {
+          solver->step(scene.control(frame));
+        }
+        return solver->state().positions;
+      };
+      constexpr double kLimit = 0.01;
+      EXPECT_GT((end(0) - end(kLimit)).rowwise().norm().maxCoeff(), 1e-4) << membrane;
+      scene.options.projective.strain_limit = kLimit;
+      EXPECT_LT(twin_distance(scene, 8), 1e-6) << membrane << damping;
+    }
+  }
+}
+
 // Springs between points anywhere, one of them alone, some fixed.
 TEST_F(ProjectiveTwins, RandomNets_Agree) {
   for (std::uint64_t seed = 1; seed <= 4; ++seed) {

@@ -55,9 +55,23 @@ TEST(SimulationDiagnostics, DisabledSelfContact_IsNamedAsRemedy) {
   std::vector<FrameReport> reports = frames(2);
   reports[1].crossings = 167;
   EXPECT_THAT(simulation_diagnostics(reports, false),
-              ElementsAre(HasSubstr("--xpbd.self-contact true")));
+              ElementsAre(HasSubstr("--self-contact true")));
   EXPECT_THAT(simulation_diagnostics(reports, true),
               ElementsAre(AllOf(HasSubstr("167"), Not(HasSubstr("self_contact")))));
+}
+
+TEST(SimulationDiagnostics, Remedies_AreOptionsOfTheSolver) {
+  std::vector<FrameReport> reports = frames(2);
+  reports[1].strain_p95 = 0.3;
+  reports[1].body_crossings = 7;
+  EXPECT_THAT(simulation_diagnostics(reports, true, {.section = "cloth"}),
+              ElementsAre(HasSubstr("more --cloth.xpbd.substeps"),
+                          HasSubstr("or --cloth.xpbd.body-edges true")));
+  SolverOptions other;
+  other.name = "projective-friction";
+  EXPECT_THAT(
+      simulation_diagnostics(reports, true, {.solver = other}),
+      ElementsAre(HasSubstr("more --projective-friction.substeps"), Not(HasSubstr("body-edges"))));
 }
 
 TEST(SimulationDiagnostics, UncountedQuantities_AreNoWarning) {

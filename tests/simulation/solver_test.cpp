@@ -1,14 +1,18 @@
 #include "simulation/solver.h"
 
 #include <cmath>
+#include <map>
 #include <memory>
 #include <string>
+#include <type_traits>
+#include <variant>
 #include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "core/renamed_options.h"
 #include "simulation/cloth_state_archive.h"
 #include "simulation/xpbd/xpbd.h"
 #include "tests/simulation/cloth_fixtures.h"
@@ -18,6 +22,7 @@ namespace atelier {
 namespace {
 
 using ::testing::Contains;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 /// A cloth of two layers that falls onto a ball which moves on.
@@ -141,42 +146,86 @@ TEST(SolverInterface, BatchOfScenes_MatchesXpbdSweep) {
   }
 }
 
-TEST(SolverOptions, Names_BeginWithTheSolver) {
+TEST(SolverOptions, OwnOptions_BeginWithTheSolver) {
   SolverOptions options;
   OptionTable table = describe(options);
-  XpbdOptions xpbd;
-  const OptionTable own = describe(xpbd);
-  ProjectiveMethodOptions method;
-  const OptionTable projective = describe_projective(xpbd, method);
-  ASSERT_EQ(table.fields.size(), 1 + own.fields.size() + projective.fields.size());
-  EXPECT_EQ(table.fields[0].name, "solver");
+  SolverOptions usual;
+  const OptionTable common = describe_common(usual);
+  const OptionTable xpbd = describe_xpbd(usual, usual.xpbd);
+  const OptionTable projective = describe_projective(usual.projective);
+  std::vector<std::string> names = {"solver"};
+  for (const OptionField& field : common.fields) {
+    names.push_back(field.name);
+  }
+  for (const OptionField& field : xpbd.fields) {
+    names.push_back("xpbd." + field.name);
+  }
+  for (const OptionField& field : projective.fields) {
+    names.push_back("projective_friction." + field.name);
+  }
+  ASSERT_EQ(table.fields.size(), names.size());
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    EXPECT_EQ(table.fields[i].name, names[i]);
+  }
   EXPECT_EQ(table.fields[0].choices, solver_names());
-  for (std::size_t i = 0; i < own.fields.size(); ++i) {
-    const OptionField& field = table.fields[1 + i];
-    EXPECT_EQ(field.name, "xpbd." + own.fields[i].name);
-    EXPECT_EQ(option_text(field), option_text(own.fields[i])) << own.fields[i].name;
-  }
-  for (std::size_t i = 0; i < projective.fields.size(); ++i) {
-    EXPECT_EQ(table.fields[1 + own.fields.size() + i].name,
-              "projective_friction." + projective.fields[i].name);
-  }
-  // What is common is one value.
-  EXPECT_EQ(set_option(table, "projective_friction.friction", "0.7"), "");
+  EXPECT_EQ(set_option(table, "friction", "0.7"), "");
   EXPECT_EQ(set_option(table, "projective_friction.iterations", "3"), "");
+  EXPECT_EQ(set_option(table, "xpbd.iterations", "7"), "");
   EXPECT_EQ(set_option(table, "solver", "projective-friction"), "");
+  EXPECT_EQ(options.name, "projective-friction");
   EXPECT_EQ(options.friction, 0.7);
   EXPECT_EQ(options.projective.iterations, 3);
-  EXPECT_NE(options.xpbd.iterations, 3);
-  EXPECT_EQ(solver_flag("self_contact", "", options), "--projective-friction.self-contact");
-  options = {};
-  OptionTable fewer = describe(options, {"time_step", "report"});
-  EXPECT_EQ(fewer.fields.size(), table.fields.size() - 4);
-  EXPECT_EQ(set_option(fewer, "xpbd.iterations", "7"), "");
-  EXPECT_EQ(set_option(fewer, "xpbd.thickness", "0.003"), "");
   EXPECT_EQ(xpbd_options(options).iterations, 7);
-  EXPECT_EQ(xpbd_options(options).thickness, 0.003);
-  EXPECT_EQ(solver_flag("self_contact"), "--xpbd.self-contact");
-  EXPECT_EQ(solver_flag("", "cloth"), "--cloth.xpbd.");
+  EXPECT_EQ(xpbd_options(options).friction, 0.7);
+  EXPECT_EQ(describe(options, {"time_step", "report"}).fields.size(), table.fields.size() - 2);
+}
+
+TEST(SolverOptions, ValuesOfEverySolver_HaveOneName) {
+  SolverOptions options;
+  std::map<const void*, std::string> names;  // by the place of the value
+  for (const OptionField& field : describe(options).fields) {
+    const void* const place = std::visit(
+        [](const auto& target) -> const void* {
+          if constexpr (std::is_pointer_v<std::decay_t<decltype(target)>>) {
+            return target;
+          }
+          return nullptr;
+        },
+        field.target);
+    ASSERT_NE(place, nullptr) << field.name;
+    EXPECT_TRUE(names.try_emplace(place, field.name).second)
+        << field.name << " is " << names[place];
+  }
+}
+
+TEST(SolverOptions, NamesThatWereASolvers_AreUnderstood) {
+  SolverOptions options;
+  OptionTable table;
+  table.add("cloth", describe(options));
+  EXPECT_EQ(set_option(table, "cloth.xpbd.friction", "0.7"), "");
+  EXPECT_EQ(set_option(table, "cloth.projective_friction.self_contact", "true"), "");
+  EXPECT_EQ(options.friction, 0.7);
+  EXPECT_TRUE(options.self_contact);
+  EXPECT_THAT(table.notices,
+              ElementsAre("cloth.xpbd.friction is now cloth.friction",
+                          "cloth.projective_friction.self_contact is now cloth.self_contact"));
+  SolverOptions usual;
+  for (const OptionField& field : describe_common(usual).fields) {
+    for (const std::string solver : {"xpbd.", "projective_friction."}) {
+      EXPECT_EQ(renamed_option(solver + field.name, {field.name}), field.name);
+    }
+  }
+}
+
+TEST(SolverOptions, Flag_IsThatOfTheSolverInUse) {
+  SolverOptions options;
+  EXPECT_EQ(solver_flag("self_contact"), "--self-contact");
+  EXPECT_EQ(solver_flag("substeps", "cloth"), "--cloth.xpbd.substeps");
+  EXPECT_EQ(solver_flag("body_edges"), "--xpbd.body-edges");
+  options.name = "projective-friction";
+  EXPECT_EQ(solver_flag("self_contact", "cloth", options), "--cloth.self-contact");
+  EXPECT_EQ(solver_flag("substeps", "", options), "--projective-friction.substeps");
+  EXPECT_EQ(solver_flag("body_edges", "", options), "");
 }
 
 TEST(SolverOptions, IdleOnADevice_AreNamed) {
@@ -237,13 +286,10 @@ TEST(SolverInterface, ProjectiveBatch_VariesStiffnessAndFriction) {
 TEST(SolverRefused, ConflictingOptions_Throw) {
   SolverScene scene;
   scene.options.name = "projective-friction";
+  scene.options.projective.strain_limit = 0.05;
   for (const Device device : {Device::Cpu, Device::Cuda}) {
     EXPECT_EQ(solver_conflict(scene.options, device), "");
   }
-  scene.options.projective.strain_limit = 0.05;
-  EXPECT_EQ(solver_conflict(scene.options, Device::Cpu), "");
-  EXPECT_NE(solver_conflict(scene.options, Device::Cuda).find("strain_limit"), std::string::npos);
-  EXPECT_THROW(create_solver(scene.model, scene.options, Device::Cuda), LogicError);
   scene.options.name = "xpbd";
   scene.options.xpbd.vectors = "avx2";
   scene.options.xpbd.precision = "double";

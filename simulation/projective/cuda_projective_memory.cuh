@@ -1,0 +1,102 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "simulation/contact/body_encounter.h"
+#include "simulation/projective/cuda_projective.cuh"
+#include "simulation/projective/elastic_rows.h"
+#include "simulation/projective/inverse_factor.h"
+#include "simulation/xpbd/prepared_cloth.h"
+
+namespace atelier {
+
+/// W on the device.
+class DeviceInverse {
+ public:
+  explicit DeviceInverse(const InverseFactor& factor);
+
+  InverseView view() const {
+    return {values_.data(),   items_.data(),
+            long_items_,      static_cast<int>(items_.size()),
+            tiles_.data(),    static_cast<int>(tiles_.size()),
+            tile_rows_.data()};
+  }
+  /// Into which the products of a row are cut at most.
+  int chunks() const { return chunks_; }
+  int tiles() const { return static_cast<int>(tiles_.size()); }
+
+ private:
+  CudaBuffer<float> values_;
+  CudaBuffer<RowsItem> items_;
+  CudaBuffer<ColumnsTile> tiles_;
+  CudaBuffer<TileRow> tile_rows_;
+  int long_items_ = 0;
+  int chunks_ = 0;
+};
+
+/// For every particle the rows that it is in.
+struct RowEntries {
+  std::vector<int> begin;  ///< [V + 1]
+  std::vector<int> row;
+  std::vector<double> weight;
+};
+
+/// What of a cloth never changes, on the host.
+struct PreparedProjective {
+  /// Substeps of `h` s; `strain_limit`: of ProjectiveMethodOptions.
+  PreparedProjective(const Cloth& cloth, double strain_limit, double h);
+
+  PreparedCloth<double> particles;
+  ElasticRows rows;
+  RowEntries entries;
+  std::vector<double> mass;
+  std::optional<InverseFactor> inverse;
+  std::vector<int> place;     ///< of particles among the unknowns, -1: fixed
+  std::vector<int> particle;  ///< of unknowns
+};
+
+/// That on the device.
+struct DeviceProjective {
+  explicit DeviceProjective(const PreparedProjective& p);
+
+  ElasticView elastic(const ElasticRows& of) const;
+
+  CudaBuffer<ElasticRow> rows;
+  CudaBuffer<double> spring_rest, bend_rest;
+  CudaBuffer<std::array<double, 3>> yarn_moduli;
+  CudaBuffer<int> begin, row;
+  CudaBuffer<double> weight;
+  CudaBuffer<int> place, particle;
+  CudaBuffer<double> mass;
+  CudaBuffer<int> tether_anchor;
+  CudaBuffer<double> tether_length;
+  DeviceInverse inverse;
+};
+
+/// What changes.
+struct MovingProjective {
+  static constexpr int kAllFinite = std::numeric_limits<int>::max();
+
+  /// `n` particles, `unknowns` of them free; `window`: iterations that are combined.
+  MovingProjective(std::size_t n, std::size_t unknowns, const DeviceInverse& inverse,
+                   std::size_t window, bool with_body);
+
+  CudaBuffer<Vec4<double>> x, velocity, frame_start, frame_velocity, origin, start, wish, v, at,
+      impulses, target, air;
+  CudaBuffer<VelocityBound> bounds;
+  CudaBuffer<Vec4<float>> right, partial;
+  CudaBuffer<Vec4<double>> change, last_change, last_next, of_change, of_next;
+  CudaBuffer<double> dots;
+  CudaBuffer<AndersonMemory> memory;
+  CudaBuffer<int> touched, touch_counts, touch_items;
+  CudaBuffer<BodyOutlook<double>> outlook;
+  CudaBuffer<int> candidates;
+  CudaBuffer<double> depth;
+  CudaBuffer<int> bad;
+};
+
+}  // namespace atelier
