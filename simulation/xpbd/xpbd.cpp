@@ -297,6 +297,7 @@ ClothSolver::ClothSolver(const Cloth& cloth, const Triangles& body_faces,
                options.self_contact ? kept_self_thickness(cloth, options) : 0},
       intersection_interval_(options.intersection_interval) {
   check_setup(options, {ClothVariation{}}, device);
+  ATELIER_CHECK(cloth.curvatures.empty(), "XPBD has hinges, not curvatures of vertices");
   backend_ = device == Device::Cpu
                  ? make_cpu_backend(cloth, {}, body_faces, options)
                  : make_cuda_backend(cloth, {ClothVariation{}}, body_faces, options);
