@@ -4,12 +4,13 @@
 //   projective_tables speed          ms a step of ten iterations, one and two threads, XPBD beside
 //   projective_tables rest FILE      rest shape: flat panel, or 3D template
 //   projective_tables other FILE     beside the cloth of the method's authors' program
+//   projective_tables forces FILE    stiffnesses of that cloth, from its motion alone
 //
 // FILE: a sequence.npz with body_vertices, body_faces, cloth_vertices, cloth_faces, cloth_uv,
 // cloth_seams, cloth_attached and fps.
 
 #include <CLI/CLI.hpp>
-#include <Eigen/Geometry>
+#include <Eigen/Dense>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -20,15 +21,16 @@
 #include <numbers>
 #include <set>
 
-#include "core/io/npz.h"
 #include "core/parallel.h"
-#include "core/tensor.h"
 #include "simulation/contact/crossings.h"
 #include "simulation/projective/projective.h"
 #include "simulation/xpbd/xpbd.h"
+#include "tests/simulation/foreign_skirt.h"
 
 namespace atelier {
 namespace {
+
+using namespace fixtures;
 
 /// `side` x `side` vertices in the plane y = 0 about the origin, diagonals in turn.
 Mesh square_sheet(int side, double size) {
@@ -181,23 +183,27 @@ struct StepTime {
   double ms, processor_ms;
 };
 
-/// Of `steps` steps, after some to fall by.
-template <class Step>
-StepTime time_of(int fall, int steps, const Step& step) {
-  for (int i = 0; i < fall; ++i) {
-    step();
+constexpr int kStepsOfFrame = 5;
+
+/// A step of `steps` steps, in frames of kStepsOfFrame, after some to fall by.
+template <class Frame>
+StepTime time_of(int fall, int steps, const Frame& frame) {
+  for (int i = 0; i < fall; i += kStepsOfFrame) {
+    frame();
   }
+  const int frames = (steps + kStepsOfFrame - 1) / kStepsOfFrame;
   std::vector<double> ms;
   const std::clock_t processor = std::clock();
-  for (int i = 0; i < steps; ++i) {
+  for (int i = 0; i < frames; ++i) {
     const auto begin = std::chrono::steady_clock::now();
-    step();
+    frame();
     const auto end = std::chrono::steady_clock::now();
-    ms.push_back(std::chrono::duration<double, std::milli>(end - begin).count());
+    ms.push_back(std::chrono::duration<double, std::milli>(end - begin).count() / kStepsOfFrame);
   }
-  std::nth_element(ms.begin(), ms.begin() + steps / 2, ms.end());
-  return {ms[static_cast<std::size_t>(steps / 2)],
-          1e3 * static_cast<double>(std::clock() - processor) / CLOCKS_PER_SEC / steps};
+  std::nth_element(ms.begin(), ms.begin() + frames / 2, ms.end());
+  return {ms[static_cast<std::size_t>(frames / 2)],
+          1e3 * static_cast<double>(std::clock() - processor) / CLOCKS_PER_SEC / frames /
+              kStepsOfFrame};
 }
 
 void print_speed(int side, int steps) {
@@ -206,8 +212,10 @@ void print_speed(int side, int steps) {
   garment.mesh.vertices.col(1).array() += 0.302;
   const Cloth cloth = make_cloth(garment);
   const Mesh ball = ball_mesh(0.3, 50);
-  std::printf("%d vertices on a ball of %d triangles, steps of 1/300 s of 10 iterations.\n\n",
-              side * side, static_cast<int>(ball.faces.rows()));
+  std::printf(
+      "%d vertices on a ball of %d triangles, frames of %d steps of 1/300 s of 10 "
+      "iterations.\n\n",
+      side * side, static_cast<int>(ball.faces.rows()), kStepsOfFrame);
   std::printf(
       "| solver | self-contact | threads | ms a step | ms of processor | Coulomb's law | momentum "
       "| spring "
@@ -217,7 +225,7 @@ void print_speed(int side, int steps) {
     for (const int threads : {1, 2}) {
       set_thread_count(threads);
       for (const int acceleration : {0, 5}) {
-        SolverOptions options = step_options(step, 1, 10);
+        SolverOptions options = step_options(step, kStepsOfFrame, 10);
         options.projective.acceleration = acceleration;
         options.self_contact = self;
         ProjectiveSolver solver(cloth, ball.faces, options);
@@ -227,7 +235,7 @@ void print_speed(int side, int steps) {
                     acceleration == 0 ? ", as published" : "", self ? "yes" : "no", threads,
                     time.ms, time.processor_ms, left.contact, left.momentum);
       }
-      SolverOptions options = step_options(step, 1, 10);
+      SolverOptions options = step_options(step, kStepsOfFrame, 10);
       options.self_contact = self;
       ClothSolver xpbd(cloth, ball.faces, xpbd_options(options));
       const StepTime time = time_of(fall, steps, [&] { xpbd.advance(at_rest(ball)); });
@@ -244,199 +252,89 @@ void print_speed(int side, int steps) {
 
 // --- another program's cloth
 
-/// The other program's material: springs of one stiffness, and a bend at every inner vertex, by
-/// mean value coordinates without a norm. On an equilateral lattice of edge l its row is sqrt(3) l
-/// times the sum of both curvatures, and a vertex has 0.87 l^2: B = 2 sqrt(3) k of the bend's
-/// stiffness k. The sequence's description has 3025 N/m and 4e-4; cloth of 3025 N/m would stretch a
-/// twentieth as much as that cloth does, and 3025 is 55 squared.
-constexpr double kForeignSpring = 55;  // N/m, unless --spring says else
-constexpr double kForeignBend = 4e-4;  // N m
-constexpr double kForeignDistance =
-    4.5e-3;  // m, nearest that its cloth is to the body at the start
-
-/// A cloth and a body that another program moved; the cloth's seams are closed.
-struct ForeignSequence {
-  std::vector<Points> body, cloth;  ///< of each frame
-  Triangles body_faces;
-  double spring = kForeignSpring;  ///< N/m
-  Garment garment;                 ///< template: the first frame; rest: the flat panel
-  std::vector<int> attached;
-  double fps = 30;
+/// Forces of springs of 1 N/m, and of bends of 1 N m, on the vertices [V,3].
+struct UnitForces {
+  Points springs, bends;
 };
-
-Triangles triangles_of(const Npz& npz, const char* name) {
-  const std::vector<std::int64_t> all = integers_of(npz.read(name));
-  Triangles faces(static_cast<Index>(all.size() / 3), 3);
-  for (Index i = 0; i < faces.size(); ++i) {
-    faces(i / 3, i % 3) = static_cast<int>(all[static_cast<std::size_t>(i)]);
+UnitForces unit_forces(const Cloth& cloth, const Points& x) {
+  UnitForces out{Points::Zero(x.rows(), 3), Points::Zero(x.rows(), 3)};
+  for (int i = 0; i < cloth.fibre_count; ++i) {
+    const ClothSpring& s = cloth.springs[i];
+    const Eigen::RowVector3d d = x.row(s.b) - x.row(s.a);
+    const Eigen::RowVector3d pull = (1 - s.rest / d.norm()) * d;
+    out.springs.row(s.a) += pull;
+    out.springs.row(s.b) -= pull;
   }
-  return faces;
-}
-
-std::vector<Points> frames_of(const Npz& npz, const char* name, const std::vector<int>& rows) {
-  const Tensor tensor = npz.read(name);
-  const std::vector<double> numbers = doubles_of(tensor);
-  const Index vertices = static_cast<Index>(tensor.shape[1]);
-  const Index count = rows.empty() ? vertices : static_cast<Index>(rows.size());
-  std::vector<Points> frames(tensor.shape[0], Points(count, 3));
-  for (std::size_t f = 0; f < frames.size(); ++f) {
-    for (Index i = 0; i < 3 * count; ++i) {
-      const Index vertex = rows.empty() ? i / 3 : rows[static_cast<std::size_t>(i / 3)];
-      const std::size_t at =
-          3 * (f * static_cast<std::size_t>(vertices) + static_cast<std::size_t>(vertex));
-      frames[f](i / 3, i % 3) = numbers[at + static_cast<std::size_t>(i % 3)];
+  for (const ClothCurvature& around : cloth.curvatures) {
+    Eigen::RowVector3d value = Eigen::RowVector3d::Zero();
+    for (std::size_t k = 0; k < around.vertices.size(); ++k) {
+      value += around.weights[k] * x.row(around.vertices[k]);
+    }
+    for (std::size_t k = 0; k < around.vertices.size(); ++k) {
+      out.bends.row(around.vertices[k]) -= around.weights[k] * value;
     }
   }
-  return frames;
-}
-
-ForeignSequence read_foreign(const std::string& file, double spring) {
-  const Npz npz(file);
-  ForeignSequence out;
-  out.spring = spring;
-  out.body_faces = triangles_of(npz, "body_faces");
-  const Triangles faces = triangles_of(npz, "cloth_faces");
-  const std::vector<double> uv = doubles_of(npz.read("cloth_uv"));
-  std::vector<int> sewn(uv.size() / 2);
-  for (std::size_t v = 0; v < sewn.size(); ++v) {
-    sewn[v] = static_cast<int>(v);
-  }
-  const std::vector<std::int64_t> seams = integers_of(npz.read("cloth_seams"));
-  for (std::size_t i = 0; i + 1 < seams.size(); i += 2) {
-    sewn[static_cast<std::size_t>(seams[i + 1])] = static_cast<int>(seams[i]);
-  }
-  std::vector<int> rows;
-  std::vector<int> number(sewn.size(), -1);
-  for (std::size_t v = 0; v < sewn.size(); ++v) {
-    if (sewn[v] == static_cast<int>(v)) {
-      number[v] = static_cast<int>(rows.size());
-      rows.push_back(static_cast<int>(v));
-    }
-  }
-  out.body = frames_of(npz, "body_vertices", {});
-  out.cloth = frames_of(npz, "cloth_vertices", rows);
-  out.garment.name = "skirt";
-  out.garment.mesh.vertices = out.cloth[0];
-  out.garment.mesh.faces = faces;
-  for (Index i = 0; i < faces.size(); ++i) {
-    int& corner = out.garment.mesh.faces(i / 3, i % 3);
-    corner = number[static_cast<std::size_t>(sewn[static_cast<std::size_t>(corner)])];
-  }
-  out.garment.rest.resize(static_cast<Index>(uv.size() / 2), 2);
-  for (Index i = 0; i < out.garment.rest.size(); ++i) {
-    out.garment.rest(i / 2, i % 2) = uv[static_cast<std::size_t>(i)];
-  }
-  out.garment.rest_faces = faces;
-  std::set<int> attached;
-  for (const std::int64_t v : integers_of(npz.read("cloth_attached"))) {
-    attached.insert(number[static_cast<std::size_t>(sewn[static_cast<std::size_t>(v)])]);
-  }
-  out.attached.assign(attached.begin(), attached.end());
-  out.fps = doubles_of(npz.read("fps")).at(0);
   return out;
 }
 
-/// What a frame looks like as a whole.
-struct ClothFigures {
-  double strain = 0;      ///< mean |length / flat length - 1| of edges
-  double area = 0;        ///< m2
-  double silhouette = 0;  ///< m2, shadow along z
-  double hem = 0;         ///< m, height of the lowest twentieth of vertices
-};
-
-double shadow_along_z(const Points& x, const Triangles& faces) {
-  constexpr double kCell = 2.5e-3;
-  std::set<std::pair<int, int>> dark;
-  for (Index f = 0; f < faces.rows(); ++f) {
-    const Eigen::Vector2d a = x.row(faces(f, 0)).head<2>().transpose();
-    const Eigen::Vector2d b = x.row(faces(f, 1)).head<2>().transpose();
-    const Eigen::Vector2d c = x.row(faces(f, 2)).head<2>().transpose();
-    const Eigen::Vector2d low = a.cwiseMin(b).cwiseMin(c) / kCell;
-    const Eigen::Vector2d high = a.cwiseMax(b).cwiseMax(c) / kCell;
-    const auto side = [](const Eigen::Vector2d& p, const Eigen::Vector2d& q,
-                         const Eigen::Vector2d& at) {
-      return (q.x() - p.x()) * (at.y() - p.y()) - (q.y() - p.y()) * (at.x() - p.x());
-    };
-    for (int j = static_cast<int>(std::floor(low.y())); j <= static_cast<int>(high.y()); ++j) {
-      for (int i = static_cast<int>(std::floor(low.x())); i <= static_cast<int>(high.x()); ++i) {
-        const Eigen::Vector2d at(kCell * (i + 0.5), kCell * (j + 0.5));
-        const double s[3] = {side(a, b, at), side(b, c, at), side(c, a, at)};
-        if ((s[0] >= 0 && s[1] >= 0 && s[2] >= 0) || (s[0] <= 0 && s[1] <= 0 && s[2] <= 0)) {
-          dark.emplace(i, j);
+/// Stiffnesses from the file alone, by least squares over its frames: what moves the cloth below a
+/// ring of the skirt, less its weight, is what springs and bends pull across the ring. Contact with
+/// the body is left out.
+void print_forces(const ForeignSequence& sequence) {
+  const Cloth cloth = published_cloth(sequence);
+  const std::vector<Points>& x = sequence.cloth;
+  std::vector<double> radius(cloth.mass.size());
+  for (Index i = 0; i < sequence.garment.rest_faces.size(); ++i) {
+    radius[static_cast<std::size_t>(sequence.garment.mesh.faces(i / 3, i % 3))] =
+        sequence.garment.rest.row(sequence.garment.rest_faces(i / 3, i % 3)).norm();
+  }
+  std::vector<UnitForces> forces;
+  for (const Points& frame : x) {
+    forces.push_back(unit_forces(cloth, frame));
+  }
+  std::printf(
+      "| ring at m of radius | springs N/m | bends N m | of the force is left |\n"
+      "|---|---|---|---|\n");
+  for (const double ring : {0.3, 0.4, 0.5, 0.6, 0.7, 0.74}) {
+    Eigen::MatrixXd matrix(3 * (static_cast<Index>(x.size()) - 2), 2);
+    Eigen::VectorXd moves(matrix.rows());
+    for (std::size_t f = 1; f + 1 < x.size(); ++f) {
+      // Second differences are means over two frames, with these weights of three forces.
+      const auto mean_below = [&](Points UnitForces::*of) {
+        Eigen::RowVector3d sum = Eigen::RowVector3d::Zero();
+        for (std::size_t v = 0; v < radius.size(); ++v) {
+          const Index row = static_cast<Index>(v);
+          if (radius[v] > ring) {
+            sum += ((forces[f - 1].*of).row(row) + 4 * (forces[f].*of).row(row) +
+                    (forces[f + 1].*of).row(row)) /
+                   6;
+          }
+        }
+        return sum;
+      };
+      Eigen::RowVector3d needed = Eigen::RowVector3d::Zero();
+      for (std::size_t v = 0; v < radius.size(); ++v) {
+        const Index row = static_cast<Index>(v);
+        if (radius[v] > ring) {
+          needed +=
+              cloth.mass[v] * (sequence.fps * sequence.fps *
+                                   (x[f + 1].row(row) - 2 * x[f].row(row) + x[f - 1].row(row)) +
+                               Eigen::RowVector3d(0, 9.81, 0));
         }
       }
+      const Index at = 3 * (static_cast<Index>(f) - 1);
+      matrix.block<3, 1>(at, 0) = mean_below(&UnitForces::springs).transpose();
+      matrix.block<3, 1>(at, 1) = mean_below(&UnitForces::bends).transpose();
+      moves.segment<3>(at) = needed.transpose();
     }
+    const Eigen::Vector2d found = matrix.colPivHouseholderQr().solve(moves);
+    std::printf("| %.2f | %.1f | %.2g | %.2f |\n", ring, found[0], found[1],
+                (matrix * found - moves).norm() / moves.norm());
   }
-  return kCell * kCell * static_cast<double>(dark.size());
-}
-
-ClothFigures figures_of(const Points& x, const Cloth& flat) {
-  ClothFigures out;
-  for (int i = 0; i < flat.fibre_count; ++i) {
-    const ClothSpring& s = flat.springs[i];
-    out.strain += std::abs((x.row(s.a) - x.row(s.b)).norm() / s.rest - 1) / flat.fibre_count;
-  }
-  for (Index f = 0; f < flat.faces.rows(); ++f) {
-    const Eigen::Vector3d e1 = (x.row(flat.faces(f, 1)) - x.row(flat.faces(f, 0))).transpose();
-    const Eigen::Vector3d e2 = (x.row(flat.faces(f, 2)) - x.row(flat.faces(f, 0))).transpose();
-    out.area += 0.5 * e1.cross(e2).norm();
-  }
-  out.silhouette = shadow_along_z(x, flat.faces);
-  std::vector<double> heights(x.col(1).data(), x.col(1).data() + x.rows());
-  std::sort(heights.begin(), heights.end());
-  const std::size_t lowest = std::max<std::size_t>(1, heights.size() / 20);
-  for (std::size_t i = 0; i < lowest; ++i) {
-    out.hem += heights[i] / static_cast<double>(lowest);
-  }
-  return out;
-}
-
-Cloth foreign_cloth(const ForeignSequence& sequence, const ClothOptions& options = {}) {
-  Garment garment = sequence.garment;
-  garment.material = {};
-  garment.material.density = 0.2;
-  garment.material.friction = 0.3;
-  garment.material.thickness = kForeignDistance;
-  garment.material.damping = 0;
-  garment.material.bending = 2 * std::sqrt(3.0) * kForeignBend;
-  garment.material.stretch_warp = garment.material.stretch_weft = sequence.spring;
-  Cloth cloth = make_cloth(garment, sequence.attached, options);
-  for (int i = 0; i < cloth.fibre_count; ++i) {
-    cloth.springs[i].stiffness = sequence.spring;
-  }
-  return cloth;
-}
-
-SolverOptions foreign_options() {
-  SolverOptions options = step_options(1.0 / 480, 16, 32);
-  options.self_contact = true;
-  options.self_thickness = 4e-3;
-  options.xpbd.iterations = 4;
-  options.xpbd.precision = "double";
-  return options;
-}
-
-/// Frames 0 to `last`; `advance(control)` moves the cloth by one.
-template <class Advance>
-void replay(const ForeignSequence& sequence, int last, const Advance& advance) {
-  for (int f = 0; f < last; ++f) {
-    Control control;
-    control.body_start = sequence.body[static_cast<std::size_t>(f)];
-    control.body_end = sequence.body[static_cast<std::size_t>(f) + 1];
-    control.pin_targets = sequence.cloth[static_cast<std::size_t>(f) + 1];
-    advance(control, f + 1);
-  }
-}
-
-ClothState start_of(const ForeignSequence& sequence) {
-  ClothState state;
-  state.positions = sequence.cloth[0];
-  state.velocities = sequence.fps * (sequence.cloth[1] - sequence.cloth[0]);
-  return state;
 }
 
 void print_beside(const ForeignSequence& sequence, int last) {
-  const Cloth cloth = foreign_cloth(sequence);
+  const Cloth cloth = published_cloth(sequence);
   std::printf(
       "%d vertices, %d frames from the same start, on the same body.\n\n| cloth | frame | mean "
       "distance mm | strain %% | area m2 | silhouette m2 | hem m | crossings |\n"
@@ -465,7 +363,7 @@ void print_beside(const ForeignSequence& sequence, int last) {
       }
     });
   }
-  ClothSolver xpbd(cloth, sequence.body_faces, xpbd_options(foreign_options()));
+  ClothSolver xpbd(foreign_cloth(sequence), sequence.body_faces, xpbd_options(foreign_options()));
   xpbd.set_state(start_of(sequence));
   replay(sequence, last, [&](const Control& control, int f) {
     xpbd.advance(control);
@@ -522,20 +420,23 @@ void print_rest_shapes(const ForeignSequence& sequence, int last) {
 
 int main(int argc, char** argv) {
   int side = 100;
-  int steps = 15;
+  int steps = 40;
   int frames = 20;
-  double spring = atelier::kForeignSpring;
+  double spring = atelier::fixtures::kForeignSpring;
   std::string file;
   CLI::App app("Tables of projective dynamics with dry friction");
   app.require_subcommand(1);
+  CLI::App* forces = app.add_subcommand("forces", "Stiffnesses of the authors' cloth");
   const CLI::App* residual = app.add_subcommand("residual", "Coulomb's law by iterations");
   CLI::App* speed = app.add_subcommand("speed", "ms a step");
   speed->add_option("--side", side, "Vertices of a side of the sheet")->check(CLI::Range(4, 1000));
   speed->add_option("--steps", steps, "Steps that are timed")->check(CLI::Range(1, 10000));
   CLI::App* rest = app.add_subcommand("rest", "Rest shapes");
   CLI::App* other = app.add_subcommand("other", "Beside the authors' program");
-  for (CLI::App* of_file : {rest, other}) {
+  for (CLI::App* of_file : {rest, other, forces}) {
     of_file->add_option("file", file, "sequence.npz")->required()->check(CLI::ExistingFile);
+  }
+  for (CLI::App* of_file : {rest, other}) {
     of_file->add_option("--frames", frames, "Frames that are simulated")->check(CLI::Range(1, 50));
     of_file->add_option("--spring", spring, "N/m of an edge")->check(CLI::Range(1.0, 1e5));
   }
@@ -545,10 +446,12 @@ int main(int argc, char** argv) {
       atelier::print_residuals();
     } else if (*speed) {
       atelier::print_speed(side, steps);
+    } else if (*forces) {
+      atelier::print_forces(atelier::fixtures::read_foreign(file, spring));
     } else if (*rest) {
-      atelier::print_rest_shapes(atelier::read_foreign(file, spring), frames);
+      atelier::print_rest_shapes(atelier::fixtures::read_foreign(file, spring), frames);
     } else {
-      atelier::print_beside(atelier::read_foreign(file, spring), frames);
+      atelier::print_beside(atelier::fixtures::read_foreign(file, spring), frames);
     }
   } catch (const std::exception& error) {
     std::fprintf(stderr, "%s\n", error.what());

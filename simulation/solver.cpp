@@ -63,6 +63,8 @@ std::unique_ptr<Solver> projective_friction(const SimulationModel& model,
   const std::string conflict = solver_conflict(options, device);
   ATELIER_CHECK(conflict.empty(), conflict);
   if (device == Device::Cuda) {
+    ATELIER_CHECK(model.cloth.curvatures.empty(),
+                  "curvatures of vertices are solved on the CPU alone");
     return std::make_unique<ProjectiveFrictionSolver<ProjectiveCudaSolver>>(model, options, device);
   }
   return std::make_unique<ProjectiveFrictionSolver<ProjectiveSolver>>(model, options, device);

@@ -532,6 +532,12 @@ Cloth join_cloths(const std::vector<Cloth>& cloths, const ScheduleOptions& sched
       h.right += v0;
       out.hinges.push_back(h);
     }
+    for (ClothCurvature around : c.curvatures) {
+      for (int& vertex : around.vertices) {
+        vertex += v0;
+      }
+      out.curvatures.push_back(std::move(around));
+    }
     for (ClothStrain s : c.strains) {
       s.v0 += v0;
       s.v1 += v0;

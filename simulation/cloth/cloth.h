@@ -24,6 +24,14 @@ struct ClothHinge {
   double stiffness;  ///< N m
 };
 
+/// Resistance to bending around a vertex: energy 1/2 stiffness |sum weight x|^2, linear in the
+/// positions and at rest where the sum is zero. Only projective dynamics on the CPU has it.
+struct ClothCurvature {
+  std::vector<int> vertices;
+  std::vector<double> weights;  ///< of each vertex; their sum is 0
+  double stiffness;             ///< N m for weights in 1/m
+};
+
 /// Orthotropic membrane of one triangle, from its flat rest shape.
 struct ClothStrain {
   int v0, v1, v2;
@@ -81,6 +89,7 @@ struct Cloth {
   int fibre_count = 0;   ///< number of springs along mesh edges, of which strain is reported
   int sewing_begin = 0;  ///< index of the first sewing spring
   std::vector<ClothHinge> hinges;
+  std::vector<ClothCurvature> curvatures;  ///< make_cloth makes none
   std::vector<ClothStrain> strains;
   std::vector<ClothTether> tethers;
   std::vector<Attachment> attachments;  ///< of fixed vertices that move with body triangles

@@ -79,7 +79,8 @@ void ContactImpulses::begin_step(const std::vector<TouchedBody>& body,
   inverse_mass_ = inverse_mass;
   body_.clear();
   for (const TouchedBody& contact : body) {
-    body_.push_back({contact, 1 / inverse_mass[contact.particle]});
+    const bool gentle = !gentle_.empty() && gentle_[contact.particle] != 0;
+    body_.push_back({contact, 1 / inverse_mass[contact.particle], {}, gentle});
   }
   sort_into_batches(cloth);
 }
@@ -134,10 +135,25 @@ void ContactImpulses::sort_into_batches(const std::vector<TouchedCloth>& cloth) 
   }
 }
 
+/// Impulses of gentle contacts, which stay so in the iteration.
+void ContactImpulses::begin_gently(const std::vector<Vec4<double>>& now) {
+  for (BodyImpulse& c : body_) {
+    if (c.gentle) {
+      const Vec3d v = xyz(now[c.contact.particle]);
+      const Vec3d lacks = lacking_velocity(relative_to_body(c.contact, v), c.contact.normal,
+                                           least_relative(c.contact));
+      c.impulse = coulomb_impulse(c.impulse + c.mass * lacks, c.contact.normal, friction_.body);
+    }
+  }
+}
+
 void ContactImpulses::hold_body(std::vector<Vec4<double>>& velocity) {
   parallel_for(static_cast<Index>(body_.size()), kImpulseGrain, [&](Index begin, Index end) {
     for (Index k = begin; k < end; ++k) {
       BodyImpulse& c = body_[k];
+      if (c.gentle) {
+        continue;
+      }
       Vec4<double>& v = velocity[c.contact.particle];
       const Vec3d lacks = lacking_velocity(relative_to_body(c.contact, xyz(v)), c.contact.normal,
                                            least_relative(c.contact));
@@ -170,7 +186,9 @@ void ContactImpulses::hold_batch(std::size_t batch, std::vector<Vec4<double>>& v
   });
 }
 
-void ContactImpulses::hold(std::vector<Vec4<double>>& velocity) {
+void ContactImpulses::hold(std::vector<Vec4<double>>& velocity,
+                           const std::vector<Vec4<double>>& now) {
+  begin_gently(now);
   // Where the last iteration left off.
   for (const BodyImpulse& c : body_) {
     Vec4<double>& v = velocity[c.contact.particle];

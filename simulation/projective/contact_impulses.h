@@ -1,5 +1,6 @@
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "simulation/projective/body_contacts.h"
@@ -18,12 +19,18 @@ namespace atelier {
 /// held, come first, then those of cloth on that, and so on; in a level, contacts of one colour
 /// share no particle. Impulses of the iteration before are where the next one begins (projected
 /// Gauss-Seidel). So the bits do not depend on the number of threads.
+///
+/// Light particles of stiff cloth are held gently: where the cloth pulls with thirty thousand
+/// times what their mass resists, an impulse that cancels all of the pull would throw the rest of
+/// the cloth about long before iterations take it back. Their impulses only grow by what their own
+/// mass lacks of the bound in each iteration (Uzawa's method), and end at the same Coulomb's law.
 class ContactImpulses {
  public:
   struct BodyImpulse {
     TouchedBody contact;
     double mass;      ///< kg of the particle
     Vec3d impulse{};  ///< N s
+    bool gentle = false;
   };
   struct ClothImpulse {
     TouchedCloth contact;
@@ -35,12 +42,16 @@ class ContactImpulses {
     double body, cloth;
   };
 
+  /// From now on the particles [V] that are 1 are held gently by the body.
+  void hold_gently(std::vector<char> particles) { gentle_ = std::move(particles); }
+
   /// Contacts of a step; `inverse_mass` [V] 1/kg, 0 of particles that are held.
   void begin_step(const std::vector<TouchedBody>& body, const std::vector<TouchedCloth>& cloth,
                   const Frictions& friction, const std::vector<double>& inverse_mass);
 
-  /// Sets impulses and adds what they do to the velocities [V] that particles have without.
-  void hold(std::vector<Vec4<double>>& velocity);
+  /// Sets impulses and adds what they do to the velocities [V] that particles have without; `now`
+  /// [V]: those of the iteration, which gentle contacts look at.
+  void hold(std::vector<Vec4<double>>& velocity, const std::vector<Vec4<double>>& now);
 
   /// Alart and Curnier's residual, the root of the mean square over contacts with the body, of
   /// impulses that the momentum balance implies (`implied` [V], N s) and the velocities `v`, as a
@@ -55,6 +66,7 @@ class ContactImpulses {
 
  private:
   void sort_into_batches(const std::vector<TouchedCloth>& cloth);
+  void begin_gently(const std::vector<Vec4<double>>& now);
   void hold_body(std::vector<Vec4<double>>& velocity);
   void hold_batch(std::size_t batch, std::vector<Vec4<double>>& velocity);
 
@@ -62,6 +74,7 @@ class ContactImpulses {
   std::vector<ClothImpulse> cloth_;  ///< batch after batch
   std::vector<int> batch_begin_;     ///< [batches + 1] in `cloth_`
   std::vector<char> shares_;         ///< [batches] 1: its contacts share particles
+  std::vector<char> gentle_;         ///< [V], or empty: none
   Frictions friction_{};
   std::vector<double> inverse_mass_;
 };

@@ -86,7 +86,8 @@ ParticleWeights weights_of_particles(int count, const Each& each) {
 }
 
 /// The matrix of all flat bends, a row a particle, columns in their order.
-ParticleWeights flat_bends(const ElasticRows& rows) {
+ParticleWeights flat_bends(const ElasticRows& rows, const std::vector<ClothCurvature>& curvatures,
+                           const std::vector<int>& internal) {
   std::vector<Eigen::Triplet<double>> entries;
   for (int r = rows.bend_begin; r < rows.yarn_begin; ++r) {
     const ElasticRow& row = rows.rows[r];
@@ -94,6 +95,14 @@ ParticleWeights flat_bends(const ElasticRows& rows) {
       for (int b = 0; b < 4; ++b) {
         entries.emplace_back(row.particle[a], row.particle[b],
                              -row.stiffness * row.weight[a] * row.weight[b]);
+      }
+    }
+  }
+  for (const ClothCurvature& around : curvatures) {
+    for (std::size_t a = 0; a < around.vertices.size(); ++a) {
+      for (std::size_t b = 0; b < around.vertices.size(); ++b) {
+        entries.emplace_back(internal[around.vertices[a]], internal[around.vertices[b]],
+                             -around.stiffness * around.weights[a] * around.weights[b]);
       }
     }
   }
@@ -130,7 +139,6 @@ void index_by_particle(ElasticRows& out) {
       out.bent.push_back(static_cast<int>(k));
     }
   }
-  out.bends = flat_bends(out);
   out.others = weights_of_particles(out.count, [&](const auto& add) {
     const auto add_row = [&](int r) {
       for (int k = 0; k < 4; ++k) {
@@ -295,6 +303,7 @@ ElasticRows make_elastic_rows(const Cloth& cloth, const std::vector<int>& intern
     out.yarn_moduli.push_back({s.warp, s.weft, s.shear});
   }
   index_by_particle(out);
+  out.bends = flat_bends(out, cloth.curvatures, internal);
   return out;
 }
 
@@ -354,16 +363,28 @@ Eigen::SparseMatrix<double> projective_matrix(const ElasticRows& rows,
     }
   }
   const double scale = h * (h + rows.damping);
-  for (const ElasticRow& row : rows.rows) {
+  const auto add = [&](int a, int b, double stiffness) {
+    const int i = a >= 0 ? place[a] : -1;
+    const int j = b >= 0 ? place[b] : -1;
+    if (i >= 0 && j >= 0) {
+      entries.emplace_back(i, j, scale * stiffness);
+    }
+  };
+  for (int r = 0; r < static_cast<int>(rows.rows.size()); ++r) {
+    if (r >= rows.bend_begin && r < rows.yarn_begin && rows.bend_rest[r - rows.bend_begin] == 0) {
+      continue;  // in the matrix of flat bends
+    }
+    const ElasticRow& row = rows.rows[r];
     for (int a = 0; a < 4; ++a) {
       for (int b = 0; b < 4; ++b) {
-        const int i = row.particle[a] >= 0 ? place[row.particle[a]] : -1;
-        const int j = row.particle[b] >= 0 ? place[row.particle[b]] : -1;
-        if (i >= 0 && j >= 0) {
-          entries.emplace_back(i, j,
-                               scale * (row.stiffness + row.limit) * row.weight[a] * row.weight[b]);
-        }
+        add(row.particle[a], row.particle[b],
+            (row.stiffness + row.limit) * row.weight[a] * row.weight[b]);
       }
+    }
+  }
+  for (int i = 0; i < rows.count; ++i) {
+    for (int e = rows.bends.begin[i]; e < rows.bends.begin[i + 1]; ++e) {
+      add(i, rows.bends.of[e], -rows.bends.weight[e]);
     }
   }
   Eigen::SparseMatrix<double> matrix(free_count, free_count);

@@ -60,7 +60,7 @@ struct ElasticRows {
 
   // The same as forces are evaluated.
   ParticleSprings springs;
-  ParticleWeights bends;   ///< of flat rest: force is sum weight (x + damping v)
+  ParticleWeights bends;   ///< of flat rest, and curvatures: force is sum weight (x + damping v)
   ParticleWeights others;  ///< rows of bends with a rest angle, and of triangles
   std::vector<int> bent;   ///< bends with a rest angle
 };

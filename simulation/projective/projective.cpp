@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <variant>
 
 #include "core/error.h"
 #include "core/parallel.h"
@@ -40,28 +38,6 @@ std::vector<int> free_places(const PreparedCloth<double>& prepared, int& count) 
   return place;
 }
 
-using Factor = std::variant<CholeskyFactor<float>, CholeskyFactor<double>>;
-
-/// In single precision, whose rounding the next iteration mends, unless the matrix is so much
-/// larger than a mass that what rounding leaves of stiff forces would throw particles about.
-Factor factor_of(const Eigen::SparseMatrix<double>& matrix, const Points& positions) {
-  constexpr double kMostForSingle = 1e6;
-  double largest = 0;
-  double mass = std::numeric_limits<double>::infinity();  // the sum of a row, as stiffness has none
-  for (Index column = 0; column < matrix.outerSize(); ++column) {
-    double sum = 0;
-    for (Eigen::SparseMatrix<double>::InnerIterator it(matrix, column); it; ++it) {
-      sum += it.value();
-      largest = it.row() == it.col() ? std::max(largest, it.value()) : largest;
-    }
-    mass = std::min(mass, sum);
-  }
-  if (largest > kMostForSingle * mass) {
-    return CholeskyFactor<double>(matrix, positions);
-  }
-  return CholeskyFactor<float>(matrix, positions);
-}
-
 }  // namespace
 
 struct ProjectiveSolver::Scene {
@@ -76,14 +52,16 @@ struct ProjectiveSolver::Scene {
         place(free_places(prepared, free_count)),
         mass(particle_masses()),
         inverse_mass(inverse_masses()),
-        factor(factor_of(projective_matrix(rows, mass, place, free_count, h), free_positions())),
-        body(body_faces, options, cloth.material, options.projective.substeps),
-        counted(counted_cloth(cloth, body_faces, shared)) {
+         matrix(projective_matrix(rows, mass, place, free_count, h)),
+         factor(matrix, free_positions()),
+         body(body_faces, options, cloth.material, options.projective.substeps),
+         counted(counted_cloth(cloth, body_faces, shared)) {
     const std::size_t n = static_cast<std::size_t>(prepared.count);
     for (Lanes* lanes : {&x, &start, &solved_from, &velocity, &acceleration, &target, &wish, &v,
                          &at, &force, &reached, &origin, &carry}) {
       lanes->resize(n);
     }
+    impulses.hold_gently(stiff_particles());
     of_rows.resize(rows.rows.size());
     solved.resize(static_cast<std::size_t>(free_count));
     touched.resize(n);
@@ -106,6 +84,17 @@ struct ProjectiveSolver::Scene {
     std::vector<double> out(mass.size(), 0.0);
     for (std::size_t i = 0; i < mass.size(); ++i) {
       out[i] = place[i] >= 0 ? 1 / mass[i] : 0;
+    }
+    return out;
+  }
+
+  /// 1: particles on which the cloth pulls with so much more than their mass that contact holds
+  /// them gently.
+  std::vector<char> stiff_particles() const {
+    constexpr double kMostOverMass = 3e4;
+    std::vector<char> out(mass.size(), 0);
+    for (std::size_t i = 0; i < mass.size(); ++i) {
+      out[i] = place[i] >= 0 && matrix.coeff(place[i], place[i]) > kMostOverMass * mass[i] ? 1 : 0;
     }
     return out;
   }
@@ -213,13 +202,13 @@ struct ProjectiveSolver::Scene {
     for_particles([&](Index i) {
       reached[i] = with_w(xyz(wish[i]) + (h * inverse_mass[i]) * xyz(force[i]), 0.0);
     });
-    impulses.hold(reached);
+    impulses.hold(reached, v);
     for_particles([&](Index i) {
       if (place[i] >= 0) {
         solved[place[i]] = with_w(mass[i] * (xyz(reached[i]) - xyz(v[i])), 0.0);
       }
     });
-    std::visit([&](auto& of) { of.solve(solved); }, factor);
+    factor.solve(solved);
     anderson.advance(free_v, solved);
     for_particles([&](Index i) {
       if (place[i] >= 0) {
@@ -392,8 +381,9 @@ struct ProjectiveSolver::Scene {
   int free_count = 0;
   std::vector<int> place;  ///< of particles in the matrix, -1: fixed
   std::vector<double> mass;
-  std::vector<double> inverse_mass;  ///< 0: fixed
-  Factor factor;
+  std::vector<double> inverse_mass;    ///< 0: fixed
+  Eigen::SparseMatrix<double> matrix;  ///< P, of free particles
+  CholeskyFactor<float> factor;        ///< the next iteration mends what it rounds
   BodyContacts body;
   ContactImpulses impulses;
   CountedCloth counted;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <type_traits>
+#include <cmath>
 #include <vector>
 
 #ifdef __SSE2__
@@ -16,37 +16,46 @@
 
 namespace atelier {
 
-/// Four boxes, which are compared at once.
-template <class T>
-struct FourBoxes {
-  alignas(16) T low[3][4];
-  alignas(16) T high[3][4];
+/// The box in single precision, which is at most that much larger, as four are compared at once.
+inline Box<float> rounded_outwards(const Box<float>& box) {
+  return box;
+}
+inline Box<float> rounded_outwards(const Box<double>& box) {
+  constexpr double kRounding = 1.2e-7;  // more than float's, as a share
+  const auto below = [&](double x) { return static_cast<float>(x - kRounding * std::abs(x)); };
+  const auto above = [&](double x) { return static_cast<float>(x + kRounding * std::abs(x)); };
+  return {{below(box.low.x), below(box.low.y), below(box.low.z)},
+          {above(box.high.x), above(box.high.y), above(box.high.z)}};
+}
 
-  void set(int k, const Box<T>& box) {
-    const T lows[3] = {box.low.x, box.low.y, box.low.z};
-    const T highs[3] = {box.high.x, box.high.y, box.high.z};
+/// Four boxes, which are compared at once.
+struct FourBoxes {
+  alignas(16) float low[3][4];
+  alignas(16) float high[3][4];
+
+  void set(int k, const Box<float>& box) {
+    const float lows[3] = {box.low.x, box.low.y, box.low.z};
+    const float highs[3] = {box.high.x, box.high.y, box.high.z};
     for (int c = 0; c < 3; ++c) {
       low[c][k] = lows[c];
       high[c][k] = highs[c];
     }
   }
-  Box<T> at(int k) const {
+  Box<float> at(int k) const {
     return {{low[0][k], low[1][k], low[2][k]}, {high[0][k], high[1][k], high[2][k]}};
   }
   /// Which of them meet `box`, a bit each.
-  unsigned meeting(const Box<T>& box) const {
-    const T lows[3] = {box.low.x, box.low.y, box.low.z};
-    const T highs[3] = {box.high.x, box.high.y, box.high.z};
+  unsigned meeting(const Box<float>& box) const {
+    const float lows[3] = {box.low.x, box.low.y, box.low.z};
+    const float highs[3] = {box.high.x, box.high.y, box.high.z};
 #ifdef __SSE2__
-    if constexpr (std::is_same_v<T, float>) {
-      __m128 meets = _mm_cmpeq_ps(_mm_setzero_ps(), _mm_setzero_ps());
-      for (int c = 0; c < 3; ++c) {
-        meets = _mm_and_ps(meets, _mm_cmple_ps(_mm_load_ps(low[c]), _mm_set1_ps(highs[c])));
-        meets = _mm_and_ps(meets, _mm_cmpge_ps(_mm_load_ps(high[c]), _mm_set1_ps(lows[c])));
-      }
-      return static_cast<unsigned>(_mm_movemask_ps(meets));
+    __m128 meets = _mm_cmpeq_ps(_mm_setzero_ps(), _mm_setzero_ps());
+    for (int c = 0; c < 3; ++c) {
+      meets = _mm_and_ps(meets, _mm_cmple_ps(_mm_load_ps(low[c]), _mm_set1_ps(highs[c])));
+      meets = _mm_and_ps(meets, _mm_cmpge_ps(_mm_load_ps(high[c]), _mm_set1_ps(lows[c])));
     }
-#endif
+    return static_cast<unsigned>(_mm_movemask_ps(meets));
+#else
     unsigned meets = 0xF;
     for (int c = 0; c < 3; ++c) {
       for (unsigned k = 0; k < 4; ++k) {
@@ -54,13 +63,13 @@ struct FourBoxes {
       }
     }
     return meets;
+#endif
   }
 };
 
 /// Boxes over primitives that lie together, in groups of kGroup and groups of kGroup groups,
-/// through which the CPU looks for what may meet: no tree, and many boxes are compared at once.
-/// CUDA does the same by warps (cuda_self_search.cuh).
-template <class T>
+/// through which the CPU looks for what may meet: no tree, and many boxes are compared at once, in
+/// single precision rounded outwards. CUDA does the same by warps (cuda_self_search.cuh).
 class GroupedBoxes {
  public:
   GroupedBoxes() = default;
@@ -88,32 +97,34 @@ class GroupedBoxes {
         if (std::none_of(first, last, changed)) {
           continue;
         }
-        Box<T> all = empty_box<T>();
-        Box<T> eight = empty_box<T>();
+        Box<float> all = empty_box<float>();
+        Box<float> eight = empty_box<float>();
         for (int lane = 0; lane < kGroup; ++lane) {
           const std::size_t slot = static_cast<std::size_t>(k) * kGroup + lane;
-          const Box<T> own = slot < item_.size() ? box(item_[slot]) : empty_box<T>();
+          const Box<float> own =
+              slot < item_.size() ? rounded_outwards(box(item_[slot])) : empty_box<float>();
           bound_[k].set(lane, own);
           eight = united(eight, own);
           if (lane % kEight == kEight - 1) {
             bound_[k].eights.set(lane / kEight, eight);
             all = united(all, eight);
-            eight = empty_box<T>();
+            eight = empty_box<float>();
           }
         }
         group_[k] = all;
       }
     });
-    std::fill(whole_.begin(), whole_.end(), empty_box<T>());
+    std::fill(whole_.begin(), whole_.end(), empty_box<float>());
     for (std::size_t k = 0; k < group_.size(); ++k) {
-      Box<T>& whole = whole_[k / kGroup];
+      Box<float>& whole = whole_[k / kGroup];
       whole = united(whole, group_[k]);
     }
   }
 
   /// Calls `found(primitive)` for each whose box meets `query`.
-  template <class Found>
-  void visit_near(const Box<T>& query, const Found& found) const {
+  template <class T, class Found>
+  void visit_near(const Box<T>& of, const Found& found) const {
+    const Box<float> query = rounded_outwards(of);
     for (std::size_t w = 0; w < whole_.size(); ++w) {
       if (!overlap(query, whole_[w])) {
         continue;
@@ -131,7 +142,7 @@ class GroupedBoxes {
   /// meet. `kSame`: `others` is this, and each pair comes once.
   template <bool kSame, class Found>
   void visit_near(int k, const GroupedBoxes& others, const Found& found) const {
-    const Box<T>& around = group_[k];
+    const Box<float>& around = group_[k];
     const int first = kSame ? k : 0;
     for (int w = first / kGroup; w < static_cast<int>(others.whole_.size()); ++w) {
       if (!overlap(around, others.whole_[w])) {
@@ -149,14 +160,14 @@ class GroupedBoxes {
  private:
   /// The boxes of one group, and boxes over each eight of them.
   struct Bounds {
-    FourBoxes<T> four[kGroup / 4];
-    FourBoxes<T> eights;
+    FourBoxes four[kGroup / 4];
+    FourBoxes eights;
 
-    void set(int lane, const Box<T>& box) { four[lane / 4].set(lane % 4, box); }
-    Box<T> at(int lane) const { return four[lane / 4].at(lane % 4); }
+    void set(int lane, const Box<float>& box) { four[lane / 4].set(lane % 4, box); }
+    Box<float> at(int lane) const { return four[lane / 4].at(lane % 4); }
     /// Calls `found(lane)` for each box that meets `box`.
     template <class Found>
-    void visit_meeting(const Box<T>& box, const Found& found) const {
+    void visit_meeting(const Box<float>& box, const Found& found) const {
       for (unsigned near = eights.meeting(box); near != 0; near &= near - 1) {
         const int eight = std::countr_zero(near);
         unsigned meets = four[2 * eight].meeting(box) | four[2 * eight + 1].meeting(box) << 4;
@@ -172,7 +183,7 @@ class GroupedBoxes {
   template <bool kSame, class Found>
   void visit_group(int k, const GroupedBoxes& others, int g, const Found& found) const {
     const Bounds& bounds = others.bound_[g];
-    const Box<T>& box_of_group = others.group_[g];
+    const Box<float>& box_of_group = others.group_[g];
     const auto visit = [&](int lane) {
       bounds.visit_meeting(bound_[k].at(lane), [&](int other) {
         if (!(kSame && g == k && other <= lane)) {
@@ -186,7 +197,7 @@ class GroupedBoxes {
 
   std::vector<int> item_;  ///< primitives in the order of the groups
   std::vector<Bounds> bound_;
-  std::vector<Box<T>> group_, whole_;
+  std::vector<Box<float>> group_, whole_;
 };
 
 }  // namespace atelier

@@ -82,9 +82,9 @@ SelfContactCpu<T>::SelfContactCpu(const Cloth& cloth, const PreparedCloth<T>& pr
     const FaceIndices& face = surface_.faces[f];
     faces[f] = centre(rest(face.a) + rest(face.b) + rest(face.c));
   }
-  near_particles_ = GroupedBoxes<T>(particles);
-  near_edges_ = GroupedBoxes<T>(edges);
-  near_faces_ = GroupedBoxes<T>(faces);
+  near_particles_ = GroupedBoxes(particles);
+  near_edges_ = GroupedBoxes(edges);
+  near_faces_ = GroupedBoxes(faces);
   edges_now_ = near_edges_;
   faces_now_ = near_faces_;
 }
@@ -147,12 +147,10 @@ void SelfContactCpu<T>::search(const SelfMotion<T>& motion) {
   near_faces_.fill([&](int f) { return swept_bound_with_margin(surface_.faces[f]); });
   near_particles_.fill([&](int i) { return swept_bound_with_margin(i); });
   gather(near_edges_.groups(), 8, edge_pairs_, [&](int k, std::vector<SelfPair<T>>& out) {
-    near_edges_.template visit_near<true>(k, near_edges_,
-                                          [&](int e, int o) { try_edges(e, o, out); });
+    near_edges_.visit_near<true>(k, near_edges_, [&](int e, int o) { try_edges(e, o, out); });
   });
   gather(near_particles_.groups(), 4, face_pairs_, [&](int k, std::vector<SelfPair<T>>& out) {
-    near_particles_.template visit_near<false>(k, near_faces_,
-                                               [&](int i, int f) { try_face(i, f, out); });
+    near_particles_.visit_near<false>(k, near_faces_, [&](int i, int f) { try_face(i, f, out); });
   });
 }
 
@@ -182,8 +180,7 @@ void SelfContactCpu<T>::look_for_crossings(const std::vector<Vec4<T>>& origin) {
   std::vector<Crossing> crossings;
   if (every) {
     gather(edges_now_.groups(), 8, crossings, [&](int k, std::vector<Crossing>& out) {
-      edges_now_.template visit_near<false>(k, faces_now_,
-                                            [&](int e, int f) { try_crossing(e, f, out); });
+      edges_now_.visit_near<false>(k, faces_now_, [&](int e, int f) { try_crossing(e, f, out); });
     });
   } else {
     const auto stirred = [&](const auto&... particle) {

@@ -112,8 +112,8 @@ class SelfContactCpu {
   std::vector<T> slack_;
   std::vector<int> stirred_;  ///< 1: contacts moved it since the last look, or it passed something
   std::vector<char> fresh_;   ///< 1: got a new swept motion in the last renewal
-  GroupedBoxes<T> near_particles_, near_edges_, near_faces_;  ///< of swept motions, with margins
-  GroupedBoxes<T> edges_now_, faces_now_;  ///< where the last look for crossings was
+  GroupedBoxes near_particles_, near_edges_, near_faces_;  ///< of swept motions, with margins
+  GroupedBoxes edges_now_, faces_now_;  ///< where the last look for crossings was
   std::vector<int> support_;
   std::vector<char> moved_;  ///< the last pass in which a particle was pushed, from 1; 0: none
   int moved_from_ = 1;

@@ -306,6 +306,7 @@ ClothSolver::ClothSolver(const Cloth& cloth, const Triangles& body_faces,
                          const XpbdOptions& options, Device device)
     : counted_(counted_cloth(cloth, body_faces, options)), options_(options) {
   check_setup(options, {ClothVariation{}}, device);
+  ATELIER_CHECK(cloth.curvatures.empty(), "XPBD has hinges, not curvatures of vertices");
   backend_ = device == Device::Cpu
                  ? make_cpu_backend(cloth, {}, body_faces, options)
                  : make_cuda_backend(cloth, {ClothVariation{}}, body_faces, options);

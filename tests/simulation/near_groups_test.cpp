@@ -86,7 +86,7 @@ TEST(GroupedBoxes, GroupedBoxes_FindAllOverlaps) {
       const double r = 0.03 * uniform(random);
       boxes.push_back({{c[0] - r, c[1] - r, c[2] - r}, {c[0] + r, c[1] + r, c[2] + r}});
     }
-    GroupedBoxes<double> groups(centres);
+    GroupedBoxes groups(centres);
     const auto box = [&](int i) { return boxes[i]; };
     groups.fill(box);
     for (const bool moved : {false, true}) {

@@ -244,7 +244,7 @@ TEST(ContactImpulses, Levels_CarryTheLoadDown) {
   std::vector<Vec4<double>> v;
   for (int i = 0; i < 40; ++i) {
     v = without;
-    impulses.hold(v);
+    impulses.hold(v, v);
   }
   EXPECT_NEAR(v[0].y, 0, 1e-9);
   EXPECT_NEAR(v[1].y, 0, 1e-9);
@@ -256,7 +256,7 @@ TEST(ContactImpulses, Levels_CarryTheLoadDown) {
     without[1].x = pull;
     for (int i = 0; i < 80; ++i) {
       v = without;
-      impulses.hold(v);
+      impulses.hold(v, v);
     }
     EXPECT_NEAR(v[1].x - v[0].x, pull < 1 ? 0 : v[1].x - v[0].x, 1e-8);
     EXPECT_EQ(v[1].x - v[0].x > 1e-6, pull > 1);
