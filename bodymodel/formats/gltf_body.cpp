@@ -12,6 +12,7 @@
 #include "bodymodel/skinning.h"
 #include "core/error.h"
 #include "core/io/scene_file.h"
+#include "core/io/text_writer.h"
 #include "core/normals.h"
 
 namespace atelier {
@@ -139,6 +140,27 @@ void append_rows(Mesh& mesh, const Mesh& part, bool uvs) {
   }
 }
 
+// A body starts with all parameters at 0, a file may show itself at others.
+void tell_weights(const GltfMesh& mesh, const GltfNode& node, const std::string& file,
+                  std::vector<Finding>& findings) {
+  const std::vector<double>& weights = node.weights.empty() ? mesh.weights : node.weights;
+  std::string told;
+  for (std::size_t t = 0; t < weights.size(); ++t) {
+    if (weights[t] != 0 && told.size() < 200) {
+      const bool named = t < mesh.target_names.size() && !mesh.target_names[t].empty();
+      told += (told.empty() ? "" : ", ") +
+              (named ? mesh.target_names[t] : "morph_" + std::to_string(t)) + " " +
+              number_text(std::round(weights[t] * 1e4) / 1e4);
+    }
+  }
+  if (!told.empty()) {
+    findings.push_back(
+        {Severity::Warning, "gltf-weights", file,
+         "the file shows the body with blend shapes at " + told,
+         "they are shape parameters of the body and start at 0: set them by --shape"});
+  }
+}
+
 void add_shape(const GltfMesh& source, const MeshPlace& place, BodyModel& model) {
   const std::size_t targets = source.primitives[0].targets.size();
   for (std::size_t t = 0; t < targets; ++t) {
@@ -173,6 +195,13 @@ GltfBody read_gltf_body(const GltfScene& scene, const std::string& file) {
   if (source.primitives.empty()) {
     throw DataError(file, "mesh " + source.name, "no triangles with positions", "a skinned mesh");
   }
+  if (scene.skins[static_cast<std::size_t>(node.skin)].dual_quaternions) {
+    throw DataError(
+        file, "skin " + scene.skins[static_cast<std::size_t>(node.skin)].name,
+        "a skin blended by dual quaternions, which no body model here is",
+        "one that is blended linearly: Maya's Classic Linear, 3ds Max without DQ Skinning");
+  }
+  tell_weights(source, node, file, body.findings);
   const GltfSkeleton tree = gltf_skeleton(scene, node.skin, file);
   body.findings.insert(body.findings.end(), tree.findings.begin(), tree.findings.end());
   BodyModel& model = body.model;

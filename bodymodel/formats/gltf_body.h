@@ -16,9 +16,11 @@ namespace atelier {
 /// targets become shape parameters in [0,1], and vertices that were split along texture seams are
 /// joined (body_seams.h). A skin without inverse bind matrices, or with none but the identity, is
 /// bound as its nodes stand ("gltf-binds"). Other meshes with a skin are left out ("gltf-meshes").
+/// Morph targets that the file shows at weights other than 0 are named ("gltf-weights").
 /// From a path: glTF, or FBX (core/io/mesh_fbx.h). `findings` says what was repaired. Throws
-/// DataError for a scene without a skin, two roots, joints that hang on one another in a cycle,
-/// bind matrices that shear or are scaled unevenly, and what check_body_model refuses.
+/// DataError for a scene without a skin, a skin blended by dual quaternions (FBX), two roots,
+/// joints that hang on one another in a cycle, bind matrices that shear or are scaled unevenly, and
+/// what check_body_model refuses.
 struct GltfBody {
   BodyModel model;
   std::vector<Finding> findings;

@@ -22,6 +22,8 @@
 #include "core/error.h"
 #include "core/io/fbx_binds.h"
 #include "core/io/fbx_mesh.h"
+#include "core/io/fbx_scales.h"
+#include "core/io/fbx_shapes.h"
 #include "core/io/text_scanner.h"
 #include "core/io/text_writer.h"
 #include "core/utf8.h"
@@ -88,6 +90,7 @@ class FbxImport {
       : source_(source),
         binds_(fbx_binds(bytes)),
         models_(fbx_models(bytes)),
+        shapes_(bytes),
         name_(name),
         limits_(limits) {}
 
@@ -95,6 +98,7 @@ class FbxImport {
     add_axes();
     add_nodes();
     add_lost_turns();
+    add_kept_scales();
     add_static_meshes();
     find_joints();
     if (!joints_.empty()) {
@@ -113,6 +117,8 @@ class FbxImport {
   void add_axes();
   void add_nodes();
   void add_lost_turns();
+  void add_kept_scales();
+  void set_rest();
   Eigen::Matrix4d mesh_place(int node) const;
   void add_static_meshes();
   void find_joints();
@@ -121,7 +127,10 @@ class FbxImport {
   void set_bind_poses();
   void add_skin();
   void add_part(const Place& place, GltfMesh& mesh, const Eigen::Matrix4d& node_from_mesh);
+  void add_shapes(FbxPrimitive& part, GltfMesh& mesh) const;
   void add_animations();
+  bool add_root(GltfAnimation& animation);
+  int unscalable(const aiAnimation& animation) const;
   int node_of(const aiString& name) const;
   int setting(const char* key, int otherwise, int least, int most);
   void note(Severity severity, const char* code, const std::string& what,
@@ -136,6 +145,7 @@ class FbxImport {
   const aiScene& source_;
   std::vector<FbxBind> binds_;
   std::vector<FbxModel> models_;
+  FbxShapes shapes_;
   std::string name_;
   Limits limits_;
   GltfScene scene_;
@@ -145,6 +155,9 @@ class FbxImport {
   std::map<std::string, int> node_by_name_;
   std::map<int, Eigen::Matrix4d> geometric_;  ///< node from mesh, where they differ
   std::vector<char> post_turned_;             ///< [N] whose rotation is followed by another
+  std::vector<FbxScale> scales_;              ///< [N]
+  std::vector<Eigen::Vector3d> own_scales_;   ///< [N] as the file has them
+  std::optional<GltfNode> saved_root_;        ///< as it stands in the file, not in its bind pose
   std::vector<Place> skinned_;
   std::vector<int> joints_;  ///< nodes, parents first
   std::vector<int> slot_;    ///< [N] into joints_, or -1
@@ -246,7 +259,12 @@ Eigen::Quaterniond turn_of_degrees(const Eigen::Vector3d& degrees, int order = 0
 void FbxImport::add_lost_turns() {
   post_turned_.assign(scene_.nodes.size(), 0);
   std::map<std::string, int> uses;
+  bool any = false;
   for (const FbxModel& model : models_) {
+    if (!model.has_places()) {
+      continue;
+    }
+    any = true;
     const auto found = node_by_name_.find(model.name);
     if (++uses[model.name] > 1 || found == node_by_name_.end()) {
       note(Severity::Warning, "fbx-places",
@@ -284,12 +302,56 @@ void FbxImport::add_lost_turns() {
       node.rotation = (Eigen::Quaterniond(node.rotation) * back * back).normalized().coeffs();
     }
   }
-  if (!models_.empty()) {
-    for (std::size_t n = 1; n < scene_.nodes.size(); ++n) {
-      rest_[n] = rest_[static_cast<std::size_t>(scene_.nodes[n].parent)] *
-                 parent_from_node(scene_.nodes[n]);
-    }
+  if (any) {
+    set_rest();
   }
+}
+
+void FbxImport::set_rest() {
+  for (std::size_t n = 1; n < scene_.nodes.size(); ++n) {
+    rest_[n] =
+        rest_[static_cast<std::size_t>(scene_.nodes[n].parent)] * parent_from_node(scene_.nodes[n]);
+  }
+}
+
+/// Mends what libassimp makes of InheritType: it multiplies matrices where a node leaves out its
+/// parent's scale, or takes scales over after all rotations.
+void FbxImport::add_kept_scales() {
+  std::map<std::string, FbxInherit> said;
+  for (const FbxModel& model : models_) {
+    said.try_emplace(model.name, model.inherits);
+  }
+  std::vector<FbxInherit> inherits(scene_.nodes.size(), FbxInherit::Whole);
+  own_scales_.assign(scene_.nodes.size(), Eigen::Vector3d::Ones());
+  for (std::size_t n = 1; n < scene_.nodes.size(); ++n) {
+    // Of several nodes of one name libassimp numbers all but the first: "arm001".
+    const std::string name = nodes_[n - 1]->mName.C_Str();
+    auto found = said.find(name);
+    if (found == said.end() && name.size() > 3) {
+      found = said.find(name.substr(0, name.size() - 3));
+    }
+    inherits[n] = found == said.end() ? FbxInherit::Whole : found->second;
+  }
+  scales_ = fbx_scales(scene_.nodes, inherits);
+  const std::vector<GltfNode> given = scene_.nodes;
+  for (std::size_t n = 1; n < scene_.nodes.size(); ++n) {
+    const GltfNode& node = given[n];
+    const FbxScale& scale = scales_[n];
+    own_scales_[n] = node.scale;
+    if (scale.trivial()) {
+      continue;
+    }
+    const Eigen::Matrix3d turn = Eigen::Quaterniond(node.rotation).toRotationMatrix();
+    Eigen::Matrix4d local = parent_from_node(node);
+    local.topLeftCorner<3, 3>() = scale.undone.asDiagonal() * turn * scale.applied.asDiagonal();
+    if (node.matrix || given[static_cast<std::size_t>(node.parent)].matrix || !local.allFinite()) {
+      fail("node " + in_quotes(node.name),
+           "a shear or a scale of 0 where it does not inherit its parent's scale",
+           "transforms of rotations and scales: freeze them, or export glTF");
+    }
+    set_transform(local, scene_.nodes[n]);
+  }
+  set_rest();
 }
 
 Eigen::Matrix4d FbxImport::mesh_place(int node) const {
@@ -350,22 +412,37 @@ void FbxImport::add_part(const Place& place, GltfMesh& mesh,
   if (place.mesh->mMaterialIndex < source_.mNumMaterials) {
     part.primitive.material = utf8(source_.mMaterials[place.mesh->mMaterialIndex]->GetName());
   }
-  std::vector<GltfMorphTarget> targets(mesh.target_names.size());
-  for (std::size_t t = 0; t < part.target_names.size(); ++t) {
-    const std::string shape = utf8(aiString(part.target_names[t]));
-    const auto known = std::find(mesh.target_names.begin(), mesh.target_names.end(), shape);
-    const auto slot = static_cast<std::size_t>(known - mesh.target_names.begin());
-    if (known == mesh.target_names.end()) {
-      mesh.target_names.push_back(shape);
-      targets.emplace_back();
-    }
-    targets[slot] = std::move(part.primitive.targets[t]);
-  }
-  part.primitive.targets = std::move(targets);
+  add_shapes(part, mesh);
   mesh.primitives.push_back(std::move(part.primitive));
   for (GltfPrimitive& primitive : mesh.primitives) {
     primitive.targets.resize(mesh.target_names.size());
   }
+}
+
+/// Puts a primitive's blend shapes into the places that the mesh has for them, and gives the mesh
+/// the weights at which they were saved.
+void FbxImport::add_shapes(FbxPrimitive& part, GltfMesh& mesh) const {
+  std::vector<GltfMorphTarget> targets(mesh.target_names.size());
+  std::map<std::string, std::size_t> turns;
+  for (std::size_t t = 0; t < part.target_names.size(); ++t) {
+    const std::string shape = utf8(aiString(part.target_names[t]));
+    const std::string& given = part.given_names[t];
+    const double weight = shapes_.weight(given, turns[given]++);
+    const auto known = std::find(mesh.target_names.begin(), mesh.target_names.end(), shape);
+    const auto slot = static_cast<std::size_t>(known - mesh.target_names.begin());
+    if (known == mesh.target_names.end()) {
+      mesh.target_names.push_back(shape);
+      mesh.weights.push_back(weight);
+      targets.emplace_back();
+    }
+    if (!(mesh.weights[slot] == weight)) {
+      fail("blend shape " + in_quotes(shape),
+           "weights other than 0 in the saved file that cannot be told from one another",
+           "all blend shapes at 0, or glTF");
+    }
+    targets[slot] = std::move(part.primitive.targets[t]);
+  }
+  part.primitive.targets = std::move(targets);
 }
 
 void FbxImport::find_joints() {
@@ -503,6 +580,7 @@ void FbxImport::set_bind_poses() {
     const auto above = static_cast<std::size_t>(scene_.nodes[root].parent);
     const Eigen::Matrix4d local = rest_[above].inverse() * *bind_[root];
     if (local.allFinite()) {
+      saved_root_ = scene_.nodes[root];
       set_transform(local, scene_.nodes[root]);
       note(Severity::Note, "fbx-pose",
            "the skeleton stands in another pose than the one in which its skin was bound",
@@ -524,6 +602,7 @@ void FbxImport::add_skin() {
     skin.inverse_binds.push_back(inverse);
     skin.inverse_binds.back().row(3) << 0, 0, 0, 1;
   }
+  skin.dual_quaternions = shapes_.dual_quaternions();
   scene_.skins.push_back(std::move(skin));
   if (skinned_.empty()) {
     return;
@@ -586,6 +665,15 @@ void add_channel(const Key* keys, unsigned count, double first, double rate, Glt
 void FbxImport::add_animations() {
   for (unsigned a = 0; a < source_.mNumAnimations; ++a) {
     const aiAnimation& source = *source_.mAnimations[a];
+    if (const int node = unscalable(source); node >= 0) {
+      note(Severity::Warning, "fbx-scales",
+           "animation " + in_quotes(utf8(source.mName)) + " moves node " +
+               in_quotes(scene_.nodes[static_cast<std::size_t>(node)].name) +
+               ", which does not inherit its parent's scale, and that changes or differs by axis",
+           "the animation is left out: bake it with scales of 1 (Maya: without segment scale "
+           "compensation), or export glTF");
+      continue;
+    }
     const double rate = source.mTicksPerSecond > 0 ? source.mTicksPerSecond : 1;
     double first = std::numeric_limits<double>::infinity();
     const auto earliest = [&first](const auto* keys, unsigned count) {
@@ -622,13 +710,64 @@ void FbxImport::add_animations() {
                   GltfPath::Translation, node, vector, animation);
       add_channel(channel.mRotationKeys, channel.mNumRotationKeys, first, rate, GltfPath::Rotation,
                   node, quaternion, animation);
-      add_channel(channel.mScalingKeys, channel.mNumScalingKeys, first, rate, GltfPath::Scale, node,
-                  vector, animation);
+      const FbxScale& scale = scales_[static_cast<std::size_t>(node)];
+      const Eigen::RowVector3d kept = scale.undone[0] * scale.taken.transpose();
+      add_channel(
+          channel.mScalingKeys, channel.mNumScalingKeys, first, rate, GltfPath::Scale, node,
+          [&](const aiVector3D& v) { return vector(v).cwiseProduct(kept).eval(); }, animation);
     }
-    if (!animation.channels.empty()) {
+    if (!animation.channels.empty() && add_root(animation)) {
       scene_.animations.push_back(std::move(animation));
     }
   }
+}
+
+/// A root that stands elsewhere than where it was bound, and that an animation does not move, is
+/// where the file has it while that plays. False, with a finding, where no channel can say so.
+bool FbxImport::add_root(GltfAnimation& animation) {
+  const int root = joints_.empty() ? -1 : joints_.front();
+  if (!saved_root_ || std::any_of(animation.channels.begin(), animation.channels.end(),
+                                  [&](const GltfChannel& one) { return one.node == root; })) {
+    return true;
+  }
+  if (saved_root_->matrix) {
+    note(Severity::Warning, "fbx-scales",
+         "animation " + in_quotes(animation.name) + " does not move the root, which shears",
+         "the animation is left out: freeze the root's transform, or export glTF");
+    return false;
+  }
+  const auto add = [&](GltfPath path, const Eigen::MatrixXd& value) {
+    animation.channels.push_back({root, path, GltfInterpolation::Linear, {0}, value});
+  };
+  add(GltfPath::Translation, saved_root_->translation.transpose());
+  add(GltfPath::Rotation, saved_root_->rotation.transpose());
+  add(GltfPath::Scale, saved_root_->scale.transpose());
+  return true;
+}
+
+/// The node for which an animation is left out (fbx_scales.h), or -1.
+int FbxImport::unscalable(const aiAnimation& animation) const {
+  std::vector<FbxScaleChange> changes(scene_.nodes.size(), FbxScaleChange::None);
+  std::vector<char> moved(scene_.nodes.size(), 0);
+  for (unsigned c = 0; c < animation.mNumChannels; ++c) {
+    const aiNodeAnim& channel = *animation.mChannels[c];
+    const auto found = node_by_name_.find(channel.mNodeName.C_Str());
+    if (found == node_by_name_.end()) {
+      continue;
+    }
+    const auto n = static_cast<std::size_t>(found->second);
+    moved[n] = 1;
+    for (unsigned k = 0; k < channel.mNumScalingKeys; ++k) {
+      const aiVector3D& key = channel.mScalingKeys[k].mValue;
+      const Eigen::Vector3d change =
+          Eigen::Vector3d(key.x, key.y, key.z).cwiseQuotient(own_scales_[n]);
+      if (!(change - Eigen::Vector3d::Ones()).isZero(kRounded)) {
+        const bool even = change.isConstant(change[0], kRounded);
+        changes[n] = std::max(changes[n], even ? FbxScaleChange::Even : FbxScaleChange::Uneven);
+      }
+    }
+  }
+  return unscalable_node(scales_, changes, moved);
 }
 
 }  // namespace

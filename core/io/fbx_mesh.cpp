@@ -173,6 +173,7 @@ void fill_vertices(const aiMesh& mesh, const std::vector<unsigned>& kept,
           linear * (vector_of(shape.mVertices[corner]) - vector_of(mesh.mVertices[corner]));
     }
     std::string name = shape.mName.C_Str();
+    result.given_names.push_back(name);
     name = name.empty() ? "morph" : name;
     std::string unique = name;
     for (int number = 2; !seen.insert(unique).second; ++number) {

@@ -16,6 +16,7 @@ namespace atelier {
 struct FbxPrimitive {
   GltfPrimitive primitive;                ///< targets: one for each of `target_names`
   std::vector<std::string> target_names;  ///< unique
+  std::vector<std::string> given_names;   ///< the same as libassimp has them
   Index left_out = 0;                     ///< points, lines and triangles that are none
 };
 

@@ -86,6 +86,23 @@ std::vector<Eigen::Matrix4d> skin_matrices(const GltfSkin& skin,
   return matrices;
 }
 
+/// Where all joints have moved alike, any blend of them is right; blends of others are linear.
+void check_blend(const GltfSkin& skin, const std::vector<Eigen::Matrix4d>& world,
+                 const std::string& file) {
+  constexpr double kAlike = 1e-4;  // FBX files hold floats
+  if (!skin.dual_quaternions) {
+    return;
+  }
+  const std::vector<Eigen::Matrix4d> matrices = skin_matrices(skin, world);
+  for (const Eigen::Matrix4d& matrix : matrices) {
+    if (!matrix.isApprox(matrices.front(), kAlike)) {
+      throw DataError(file, "skin " + skin.name,
+                      "a skin blended by dual quaternions, out of its bind pose",
+                      "one that is blended linearly (Maya: Classic Linear), or the bind pose");
+    }
+  }
+}
+
 Eigen::Matrix4d blended(const std::vector<Eigen::Matrix4d>& matrices,
                         const GltfPrimitive& primitive, Index v) {
   Eigen::Matrix4d sum = Eigen::Matrix4d::Zero();
@@ -223,6 +240,9 @@ Mesh rest_mesh(const GltfScene& scene, const std::string& file, const Limits& li
     shown[n] = static_cast<char>(shown[n] != 0 || (node.parent >= 0 && shown[node.parent] != 0));
     if (shown[n] == 0 || node.mesh < 0) {
       continue;
+    }
+    if (node.skin >= 0) {
+      check_blend(scene.skins[node.skin], world, file);
     }
     for (const GltfPrimitive& primitive : scene.meshes[node.mesh].primitives) {
       all.push_back({&primitive, &node, &scene.meshes[node.mesh]});

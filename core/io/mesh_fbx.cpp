@@ -33,9 +33,11 @@ std::string take_text(ByteReader& reader) {
   return std::string(reader.text(reader.little<std::uint32_t>("length"), "text"));
 }
 
-// The scene as a glTF file, behind the findings, which glTF has no place for.
+// The scene as a glTF file, behind what glTF has no place for: how skins blend, and the findings.
 std::vector<std::byte> reply_of(const GltfScene& scene) {
   std::vector<std::byte> reply;
+  const bool dual_quaternions = !scene.skins.empty() && scene.skins[0].dual_quaternions;
+  reply.push_back(static_cast<std::byte>(dual_quaternions ? 1 : 0));
   const std::size_t count = std::min(scene.findings.size(), kMaxFindings);
   reply.push_back(static_cast<std::byte>(count & 0xFF));
   reply.push_back(static_cast<std::byte>(count >> 8));
@@ -78,6 +80,7 @@ GltfScene read_fbx(std::span<const std::byte> bytes, const std::string& name,
       run_in_worker([&] { return reply_of(import_fbx(bytes, name, limits)); }, name, limits);
   // The process read a hostile file: what it says is no safer than that.
   ByteReader reader(reply, name);
+  const bool dual_quaternions = reader.little<std::uint8_t>("skin") != 0;
   std::vector<Finding> findings;
   for (auto left = reader.little<std::uint16_t>("findings"); left > 0; --left) {
     Finding& finding = findings.emplace_back();
@@ -90,6 +93,9 @@ GltfScene read_fbx(std::span<const std::byte> bytes, const std::string& name,
   }
   GltfScene scene = read_gltf(reader.take(reader.remaining(), "scene"), name, limits);
   scene.findings.insert(scene.findings.begin(), findings.begin(), findings.end());
+  for (GltfSkin& skin : scene.skins) {
+    skin.dual_quaternions = dual_quaternions;
+  }
   return scene;
 }
 

@@ -60,6 +60,9 @@ struct GltfSkin {
   std::string name;
   std::vector<int> joints;                     ///< nodes
   std::vector<Eigen::Matrix4d> inverse_binds;  ///< joint from mesh; as many as joints
+  /// Blended by dual quaternions (Kavan et al., "Geometric skinning with approximate dual
+  /// quaternion blending", 2008), which FBX has and glTF has not. Neither written nor read.
+  bool dual_quaternions = false;
 };
 
 enum class GltfPath { Translation, Rotation, Scale, Weights };
@@ -123,8 +126,8 @@ std::vector<Eigen::Matrix4d> world_from_nodes(const GltfScene& scene);
 /// The scene at rest, as a viewer shows it: every mesh below the roots with its morph weights, its
 /// skin (linear blend, weights normalised) or its node's transform applied, as one mesh. An
 /// attribute that only some primitives have is dropped. Throws DataError (with `file`) if there is
-/// no triangle, or if the mesh would exceed the limits (vertices, faces, coordinates) or is not
-/// finite.
+/// no triangle, if a skin of dual quaternions stands out of its bind pose, or if the mesh would
+/// exceed the limits (vertices, faces, coordinates) or is not finite.
 Mesh rest_mesh(const GltfScene& scene, const std::string& file = "", const Limits& limits = {});
 
 /// One mesh, one node.

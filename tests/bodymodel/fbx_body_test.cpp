@@ -330,6 +330,17 @@ TEST(FbxMotion, FileSavedInMidMotion_IsReadByItsKeysFromItsBindPose) {
   const int arm = find_joint(clip.skeleton, person.skeleton.names[14]);
   EXPECT_NEAR(clip.motion.poses.front().rotations.row(arm).norm(), 0, 1e-6);
   EXPECT_NEAR(clip.motion.poses.back().rotations(arm, 0), 1.5707963, 1e-5);
+  // The root has no keys: it stays where the file has it, turned about y and 0.3 m aside.
+  const Points there = forward_kinematics(clip.skeleton, clip.motion.poses.front()).positions;
+  const Points rest = rest_positions(person.skeleton);
+  const Eigen::Matrix3d turn = saved.moved.topLeftCorner<3, 3>();
+  const Eigen::Vector3d shift = saved.moved.topRightCorner<3, 1>() / 100;
+  for (Index j = 0; j < there.rows(); ++j) {
+    const int ours = find_joint(person.skeleton, clip.skeleton.names[static_cast<std::size_t>(j)]);
+    ASSERT_GE(ours, 0);
+    EXPECT_LT((there.row(j).transpose() - turn * rest.row(ours).transpose() - shift).norm(), 1e-5)
+        << clip.skeleton.names[static_cast<std::size_t>(j)];
+  }
 }
 
 // Blender saves a body that it has read as glTF in its own way: an armature of scale 100, bones
@@ -380,6 +391,32 @@ bpy.ops.export_scene.fbx(filepath=target)
   std::printf("joints %.2g m, vertices %.2g m apart\n", joints, vertices);
   EXPECT_LT(joints, 1e-5);
   EXPECT_LT(vertices, 1e-5);
+}
+
+TEST(FbxBodyRefused, DualQuaternions_AreRefused) {
+  ATELIER_NEEDS_FBX();
+  std::string text = fbx_text(fixtures::person_body(fixtures::person_skeleton()));
+  const std::string skin = "\"Skin\" {\n";
+  text.insert(text.find(skin) + skin.size(), "SkinningType: \"DualQuaternion\"\n");
+  EXPECT_THAT([&] { body_of(text); },
+              ThrowsMessage<DataError>(
+                  AllOf(HasSubstr("blended by dual quaternions"), HasSubstr("Classic Linear"))));
+}
+
+TEST(FbxBody, BlendShapesThatWereSaved_AreNamed) {
+  ATELIER_NEEDS_FBX();
+  BodyModel person = fixtures::person_body(fixtures::person_skeleton());
+  ShapeParameter taller;
+  taller.name = "taller";
+  taller.surface.offsets = Points::Constant(vertex_count(person), 3, 0.01);
+  person.shape.push_back(taller);
+  std::string text = fbx_text(person);
+  const std::string field = "DeformPercent: 0\n";
+  text.replace(text.find(field), field.size(), "DeformPercent: 40\n");
+  const GltfBody body = body_of(text);
+  EXPECT_THAT(body.findings, Contains(AllOf(Field(&Finding::code, "gltf-weights"),
+                                            Field(&Finding::what, HasSubstr("taller 0.4")))));
+  EXPECT_LT((body.model.mesh.vertices - person.mesh.vertices).cwiseAbs().maxCoeff(), 1e-6);
 }
 
 TEST(FbxBodyRefused, FileWithoutBody_IsRefused) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "core/io/fbx_shapes.h"
 #include "core/io/file_bytes.h"
 #include "core/io/mesh_file.h"
 #include "tests/support/needs_fbx.h"
@@ -140,6 +141,148 @@ TEST(MeshFbx, PostRotation_TurnsBack) {
   const Mesh mesh = placed("P: \"PostRotation\",\"Vector3D\",\"Vector\",\"\",90,0,0\n");
   EXPECT_LT((mesh.vertices.col(0).array() + 0.01).abs().maxCoeff(), 1e-7);
   EXPECT_LT((mesh.vertices.row(0) - Eigen::RowVector3d(-0.01, -0.01, 0.01)).norm(), 1e-7);
+}
+
+std::string model_text(const std::string& id, const std::string& name,
+                       const std::string& properties) {
+  return "Model: " + id + ",\"Model::" + name + "\",\"Mesh\" {\nProperties70: {\n" + properties +
+         "}\n}\n";
+}
+
+std::string inherit_type(int type) {
+  return "P: \"InheritType\",\"enum\",\"\",\"\"," + std::to_string(type) + "\n";
+}
+
+// A square below a node of this scale.
+Mesh scaled_below(const std::string& scale, const std::string& below) {
+  return rest_mesh(scene_of(scene_text(
+      std::string(kSquare) +
+          model_text("20", "above",
+                     "P: \"Lcl Translation\",\"Lcl Translation\",\"\",\"A\",100,0,0\n"
+                     "P: \"Lcl Scaling\",\"Lcl Scaling\",\"\",\"A\"," +
+                         scale + "\n") +
+          model_text("21", "below",
+                     "P: \"Lcl Translation\",\"Lcl Translation\",\"\",\"A\",0,50,0\n" + below),
+      "C: \"OO\",20,0\nC: \"OO\",21,20\nC: \"OO\",10,21\n")));
+}
+
+// Maya's segment scale compensation: the parent's scale moves the child and does not scale it.
+TEST(MeshFbx, ScaleThatIsNotInherited_MovesTheChildAlone) {
+  ATELIER_NEEDS_FBX();
+  for (const auto& [type, half] : {std::pair(2, 0.01), std::pair(1, 0.02), std::pair(0, 0.02)}) {
+    const Mesh mesh = scaled_below("2,2,2", inherit_type(type));
+    EXPECT_NEAR(mesh.vertices.col(0).minCoeff(), 1 - half, 1e-7) << type;
+    EXPECT_NEAR(mesh.vertices.col(1).minCoeff(), 1 - half, 1e-7) << type;
+    EXPECT_NEAR(mesh.vertices.col(1).maxCoeff(), 1 + half, 1e-7) << type;
+  }
+}
+
+TEST(MeshFbx, UnevenScale_IsBeforeTheChildsRotationWhereItSaysSo) {
+  ATELIER_NEEDS_FBX();
+  const std::string turned = "P: \"Lcl Rotation\",\"Lcl Rotation\",\"\",\"A\",0,0,90\n";
+  for (const auto& [type, wide, high] :
+       {std::tuple(0, 0.01, 0.03), std::tuple(1, 0.03, 0.01), std::tuple(2, 0.01, 0.01)}) {
+    const Mesh mesh = scaled_below("3,1,1", turned + inherit_type(type));
+    EXPECT_NEAR(mesh.vertices.col(0).maxCoeff(), 1 + wide, 1e-7) << type;
+    EXPECT_NEAR(mesh.vertices.col(1).maxCoeff(), 0.5 + high, 1e-7) << type;
+  }
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+std::string small_text() {
+  return read_file_text(kCorpus / "small.fbx", 1 << 20);
+}
+
+// The tetrahedron's upper bone turns about x, below a lower one of another scale.
+std::string scaled_bones(const std::string& scale, const std::string& of_high) {
+  std::string text = replaced(small_text(), "Model: 21,\"Model::low\",\"LimbNode\" {\n",
+                              "Model: 21,\"Model::low\",\"LimbNode\" {\nProperties70: {\n"
+                              "P: \"Lcl Scaling\",\"Lcl Scaling\",\"\",\"A\"," +
+                                  scale + "\n}\n");
+  return replaced(std::move(text), "\"A\",0,10,0\n", "\"A\",0,10,0\n" + of_high);
+}
+
+TEST(MeshFbx, AnimatedChildOfAnEvenScale_KeepsItsOwn) {
+  ATELIER_NEEDS_FBX();
+  for (const auto& [type, kept] : {std::pair(2, 0.5), std::pair(1, 1.0), std::pair(0, 1.0)}) {
+    const GltfScene scene = scene_of(scaled_bones("2,2,2", inherit_type(type)));
+    ASSERT_EQ(scene.animations.size(), 1u) << type;
+    for (const GltfChannel& channel : scene.animations[0].channels) {
+      if (channel.path == GltfPath::Scale &&
+          scene.nodes[static_cast<std::size_t>(channel.node)].name == "high") {
+        EXPECT_LT((channel.values.array() - kept).abs().maxCoeff(), 1e-6) << type;
+      }
+    }
+  }
+}
+
+TEST(MeshFbx, AnimatedChildOfAnUnevenScale_IsSaidAndLeftOut) {
+  ATELIER_NEEDS_FBX();
+  for (const int type : {0, 2}) {
+    const GltfScene scene = scene_of(scaled_bones("2,1,1", inherit_type(type)));
+    EXPECT_TRUE(scene.animations.empty()) << type;
+    EXPECT_THAT(scene.findings, Contains(Field(&Finding::code, "fbx-scales"))) << type;
+  }
+  EXPECT_EQ(scene_of(scaled_bones("2,1,1", inherit_type(1))).animations.size(), 1u);
+}
+
+TEST(MeshFbx, BlendShapes_StandAsTheyWereSaved) {
+  ATELIER_NEEDS_FBX();
+  const std::string field = "DeformPercent: 0\n";
+  for (const std::string& saved :
+       {std::string("DeformPercent: 30\n"),
+        "Properties70: {\nP: \"DeformPercent\",\"Number\",\"\",\"A\",30\n}\n" + field}) {
+    const GltfScene scene = scene_of(replaced(small_text(), field, saved));
+    EXPECT_THAT(scene.meshes.at(0).weights, ElementsAre(0.3));
+    EXPECT_NEAR(rest_mesh(scene).vertices.col(1).maxCoeff(), 0.215, 1e-7);
+  }
+}
+
+TEST(MeshFbx, ShapesOfOneChannel_AreBlendedBetweenTheirFullWeights) {
+  const auto parts = [](double percent) { return fbx_shape_parts(percent, {50, 100}); };
+  EXPECT_THAT(parts(0), ElementsAre(0, 0));
+  EXPECT_THAT(parts(25), ElementsAre(0.5, 0));
+  EXPECT_THAT(parts(50), ElementsAre(1, 0));
+  EXPECT_THAT(parts(75), ElementsAre(0.5, 0.5));
+  EXPECT_THAT(parts(100), ElementsAre(0, 1));
+  EXPECT_THAT(parts(150), ElementsAre(-1, 2));
+  EXPECT_THAT(parts(-25), ElementsAre(-0.5, 0));
+  EXPECT_THAT(fbx_shape_parts(-30, {100, -20, -40}), ElementsAre(0, 0.5, 0.5));
+  EXPECT_THAT(fbx_shape_parts(80, {80}), ElementsAre(1));
+}
+
+TEST(MeshFbxRefused, BlendShapesOfOneNameAtOtherWeights_AreRefused) {
+  ATELIER_NEEDS_FBX();
+  std::string text =
+      replaced(small_text(), "Geometry: 42,",
+               "Deformer: 43,\"SubDeformer::tall\",\"BlendShapeChannel\" {\nDeformPercent: 50\n}\n"
+               "Geometry: 44,\"Geometry::tall\",\"Shape\" {\nIndexes: *1 {\na: 0\n}\n"
+               "Vertices: *3 {\na: 0,5,0\n}\nNormals: *3 {\na: 0,0,0\n}\n}\nGeometry: 42,");
+  text = replaced(text, "C: \"OO\",42,41\n", "C: \"OO\",42,41\nC: \"OO\",43,40\nC: \"OO\",44,43\n");
+  EXPECT_THAT([&] { scene_of(text); }, ThrowsMessage<DataError>(HasSubstr("blend shape 'tall'")));
+}
+
+TEST(MeshFbxRefused, DualQuaternionsOutOfTheBindPose_AreRefused) {
+  ATELIER_NEEDS_FBX();
+  const auto saved = [](const std::string& type, const std::string& turn) {
+    std::string text =
+        replaced(small_text(), "\"Skin\" {\n", "\"Skin\" {\nSkinningType: \"" + type + "\"\n");
+    return scene_of(replaced(std::move(text), "\"A\",0,10,0\n", "\"A\",0,10,0\n" + turn));
+  };
+  const std::string turn = "P: \"Lcl Rotation\",\"Lcl Rotation\",\"\",\"A\",40,0,0\n";
+  for (const char* type : {"DualQuaternion", "Blend"}) {
+    EXPECT_NEAR(rest_mesh(saved(type, "")).vertices.col(1).maxCoeff(), 0.2, 1e-7) << type;
+    const GltfScene bent = saved(type, turn);
+    EXPECT_EQ(bent.animations.size(), 1u) << "a motion all the same";
+    EXPECT_THAT([&] { rest_mesh(bent); }, ThrowsMessage<DataError>(HasSubstr("dual quaternions")))
+        << type;
+  }
+  EXPECT_LT(rest_mesh(saved("Linear", turn)).vertices.col(1).maxCoeff(), 0.2);
 }
 
 // Two skinned meshes on one skeleton, each a node of its own that stands elsewhere.
