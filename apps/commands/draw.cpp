@@ -11,6 +11,7 @@
 #include "apps/console/command.h"
 #include "apps/console/interrupt.h"
 #include "apps/console/option_flags.h"
+#include "bodymodel/formats/personal_body.h"
 #include "capture/layouts/open_dataset.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -30,6 +31,7 @@
 #include "core/store/unfinished_folder.h"
 #include "core/usage_error.h"
 #include "core/writable_place.h"
+#include "pipeline/avatar/avatar_result.h"
 #include "pipeline/chain/outdated_results.h"
 #include "pipeline/outfit/worn_subject.h"
 #include "pipeline/pictures/paint_scene.h"
@@ -56,6 +58,7 @@ struct DrawOptions {
   double azimuth = 34;                  ///< degrees; as kThreeQuarter
   double elevation = 9;                 ///< degrees
   bool turn = false;                    ///< once round the subject over all frames
+  bool avatar = true;                   ///< the body as `avatar` has made it, where it has
   PictureOptions picture;
   VideoOptions video;
   PaintOptions paint;
@@ -72,6 +75,9 @@ OptionTable describe(DrawOptions& options) {
   table.add("elevation", options.elevation, -90, 90, "degrees",
             "Elevation of the camera: 0 level, 90 above");
   table.add("turn", options.turn, "Camera that goes once round the subject over all frames");
+  table.add("avatar", options.avatar,
+            "Body with skin, hair and shoes, where the workspace has an avatar; off: the body that "
+            "clothes lie on");
   table.add("width", options.picture.width, 1, 16384, "px",
             "Width of images that are not from a camera of the capture");
   table.add("height", options.picture.height, 1, 16384, "px",
@@ -157,6 +163,30 @@ Cast true_cast(const DrawArguments& arguments) {
               std::move(sequence));
   }
   return cast;
+}
+
+/// The body as it is seen, where the workspace has an avatar of its faces.
+void show_avatar(Cast& cast, const fs::path& workspace) {
+  const auto avatar_name = current_name(workspace / "avatar");
+  const auto person_name = current_name(workspace / "personalize");
+  SceneLayer& layer = cast.scene.layers.front();
+  if (!avatar_name || !person_name) {
+    return;
+  }
+  const auto avatar = std::make_shared<const BodyAvatar>(read_body_avatar(
+      workspace / "avatar" / *avatar_name,
+      read_personal_body(workspace / "personalize" / *person_name / "person.npz").model));
+  if (!equal_arrays(avatar->rest.faces, layer.faces)) {
+    return;  // of another body, which is asked for by --body
+  }
+  layer.model = avatar->model.string();
+  layer.over = over_clothes(*avatar);
+  Sequence& bodies = cast.sequences.front();
+  bodies.load = [avatar, load = bodies.load](Index i) {
+    Mesh mesh = load(i);
+    mesh.vertices = seen_surface(*avatar, mesh.vertices);
+    return mesh;
+  };
 }
 
 Cast cast_of(const DrawArguments& arguments) {
@@ -290,6 +320,9 @@ Cast whole_cast(const DrawArguments& arguments, const DrawOptions& options) {
   try {
     Cast cast = options.networks == "oracle" ? true_cast(arguments) : cast_of(arguments);
     require_body(cast, arguments);
+    if (options.avatar && options.networks != "oracle") {
+      show_avatar(cast, arguments.workspace);
+    }
     require_light(cast, options);
     fill_frames(cast);
     return cast;
