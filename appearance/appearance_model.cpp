@@ -165,7 +165,7 @@ const std::string& text_at(const std::map<std::string, std::string>& texts, cons
 std::string maker_of(const std::filesystem::path& file) {
   const std::string folder = file.parent_path().parent_path().parent_path().filename().string();
   const bool on_truth = folder == "oracle" || renamed_stage(folder) == "oracle";
-  return on_truth ? "oracle" : "appearance";
+  return folder == "avatar" ? "avatar" : on_truth ? "oracle" : "appearance";
 }
 
 }  // namespace

@@ -26,6 +26,9 @@ struct SceneLayer {
   std::string model;                           ///< file of the network that draws it; "": `color`
   Eigen::Vector3f color{0.45F, 0.45F, 0.45F};  ///< linear RGB, times its ambient visibility
   Triangles faces;                             ///< of its vertices
+  /// [V] of a body 1: lies over what is worn, as long hair does, and is not tucked under it. Empty:
+  /// nothing does. Not in the archive.
+  std::vector<char> over = {};
 };
 
 /// A scene to render, for a program that has neither capture nor workspace: surfaces over time and

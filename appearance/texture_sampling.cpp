@@ -14,14 +14,13 @@ void add_splat(Image& texture, std::vector<float>& weights, const TexturePixels&
                const std::vector<float>& colors) {
   for (std::size_t p = 0; p < places.u.size(); ++p) {
     const TextureTaps taps = texture_taps(texture.width, places.u[p], places.v[p]);
+    const float importance = places.weights.empty() ? 1.0F : places.weights[p];
     for (std::size_t k = 0; k < 4; ++k) {
       const auto texel = static_cast<std::size_t>(taps.texel[k]);
       for (std::size_t c = 0; c < 3; ++c) {
-        texture.data[3 * texel + c] += taps.weight[k] * colors[3 * p + c];
+        texture.data[3 * texel + c] += importance * taps.weight[k] * colors[3 * p + c];
       }
-      if (!weights.empty()) {
-        weights[texel] += taps.weight[k];
-      }
+      weights[texel] += importance * taps.weight[k];
     }
   }
 }
@@ -96,9 +95,11 @@ StaticTexture static_texture(int resolution, int cameras, const std::vector<Text
                              int rounds) {
   ATELIER_CHECK(resolution > 0 && cameras > 0 && rounds >= 1, "sizes and rounds are positive");
   for (const TextureView& view : views) {
-    ATELIER_CHECK(view.camera_idx >= 0 && view.camera_idx < cameras && view.pixels != nullptr &&
-                      view.pixels->colors.size() == 3 * view.pixels->u.size(),
-                  "a view needs a camera and colours");
+    ATELIER_CHECK(
+        view.camera_idx >= 0 && view.camera_idx < cameras && view.pixels != nullptr &&
+            view.pixels->colors.size() == 3 * view.pixels->u.size() &&
+            (view.pixels->weights.empty() || view.pixels->weights.size() == view.pixels->u.size()),
+        "a view needs a camera and colours, and each pixel a weight or none");
   }
   StaticTexture result;
   result.texture = Image(resolution, resolution, 3);
@@ -120,7 +121,7 @@ StaticTexture static_texture(int resolution, int cameras, const std::vector<Text
         add_splat(change, weights, *view.pixels, residual);
       }
       for (std::size_t t = 0; t < weights.size(); ++t) {
-        for (std::size_t c = 0; c < 3 && result.seen.data[t] != 0; ++c) {
+        for (std::size_t c = 0; c < 3 && result.seen.data[t] != 0 && weights[t] > 0; ++c) {
           float& value = result.texture.data[3 * t + c];
           value = std::max(0.0F, value + change.data[3 * t + c] / weights[t]);
         }

@@ -9,8 +9,9 @@ namespace atelier {
 
 /// Pixels of an image as places in a texture, and their colours.
 struct TexturePixels {
-  std::vector<float> u, v;    ///< [P] in [0,1], v up
-  std::vector<float> colors;  ///< [3P] linear RGB, or empty
+  std::vector<float> u, v;          ///< [P] in [0,1], v up
+  std::vector<float> colors;        ///< [3P] linear RGB, or empty
+  std::vector<float> weights = {};  ///< [P] how much each counts for a texture, or empty: all alike
 };
 
 /// The four texels round a place, bilinear: centres at (i + 0.5) / R, the border goes on outside.

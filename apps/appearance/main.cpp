@@ -194,9 +194,9 @@ AppearanceModel network_at(const fs::path& path) {
     }
     const std::string folder = path.parent_path().parent_path().parent_path().filename().string();
     const bool on_truth = folder == "oracle" || renamed_stage(folder) == "oracle";
-    throw DataError(
-        error.file, error.where, error.found,
-        error.expected + "; run 'atelier " + (on_truth ? "oracle" : "appearance") + "' again");
+    const char* stage = folder == "avatar" ? "avatar" : on_truth ? "oracle" : "appearance";
+    throw DataError(error.file, error.where, error.found,
+                    error.expected + "; run 'atelier " + stage + "' again");
   }
 }
 

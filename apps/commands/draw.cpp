@@ -11,6 +11,7 @@
 #include "apps/console/command.h"
 #include "apps/console/interrupt.h"
 #include "apps/console/option_flags.h"
+#include "bodymodel/formats/personal_body.h"
 #include "capture/layouts/open_dataset.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -30,6 +31,7 @@
 #include "core/store/unfinished_folder.h"
 #include "core/usage_error.h"
 #include "core/writable_place.h"
+#include "pipeline/avatar/avatar_result.h"
 #include "pipeline/chain/outdated_results.h"
 #include "pipeline/outfit/worn_subject.h"
 #include "pipeline/pictures/normal_pictures.h"
@@ -59,6 +61,7 @@ struct DrawOptions {
   bool turn = false;                    ///< once round the subject over all frames
   bool normals = false;                 ///< normals of the surfaces instead of networks
   std::vector<double> frames;           ///< numbers of those that are drawn; none: all
+  bool avatar = true;                   ///< the body as `avatar` has made it, where it has
   PictureOptions picture;
   VideoOptions video;
   PaintOptions paint;
@@ -80,6 +83,9 @@ OptionTable describe(DrawOptions& options) {
             "right, green upwards, blue towards the camera");
   table.add("frames", options.frames, 0, 1e9, "",
             "Numbers of the frames that are drawn; empty: all");
+  table.add("avatar", options.avatar,
+            "Body with skin, hair and shoes, where the workspace has an avatar; off: the body that "
+            "clothes lie on");
   table.add("width", options.picture.width, 1, 16384, "px",
             "Width of images that are not from a camera of the capture");
   table.add("height", options.picture.height, 1, 16384, "px",
@@ -165,6 +171,30 @@ Cast true_cast(const DrawArguments& arguments) {
               std::move(sequence));
   }
   return cast;
+}
+
+/// The body as it is seen, where the workspace has an avatar of its faces.
+void show_avatar(Cast& cast, const fs::path& workspace) {
+  const auto avatar_name = current_name(workspace / "avatar");
+  const auto person_name = current_name(workspace / "personalize");
+  SceneLayer& layer = cast.scene.layers.front();
+  if (!avatar_name || !person_name) {
+    return;
+  }
+  const auto avatar = std::make_shared<const BodyAvatar>(read_body_avatar(
+      workspace / "avatar" / *avatar_name,
+      read_personal_body(workspace / "personalize" / *person_name / "person.npz").model));
+  if (!equal_arrays(avatar->rest.faces, layer.faces)) {
+    return;  // of another body, which is asked for by --body
+  }
+  layer.model = avatar->model.string();
+  layer.over = over_clothes(*avatar);
+  Sequence& bodies = cast.sequences.front();
+  bodies.load = [avatar, load = bodies.load](Index i) {
+    Mesh mesh = load(i);
+    mesh.vertices = seen_surface(*avatar, mesh.vertices);
+    return mesh;
+  };
 }
 
 Cast cast_of(const DrawArguments& arguments) {
@@ -306,6 +336,9 @@ Cast whole_cast(const DrawArguments& arguments, const DrawOptions& options) {
   try {
     Cast cast = options.networks == "oracle" ? true_cast(arguments) : cast_of(arguments);
     require_body(cast, arguments);
+    if (options.avatar && options.networks != "oracle") {
+      show_avatar(cast, arguments.workspace);
+    }
     require_light(cast, options);
     fill_frames(cast, options.frames);
     return cast;

@@ -294,7 +294,7 @@ void export_motions(const fs::path& result, const Manifest& manifest, const fs::
     }
   }
   if (is_animation_result(result)) {
-    GltfScene avatar = avatar_scene(result, networks_of(manifest, workspace));
+    GltfScene avatar = avatar_scene(result, looks_of(manifest, workspace));
     avatar.consent = to_string(manifest.consent);
     write_gltf(place / "avatar.glb", avatar);
     std::cout << printable((place / "avatar.glb").string())

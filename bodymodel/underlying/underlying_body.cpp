@@ -20,25 +20,6 @@ namespace {
 constexpr double kSkinAlongScan = 0.5;  // cosine between skin and seen skin
 constexpr double kMinGap = 0.5;         // of the usual one; closer, cloth pushes
 
-/// Cotangent weights of the edges, at least a little, so that obtuse faces pull the right way.
-Eigen::VectorXd edge_weights(const Topology& topology, const Points& vertices) {
-  Eigen::VectorXd weights = Eigen::VectorXd::Zero(topology.edges.rows());
-  for (Index f = 0; f < topology.faces.rows(); ++f) {
-    for (int k = 0; k < 3; ++k) {
-      const int edge = topology.face_edges(f, k);
-      if (edge < 0) {
-        continue;
-      }
-      const Eigen::RowVector3d apex = vertices.row(topology.faces(f, (k + 2) % 3));
-      const Eigen::Vector3d a = (vertices.row(topology.faces(f, k)) - apex).transpose();
-      const Eigen::Vector3d b = (vertices.row(topology.faces(f, (k + 1) % 3)) - apex).transpose();
-      const double area = a.cross(b).norm();
-      weights[edge] += area > 0 ? std::clamp(0.5 * a.dot(b) / area, 0.0, 5.0) : 0;
-    }
-  }
-  return weights.cwiseMax(0.05);
-}
-
 /// Rotation that takes the edges around each vertex best from one shape to another.
 std::vector<Eigen::Matrix3d> edge_rotations(const VertexEnergy& energy, const Points& from,
                                             const Points& to) {

@@ -1,6 +1,8 @@
 #include "bodymodel/underlying/vertex_energy.h"
 
+#include <Eigen/Geometry>
 #include <Eigen/SparseCholesky>
+#include <algorithm>
 #include <cmath>
 
 #include "core/error.h"
@@ -125,6 +127,24 @@ struct NormalMatrix {
 };
 
 }  // namespace
+
+Eigen::VectorXd edge_weights(const Topology& topology, const Points& vertices) {
+  Eigen::VectorXd weights = Eigen::VectorXd::Zero(topology.edges.rows());
+  for (Index f = 0; f < topology.faces.rows(); ++f) {
+    for (int k = 0; k < 3; ++k) {
+      const int edge = topology.face_edges(f, k);
+      if (edge < 0) {
+        continue;
+      }
+      const Eigen::RowVector3d apex = vertices.row(topology.faces(f, (k + 2) % 3));
+      const Eigen::Vector3d a = (vertices.row(topology.faces(f, k)) - apex).transpose();
+      const Eigen::Vector3d b = (vertices.row(topology.faces(f, (k + 1) % 3)) - apex).transpose();
+      const double area = a.cross(b).norm();
+      weights[edge] += area > 0 ? std::clamp(0.5 * a.dot(b) / area, 0.0, 5.0) : 0;
+    }
+  }
+  return weights.cwiseMax(0.05);
+}
 
 double row_weight(const PlaneRow& row, const Points& x) {
   return weight_at(row, residual(row, x));

@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 
+#include "core/topology.h"
 #include "core/types.h"
 
 namespace atelier {
@@ -31,6 +32,10 @@ struct VertexEnergy {
   Points anchors;                  ///< [V,3] m
   std::vector<PlaneRow> rows;
 };
+
+/// Half the cotangents of the two angles that an edge is opposite to, at least 0.05, [E]: what
+/// makes the sum over edges the Dirichlet energy of what differs between their ends.
+Eigen::VectorXd edge_weights(const Topology& topology, const Points& vertices);
 
 /// The weight with which a row pulls at x, m2: its own, less where it saturates.
 double row_weight(const PlaneRow& row, const Points& x);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "bodymodel/formats/body_archive.h"
@@ -16,6 +17,7 @@
 #include "core/store/frame_memory.h"
 #include "core/store/output_sequences.h"
 #include "pipeline/animation/animated_cloth.h"
+#include "pipeline/avatar/avatar_drawing.h"
 #include "pipeline/cloth/scene_check.h"
 #include "pipeline/pictures/paint_scene.h"
 #include "pipeline/pictures/picture_size.h"
@@ -51,6 +53,9 @@ std::vector<OutputSequence> animated_sequences(const Animation& animation) {
   std::vector<OutputSequence> sequences = {
       {"frames", std::nullopt},
       {"body/frames", animation_header(animation, animation.body.model.mesh)}};
+  if (animation.avatar) {
+    sequences.push_back({"seen/frames", animation_header(animation, animation.avatar->rest)});
+  }
   for (std::size_t g = 0; g < animation.worn.names.size(); ++g) {
     sequences.push_back({"garments/" + animation.worn.names[g] + "/frames",
                          animation_header(animation, animation.worn.meshes[g])});
@@ -64,6 +69,10 @@ std::vector<Archive> animated_archives(const Animation& animation, const Animate
   Mesh mesh;
   mesh.vertices = body;
   std::vector<Archive> archives{archive_of(frame), archive_of(mesh)};
+  if (animation.avatar) {
+    mesh.vertices = seen_surface(*animation.avatar, body);
+    archives.push_back(archive_of(mesh));
+  }
   for (std::size_t g = 0; g < animation.worn.names.size(); ++g) {
     mesh.vertices = frame.state.positions.middleRows(animation.worn.first[g],
                                                      animation.worn.meshes[g].vertices.rows());
@@ -72,14 +81,41 @@ std::vector<Archive> animated_archives(const Animation& animation, const Animate
   return archives;
 }
 
+/// All clothes as one surface.
+JoinedSurfaces joined_clothes(const Animation& animation, const Points& cloth) {
+  std::vector<Points> vertices;
+  for (std::size_t g = 0; g < animation.worn.meshes.size(); ++g) {
+    vertices.emplace_back(
+        cloth.middleRows(animation.worn.first[g], animation.worn.meshes[g].vertices.rows()));
+  }
+  std::vector<Surface> surfaces;
+  for (std::size_t g = 0; g < vertices.size(); ++g) {
+    surfaces.push_back({&vertices[g], &animation.worn.meshes[g].faces});
+  }
+  return joined_surfaces(surfaces);
+}
+
+/// The body as it is rendered: seen with its texture, where there is an avatar and a look to it.
+RenderMesh rendered_body(const Animation& animation, const Points& body, const Points& cloth,
+                         const Look& look) {
+  RenderMesh wearer;
+  wearer.look = look;
+  wearer.mesh.faces = animation.body.model.mesh.faces;
+  wearer.mesh.vertices = body;
+  if (look.texture) {
+    const BodyAvatar& avatar = *animation.avatar;
+    wearer.mesh.uvs = avatar.rest.uvs;
+    wearer.mesh.uv_faces = avatar.rest.uv_faces;
+    wearer.mesh.vertices = tucked_skin(seen_surface(avatar, body), wearer.mesh.faces,
+                                       joined_clothes(animation, cloth), over_clothes(avatar));
+  }
+  return wearer;
+}
+
 /// The body's and the clothes' surfaces in a frame, as they are rendered.
 std::vector<RenderMesh> dressed_meshes(const Animation& animation, const Points& body,
-                                       const Points& cloth) {
-  std::vector<RenderMesh> meshes;
-  Mesh wearer;
-  wearer.vertices = body;
-  wearer.faces = animation.body.model.mesh.faces;
-  meshes.push_back({std::move(wearer), skin_look()});
+                                       const Points& cloth, const Look& skin) {
+  std::vector<RenderMesh> meshes = {rendered_body(animation, body, cloth, skin)};
   for (std::size_t g = 0; g < animation.worn.meshes.size(); ++g) {
     Mesh garment = animation.worn.meshes[g];
     garment.vertices = cloth.middleRows(animation.worn.first[g], garment.vertices.rows());
@@ -91,17 +127,22 @@ std::vector<RenderMesh> dressed_meshes(const Animation& animation, const Points&
 /// Gets the image of every frame, in order.
 using TakePicture = std::function<void(const Image& picture)>;
 
-/// Draws all frames in plain colours. False if the run was told to stop.
+/// Draws all frames in plain colours, the body with the texture of its avatar. False if the run was
+/// told to stop.
 bool draw_plain(StageRun& run, const Animation& animation, const AnimationView& view,
                 const std::vector<Points>& bodies, const std::vector<Points>& cloths,
                 const TakePicture& take) {
+  const AnimationViewOptions& options = run.options<AnimateOptions>().view;
+  const bool textured = animation.avatar && options.drawn_by != "plain";
+  const Look skin = textured ? textured_skin_look(std::make_shared<const Image>(
+                                   avatar_model_at(animation.avatar->model).static_texture))
+                             : skin_look();
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     if (run.stop_requested()) {
       return false;
     }
     take(animation_picture(view, static_cast<int>(i),
-                           dressed_meshes(animation, bodies[i], cloths[i]),
-                           run.options<AnimateOptions>().view));
+                           dressed_meshes(animation, bodies[i], cloths[i], skin), options));
   }
   return true;
 }
@@ -116,6 +157,9 @@ std::vector<SceneLayer> drawn_layers(const Animation& animation) {
         {name, found == animation.networks.end() ? "" : found->second.string(), color, faces});
   };
   add("body", skin_look().color, animation.body.model.mesh.faces);
+  if (animation.avatar) {
+    layers.back().over = over_clothes(*animation.avatar);
+  }
   for (std::size_t g = 0; g < animation.worn.names.size(); ++g) {
     add(animation.worn.names[g], cloth_look(g).color, animation.worn.meshes[g].faces);
   }
@@ -131,7 +175,8 @@ bool draw_by_networks(StageRun& run, const Animation& animation, const Animation
   scene.cameras = view.cameras;
   scene.frame_ids = animation.frame_ids;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    std::vector<Points> vertices = {bodies[i]};
+    std::vector<Points> vertices = {animation.avatar ? seen_surface(*animation.avatar, bodies[i])
+                                                     : bodies[i]};
     for (std::size_t g = 0; g < animation.worn.names.size(); ++g) {
       vertices.emplace_back(
           cloths[i].middleRows(animation.worn.first[g], animation.worn.meshes[g].vertices.rows()));

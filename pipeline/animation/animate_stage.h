@@ -24,7 +24,8 @@ inline constexpr std::array kAnimateMetrics = {
 /// Person, motion, garments and material -> frames/ (the cloth's state in every frame, schema
 /// "atelier.animated_frame", from which a run that was ended goes on with the same bits), body/ and
 /// garments/<name>/ (core/sequence_archive.h), body.npz and motion.npz (who moves, and how),
-/// figures.json, and pictures/, animation.mp4 and strip.png.
+/// figures.json, with an avatar seen/ (the body as it is seen), and pictures/, animation.mp4 and
+/// strip.png.
 void run_animate(StageRun& run);
 
 }  // namespace atelier

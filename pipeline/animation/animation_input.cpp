@@ -14,6 +14,7 @@
 #include "bodymodel/retarget/synthetic_motion.h"
 #include "capture/layouts/open_dataset.h"
 #include "core/error.h"
+#include "core/io/child_program.h"
 #include "core/io/file_bytes.h"
 #include "core/io/mesh_sequence_file.h"
 #include "core/io/text_writer.h"
@@ -88,7 +89,8 @@ void require_learnable(const AnimateOptions& options) {
 
 /// The networks that draw the images; none where everything has one colour, and why is said. They
 /// are refused here, before minutes of simulation, where they were asked for and are not there.
-std::map<std::string, fs::path> drawing_networks(StageRun& run, const AnimationSource& source) {
+std::map<std::string, fs::path> drawing_networks(StageRun& run, const AnimationSource& source,
+                                                 const std::optional<BodyAvatar>& avatar) {
   const auto& options = run.options<AnimateOptions>();
   std::map<std::string, fs::path> networks;
   if (!options.pictures || options.view.drawn_by == "plain") {
@@ -99,8 +101,11 @@ std::map<std::string, fs::path> drawing_networks(StageRun& run, const AnimationS
   std::string why = kLearnt;
   if (is_learnable(options)) {
     const auto add = [&](const std::string& name) {
-      const fs::path model =
-          run.has_input("networks") ? run.input("networks") / name / "model.safetensors" : "";
+      const bool seen = name == "body" && avatar && has_child_program("atelier-appearance");
+      const fs::path model = seen ? avatar->model
+                             : run.has_input("networks")
+                                 ? run.input("networks") / name / "model.safetensors"
+                                 : "";
       if (!fs::exists(model)) {
         return false;
       }
@@ -120,7 +125,7 @@ std::map<std::string, fs::path> drawing_networks(StageRun& run, const AnimationS
       }
     }
     if (!networks.empty()) {
-      add("body");  // learnt on demand: without a network it is plain beside drawn clothes
+      add("body");  // without an avatar or network it is plain beside drawn clothes
     }
     why = networks.empty() ? "no network of " + missing + "; run 'atelier appearance' first" : "";
   }
@@ -132,7 +137,9 @@ std::map<std::string, fs::path> drawing_networks(StageRun& run, const AnimationS
   } else if (options.view.drawn_by == "networks") {
     throw DataError("", "drawn_by networks", why, "networks of what is worn; or leave it out");
   } else {
-    run.say("images have one colour each: " + why);
+    run.say(
+        (avatar ? "clothes in images have one colour each: " : "images have one colour each: ") +
+        why);
   }
   return networks;
 }
@@ -334,7 +341,10 @@ Animation read_animation(StageRun& run) {
   if (options.pictures) {  // refused now rather than behind minutes of simulation
     require_view(options.view, animation.cameras);
   }
-  animation.networks = drawing_networks(run, source);
+  if (run.has_input("avatar") && options.body.empty()) {
+    animation.avatar = read_body_avatar(run.input("avatar"), source.person.model);
+  }
+  animation.networks = drawing_networks(run, source, animation.avatar);
   MovingBody& body = animation.body;
   body.model = wearer_of(run, source, options);
   body.shaped = shape_body(body.model);

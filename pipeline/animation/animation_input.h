@@ -8,6 +8,7 @@
 
 #include "bodymodel/retarget/moving_body.h"
 #include "core/store/stage.h"
+#include "pipeline/avatar/avatar_result.h"
 #include "pipeline/outfit/held_cloth.h"
 #include "pipeline/outfit/worn_cloth.h"
 #include "pipeline/pictures/animation_pictures.h"
@@ -46,7 +47,8 @@ struct Animation {
   std::vector<Camera> cameras;  ///< of the capture
   /// Files of networks by what they draw, "body" and garments; none: everything has one colour.
   std::map<std::string, std::filesystem::path> networks;
-  std::vector<RingPlace> places;  ///< of what holds registered clothes, in the cloth of all
+  std::optional<BodyAvatar> avatar;  ///< how the body is seen; none: of another body, or not made
+  std::vector<RingPlace> places;     ///< of what holds registered clothes, in the cloth of all
   /// Where the clothes are to be, where that is known: the capture's own motion on its own person.
   std::vector<RegisteredGarmentSequence> registered;
 };

@@ -19,6 +19,7 @@
 #include "core/io/safetensors.h"
 #include "core/normals.h"
 #include "core/sequence_archive.h"
+#include "pipeline/avatar/avatar_drawing.h"
 
 namespace atelier {
 namespace {
@@ -112,6 +113,26 @@ GltfMaterial skin_material() {
   return {"skin", {0.62, 0.45, 0.36}, {}};
 }
 
+/// The surfaces of the body: as it is seen, where there is an avatar.
+fs::path seen_body(const fs::path& result) {
+  return fs::is_directory(result / "seen") ? result / "seen" : result / "body";
+}
+
+/// An image as a material's texture.
+void put_texture(GltfMaterial& material, const Image& texture) {
+  const std::string png = image_bytes(texture, ImageFormat::Png);
+  const auto* bytes = reinterpret_cast<const std::byte*>(png.data());
+  material.texture.assign(bytes, bytes + png.size());
+  material.color.setOnes();
+}
+
+/// The mean texture of an avatar.
+GltfMaterial textured_skin(const fs::path& avatar) {
+  GltfMaterial material = skin_material();
+  put_texture(material, avatar_model_at(avatar / "body" / "model.safetensors").static_texture);
+  return material;
+}
+
 /// A garment's best texture that does not change; one colour where none was learnt of this mesh.
 /// Takes the mesh's texture coordinates from there.
 GltfMaterial cloth_material(const std::string& garment, const fs::path& networks, Mesh& mesh) {
@@ -127,10 +148,7 @@ GltfMaterial cloth_material(const std::string& garment, const fs::path& networks
   }
   mesh.uvs = model.uvs;
   mesh.uv_faces = model.uv_faces;
-  const std::string png = image_bytes(model.static_texture, ImageFormat::Png);
-  const auto* bytes = reinterpret_cast<const std::byte*>(png.data());
-  material.texture.assign(bytes, bytes + png.size());
-  material.color.setOnes();
+  put_texture(material, model.static_texture);
   return material;
 }
 
@@ -176,16 +194,20 @@ bool is_animation_result(const fs::path& result) {
   return fs::exists(result / "body.npz") && fs::exists(result / "motion.npz");
 }
 
-fs::path networks_of(const Manifest& manifest, const fs::path& workspace) {
+AvatarLooks looks_of(const Manifest& manifest, const fs::path& workspace) {
+  AvatarLooks looks;
   for (const ManifestInput& input : manifest.inputs) {
+    const fs::path result = workspace / input.stage / fs::path(input.path).filename();
     if (input.kind == "networks") {
-      return workspace / input.stage / fs::path(input.path).filename();
+      looks.networks = result;
+    } else if (input.kind == "avatar") {
+      looks.avatar = result;
     }
   }
-  return {};
+  return looks;
 }
 
-GltfScene avatar_scene(const fs::path& result, const fs::path& networks) {
+GltfScene avatar_scene(const fs::path& result, const AvatarLooks& looks) {
   BodyModel body = read_body(result / "body.npz");
   const MotionClip clip = read_motion(result / "motion.npz");
   if (clip.skeleton.names != body.skeleton.names) {
@@ -195,19 +217,26 @@ GltfScene avatar_scene(const fs::path& result, const fs::path& networks) {
   body.name = "body";
   // As it is written, so that surfaces are off that skin, not off one of more influences.
   body.skin = repair_skin_weights(body.skin, joint_count(body), {.max_slots = 4}).skin;
+  const fs::path surfaces = seen_body(result);
+  const bool seen = surfaces.filename() == "seen" && !looks.avatar.empty();
+  if (seen) {
+    const Mesh shared = read_sequence_header(surfaces).shared;
+    body.mesh.uvs = shared.uvs;
+    body.mesh.uv_faces = shared.uv_faces;
+  }
   GltfScene scene = gltf_body(body, {}, clip.motion);
   for (GltfMesh& mesh : scene.meshes) {
     for (GltfPrimitive& primitive : mesh.primitives) {
       primitive.material = "skin";
     }
   }
-  scene.materials.push_back(skin_material());
-  add_surfaces(scene, body, clip, open_sequence(result / "body"));
+  scene.materials.push_back(seen ? textured_skin(looks.avatar) : skin_material());
+  add_surfaces(scene, body, clip, open_sequence(surfaces));
   for (const fs::path& garment : garments_of(result)) {
     const std::string name = garment.filename().string();
     const Sequence sequence = open_sequence(garment);
     Mesh shared = read_sequence_header(garment).shared;
-    GltfMaterial look = cloth_material(name, networks, shared);
+    GltfMaterial look = cloth_material(name, looks.networks, shared);
     std::vector<Mesh> frames;
     for (Index i = 0; i < frame_count(sequence); ++i) {
       frames.push_back(frame(sequence, i));
@@ -226,7 +255,7 @@ GltfScene avatar_scene(const fs::path& result, const fs::path& networks) {
 }
 
 std::vector<NamedSequence> avatar_sequences(const fs::path& result) {
-  std::vector<NamedSequence> all = {{"body", open_sequence(result / "body")}};
+  std::vector<NamedSequence> all = {{"body", open_sequence(seen_body(result))}};
   for (const fs::path& garment : garments_of(result)) {
     all.push_back({garment.filename().string(), open_sequence(garment)});
   }

@@ -19,7 +19,7 @@ fs::path exported_avatar(const fs::path& workspace) {
   return derived_folder(workspace, "export", results, [&](const fs::path& folder) {
     const fs::path& animated = results.front();
     const Manifest manifest = read_manifest(animated, "animate");
-    GltfScene avatar = avatar_scene(animated, networks_of(manifest, workspace));
+    GltfScene avatar = avatar_scene(animated, looks_of(manifest, workspace));
     avatar.consent = to_string(manifest.consent);
     write_gltf(folder / "avatar.glb", avatar);
     export_bvh(animated / "motion.npz", folder / "motion.bvh");

@@ -34,12 +34,12 @@ constexpr std::array kAnimateFigures = {
 const StageRow& animate_row() {
   static const StageRow row{
       .stage = {.name = "animate",
-                .version = 7,
+                .version = 8,
                 .summary =
                     "the person and the simulated garments in a motion, as meshes and images",
                 .inputs = {"capture", "person", "tracked"},
                 .optional_inputs = {"bodies", "template", "registered", "fitted_material",
-                                    "networks"},
+                                    "networks", "avatar"},
                 .outputs = {"animation"},
                 .metrics = kAnimateMetrics,
                 .options = option_set<AnimateOptions>,

@@ -1,28 +1,23 @@
 #include "pipeline/appearance/appearance_stage.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <map>
 #include <optional>
 #include <set>
 #include <utility>
 
-#include "appearance/learnt.h"
 #include "appearance/static_fit.h"
-#include "appearance/training_log.h"
 #include "capture/capture_info.h"
 #include "capture/frame_reader.h"
 #include "capture/layouts/open_dataset.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/file_kind.h"
-#include "core/io/child_program.h"
-#include "core/io/file_bytes.h"
 #include "core/io/image_file.h"
-#include "core/limits.h"
-#include "core/not_converged.h"
 #include "core/usage_error.h"
+#include "pipeline/appearance/tell_contradictions.h"
+#include "pipeline/appearance/train_network.h"
 #include "pipeline/outfit/worn_subject.h"
 #include "pipeline/pictures/taken_and_drawn.h"
 
@@ -70,81 +65,6 @@ Seen what_training_sees(const Dataset& dataset, const fs::path& capture) {
   return seen;
 }
 
-/// Resolved options of a training as the words of the other program.
-std::vector<std::string> words_of(TrainOptions options) {
-  std::vector<std::string> words;
-  for (const OptionField& field : describe(options).fields) {
-    std::string text = option_text(field);
-    if (text.size() >= 2 && text.front() == '"') {
-      text = text.substr(1, text.size() - 2);
-    }
-    words.push_back("--" + field.name);
-    words.push_back(text);
-  }
-  return words;
-}
-
-struct Trained {
-  std::optional<double> psnr;  // dB, mean over the last steps; nothing: their rows are lost
-  double seconds = 0;          // of the steps of this run: a resumed one has fewer
-  double steps = 0;            // of this run
-  bool done = false;
-};
-
-/// @param options  resolved
-/// @param views    in the data
-Trained train_network(StageRun& run, const std::string& name, const TrainOptions& options,
-                      int views, const fs::path& data, const fs::path& model, const fs::path& log,
-                      const fs::path& checkpoint) {
-  std::vector<std::string> words = {"train",
-                                    data.string(),
-                                    model.string(),
-                                    "--log",
-                                    log.string(),
-                                    "--checkpoint",
-                                    checkpoint.string(),
-                                    "--device",
-                                    device_name(run.device())};
-  const std::vector<std::string> more = words_of(options);
-  words.insert(words.end(), more.begin(), more.end());
-  Trained result;
-  auto start = std::chrono::steady_clock::now();
-  long long first = 0;
-  const auto train = [&] {
-    return run_child_program(
-        "atelier-appearance", words, "a build with libtorch (libtorch-dev)",
-        [&](const std::string& line) {
-          long long step = 0;
-          int of = 0;
-          double loss = 0;
-          double psnr = 0;
-          if (std::sscanf(line.c_str(), "begin %lld %d", &step, &of) == 2) {
-            start = std::chrono::steady_clock::now();
-            first = step;
-            run.progress(step, of, "steps");
-          } else if (std::sscanf(line.c_str(), "step %lld %d %lf %lf", &step, &of, &loss, &psnr) ==
-                     4) {
-            result.steps = static_cast<double>(step - first);
-            result.seconds =
-                std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-            run.progress(step, of, "steps", {{"loss", loss}, {"psnr_db", psnr}});
-          }
-        },
-        [&] { return run.stop_requested(); });
-  };
-  try {
-    result.done = train();
-  } catch (const NotConverged& error) {
-    throw NotConverged(name + ": " + error.what());
-  }
-  if (result.done) {
-    // From its log, which has all steps: what is resumed takes the last ones alone, or none.
-    result.psnr = mean_psnr_after(read_file_text(log, Limits{}.text_file_bytes),
-                                  judged_after(options.iterations, views, options.batch));
-  }
-  return result;
-}
-
 /// Says which cameras have no image of some frames: a training on fewer looks like any other.
 void tell_missing(StageRun& run, const Dataset& dataset, const Seen& seen) {
   for (std::size_t c = 0; c < seen.cameras.size(); ++c) {
@@ -190,36 +110,7 @@ void judge_pictures(StageRun& run, const AppearanceData& data) {
     throw DataError("", "images of " + data.name, found,
                     "images, calibration and geometry of one capture");
   }
-  for (const std::size_t c : contradicting_cameras(fit)) {
-    char text[320];
-    std::snprintf(text, sizeof(text),
-                  "%s: images of camera %s contradict the geometry: a texture for all cameras "
-                  "reaches %.1f dB there and explains %.0f%% of their variation (%.1f dB over all "
-                  "cameras); check that they are of this camera and its calibration",
-                  data.name.c_str(), data.camera_ids[c].c_str(), fit.camera_psnr[c],
-                  100 * std::max(fit.camera_explained[c], 0.0), fit.psnr);
-    run.warn(text);
-  }
-}
-
-/// Warns of a network that has learnt little; one that diverged is no result, as
-/// `atelier-appearance` says, too.
-void require_learnt(StageRun& run, const std::string& name, std::optional<double> psnr,
-                    double fixed) {
-  if (!psnr) {
-    run.warn(name + ": rows of the training log are missing, so its final loss is unknown");
-    return;
-  }
-  const std::string text = name + ": " + little_learnt_text(*psnr, fixed);
-  switch (learnt(*psnr, fixed)) {
-    case Learnt::Diverged:
-      throw NotConverged(text);
-    case Learnt::Doubtful:
-      run.warn(text);
-      break;
-    case Learnt::Enough:
-      break;
-  }
+  tell_contradictions(run, data, fit);
 }
 
 /// Those of some frames in which a surface is worn.
@@ -355,9 +246,9 @@ void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
     }
     judge_pictures(run, data);
     const Trained trained =
-        train_network(run, name, known, static_cast<int>(data.views.size()), data_file,
-                      scratch / "model.safetensors", scratch / "training.csv",
-                      scratch / "checkpoint.safetensors");
+        train_network(run, name, known, static_cast<int>(data.views.size()),
+                      {data_file, scratch / "model.safetensors", scratch / "training.csv",
+                       scratch / "checkpoint.safetensors"});
     if (!trained.done) {
       return;
     }

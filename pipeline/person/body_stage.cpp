@@ -26,6 +26,7 @@
 #include "core/store/output_sequences.h"
 #include "core/store/result.h"
 #include "core/tree.h"
+#include "pipeline/person/tracked_take.h"
 #include "pipeline/pictures/person_pictures.h"
 
 namespace atelier {
@@ -69,33 +70,6 @@ ClothedScan clothed_scan(Mesh mesh) {
   return scan;
 }
 
-/// A sequence of the capture as `track` has left it.
-struct Take {
-  std::string name;
-  TrackedMotion tracked;
-};
-
-std::vector<Take> read_takes(const fs::path& tracked) {
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(tracked / "tracked")) {
-    if (entry.path().extension() == ".h5") {
-      files.push_back(entry.path());
-    }
-  }
-  std::sort(files.begin(), files.end());
-  std::vector<Take> takes;
-  takes.reserve(files.size());
-  for (const fs::path& file : files) {
-    takes.push_back({file.stem().string(), read_tracked_motion(file)});
-  }
-  std::sort(takes.begin(), takes.end(), [](const Take& a, const Take& b) {
-    const auto& x = a.tracked.motion.frame_ids;
-    const auto& y = b.tracked.motion.frame_ids;
-    return x.empty() || y.empty() ? x.size() < y.size() : x.front() < y.front();
-  });
-  return takes;
-}
-
 /// Where a frame is.
 struct Place {
   std::size_t take = 0;
@@ -106,7 +80,7 @@ struct Place {
 struct BodySource {
   PersonalBody person;
   ShapedBody shaped;
-  std::vector<Take> takes;
+  std::vector<TrackedTake> takes;
   std::map<int, Place> places;  // by frame id
   fs::path scans;               // folder
   fs::path capture;             // of ground_truth_scans
@@ -142,7 +116,7 @@ BodySource body_source(const fs::path& person, const fs::path& tracked_result,
   BodySource source;
   source.person = read_personal_body(person / "person.npz");
   source.shaped = shape_body(source.person.model);
-  source.takes = read_takes(tracked_result);
+  source.takes = tracked_takes(tracked_result);
   source.scans = scans / "scans";
   const Index joints = joint_count(source.person.model);
   for (std::size_t t = 0; t < source.takes.size(); ++t) {

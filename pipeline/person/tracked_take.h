@@ -2,6 +2,9 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
+
+#include "bodymodel/formats/tracked_motion.h"
 
 namespace atelier {
 
@@ -9,5 +12,14 @@ namespace atelier {
 /// DataError for a name that was not tracked.
 std::filesystem::path tracked_take(const std::filesystem::path& tracked,
                                    const std::filesystem::path& capture, const std::string& name);
+
+/// A sequence of the capture as `track` has left it.
+struct TrackedTake {
+  std::string name;
+  TrackedMotion tracked;
+};
+
+/// All of them, in the order of their frames. @param tracked  the result of `track`
+std::vector<TrackedTake> tracked_takes(const std::filesystem::path& tracked);
 
 }  // namespace atelier

@@ -146,6 +146,13 @@ Look skin_look() {
   return look;
 }
 
+Look textured_skin_look(std::shared_ptr<const Image> texture) {
+  Look look = skin_look();
+  look.color = {1, 1, 1};
+  look.texture = std::move(texture);
+  return look;
+}
+
 Look cloth_look(std::size_t garment) {
   constexpr std::array<std::array<float, 3>, 4> kColors = {
       {{0.14F, 0.22F, 0.42F}, {0.60F, 0.55F, 0.44F}, {0.40F, 0.12F, 0.13F}, {0.16F, 0.34F, 0.22F}}};

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -58,6 +59,9 @@ Points box_corners(const Points& points);
 /// One image, tone mapped: linear RGB, or RGBA with premultiplied colour.
 Image animation_picture(const AnimationView& view, int frame, std::vector<RenderMesh> meshes,
                         const AnimationViewOptions& options);
+
+/// The skin of a body whose texture is known.
+Look textured_skin_look(std::shared_ptr<const Image> texture);
 
 /// A body's skin, and cloth in one of a few colours that tell garments apart.
 Look skin_look();

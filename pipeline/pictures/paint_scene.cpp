@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cstdio>
 
-#include "appearance/joined_surfaces.h"
 #include "appearance/painted_picture.h"
 #include "appearance/remove_penetration.h"
 #include "core/archive.h"
@@ -12,8 +11,19 @@
 
 namespace atelier {
 
-PaintedScene without_penetration(PaintedScene scene) {
+Points tucked_skin(const Points& skin, const Triangles& faces, const JoinedSurfaces& cloth,
+                   const std::vector<char>& over) {
   constexpr double kReach = 0.03;  // m
+  Points tucked = remove_penetration(skin, faces, cloth.vertices, cloth.faces, kReach);
+  for (std::size_t v = 0; v < over.size(); ++v) {
+    if (over[v] != 0) {
+      tucked.row(static_cast<Index>(v)) = skin.row(static_cast<Index>(v));
+    }
+  }
+  return tucked;
+}
+
+PaintedScene without_penetration(PaintedScene scene) {
   const auto is_body = [](const SceneLayer& layer) { return layer.name == "body"; };
   const auto body = std::find_if(scene.layers.begin(), scene.layers.end(), is_body);
   if (body == scene.layers.end()) {
@@ -29,8 +39,7 @@ PaintedScene without_penetration(PaintedScene scene) {
     }
     if (vertices[b].rows() > 0) {
       const JoinedSurfaces cloth = joined_surfaces(worn);
-      vertices[b] = remove_penetration(vertices[b], scene.layers[b].faces, cloth.vertices,
-                                       cloth.faces, kReach);
+      vertices[b] = tucked_skin(vertices[b], scene.layers[b].faces, cloth, scene.layers[b].over);
     }
   }
   return scene;

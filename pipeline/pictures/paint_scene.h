@@ -3,6 +3,7 @@
 #include <functional>
 #include <string>
 
+#include "appearance/joined_surfaces.h"
 #include "appearance/painted_scene.h"
 #include "core/device.h"
 
@@ -15,6 +16,11 @@ struct PaintHooks {
   std::function<void(Index frame_idx, const Image& picture)> picture;
   std::function<bool()> stop;
 };
+
+/// Skin under the cloth that is worn over it (appearance/remove_penetration.h, up to 3 cm), but for
+/// what lies over cloth. @param over  SceneLayer::over
+Points tucked_skin(const Points& skin, const Triangles& faces, const JoinedSurfaces& cloth,
+                   const std::vector<char>& over);
 
 /// Draws every frame of a scene, each garment and the body by its network (`SceneLayer::model`, the
 /// <name>/model.safetensors of the stage `appearance`), composed by depth; skin that stands out

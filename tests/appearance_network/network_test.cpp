@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "appearance/mean_texture.h"
 #include "appearance/network/train.h"
 #include "core/archive.h"
 #include "core/error.h"
@@ -70,6 +71,26 @@ void awaken(AppearanceModel& model) {
       nudge(model, last, i, 0.1F);
     }
   }
+}
+
+TEST(Network, MeanTexture_DarkensWithOcclusionAsItSays) {
+  AppearanceData data = small_data();
+  for (SurfaceFrame& frame : data.frames) {
+    frame.transfer.setConstant(0.9F);
+  }
+  const AppearanceModel model = mean_texture_model(data, 16, {.max_angle = 90, .darkening = 6});
+  const AppearanceNetwork network(model, Device::Cpu);
+  const Eigen::Vector3d above(0.5, 3, 0.5);
+  const Image open = network.texture(data.frames[0], above);
+  for (std::size_t i = 0; i < open.data.size(); i += 31) {
+    EXPECT_NEAR(open.data[i], model.static_texture.data[i], 1e-5F);
+  }
+  SurfaceFrame dark = data.frames[0];
+  dark.transfer.setConstant(0.4F);
+  const Image shaded = network.texture(dark, above);
+  const double share = (1 + std::exp(-3.0)) / (1 + std::exp(-(3.0 + 6 * (0.4 - 0.9))));
+  const std::size_t middle = 3 * (8 * 16 + 8);
+  EXPECT_NEAR(shaded.data[middle] / open.data[middle], share, 1e-4);
 }
 
 TEST(Network, InitialNetwork_ReproducesTheStaticTexture) {

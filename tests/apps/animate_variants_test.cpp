@@ -10,6 +10,7 @@
 #include "capture/layouts/open_dataset.h"
 #include "core/io/image_file.h"
 #include "core/io/npz.h"
+#include "core/normals.h"
 #include "tests/apps/animate_fixture.h"
 #include "tests/support/browser.h"
 
@@ -214,6 +215,14 @@ TEST_F(AnimateVariants, Cameras_RoundTripThroughColmap) {
 
 #ifdef ATELIER_HAS_APPEARANCE
 
+/// Seen from the front.
+Points2 atlas_coordinates(const Mesh& mesh) {
+  Points2 uvs(mesh.vertices.rows(), 2);
+  uvs.col(0) = 0.5 + mesh.vertices.col(0).array();
+  uvs.col(1) = (mesh.vertices.col(1).array() - 0.5).min(1.0);
+  return uvs;
+}
+
 /// A network of a surface that has learnt one texture: red on the left, green on the right.
 void write_network(const fs::path& file, const std::string& name, const Mesh& mesh) {
   constexpr int kSide = 16;
@@ -222,9 +231,7 @@ void write_network(const fs::path& file, const std::string& name, const Mesh& me
   model.options.resolution = kSide;
   model.options.view_independent = model.options.view_dependent = model.options.shadow = false;
   model.faces = model.uv_faces = mesh.faces;
-  model.uvs.resize(mesh.vertices.rows(), 2);
-  model.uvs.col(0) = 0.5 + mesh.vertices.col(0).array();
-  model.uvs.col(1) = (mesh.vertices.col(1).array() - 0.5).min(1.0);
+  model.uvs = atlas_coordinates(mesh);
   model.camera_ids = {"00"};
   model.static_texture = Image(kSide, kSide, 3);
   for (int y = 0; y < kSide; ++y) {
@@ -265,6 +272,18 @@ void write_trunk_network(StageRun& run) {
              [](const auto& file) { write_network(file, "body", trunk_body().mesh); });
 }
 
+/// The trunk as it is seen: in two colours, and 4 cm thicker.
+void write_trunk_avatar(StageRun& run) {
+  PersonalBody seen = plain_person(trunk_body());
+  Mesh& mesh = seen.model.mesh;
+  mesh.uvs = atlas_coordinates(mesh);
+  mesh.uv_faces = mesh.faces;
+  run.output("body/model.safetensors",
+             [&](const auto& file) { write_network(file, "body", mesh); });
+  mesh.vertices += 0.04 * vertex_normals(mesh.vertices, mesh.faces);
+  run.output("avatar.npz", [&](const auto& file) { write_personal_body(file, seen); });
+}
+
 /// What `animate` draws by.
 class AnimateDrawn : public AnimateVariants {
  protected:
@@ -272,10 +291,11 @@ class AnimateDrawn : public AnimateVariants {
   void make(const std::string& name, void (*write)(StageRun& run)) const {
     std::vector<Stage> stages(kDressedStages.begin(), kDressedStages.end());
     if (find_stage(stages, name) == nullptr) {
-      stages.push_back({.name = "appearance",
+      const bool avatar = name == "avatar";
+      stages.push_back({.name = avatar ? "avatar" : "appearance",
                         .summary = "one texture",
                         .inputs = {"capture"},
-                        .outputs = {"networks"},
+                        .outputs = {avatar ? "avatar" : "networks"},
                         .options = option_set<NoOptions>});
     }
     for (Stage& stage : stages) {
@@ -358,6 +378,38 @@ TEST_F(AnimateDrawn, GarmentNetworks_TextureTheImages) {
   EXPECT_GT(textured_pixels(), 50);
   // Which is none of what is worn.
   EXPECT_EQ(pictures({"--drawn-by", "networks"}).exit_code, 3);
+}
+
+TEST_F(AnimateDrawn, Avatar_ShowsTheBodyAsItIsSeen) {
+  make("avatar", write_trunk_avatar);
+  const ChildResult done = pictures();
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out + done.err, HasSubstr("clothes in images have one colour each"));
+  EXPECT_GT(textured_pixels(), 50) << "without any network";
+  const Sequence seen = open_sequence(result() / "seen");
+  const Sequence bodies = body();
+  ASSERT_EQ(frame_count(seen), frame_count(bodies));
+  const Points off = frame(seen, 1).vertices - frame(bodies, 1).vertices;
+  EXPECT_NEAR(off.rowwise().norm().mean(), 0.04, 1e-4);
+  ASSERT_EQ(pictures({"--drawn-by", "plain"}).exit_code, 0);
+  EXPECT_EQ(textured_pixels(), 0);
+  // Another body is nobody's avatar.
+  ASSERT_EQ(pictures({"--garment", "none", "--body",
+                      (workspace() / "personalize" / "current" / "person.npz").string()})
+                .exit_code,
+            0);
+  EXPECT_EQ(textured_pixels(), 0);
+  EXPECT_FALSE(fs::exists(result() / "seen"));
+}
+
+TEST_F(AnimateDrawn, DamagedAvatar_IsRefusedBeforeSimulation) {
+  make("avatar", [](StageRun& run) {
+    PersonalBody other = plain_person(trunk_body());
+    other.model.mesh.faces.conservativeResize(other.model.mesh.faces.rows() - 2, 3);
+    run.output("avatar.npz", [&](const auto& file) { write_personal_body(file, other); });
+  });
+  expect_refused(pictures(), "run 'atelier avatar' again", 3);
+  EXPECT_FALSE(fs::exists(workspace() / "animate"));
 }
 
 TEST_F(AnimateDrawn, GarmentWithoutNetwork_IsNamed) {

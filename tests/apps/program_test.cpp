@@ -243,7 +243,7 @@ TEST_F(Program, Stages_AreListedInPipelineOrder) {
   std::size_t before = 0;
   for (const char* stage :
        {"validate", "reconstruct", "personalize", "track", "body", "template", "register",
-        "flatten", "material", "simulate", "appearance", "animate"}) {
+        "flatten", "material", "simulate", "appearance", "avatar", "animate"}) {
     const std::size_t at = help.find("\n  " + std::string(stage) + " ");
     if (at != std::string::npos) {  // a build may lack it
       EXPECT_GT(at, before) << stage;

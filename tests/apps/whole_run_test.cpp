@@ -407,7 +407,8 @@ TEST_F(WholeRun, DamagedResult_IsRefusedByTheReadingStage) {
                                                       {"register", "material"},
                                                       {"flatten", ""},
                                                       {"material", "animate"},
-                                                      {"appearance", "animate"}};
+                                                      {"appearance", "animate"},
+                                                      {"avatar", "animate"}};
   const fs::path workspace = root_ / "work";
   Random random{4, 0, 0};
   int refused = 0;

@@ -1,0 +1,343 @@
+#include "pipeline/avatar/avatar_measures.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+
+#include "appearance/picture_similarity.h"
+#include "appearance/prepare.h"
+#include "appearance/psnr.h"
+#include "appearance/visible_pixels.h"
+#include "bodymodel/formats/personal_body.h"
+#include "bodymodel/humanoid.h"
+#include "capture/capture_info.h"
+#include "capture/ground_truth_scan.h"
+#include "core/io/ground_truth_archive.h"
+#include "core/io/image_file.h"
+#include "core/normals.h"
+#include "core/raster.h"
+#include "core/sequence_archive.h"
+#include "core/store/result.h"
+#include "core/tree.h"
+#include "pipeline/appearance/appearance_judgement.h"
+#include "pipeline/avatar/avatar_drawing.h"
+#include "pipeline/avatar/avatar_result.h"
+#include "pipeline/outfit/worn_subject.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+using Side = Measure::Side;
+
+/// Sum of something over an area or pixels.
+struct Sum {
+  double value = 0;
+  double weight = 0;
+  double mean() const { return weight > 0 ? value / weight : 0; }
+};
+
+/// The person as the workspace shows them in a frame.
+struct ShownPerson {
+  BodyAvatar avatar;
+  Sequence bodies;
+  std::optional<WornSubject> worn;
+
+  /// The seen surface; no rows where there is no body of the frame.
+  Points surface(int frame_id) const {
+    const std::vector<int>& ids = bodies.frame_ids;
+    const auto at = std::lower_bound(ids.begin(), ids.end(), frame_id);
+    return at == ids.end() || *at != frame_id
+               ? Points(0, 3)
+               : seen_surface(avatar, frame(bodies, at - ids.begin()).vertices);
+  }
+};
+
+/// Distances of the true seen skin, hair and shoes from the surface, by label.
+std::map<Label, Sum> surface_distances(const ShownPerson& person, const GroundTruth& truth,
+                                       const fs::path& capture, const std::vector<int>& frames) {
+  std::map<Label, Sum> sums;
+  for (const int id : frames) {
+    const Points surface = person.surface(id);
+    if (surface.rows() == 0) {
+      continue;
+    }
+    const Mesh scan = ground_truth_scan(truth, read_ground_truth_frame(capture, truth, id));
+    const Eigen::VectorXd areas = vertex_areas(scan.vertices, scan.faces);
+    const std::vector<ClosestPoint> closest =
+        closest_points(build_tree(surface, person.avatar.rest.faces), scan.vertices);
+    for (std::size_t i = 0; i < closest.size(); ++i) {
+      Sum& sum = sums[static_cast<Label>(scan.labels[i])];
+      const double area = areas[static_cast<Index>(i)];
+      sum.value += area * std::sqrt(closest[i].squared_distance);
+      sum.weight += area;
+    }
+  }
+  return sums;
+}
+
+/// Faces of the true body that are head or hands: whose corners these joints move most.
+std::vector<char> head_and_hands(const GroundTruth& truth) {
+  std::vector<char> of_face(static_cast<std::size_t>(truth.body.faces.rows()), 0);
+  const std::optional<Humanoid> person = find_humanoid(truth.skeleton);
+  if (!person) {
+    return of_face;
+  }
+  std::set<int> joints = {person->neck.back(), person->arms[0].wrist, person->arms[1].wrist};
+  const std::vector<int>& parents = truth.skeleton.parents;
+  for (std::size_t j = 0; j < parents.size(); ++j) {
+    if (joints.contains(parents[j])) {
+      joints.insert(static_cast<int>(j));
+    }
+  }
+  for (Index f = 0; f < truth.body.faces.rows(); ++f) {
+    const int v = truth.body.faces(f, 0);
+    Index most = 0;
+    truth.skin_weights.row(v).maxCoeff(&most);
+    of_face[static_cast<std::size_t>(f)] = joints.contains(truth.skin_joints(v, most)) ? 1 : 0;
+  }
+  return of_face;
+}
+
+/// Pixels in which a camera truly sees skin, hair or shoes, away from outlines.
+struct JudgedPixels {
+  std::vector<int> pixel;
+  std::vector<char> detail;  ///< of head and hands
+};
+
+JudgedPixels judged_pixels(const WornSubject& truth, const std::vector<char>& detail,
+                           const Camera& camera, int frame_id) {
+  const std::vector<Points> vertices = truth.subject.load(frame_id);
+  std::vector<Surface> surfaces;
+  Index body_faces = 0;
+  for (std::size_t s = 0; s < vertices.size(); ++s) {
+    if (vertices[s].rows() > 0) {
+      surfaces.push_back({&vertices[s], &truth.subject.faces[s]});
+      body_faces += s < truth.first_garment ? truth.subject.faces[s].rows() : 0;
+    }
+  }
+  const JoinedSurfaces all = joined_surfaces(surfaces);
+  const Raster raster = rasterize(all.vertices, all.faces, camera);
+  const VisiblePixels seen =
+      visible_pixels(raster, 0, Points2::Zero(1, 2), Triangles::Zero(body_faces, 3));
+  JudgedPixels judged;
+  for (std::size_t i = 0; i < seen.pixel.size(); ++i) {
+    if (seen.trusted[i] != 0) {
+      const auto face =
+          static_cast<std::size_t>(raster.face.data[static_cast<std::size_t>(seen.pixel[i])]);
+      judged.pixel.push_back(seen.pixel[i]);
+      judged.detail.push_back(face < detail.size() ? detail[face] : 0);
+    }
+  }
+  return judged;
+}
+
+/// What the workspace shows, as a subject whose first surface is the seen body.
+DressedSubject shown_subject(const ShownPerson& person) {
+  DressedSubject subject;
+  subject.names = {"body"};
+  subject.faces = {person.avatar.rest.faces};
+  if (person.worn) {
+    const DressedSubject& worn = person.worn->subject;
+    subject.names.insert(subject.names.end(), worn.names.begin() + 1, worn.names.end());
+    subject.faces.insert(subject.faces.end(), worn.faces.begin() + 1, worn.faces.end());
+  }
+  subject.load = [&person](int frame_id) {
+    std::vector<Points> all = {person.surface(frame_id)};
+    if (person.worn) {
+      const std::vector<Points> worn = person.worn->subject.load(frame_id);
+      all.insert(all.end(), worn.begin() + 1, worn.end());
+    }
+    return all;
+  };
+  return subject;
+}
+
+Image stored_picture(const fs::path& file) {
+  const ByteImage bytes = read_byte_image(file);
+  Image picture(bytes.width, bytes.height, 3);
+  for (std::size_t i = 0; i < picture.data.size(); ++i) {
+    picture.data[i] = static_cast<float>(bytes.data[i]) / 255;
+  }
+  return picture;
+}
+
+/// In [0,1] as 8-bit sRGB holds it.
+Image stored(const Image& linear) {
+  const ByteImage bytes = srgb_from_linear(linear);
+  Image picture(bytes.width, bytes.height, 3);
+  for (std::size_t i = 0; i < picture.data.size(); ++i) {
+    picture.data[i] = static_cast<float>(bytes.data[i]) / 255;
+  }
+  return picture;
+}
+
+/// How alike images are: squares of differences over pixels and channels.
+struct Likeness {
+  Sum drawn, fixed, detail;
+  Sum similarity;
+  double judged = 0;
+  double covered = 0;
+};
+
+void compare_view(Likeness& sum, const JudgedPixels& judged, const AppearanceView& own,
+                  const Image& wanted, const Image& drawn, const Image& fixed) {
+  ByteImage is_drawn(wanted.width, wanted.height, 1);
+  for (const int pixel : own.pixel) {
+    is_drawn.data[static_cast<std::size_t>(pixel)] = 1;
+  }
+  ByteImage mask(wanted.width, wanted.height, 1);
+  double pixels = 0;
+  for (std::size_t i = 0; i < judged.pixel.size(); ++i) {
+    const auto place = static_cast<std::size_t>(judged.pixel[i]);
+    sum.judged += 1;
+    if (is_drawn.data[place] == 0) {
+      continue;
+    }
+    sum.covered += 1;
+    pixels += 1;
+    mask.data[place] = 1;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double off = drawn.data[3 * place + c] - wanted.data[3 * place + c];
+      const double still = fixed.data[3 * place + c] - wanted.data[3 * place + c];
+      sum.drawn.value += off * off;
+      sum.drawn.weight += 1;
+      sum.fixed.value += still * still;
+      sum.fixed.weight += 1;
+      if (judged.detail[i] != 0) {
+        sum.detail.value += off * off;
+        sum.detail.weight += 1;
+      }
+    }
+  }
+  if (pixels > 0) {
+    sum.similarity.value += pixels * structural_similarity(drawn, wanted, mask);
+    sum.similarity.weight += pixels;
+  }
+}
+
+Likeness likeness_of(const ShownPerson& person, const fs::path& capture,
+                     const std::shared_ptr<const GroundTruth>& truth,
+                     const std::vector<Camera>& cameras, const std::vector<int>& frames) {
+  Likeness sum;
+  const AppearanceModel model = avatar_model_at(person.avatar.model);
+  const WornSubject in_truth = worn_in_truth(capture, truth);
+  const std::vector<char> detail = head_and_hands(*truth);
+  DrawnSurface surface;
+  surface.atlas = {model.uvs, model.uv_faces, {}};
+  surface.trusted_only = false;
+  surface.fewest_pixels = 0;
+  PrepareAppearanceOptions options;
+  options.occlusion = model.occlusion.value_or(options.occlusion);
+  const AppearanceData asked =
+      prepare_appearance(shown_subject(person), surface, {cameras, frames}, options);
+  const AppearanceColors colors = avatar_colors(person.avatar.model, model, asked);
+  const std::vector<Eigen::Vector3d> gains = gains_of(cameras, truth->cameras, model.camera_ids);
+  std::size_t first = 0;
+  for (const AppearanceView& view : asked.views) {
+    const auto c = static_cast<std::size_t>(view.camera_idx);
+    const int id = frames[static_cast<std::size_t>(view.frame_idx)];
+    const Image wanted =
+        stored_picture(capture / "truth" / "images" / cameras[c].id / (frame_name(id) + ".png"));
+    const Image none(wanted.width, wanted.height, 3);
+    compare_view(sum, judged_pixels(in_truth, detail, cameras[c], id), view, wanted,
+                 stored(with_drawn_pixels(none, view, colors.drawn, first, gains[c])),
+                 stored(with_drawn_pixels(none, view, colors.fixed, first, gains[c])));
+    first += view.pixel.size();
+  }
+  return sum;
+}
+
+/// The folder of an input of a result; nothing where it read none.
+std::optional<fs::path> input_folder(const fs::path& workspace, const char* stage) {
+  const auto current = current_name(workspace / stage);
+  return current ? std::optional(workspace / stage / *current) : std::nullopt;
+}
+
+void add_distances(std::vector<Measure>& measures, const std::map<Label, Sum>& sums) {
+  Sum all;
+  for (const Label label : {Label::Skin, Label::Hair, Label::Shoes}) {
+    const auto found = sums.find(label);
+    if (found != sums.end()) {
+      all.value += found->second.value;
+      all.weight += found->second.weight;
+    }
+  }
+  if (all.weight == 0) {
+    return;
+  }
+  measures.push_back({"avatar.mean_mm", 1e3 * all.mean(), "mm", 4, Side::AtMost,
+                      "ground-truth skin, hair and shoes that two cameras see, from the surface "
+                      "posed with its mean displacement"});
+  for (const auto& [label, key] :
+       {std::pair{Label::Hair, "avatar.hair_mm"}, std::pair{Label::Shoes, "avatar.shoes_mm"}}) {
+    if (const auto found = sums.find(label); found != sums.end()) {
+      measures.push_back({key, 1e3 * found->second.mean(), "mm", 4, Side::None, "of these alone"});
+    }
+  }
+}
+
+void add_likeness(std::vector<Measure>& measures, const Likeness& sum) {
+  if (sum.covered == 0) {
+    return;
+  }
+  const double drawn = psnr_of(sum.drawn.mean());
+  const double fixed = psnr_of(sum.fixed.mean());
+  measures.push_back({"avatar.psnr_db", drawn, "dB", 30, Side::AtLeast,
+                      "eroded pixels of skin, hair and shoes, held-out cameras x held-out frames"});
+  measures.push_back(
+      {"avatar.static_psnr_db", fixed, "dB", 0, Side::None, "of the skinned mean texture alone"});
+  measures.push_back({"avatar.gain_db", drawn - fixed, "dB", 3, Side::AtLeast, "over that"});
+  if (sum.detail.weight > 0) {
+    measures.push_back({"avatar.head_hands_psnr_db", psnr_of(sum.detail.mean()), "dB", 28,
+                        Side::AtLeast, "of face and hands among these pixels"});
+  }
+  measures.push_back({"avatar.ssim", sum.similarity.mean(), "", 0, Side::None,
+                      "structural similarity of these pixels"});
+  measures.push_back({"avatar.covered", sum.covered / sum.judged, "", 0.95, Side::AtLeast,
+                      "of these pixels, drawn by the avatar; the others are not evaluated"});
+}
+
+}  // namespace
+
+std::vector<Measure> measure_avatar(const fs::path& workspace, const fs::path& capture) {
+  const auto result = input_folder(workspace, "avatar");
+  const auto person = input_folder(workspace, "personalize");
+  const auto bodies = input_folder(workspace, "body");
+  if (!result || !person || !bodies) {
+    return {};
+  }
+  ShownPerson shown;
+  shown.avatar = read_body_avatar(*result, read_personal_body(*person / "person.npz").model);
+  shown.bodies = open_sequence(*bodies);
+  if (const auto registered = input_folder(workspace, "register")) {
+    shown.worn = worn_in_workspace(*registered, *bodies);
+  }
+  const CaptureInfo info = read_capture_info(capture);
+  const auto truth = std::make_shared<const GroundTruth>(read_ground_truth(capture));
+  std::vector<int> frames;  // of which there is a body
+  for (const int id : info.held_out_frames) {
+    if (shown.surface(id).rows() > 0) {
+      frames.push_back(id);
+    }
+  }
+  std::vector<Measure> measures;
+  add_distances(measures, surface_distances(shown, *truth, capture,
+                                            frames.empty() ? shown.bodies.frame_ids : frames));
+  std::vector<Camera> cameras;
+  for (const Camera& camera : truth->cameras) {
+    if (std::count(info.held_out_cameras.begin(), info.held_out_cameras.end(), camera.id) > 0) {
+      cameras.push_back(camera);
+    }
+  }
+  if (!cameras.empty() && !frames.empty()) {
+    add_likeness(measures, likeness_of(shown, capture, truth, cameras, frames));
+  }
+  return measures;
+}
+
+}  // namespace atelier
