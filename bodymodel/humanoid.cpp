@@ -126,22 +126,11 @@ bool complete(const Skeleton& skeleton, int head, Humanoid& humanoid) {
 }
 
 std::optional<Humanoid> by_names(const Skeleton& skeleton) {
-  Roles roles[2];
-  int head = -1;
-  for (std::size_t j = 0; j < skeleton.names.size(); ++j) {
-    const NamedRole role = role_of_name(skeleton.names[j]);
-    if (role.role == "head" && head < 0) {
-      head = static_cast<int>(j);
-    } else if (role.side >= 0) {
-      roles[role.side].emplace(role.role, static_cast<int>(j));
-    }
-  }
+  const NamedLimbs limbs = limbs_of_names(skeleton.names);
   Humanoid humanoid;
-  for (std::size_t side = 0; side < 2; ++side) {
-    humanoid.legs[side] = leg_of(roles[side]);
-    humanoid.arms[side] = arm_of(roles[side]);
-  }
-  if (complete(skeleton, head, humanoid)) {
+  humanoid.legs = limbs.legs;
+  humanoid.arms = limbs.arms;
+  if (complete(skeleton, limbs.head, humanoid)) {
     return humanoid;
   }
   return std::nullopt;
@@ -262,6 +251,24 @@ std::optional<Humanoid> by_topology(const Skeleton& skeleton) {
 }
 
 }  // namespace
+
+NamedLimbs limbs_of_names(const std::vector<std::string>& names) {
+  Roles roles[2];
+  NamedLimbs limbs;
+  for (std::size_t j = 0; j < names.size(); ++j) {
+    const NamedRole role = role_of_name(names[j]);
+    if (role.role == "head" && limbs.head < 0) {
+      limbs.head = static_cast<int>(j);
+    } else if (role.side >= 0) {
+      roles[role.side].emplace(role.role, static_cast<int>(j));
+    }
+  }
+  for (std::size_t side = 0; side < 2; ++side) {
+    limbs.legs[side] = leg_of(roles[side]);
+    limbs.arms[side] = arm_of(roles[side]);
+  }
+  return limbs;
+}
 
 std::optional<Humanoid> find_humanoid(const Skeleton& skeleton) {
   std::optional<Humanoid> humanoid = by_names(skeleton);

@@ -34,6 +34,15 @@ struct NamedRole {
 };
 NamedRole role_of_name(const std::string& name);
 
+/// Limbs and head as names alone say, -1 where they do not: of names that mean different joints in
+/// different rigs ("shoulder", "foot") the others decide.
+struct NamedLimbs {
+  std::array<Leg, 2> legs;  ///< left, right
+  std::array<Arm, 2> arms;
+  int head = -1;
+};
+NamedLimbs limbs_of_names(const std::vector<std::string>& names);
+
 /// Finds a person in a skeleton: by the names that MakeHuman, MPFB2, Mixamo, CMU (BVH and ASF),
 /// Unreal, Rokoko, Poser, SMPL, glTF samples and OpenPose-like rigs use, whatever their case and
 /// prefixes; failing these, by topology: two equal chains hang on the pelvis and two on the chest

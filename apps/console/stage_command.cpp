@@ -107,6 +107,8 @@ int work(const Stage& stage, const StageArguments& arguments, StageConsole& cons
       plan.warnings.insert(plan.warnings.end(), outdated.begin(), outdated.end());
       if (plan.state != StagePlan::State::Done) {
         require_folder_place(plan.stage_folder);
+      }
+      if (plan.state != StagePlan::State::Done || !request.selection.everything()) {
         require_startable(stage, request);
       }
       console.show_plan(plan, request.selection);
@@ -114,6 +116,9 @@ int work(const Stage& stage, const StageArguments& arguments, StageConsole& cons
       end_by_signal();
     }
     return kExitDone;
+  }
+  if (!request.selection.everything()) {  // a stage without work for any frame would not ask
+    require_startable(stage, request);
   }
   for (const std::string& one : outdated) {  // before the work, which may be long, and after it
     console.say("warning: " + one);

@@ -128,13 +128,24 @@ MarkerClip some_markers(const MarkerClip& clip, const std::vector<std::size_t>& 
   return some;
 }
 
+std::vector<std::optional<MarkerPlace>> places_of(const MarkerClip& clip,
+                                                  const std::vector<std::size_t>& columns) {
+  std::vector<std::string> names;
+  for (const std::size_t m : columns) {
+    names.push_back(clip.markers[m]);
+  }
+  return marker_places(names);
+}
+
 // Whether two subjects have a marker of one name, so that they are no parts of one person.
 bool share_names(const MarkerClip& clip, const Subjects& subjects) {
   std::set<std::string> names;
   for (const auto& [subject, columns] : subjects) {
-    for (const std::size_t m : columns) {
-      const std::string name = clip.markers[m].substr(subject.empty() ? 0 : subject.size() + 1);
-      if (marker_place(name) && !names.insert(name).second) {
+    const std::vector<std::optional<MarkerPlace>> places = places_of(clip, columns);
+    for (std::size_t i = 0; i < columns.size(); ++i) {
+      const std::string& marker = clip.markers[columns[i]];
+      const std::string name = marker.substr(subject.empty() ? 0 : subject.size() + 1);
+      if (places[i] && !names.insert(name).second) {
         return true;
       }
     }
@@ -150,8 +161,8 @@ MarkerClip one_person(const MarkerClip& clip, const std::string& wanted,
   std::vector<std::string> people;
   for (const auto& [subject, columns] : subjects) {
     PersonParts parts;
-    for (const std::size_t m : columns) {
-      if (const std::optional<MarkerPlace> place = marker_place(clip.markers[m])) {
+    for (const std::optional<MarkerPlace>& place : places_of(clip, columns)) {
+      if (place) {
         parts.add(*place);
       }
     }
@@ -192,8 +203,9 @@ Subject recognised_subject(const MarkerClip& clip, MarkerFit& fit) {
   subject.skeleton = subject.nominal;
   std::vector<Eigen::Vector3d> offsets;
   PersonParts parts;
+  const std::vector<std::optional<MarkerPlace>> places = marker_places(clip.markers);
   for (std::size_t m = 0; m < clip.markers.size(); ++m) {
-    const std::optional<MarkerPlace> place = marker_place(clip.markers[m]);
+    const std::optional<MarkerPlace>& place = places[m];
     if (!place) {
       fit.unknown.push_back(clip.markers[m]);
       continue;

@@ -1,7 +1,14 @@
 #include "bodymodel/formats/marker_names.h"
 
+#include <algorithm>
+#include <array>
 #include <cctype>
 #include <map>
+
+#include "bodymodel/human/human_anatomy.h"
+#include "bodymodel/human/human_rig.h"
+#include "bodymodel/humanoid.h"
+#include "bodymodel/kinematics.h"
 
 namespace atelier {
 namespace {
@@ -290,6 +297,102 @@ std::optional<MarkerPlace> marker_place(const std::string& name) {
     }
   }
   return std::nullopt;
+}
+
+namespace {
+
+constexpr int kPosedJoints = 22;  // of the default human: what comes before jaw, eyes, fingers
+
+// Behind what all have before a separator in common: "mixamorig_".
+std::vector<std::string> without_common_prefix(const std::vector<std::string>& names) {
+  std::size_t common = names.empty() ? 0 : names.front().size();
+  for (const std::string& name : names) {
+    const auto [end, other] =
+        std::mismatch(name.begin(), name.end(), names.front().begin(), names.front().end());
+    common = std::min(common, static_cast<std::size_t>(end - name.begin()));
+  }
+  const std::string first = names.empty() ? std::string() : names.front().substr(0, common);
+  const std::size_t separator = first.find_last_of("_:. -");
+  std::vector<std::string> rest;
+  for (const std::string& name : names) {
+    rest.push_back(separator == std::string::npos ? name : name.substr(separator + 1));
+  }
+  return rest;
+}
+
+bool are_joints(const NamedLimbs& limbs, const std::vector<std::string>& names) {
+  bool whole = limbs.head >= 0;
+  bool skeletal = true;
+  for (std::size_t side = 0; side < 2; ++side) {
+    const Leg& leg = limbs.legs[side];
+    const Arm& arm = limbs.arms[side];
+    whole = whole && leg.hip >= 0 && leg.knee >= 0 && leg.ankle >= 0 && arm.shoulder >= 0 &&
+            arm.elbow >= 0 && arm.wrist >= 0;
+    skeletal =
+        skeletal && (arm.collar >= 0 ||
+                     (leg.hip >= 0 &&
+                      role_of_name(names[static_cast<std::size_t>(leg.hip)]).role == "upper_leg"));
+  }
+  return whole && skeletal;
+}
+
+// The default human's joints by name: those of the body, and what these carry stiffly.
+std::map<std::string, MarkerPlace> default_joint_places() {
+  const HumanAnatomy anatomy = human_anatomy({});
+  const Skeleton skeleton = human_skeleton(anatomy);
+  const Points rest = rest_positions(skeleton);
+  std::map<std::string, MarkerPlace> places;
+  for (std::size_t j = 0; j < skeleton.names.size(); ++j) {
+    const int carrier =
+        static_cast<int>(j) < kPosedJoints ? static_cast<int>(j) : skeleton.parents[j];
+    if (carrier < kPosedJoints) {
+      MarkerPlace& place = places[skeleton.names[j]];
+      place.joint = skeleton.names[static_cast<std::size_t>(carrier)];
+      place.offset = (rest.row(static_cast<Index>(j)) - rest.row(carrier)).transpose() /
+                     (anatomy.build.stature / 1000);
+      place.centre = carrier == static_cast<int>(j);
+    }
+  }
+  return places;
+}
+
+}  // namespace
+
+std::vector<std::optional<MarkerPlace>> marker_places(const std::vector<std::string>& names) {
+  std::vector<std::optional<MarkerPlace>> places;
+  const std::vector<std::string> plain_names = without_common_prefix(names);
+  const NamedLimbs limbs = limbs_of_names(plain_names);
+  if (!are_joints(limbs, plain_names)) {
+    for (const std::string& name : names) {
+      places.push_back(marker_place(name));
+    }
+    return places;
+  }
+  static const std::map<std::string, MarkerPlace> own = default_joint_places();
+  for (const std::string& name : plain_names) {
+    const auto found = own.find(name.substr(name.rfind(':') + 1));
+    places.push_back(found != own.end() ? std::optional(found->second) : marker_place(name));
+  }
+  const auto set = [&](int joint, const std::string& place, bool centre) {
+    if (joint >= 0 && !own.contains(plain_names[static_cast<std::size_t>(joint)])) {
+      places[static_cast<std::size_t>(joint)] = {place, Eigen::Vector3d::Zero(), centre};
+    }
+  };
+  set(limbs.head, "head", false);
+  for (std::size_t side = 0; side < 2; ++side) {
+    const std::string prefix = side == 0 ? "left_" : "right_";
+    const Leg& leg = limbs.legs[side];
+    const Arm& arm = limbs.arms[side];
+    set(leg.hip, prefix + "hip", true);
+    set(leg.knee, prefix + "knee", true);
+    set(leg.ankle, prefix + "ankle", true);
+    set(leg.toe, prefix + "foot", false);
+    set(arm.collar, prefix + "collar", false);
+    set(arm.shoulder, prefix + "shoulder", true);
+    set(arm.elbow, prefix + "elbow", true);
+    set(arm.wrist, prefix + "wrist", true);
+  }
+  return places;
 }
 
 }  // namespace atelier

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
+#include <vector>
 
 namespace atelier {
 
@@ -23,5 +24,13 @@ struct MarkerPlace {
 /// the skin are our choice, read off the default human; a fit refines them. Nothing for any other
 /// name. O(log names).
 std::optional<MarkerPlace> marker_place(const std::string& name);
+
+/// The places of all the names of one subject, [M]. Where they are the joints of a skeleton, as a
+/// motion written as markers has them, joints are joints: "Head" is not the top of the head, "foot"
+/// the ball of the foot or the ankle as the others say (humanoid.h: Hips, LeftUpLeg; pelvis,
+/// left_hip). Such are names that mean two whole legs and arms and a head, with collars or upper
+/// legs, which no set of markers or keypoints has; a prefix that all share does not matter. Of the
+/// default human's joints those that are carried stiffly have a place too: jaw, eyes, knuckles.
+std::vector<std::optional<MarkerPlace>> marker_places(const std::vector<std::string>& names);
 
 }  // namespace atelier

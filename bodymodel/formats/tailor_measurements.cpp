@@ -166,13 +166,19 @@ Formula formula_of(const XmlElement& element, const std::string& file) {
 
 TailorMeasurements parse_tailor_measurements(std::string_view text, const std::string& file,
                                              const Limits& limits) {
+  if (text.empty()) {
+    throw DataError(file, "", "an empty file", "measurements of Valentina or Seamly2D");
+  }
   const std::vector<XmlElement> elements = parse_xml_elements(text, file, limits);
   require_individual(elements.front(), file);
+  TailorMeasurements result;
+  result.file = file;
   double metres = 0;
   std::map<std::string, Formula> formulas;
   for (const XmlElement& element : elements) {
     if (element.name == "unit" && element.depth == 1) {
       metres = metres_per_unit(element, file);
+      result.unit = element.text;
     }
     const auto type = element.attributes.find("type");
     const bool separator = type != element.attributes.end() && type->second == "separator";
@@ -189,7 +195,9 @@ TailorMeasurements parse_tailor_measurements(std::string_view text, const std::s
   if (metres == 0) {
     throw DataError(file, "unit", "no unit", "<unit>mm</unit>, cm or inch");
   }
-  TailorMeasurements result;
+  if (formulas.empty()) {
+    throw DataError(file, "", "no measurement", "<m name=\"height\" value=\"172\"/> and others");
+  }
   Formulas all(formulas, limits.text_depth);
   for (const auto& [name, formula] : formulas) {
     const std::optional<double> value = all.value(name);
@@ -221,20 +229,43 @@ TailorMeasurements read_tailor_measurements(const std::filesystem::path& path,
 
 bool has_measurements_extension(const std::string& file) {
   const std::string extension = lower_extension(file);
-  return extension == ".vit" || extension == ".smis";
+  return extension == ".vit" || extension == ".smis" || extension == ".vst" || extension == ".smms";
+}
+
+namespace {
+
+// By the same definition.
+constexpr std::pair<const char*, double DefaultHumanOptions::*> kSame[] = {
+    {"height", &DefaultHumanOptions::stature},
+    {"leg_crotch_to_floor", &DefaultHumanOptions::leg_length},
+    {"arm_shoulder_tip_to_wrist", &DefaultHumanOptions::arm_length},
+    {"width_shoulder", &DefaultHumanOptions::shoulder_breadth},
+    {"neck_mid_circ", &DefaultHumanOptions::neck_girth},
+    {"bust_circ", &DefaultHumanOptions::chest_girth},
+    {"waist_circ", &DefaultHumanOptions::waist_girth},
+    {"hip_circ", &DefaultHumanOptions::hip_girth},
+    {"leg_thigh_upper_circ", &DefaultHumanOptions::thigh_girth}};
+
+}  // namespace
+
+std::string unlikely_measurement(const TailorMeasurements& measurements) {
+  for (const auto& [name, option] : kSame) {
+    if (const auto found = measurements.lengths.find(name); found != measurements.lengths.end()) {
+      DefaultHumanOptions human;
+      human.*option = found->second;
+      if (const std::string problem = human_options_problem(human); !problem.empty()) {
+        return std::string(name) + " is " + number_text(found->second) + " m, in " +
+               measurements.unit + " as the file says: " + problem;
+      }
+    }
+  }
+  return "";
 }
 
 DefaultHumanOptions with_measurements(DefaultHumanOptions human, TailorMeasurements& measurements) {
-  constexpr std::pair<const char*, double DefaultHumanOptions::*> kSame[] = {
-      {"height", &DefaultHumanOptions::stature},
-      {"leg_crotch_to_floor", &DefaultHumanOptions::leg_length},
-      {"arm_shoulder_tip_to_wrist", &DefaultHumanOptions::arm_length},
-      {"width_shoulder", &DefaultHumanOptions::shoulder_breadth},
-      {"neck_mid_circ", &DefaultHumanOptions::neck_girth},
-      {"bust_circ", &DefaultHumanOptions::chest_girth},
-      {"waist_circ", &DefaultHumanOptions::waist_girth},
-      {"hip_circ", &DefaultHumanOptions::hip_girth},
-      {"leg_thigh_upper_circ", &DefaultHumanOptions::thigh_girth}};
+  if (const std::string unlikely = unlikely_measurement(measurements); !unlikely.empty()) {
+    throw DataError(measurements.file, "", unlikely, "<unit> as the numbers were taken");
+  }
   std::string taken;
   for (const auto& [name, option] : kSame) {
     if (const auto found = measurements.lengths.find(name); found != measurements.lengths.end()) {

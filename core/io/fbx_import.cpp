@@ -603,6 +603,11 @@ void FbxImport::add_skin() {
     skin.inverse_binds.back().row(3) << 0, 0, 0, 1;
   }
   skin.dual_quaternions = shapes_.dual_quaternions();
+  if (shapes_.unread_weights() && !skin.dual_quaternions) {
+    note(Severity::Warning, "fbx-skin",
+         "a skin that may mix linear blending and dual quaternions, by weights that are not read",
+         "it is blended linearly, as skins of 3ds Max are; of Maya choose Classic Linear");
+  }
   scene_.skins.push_back(std::move(skin));
   if (skinned_.empty()) {
     return;

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::string_view kBinaryHead("Kaydara FBX Binary  \0\x1a\0", 23);
 constexpr std::uint32_t kWideOffsets = 7500;  // version from which records count in 64 bits
-constexpr std::size_t kMaxValues = 65'536;
+constexpr std::size_t kMaxValues = 1 << 20;
 
 FbxValue value_of(std::int64_t integer) {
   FbxValue value;

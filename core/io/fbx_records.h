@@ -27,8 +27,8 @@ struct FbxRecord {
 };
 
 /// The records of these names in the order of the file, whatever they are part of; a record comes
-/// before those that it holds. Arrays that are compressed come without values, and of one record at
-/// most 65,536 values. Nothing is thrown: libassimp has said before whether a file is sound, and
+/// before those that it holds. Of one record come at most 1,048,576 values, of a compressed array
+/// none. Nothing is thrown: libassimp has said before whether a file is sound, and
 /// reading ends where this cannot follow. O(bytes of text, records of binary).
 void read_fbx_records(std::span<const std::byte> bytes, std::span<const std::string_view> names,
                       const std::function<void(const FbxRecord&)>& on_record);

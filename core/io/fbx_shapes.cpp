@@ -27,12 +27,15 @@ struct Deformers {
   std::map<std::int64_t, Channel> channels;
   std::map<std::int64_t, std::string> geometries;
   Channel* open = nullptr;  ///< whose children come
+  bool mixes = false;       ///< the skin whose children come is linear but for its BlendWeights
+  bool unread = false;      ///< such weights, that are compressed
   bool dual_quaternions = false;
 };
 
 void begin_object(const FbxRecord& record, Deformers& all) {
   const std::vector<FbxValue>& values = record.values;
   all.open = nullptr;
+  all.mixes = false;
   if (values.size() < 3 || !values[1].is_text || !values[2].is_text) {
     return;
   }
@@ -42,6 +45,20 @@ void begin_object(const FbxRecord& record, Deformers& all) {
   } else if (record.name == "Deformer" && values[2].text == "BlendShapeChannel") {
     all.open = &all.channels[values[0].integer];
     all.open->name = name;
+  }
+}
+
+// 3ds Max writes "Blend" with weights of 0: a linear skin.
+void add_to_skin(const FbxRecord& record, Deformers& all) {
+  const std::vector<FbxValue>& values = record.values;
+  if (record.name == "SkinningType" && !values.empty()) {
+    all.mixes = values[0].text == "Blend";
+    all.dual_quaternions = all.dual_quaternions || values[0].text == "DualQuaternion";
+  } else if (record.name == "BlendWeights" && all.mixes) {
+    all.unread = all.unread || values.empty();
+    all.dual_quaternions =
+        all.dual_quaternions || std::any_of(values.begin(), values.end(),
+                                            [](const FbxValue& one) { return one.number != 0; });
   }
 }
 
@@ -93,8 +110,9 @@ std::vector<double> fbx_shape_parts(double value, const std::vector<double>& who
 }
 
 FbxShapes::FbxShapes(std::span<const std::byte> bytes) {
-  constexpr std::array<std::string_view, 8> kNames = {
-      "Geometry", "Deformer", "Model", "P", "DeformPercent", "FullWeights", "SkinningType", "C"};
+  constexpr std::array<std::string_view, 9> kNames = {
+      "BlendWeights",  "Geometry",    "Deformer",     "Model", "P",
+      "DeformPercent", "FullWeights", "SkinningType", "C"};
   Deformers all;
   read_fbx_records(bytes, kNames, [&](const FbxRecord& record) {
     const std::vector<FbxValue>& values = record.values;
@@ -106,10 +124,8 @@ FbxShapes::FbxShapes(std::span<const std::byte> bytes) {
       if (channel != all.channels.end() && all.geometries.contains(values[1].integer)) {
         channel->second.shapes.push_back(values[1].integer);
       }
-    } else if (record.name == "SkinningType") {
-      all.dual_quaternions =
-          all.dual_quaternions ||
-          (!values.empty() && (values[0].text == "DualQuaternion" || values[0].text == "Blend"));
+    } else if (record.name == "SkinningType" || record.name == "BlendWeights") {
+      add_to_skin(record, all);
     } else if (record.name == "Geometry" || record.name == "Deformer" || record.name == "Model") {
       begin_object(record, all);
     } else if (all.open != nullptr) {
@@ -117,6 +133,7 @@ FbxShapes::FbxShapes(std::span<const std::byte> bytes) {
     }
   });
   dual_quaternions_ = all.dual_quaternions;
+  unread_weights_ = all.unread;
   for (const auto& [identity, channel] : all.channels) {
     const double percent = channel.property.value_or(channel.field.value_or(0));
     const std::size_t count = channel.shapes.size();

@@ -28,11 +28,16 @@ class FbxShapes {
   /// A skin that is blended by dual quaternions, everywhere or by weights of its own.
   bool dual_quaternions() const { return dual_quaternions_; }
 
+  /// A skin that may be, by compressed weights of its own, which are not read: of 3ds Max, which
+  /// writes weights of 0 for linear skins, hardly ever.
+  bool unread_weights() const { return unread_weights_; }
+
  private:
   void add(const std::string& name, const std::vector<double>& weights);
 
   std::map<std::string, std::vector<double>> weights_;
   bool dual_quaternions_ = false;
+  bool unread_weights_ = false;
 };
 
 /// The parts of shapes in a channel at `value`.

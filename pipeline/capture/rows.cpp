@@ -46,6 +46,10 @@ const StageRow& validate_row() {
                 .states_consent = true},
       .input_help =
           "Capture to judge: its folder, in any layout that docs/reference/formats.md lists",
+      .require_startable =
+          [](const StageRequest& request) {
+            open_dataset(request.input, options_of<ValidateStageOptions>(request.options).capture);
+          },
       .chain = ChainPlace{.cost = {.seconds = 0.5, .per_picture = 0.04, .unmasked = true},
                           .report_cost = {.seconds = 0.3}},
   };
@@ -69,12 +73,13 @@ const StageRow& reconstruct_row() {
       .input_help = "Capture to reconstruct: images with masks or labels, 2D keypoints, cameras",
       .require_startable =
           [](const StageRequest& request) {
-            if (!request.selection.everything()) {
-              const auto& options = options_of<ReconstructStageOptions>(request.options);
-              some_selected_frames(request.selection,
-                                   frames_with_masks(stage_dataset(request.input, options.capture)),
-                                   request.input.string());
+            const auto& options = options_of<ReconstructStageOptions>(request.options);
+            const Dataset dataset = stage_dataset(request.input, options.capture);
+            std::vector<int> frames = frames_with_masks(dataset);
+            if (frames.empty()) {  // keypoints alone
+              frames = frame_ids(dataset);
             }
+            some_selected_frames(request.selection, frames, request.input.string());
           },
       .chain = ChainPlace{.lacks = lacks_evidence,
                           .cost = {.per_picture = 6, .per_frame = 2.5, .parallel = true},

@@ -9,6 +9,7 @@
 #include "bodymodel/formats/motion_file.h"
 #include "bodymodel/formats/motion_trc.h"
 #include "bodymodel/formats/personal_body.h"
+#include "bodymodel/formats/tailor_measurements.h"
 #include "bodymodel/kinematics.h"
 #include "core/io/lower_extension.h"
 #include "core/io/npz.h"
@@ -112,6 +113,21 @@ void inspect_target(const std::filesystem::path& path, Inspection& inspection) {
   inspection.add("vertices moved", target.vertices.size());
   inspection.add("farthest",
                  target.offsets.rows() > 0 ? target.offsets.rowwise().norm().maxCoeff() : 0.0, "m");
+}
+
+void inspect_measurements(const std::filesystem::path& path, Inspection& inspection) {
+  const TailorMeasurements found = read_tailor_measurements(path);
+  inspection.add("kind", "measurements of one person, by Valentina or Seamly2D");
+  inspection.add("unit", found.unit);
+  inspection.add("measurements", found.lengths.size());
+  for (const auto& [name, length] : found.lengths) {
+    inspection.add_member(name, length, "m");
+  }
+  add_findings(found.findings, inspection);
+  if (const std::string unlikely = unlikely_measurement(found); !unlikely.empty()) {
+    inspection.findings.push_back({Severity::Warning, "measurement-range", path.string(), unlikely,
+                                   "<unit> as the numbers were taken"});
+  }
 }
 
 void inspect_mhclo(const std::filesystem::path& path, Inspection& inspection) {

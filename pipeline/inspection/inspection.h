@@ -96,7 +96,8 @@ enum class Evidence { Any, MoreThanPictures };
 /// A capture in the layout of another program; false, and nothing added, where it is none.
 bool inspect_capture_folder(const std::filesystem::path& path, Inspection& inspection,
                             Evidence evidence = Evidence::Any);
-void inspect_target(const std::filesystem::path& path, Inspection& inspection);   // with bodymodel
+void inspect_target(const std::filesystem::path& path, Inspection& inspection);  // with bodymodel
+void inspect_measurements(const std::filesystem::path& path, Inspection& inspection);
 void inspect_mhclo(const std::filesystem::path& path, Inspection& inspection);    // with bodymodel
 void inspect_motion(const std::filesystem::path& path, Inspection& inspection);   // with bodymodel
 void inspect_markers(const std::filesystem::path& path, Inspection& inspection);  // with bodymodel

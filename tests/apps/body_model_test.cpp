@@ -197,6 +197,9 @@ TEST_F(BodyModelCommand, MeasurementsOfValentina_ShapeTheGeneratedBody) {
   ASSERT_EQ(run({"convert", "female", "--out", npz}).exit_code, 0);
   refused({"measure", npz, "--shape", file}, 2, "measurements shape default, female and male");
   refused({"measure", "female", "--shape", (folder_ / "none.vit").string()}, 3, "none.vit");
+  std::ofstream(folder_ / "sizes.vst") << "<vst><unit>cm</unit></vst>";
+  refused({"measure", "female", "--shape", (folder_ / "sizes.vst").string()}, 3,
+          "a table of sizes");
 }
 
 TEST_F(BodyModelCommand, ConvertedBody_KeepsItsShape) {

@@ -329,6 +329,9 @@ TEST_F(Inspect, TextNotMatchingItsExtension_IsRefused) {
         {"a.usd", "PXR-USDC", "version"},
         {"a.abc", "Ogawa", "Alembic"},
         {"a.asf", ":version 1.10", ".amc"},
+        {"a.xcp", "<Cameras/>", "Pose2Sim"},
+        {"a.vst", "<vst/>", "a table of sizes"},
+        {"a.vit", "", "an empty file"},
         {"notes.txt", "x", "expected the capture's folder"},
         {"a.bin", "x", "capture's folder"},
         {"a.yml", "a: 1\n", "%YAML"},
@@ -377,6 +380,13 @@ TEST_F(Inspect, MakeHumanAndCaptureFiles_AreShown) {
               HasSubstr("MakeHuman garment"));
   EXPECT_THAT(run({"inspect", (corpus / "target/small.target").string()}).out,
               HasSubstr("vertices moved"));
+  EXPECT_THAT(run({"inspect", (corpus / "measurements/small.vit").string()}).out,
+              AllOf(HasSubstr("measurements of one person"), HasSubstr("cm"), HasSubstr("height"),
+                    HasSubstr("1.68 m")));
+  std::ofstream(root_ / "inches.vit")
+      << "<vit><unit>cm</unit><m name=\"height\" value=\"70\"/></vit>";
+  EXPECT_THAT(run({"inspect", (root_ / "inches.vit").string()}).out,
+              HasSubstr("height is 0.7 m, in cm as the file says"));
   std::ofstream(root_ / "intri.yml")
       << "%YAML:1.0\n---\nK_1: !!opencv-matrix\n   rows: 1\n   cols: 2\n   dt: d\n"
          "   data: [ 900., 0. ]\n";

@@ -56,6 +56,31 @@ TEST_F(Reconstruct, FramesThatThereAreNot_AreRefusedWhilePlanning) {
   }
 }
 
+TEST_F(Reconstruct, FramesThatThereAreNotOfKeypointsAlone_AreRefused) {
+  fs::remove_all(capture_ / "labels");
+  fs::remove_all(capture_ / "masks");
+  ASSERT_EQ(reconstruct({"--frames", "0:1", "--dry-run"}).exit_code, 0);
+  for (const std::vector<std::string>& more :
+       {std::vector<std::string>{"--dry-run"}, std::vector<std::string>{}}) {
+    std::vector<std::string> flags = {"--frames", "70:80"};
+    flags.insert(flags.end(), more.begin(), more.end());
+    const ChildResult result = reconstruct(flags);
+    EXPECT_EQ(result.exit_code, 2) << result.err;
+    EXPECT_THAT(result.err, HasSubstr("--frames cannot be '70:80': of "));
+  }
+}
+
+TEST_F(Reconstruct, DamagedCalibration_IsRefusedWhilePlanning) {
+  const fs::path cameras = capture_ / "cameras.json";
+  fs::resize_file(cameras, fs::file_size(cameras) / 2);
+  for (const char* name : {"validate", "reconstruct"}) {
+    const ChildResult planned = stage(name, {"--dry-run"});
+    EXPECT_EQ(planned.exit_code, 3) << name << planned.err;
+    EXPECT_EQ(planned.err, stage(name, {}).err) << name;
+    EXPECT_THAT(planned.err, HasSubstr("cameras.json"));
+  }
+}
+
 TEST_F(Reconstruct, ScansAndKeypoints_AreMeasuredAgainstGroundTruth) {
   const ChildResult result = reconstruct({"--stereo.iterations", "4", "--stereo.refinements", "3"});
   ASSERT_EQ(result.exit_code, 0) << result.err;

@@ -227,6 +227,95 @@ TEST(MarkerFit, TrcFile_IsReadAsAMotion) {
   std::filesystem::remove(path);
 }
 
+// A motion of a skeleton, written as the markers that bear its joints' names.
+MarkerClip joints_as_markers(const MarkedPerson& person, const std::vector<std::string>& names) {
+  MotionClip clip;
+  clip.name = "person";
+  clip.skeleton = person.skeleton;
+  clip.skeleton.names = names;
+  clip.motion.fps = 60;
+  for (std::size_t f = 0; f < person.poses.size(); ++f) {
+    clip.motion.frame_ids.push_back(static_cast<int>(f));
+  }
+  clip.motion.poses = person.poses;
+  return joint_markers(clip);
+}
+
+double worst_joint(const MarkerFit& fit, const MarkedPerson& person) {
+  double worst = 0;
+  for (std::size_t f = 0; f < person.poses.size(); ++f) {
+    const Points truth = forward_kinematics(person.skeleton, person.poses[f]).positions;
+    const Points found = forward_kinematics(fit.clip.skeleton, fit.clip.motion.poses[f]).positions;
+    worst = std::max(worst, (truth.topRows(found.rows()) - found).rowwise().norm().maxCoeff());
+  }
+  return worst;
+}
+
+TEST(MarkerFit, JointsOfOurOwnBody_RecoverTheMotion) {
+  const MarkedPerson person = marked_person(joint_centre_names());
+  const MarkerFit fit = fit_markers(joints_as_markers(person, person.skeleton.names));
+  EXPECT_EQ(fit.used.size(), 35u);  // of 55: all but the last two of each finger
+  EXPECT_EQ(fit.unknown.size(), 20u);
+  const double worst = worst_joint(fit, person);
+  std::printf("own joints: worst of 22 %.1f mm\n", 1e3 * worst);
+  EXPECT_LT(worst, 0.02);  // of the collars, whose bones share a factor with the shoulders
+}
+
+TEST(MarkerFit, JointsOfARiggedSkeleton_RecoverTheMotion) {
+  const MarkedPerson person = marked_person(joint_centre_names());
+  std::vector<std::string> names = person.skeleton.names;
+  const std::pair<const char*, const char*> mixamo[] = {{"pelvis", "Hips"},
+                                                        {"spine1", "Spine"},
+                                                        {"spine2", "Spine1"},
+                                                        {"spine3", "Spine2"},
+                                                        {"neck", "Neck"},
+                                                        {"head", "Head"},
+                                                        {"left_hip", "LeftUpLeg"},
+                                                        {"right_hip", "RightUpLeg"},
+                                                        {"left_knee", "LeftLeg"},
+                                                        {"right_knee", "RightLeg"},
+                                                        {"left_ankle", "LeftFoot"},
+                                                        {"right_ankle", "RightFoot"},
+                                                        {"left_foot", "LeftToeBase"},
+                                                        {"right_foot", "RightToeBase"},
+                                                        {"left_collar", "LeftShoulder"},
+                                                        {"right_collar", "RightShoulder"},
+                                                        {"left_shoulder", "LeftArm"},
+                                                        {"right_shoulder", "RightArm"},
+                                                        {"left_elbow", "LeftForeArm"},
+                                                        {"right_elbow", "RightForeArm"},
+                                                        {"left_wrist", "LeftHand"},
+                                                        {"right_wrist", "RightHand"}};
+  for (const std::string prefix : {"", "mixamorig_", "mixamorig:"}) {
+    for (std::size_t j = 0; j < names.size(); ++j) {
+      names[j] = prefix + "bone" + std::to_string(j);
+      for (const auto& [ours, theirs] : mixamo) {
+        names[j] = person.skeleton.names[j] == ours ? prefix + theirs : names[j];
+      }
+    }
+    const MarkerFit fit = fit_markers(joints_as_markers(person, names));
+    EXPECT_EQ(fit.used.size(), 19u) << prefix;  // without the spine, whose joints differ by rig
+    const double worst = worst_joint(fit, person);
+    std::printf("%s: worst of 22 %.1f mm\n", prefix.c_str(), 1e3 * worst);
+    EXPECT_LT(worst, 0.06);
+  }
+}
+
+TEST(MarkerNames, HeadsOfKeypointsAndOfSkeletons_AreToldApart) {
+  const auto head_of = [](std::vector<std::string> names) {
+    names.emplace_back("Head");
+    return marker_places(names).back()->offset.y();
+  };
+  EXPECT_GT(head_of(joint_centre_names()), 100) << "its top";
+  std::vector<std::string> joints;
+  for (const char* side : {"Left", "Right"}) {
+    for (const char* joint : {"UpLeg", "Leg", "Foot", "Arm", "ForeArm", "Hand"}) {
+      joints.push_back(std::string(side) + joint);
+    }
+  }
+  EXPECT_EQ(head_of(joints), 0);
+}
+
 TEST(MarkerFit, RealTrial_PosesADefaultHuman) {
   for (const char* file :
        {"pose2sim_demo/single/pose-3d_reference/S00_P00_T01_BalancingTrial_0-100.trc",

@@ -9,6 +9,7 @@
 namespace atelier {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Pair;
 using ::testing::ThrowsMessage;
@@ -101,6 +102,27 @@ TEST(TailorMeasurements, FileWithoutAnyThatTheBodyKnows_IsSaid) {
 TEST(TailorMeasurementsRefused, TablesOfSizes_AreNamed) {
   EXPECT_THAT([] { parse_tailor_measurements(vit_of("", "cm", "vst"), "a.vst"); },
               ThrowsMessage<DataError>(HasSubstr("a table of sizes")));
+}
+
+TEST(TailorMeasurementsRefused, FilesWithoutMeasurements_SaySo) {
+  EXPECT_THAT([] { parse_tailor_measurements("", "a.vit"); },
+              ThrowsMessage<DataError>(HasSubstr("an empty file; expected measurements")));
+  EXPECT_THAT([] { parse_tailor_measurements(vit_of(""), "a.vit"); },
+              ThrowsMessage<DataError>(HasSubstr("no measurement; expected <m name=")));
+}
+
+TEST(TailorMeasurementsRefused, UnitsOfNobody_AreNamed) {
+  EXPECT_THAT(
+      [] { parse_tailor_measurements(vit_of(measurement("height", "2"), "foot"), "a.vit"); },
+      ThrowsMessage<DataError>(HasSubstr("the unit 'foot'; expected mm, cm or inch")));
+  // Inches that say cm.
+  TailorMeasurements found =
+      parse_tailor_measurements(vit_of(measurement("height", "70.5")), "a.vit");
+  EXPECT_THAT([&] { with_measurements(female_human(), found); },
+              ThrowsMessage<DataError>(AllOf(HasSubstr("height is 0.705 m, in cm as the file says"),
+                                             HasSubstr("expected <unit>"))));
+  found = parse_tailor_measurements(vit_of(measurement("height", "70.5"), "inch"), "a.vit");
+  EXPECT_EQ(unlikely_measurement(found), "");
 }
 
 }  // namespace
