@@ -66,6 +66,7 @@ struct PaintedPipe {
     PrepareAppearanceOptions options;
     options.occlusion.strata = 2;
     options.visible.erosion = 1;
+    options.visible.depth_jump = 1;  // grazing pixels are there to be weighted
     AppearanceData data = prepare_appearance(subject, surface, {cameras, {1}}, options);
     const std::vector<std::vector<float>> weights = angle_weights(data);
     for (std::size_t i = 0; i < data.views.size(); ++i) {
@@ -126,6 +127,9 @@ TEST(MeanTexture, AngleWeights_AreSquaredCosines) {
     const AppearanceView& view = data.views[i];
     ASSERT_EQ(weights[i].size(), view.u.size());
     for (std::size_t p = 0; p < view.u.size(); p += 37) {
+      if (std::abs(view.u[p] - 0.5F) > 0.43F) {
+        continue;  // where the pipe ends normals lean to the last faces
+      }
       const double angle = std::numbers::pi * (view.u[p] - 0.5);
       const Eigen::Vector3d normal(std::sin(angle), std::cos(angle), 0);
       const Eigen::Vector3d at(0.4 * normal.x(), 0.4 * normal.y(), 0.5 - view.v[p]);

@@ -6,7 +6,6 @@
 
 #include "bodymodel/formats/personal_body.h"
 #include "capture/capture_info.h"
-#include "core/atomic_file.h"
 #include "tests/apps/person_fixture.h"
 
 namespace atelier::fixtures {
@@ -14,7 +13,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
-using ::testing::Not;
 
 class PersonAvatar : public Person {
  protected:
@@ -93,42 +91,6 @@ TEST_F(PersonAvatar, NoScans_LeaveTheBodyGrey) {
   EXPECT_EQ(refused.exit_code, 3);
   EXPECT_THAT(refused.err, HasSubstr("the body has no appearance and stays grey"));
   EXPECT_FALSE(fs::exists(result()));
-}
-
-TEST_F(PersonAvatar, HeldOutCamerasAndFrames_AreNeverOpened) {
-  const fs::path other = own_.path() / "capture";
-  fs::copy(capture(), other, fs::copy_options::recursive);
-  CaptureInfo info = read_capture_info(other);
-  for (const CaptureSequence& sequence : info.sequences) {
-    info.held_out_frames.push_back(sequence.frame_ids.back());
-  }
-  std::sort(info.held_out_frames.begin(), info.held_out_frames.end());
-  for (const auto& camera : fs::directory_iterator(other / "images")) {
-    const std::string id = camera.path().filename().string();
-    const bool held = info.held_out_cameras.empty();
-    if (held) {
-      info.held_out_cameras.push_back(id);
-    }
-    for (const char* kind : {"images", "labels"}) {
-      for (const auto& file : fs::directory_iterator(other / kind / id)) {
-        const int frame = std::stoi(file.path().stem().string());
-        if (held || std::count(info.held_out_frames.begin(), info.held_out_frames.end(), frame)) {
-          std::ofstream(file.path(), std::ios::trunc) << "not to be opened";
-        }
-      }
-    }
-  }
-  write_file_atomically(other / "capture.toml", capture_toml(info));
-  sign_reconstruct();
-  const ChildResult done =
-      run_child({program_path(), "avatar", other.string(), workspace_.string(), "--network",
-                 "false", "--resolution", "128", "--shading", "4", "--replace"});
-  if (done.exit_code != 0) {
-    // The capture is another one now: its scans are to be those of the workspace.
-    EXPECT_THAT(done.err, Not(HasSubstr("not to be opened")));
-    GTEST_SKIP() << done.err;
-  }
-  EXPECT_EQ(open_sequence(result() / "surface").frame_ids.size(), 4U);
 }
 
 TEST_F(PersonAvatar, WrongTextureSize_IsRefusedAtOnce) {

@@ -25,7 +25,7 @@ namespace {
 /// A person, and the same with everything 2 cm farther out.
 struct Inflated {
   PersonalBody person = plain_person(default_human(female_human()));
-  TemporaryDirectory folder;
+  fixtures::TemporaryDirectory folder;
 
   Inflated() {
     PersonalBody seen = person;
@@ -61,7 +61,7 @@ TEST(BodyAvatar, AnotherPerson_IsRefused) {
 }
 
 TEST(BodyAvatar, NoFile_IsRefused) {
-  const TemporaryDirectory folder;
+  const fixtures::TemporaryDirectory folder;
   EXPECT_ANY_THROW(
       read_body_avatar(folder.path(), plain_person(default_human(female_human())).model));
 }
