@@ -139,11 +139,11 @@ struct ProjectiveSolver::Scene {
 
   /// Contacts of substep `s`: of the body, and of cloth with cloth, where nothing holds it.
   void find_contacts(int s) {
+    origin = x;  // before the body moves old overlaps out: that may not pass other cloth either
     const std::vector<TouchedBody>& on_body = body.find(s, h, x, wish);
     std::vector<TouchedCloth> on_cloth;
     if (self != nullptr) {
       self->begin_substep(options.projective.substeps - s);
-      origin = x;
       for_particles([&](Index i) { at[i] = with_w(xyz(x[i]) + h * xyz(wish[i]), x[i].w); });
       on_cloth = touching_pairs(*self, {at, start, carry, origin, touched}, h);
     }
@@ -238,7 +238,6 @@ struct ProjectiveSolver::Scene {
       meet_body(s, false, Meeting::Touches);
       return;
     }
-    origin = start;
     std::fill(carry.begin(), carry.end(), Vec4<double>{});
     meet_body(s, false, Meeting::Touches);
     const SelfMotion<double> motion{x, start, carry, origin, touched};
