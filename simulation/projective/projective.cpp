@@ -52,10 +52,10 @@ struct ProjectiveSolver::Scene {
         place(free_places(prepared, free_count)),
         mass(particle_masses()),
         inverse_mass(inverse_masses()),
-         matrix(projective_matrix(rows, mass, place, free_count, h)),
-         factor(matrix, free_positions()),
-         body(body_faces, options, cloth.material, options.projective.substeps),
-         counted(counted_cloth(cloth, body_faces, shared)) {
+        matrix(projective_matrix(rows, mass, place, free_count, h)),
+        factor(matrix, free_positions()),
+        body(body_faces, options, cloth.material, options.projective.substeps),
+        counted(counted_cloth(cloth, body_faces, shared)) {
     const std::size_t n = static_cast<std::size_t>(prepared.count);
     for (Lanes* lanes : {&x, &start, &solved_from, &velocity, &acceleration, &target, &wish, &v,
                          &at, &force, &reached, &origin, &carry}) {
