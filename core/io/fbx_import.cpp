@@ -338,13 +338,15 @@ void FbxImport::add_kept_scales() {
     const GltfNode& node = given[n];
     const FbxScale& scale = scales_[n];
     own_scales_[n] = node.scale;
-    if (scale.trivial()) {
+    const bool sheared = given[static_cast<std::size_t>(node.parent)].matrix.has_value();
+    const bool unknown = sheared && scale.apart && scale.from != scale.parent;
+    if (scale.trivial() && !unknown) {
       continue;
     }
     const Eigen::Matrix3d turn = Eigen::Quaterniond(node.rotation).toRotationMatrix();
     Eigen::Matrix4d local = parent_from_node(node);
     local.topLeftCorner<3, 3>() = scale.undone.asDiagonal() * turn * scale.applied.asDiagonal();
-    if (node.matrix || given[static_cast<std::size_t>(node.parent)].matrix || !local.allFinite()) {
+    if (node.matrix || sheared || !local.allFinite()) {
       fail("node " + in_quotes(node.name),
            "a shear or a scale of 0 where it does not inherit its parent's scale",
            "transforms of rotations and scales: freeze them, or export glTF");
