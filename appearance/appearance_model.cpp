@@ -226,7 +226,7 @@ std::vector<ParameterShape> network_parameters(const NetworkOptions& options, in
 }
 
 AppearanceModel initial_model(const AppearanceData& data, const NetworkOptions& options,
-                              std::uint64_t seed) {
+                              std::uint64_t seed, double smoothness) {
   require_sizes(options);
   if (data.views.empty() || data.frames.empty()) {
     throw DataError("", "appearance data", "no view", "images of the garment to learn from");
@@ -246,8 +246,9 @@ AppearanceModel initial_model(const AppearanceData& data, const NetworkOptions& 
     pixels.push_back(texture_pixels(view));
     views.push_back({view.camera_idx, &pixels.back()});
   }
-  StaticTexture fixed =
-      static_texture(options.resolution, static_cast<int>(data.camera_ids.size()), views);
+  constexpr int kRounds = 6;
+  StaticTexture fixed = static_texture(options.resolution, static_cast<int>(data.camera_ids.size()),
+                                       views, kRounds, smoothness);
   fill_unseen(fixed, texel_map(data.faces, data.uvs, data.uv_faces, options.resolution));
   model.mean_transfer = MeanTransfer::Zero(data.frames[0].transfer.rows(), kTransferTerms);
   for (const SurfaceFrame& frame : data.frames) {

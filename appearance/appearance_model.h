@@ -88,9 +88,10 @@ struct AppearanceModel {
 };
 
 /// The model before training: parameters random by `seed` (He et al. 2015), the mean texture the
-/// static one, gains with it. Throws DataError for data without views or frames.
+/// static one (of that smoothness), gains with it. Throws DataError for data without views or
+/// frames.
 AppearanceModel initial_model(const AppearanceData& data, const NetworkOptions& options,
-                              std::uint64_t seed);
+                              std::uint64_t seed, double smoothness = 0);
 
 /// As named tensors with texts (schema "atelier.appearance", its version and the architecture),
 /// what safetensors files hold, and back. Reading throws DataError for another schema or version,

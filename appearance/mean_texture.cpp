@@ -149,7 +149,7 @@ AppearanceData without_grazing(AppearanceData data, const MeanTextureOptions& op
 }
 
 AppearanceModel mean_texture_model(const AppearanceData& data, int resolution,
-                                   const MeanTextureOptions& options) {
+                                   const MeanTextureOptions& options, double smoothness) {
   if (data.views.empty() || data.frames.empty()) {
     throw DataError("", "appearance data", "no view", "images of the surface");
   }
@@ -171,7 +171,9 @@ AppearanceModel mean_texture_model(const AppearanceData& data, int resolution,
     pixels.push_back(counted(all));
     views.push_back({data.views[i].camera_idx, &pixels.back()});
   }
-  StaticTexture fixed = static_texture(resolution, static_cast<int>(data.camera_ids.size()), views);
+  constexpr int kRounds = 6;
+  StaticTexture fixed = static_texture(resolution, static_cast<int>(data.camera_ids.size()), views,
+                                       kRounds, smoothness);
   fill_unseen(fixed, texel_map(data.faces, data.uvs, data.uv_faces, resolution));
   model.mean_transfer = MeanTransfer::Zero(data.frames[0].transfer.rows(), kTransferTerms);
   for (const SurfaceFrame& frame : data.frames) {

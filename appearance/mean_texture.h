@@ -35,8 +35,9 @@ AppearanceData without_grazing(AppearanceData data, const MeanTextureOptions& op
 /// the ambient visibility o, with the mean over the frames of the data: what is worn over the
 /// surface then darkens it (our choice of the curve). Throws DataError as initial_model does.
 /// @param resolution  texels a side, a power of 2 from 16 to 2048
+/// @param smoothness  as static_texture has it, pixels
 AppearanceModel mean_texture_model(const AppearanceData& data, int resolution,
-                                   const MeanTextureOptions& options = {});
+                                   const MeanTextureOptions& options = {}, double smoothness = 0);
 
 /// Share of the surface's texels that some pixel shows.
 double seen_share(const AppearanceData& data, int resolution);

@@ -1,6 +1,7 @@
 #include "appearance/texture_sampling.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/error.h"
@@ -53,6 +54,40 @@ ImageOf<std::uint8_t> seen_texels(int resolution, const std::vector<TextureView>
   return seen;
 }
 
+/// Draws each seen texel towards the mean of its seen neighbours, which counts as so many pixels.
+void draw_to_neighbours(StaticTexture& fixed, const std::vector<float>& weights, float pixels) {
+  const Image before = fixed.texture;
+  const int side = before.width;
+  const auto seen_at = [&](int x, int y) {
+    return x >= 0 && x < side && y >= 0 && y < side && fixed.seen.at(x, y) != 0;
+  };
+  constexpr std::array<std::array<int, 2>, 4> kSteps = {{{-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
+  for (int y = 0; y < side; ++y) {
+    for (int x = 0; x < side; ++x) {
+      if (!seen_at(x, y)) {
+        continue;
+      }
+      const float weight = weights[static_cast<std::size_t>(y) * static_cast<std::size_t>(side) +
+                                   static_cast<std::size_t>(x)];
+      const float share = pixels / (pixels + weight);
+      for (int c = 0; c < 3; ++c) {
+        float sum = 0;
+        int count = 0;
+        for (const auto& [dx, dy] : kSteps) {
+          if (seen_at(x + dx, y + dy)) {
+            sum += before.at(x + dx, y + dy, c);
+            ++count;
+          }
+        }
+        if (count > 0) {
+          const float own = before.at(x, y, c);
+          fixed.texture.at(x, y, c) = own + share * (sum / static_cast<float>(count) - own);
+        }
+      }
+    }
+  }
+}
+
 }  // namespace
 
 TextureTaps texture_taps(int resolution, float u, float v) {
@@ -92,8 +127,9 @@ std::vector<float> sample_texture(const Image& texture, const TexturePixels& pla
 }
 
 StaticTexture static_texture(int resolution, int cameras, const std::vector<TextureView>& views,
-                             int rounds) {
-  ATELIER_CHECK(resolution > 0 && cameras > 0 && rounds >= 1, "sizes and rounds are positive");
+                             int rounds, double smoothness) {
+  ATELIER_CHECK(resolution > 0 && cameras > 0 && rounds >= 1 && smoothness >= 0,
+                "sizes and rounds are positive, smoothness is not negative");
   for (const TextureView& view : views) {
     ATELIER_CHECK(
         view.camera_idx >= 0 && view.camera_idx < cameras && view.pixels != nullptr &&
@@ -125,6 +161,9 @@ StaticTexture static_texture(int resolution, int cameras, const std::vector<Text
           float& value = result.texture.data[3 * t + c];
           value = std::max(0.0F, value + change.data[3 * t + c] / weights[t]);
         }
+      }
+      if (smoothness > 0) {
+        draw_to_neighbours(result, weights, static_cast<float>(smoothness));
       }
     }
     std::vector<double> with(result.gain.size(), 0);

@@ -41,9 +41,11 @@ struct TextureView {
 /// The texture that shows all images best (least squares in linear light), with the cameras'
 /// gains: alternates `rounds` times between texture (simultaneous iterative reconstruction, Gilbert
 /// 1972: residuals splatted, divided by the weight of each texel; five steps a round) and gains (in
-/// closed form). Light is not negative. The best that can be said of a garment without looking at
+/// closed form). Light is not negative. After each step a texel is drawn to the mean of its seen
+/// neighbours, which counts as `smoothness` pixels (0: not; our choice): what few pixels show of a
+/// texel is mostly their error. The best that can be said of a garment without looking at
 /// how it moves. Sums run in the order of the views. Throws LogicError for views without colours.
 StaticTexture static_texture(int resolution, int cameras, const std::vector<TextureView>& views,
-                             int rounds = 6);
+                             int rounds = 6, double smoothness = 0);
 
 }  // namespace atelier

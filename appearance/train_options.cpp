@@ -44,6 +44,9 @@ OptionTable describe(TrainOptions& options) {
   table.add("transfer_degree", options.transfer_degree, 0, kLargestTransferDegree, "",
             "Degree of the spherical harmonics of the light transfer; 0: ambient visibility alone");
   table.add("pixel_bias", options.pixel_bias, "Bias for each texel instead of each channel");
+  table.add("smoothness", options.smoothness, 0, 1000, "px",
+            "Number of pixels as which the likeness of neighbouring texels counts in the mean "
+            "texture that training begins with; 0: none");
   table.add("half", options.half,
             "Convolutions in bfloat16, which take half the memory; not faster where measured");
   table

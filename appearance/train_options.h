@@ -27,6 +27,8 @@ struct TrainOptions {
   bool shadow = true;
   int transfer_degree = 1;  ///< NetworkOptions::transfer_degree, 0..2
   bool pixel_bias = false;
+  double smoothness = 0;  ///< pixels as which the likeness of neighbouring texels counts in the
+                          ///< mean texture that training begins with (static_texture), 0..1000
   bool half = false;  ///< convolutions in bfloat16: half the memory, slower (H100)
   /// Iterations from save to save, up to 1,000,000; 0: 100, or as many more as keep saving below a
   /// twentieth of the time. Does not change the result.

@@ -351,7 +351,8 @@ bool write_texture(StageRun& run, const AvatarInput& input, const PackedAtlas& a
     return false;
   }
   tell_contradictions(run, data, static_fit(data, judged_texels(data)));
-  AppearanceModel model = mean_texture_model(data, known.resolution, options.texture);
+  AppearanceModel model =
+      mean_texture_model(data, known.resolution, options.texture, known.smoothness);
   const double mean = training_psnr(model, data);
   run.metric("views", static_cast<double>(data.views.size()));
   run.metric("seen_rate", seen_share(data, known.resolution));

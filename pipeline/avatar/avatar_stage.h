@@ -13,9 +13,9 @@ namespace atelier {
 
 struct AvatarStageOptions {
   AvatarKind kind = AvatarKind::All;
-  TrainOptions train;   ///< with twice the setting's texels a side, for faces, and as many of the
-                        ///< branches
-  bool network = true;  ///< false, or without libtorch: a mean texture alone
+  TrainOptions train{.smoothness = 3};  ///< with twice the setting's texels a side, for faces, and
+                                        ///< as many of the branches
+  bool network = true;                  ///< false, or without libtorch: a mean texture alone
   OuterSurfaceOptions surface;
   MeanTextureOptions texture;
   PrepareAppearanceOptions prepare;

@@ -92,6 +92,39 @@ TEST(StaticTexture, TextureAndCameraGains_AreRecovered) {
   EXPECT_EQ(found.seen.at(3, 3), 1);
 }
 
+// A slope of light, seen by pixels with errors of a tenth: by two or three a texel, or by hundreds.
+TEST(StaticTexture, Smoothness_TakesTheErrorsOfFewPixelsAndKeepsWhatManyShow) {
+  Image truth(32, 32, 3);
+  for (int y = 0; y < 32; ++y) {
+    for (int x = 0; x < 32; ++x) {
+      for (int c = 0; c < 3; ++c) {
+        truth.at(x, y, c) = 0.3F + 0.01F * static_cast<float>(x) + (y < 16 ? 0.2F : 0.0F);
+      }
+    }
+  }
+  const auto error = [&](int pixels, double smoothness) {
+    TexturePixels places = random_places(pixels, 21);
+    places.colors = sample_texture(truth, places);
+    Random random{7};
+    for (float& color : places.colors) {
+      color += 0.1F * static_cast<float>(uniform(random, -1, 1));
+    }
+    const StaticTexture found = static_texture(32, 1, {{0, &places}}, 6, smoothness);
+    double sum = 0;
+    double count = 0;
+    for (std::size_t i = 0; i < truth.data.size(); ++i) {
+      if (found.seen.data[i / 3] != 0) {
+        sum += std::pow(found.texture.data[i] - truth.data[i], 2);
+        ++count;
+      }
+    }
+    EXPECT_GT(count, 0.7 * static_cast<double>(truth.data.size()));
+    return std::sqrt(sum / count);
+  };
+  EXPECT_LT(error(2500, 3), 0.5 * error(2500, 0)) << error(2500, 3) << " " << error(2500, 0);
+  EXPECT_LT(error(400'000, 3), 0.01) << error(400'000, 0);
+}
+
 TEST(TextureSamplingRefused, MismatchedInput_IsRefused) {
   const TexturePixels places = random_places(3, 7);
   ATELIER_EXPECT_REFUSED(sample_texture(Image(4, 5, 3), places), LogicError, "square");
