@@ -42,6 +42,11 @@ __global__ void begin_kernel(const __grid_constant__ ProjectiveFrame f, int s) {
   f.at[i] = with_w(xyz(x) + f.h * velocity, 0.0);
   f.bounds[i].holds = 0;
   f.impulses[i] = Lane{};
+  if (f.self_origin != nullptr) {
+    // Before the body moves old overlaps out: that may not pass other cloth either.
+    f.self_origin[i] = x;
+    f.self_carry[i] = Lane{};
+  }
 }
 
 __device__ inline Vec3d row_force(const ElasticView& e, int r, const Lane* at, const Lane* v) {
@@ -112,10 +117,6 @@ __global__ void leave_kernel(const __grid_constant__ ProjectiveFrame f) {
   f.velocity[i] = f.v[i];
   f.origin[i] = x;
   f.start[i] = x;
-  if (f.self_origin != nullptr) {
-    f.self_origin[i] = x;
-    f.self_carry[i] = Lane{};
-  }
   if (f.touched != nullptr) {
     f.touched[i] = squared_norm(xyz(f.impulses[i])) > 0 ? 1 : 0;
   }

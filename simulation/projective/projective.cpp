@@ -23,6 +23,17 @@ namespace {
 constexpr Index kParticleGrain = 2048;
 /// Of the distances that impulses hold: what iterations left nearer is moved out.
 constexpr double kGuardShare = 0.9;
+/// Passes of keeping back what would pass, at most: XPBD's and four rounds more of its last ones,
+/// since longer substeps press more together.
+constexpr int kKeeps = kSelfKeeps + 4 * kSelfStays;
+
+/// True for passes in which carries begin anew with what the body asks for now. What it asked for
+/// when it kept more of its distance may be further, and the furthest leads a pair: it would stay
+/// where the body does not let it, for any number of passes.
+bool asks_body_anew(int pass) {
+  const int beyond = pass - kSelfSlides - kSelfRides;
+  return beyond >= 0 && beyond % kSelfStays == 0;
+}
 
 using Lanes = std::vector<Vec4<double>>;
 
@@ -245,10 +256,14 @@ struct ProjectiveSolver::Scene {
     note_moved();
     meet_body(s, true, Meeting::Touches);
     bool kept = false;
-    for (int pass = 0; pass < kSelfKeeps && self->keep_back(motion, pass); ++pass) {
+    for (int pass = 0; pass < kKeeps && self->keep_back(motion, pass); ++pass) {
       kept = true;
       note_moved();
-      meet_body(s, true, meeting_in_pass(pass));
+      const bool anew = asks_body_anew(pass);
+      if (anew) {
+        for_particles([&](Index i) { carry[i] = with_w(Vec3d{}, carry[i].w); });
+      }
+      meet_body(s, true, meeting_in_pass(pass), anew);
     }
     if (kept) {
       self->all_kept();
@@ -265,8 +280,8 @@ struct ProjectiveSolver::Scene {
     });
   }
 
-  /// `again`: only whom cloth moved since.
-  void meet_body(int s, bool again, Meeting meeting) {
+  /// `again`: only whom cloth moved since. `anew`: only whom the body touches carries others.
+  void meet_body(int s, bool again, Meeting meeting, bool anew = false) {
     if (body.empty()) {
       return;
     }
@@ -288,7 +303,8 @@ struct ProjectiveSolver::Scene {
         x[i] = p.x;
         start[i] = p.start;
         if (self != nullptr) {
-          carry[i] = with_w(p.moved, self->comes_out(body.outlook(), particle) ? 1.0 : 0.0);
+          const Vec3d carried = anew && !touches ? Vec3d{} : p.moved;
+          carry[i] = with_w(carried, self->comes_out(body.outlook(), particle) ? 1.0 : 0.0);
         }
       }
     });
