@@ -1,6 +1,8 @@
 #include "bodymodel/formats/tailor_measurements.h"
 
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <optional>
 #include <set>
 
@@ -254,8 +256,10 @@ std::string unlikely_measurement(const TailorMeasurements& measurements) {
       DefaultHumanOptions human;
       human.*option = found->second;
       if (const std::string problem = human_options_problem(human); !problem.empty()) {
-        return std::string(name) + " is " + number_text(found->second) + " m, in " +
-               measurements.unit + " as the file says: " + problem;
+        std::array<char, 32> metres{};
+        std::snprintf(metres.data(), metres.size(), "%.4g", found->second);
+        return std::string(name) + " is " + metres.data() + " m, in " + measurements.unit +
+               " as the file says: " + problem;
       }
     }
   }

@@ -260,7 +260,7 @@ Points mean_displacement(const std::vector<Points>& displacements,
                          const std::vector<Eigen::VectorXd>& supports) {
   ATELIER_CHECK(!displacements.empty() && displacements.size() == supports.size(),
                 "a mean takes displacements, each with its support");
-  constexpr double kUnseen = 0.01;  // of a vertex that the scan does not show
+  constexpr double kUnseen = 1e-6;  // counts where no scan shows the vertex
   Points sum = Points::Zero(displacements[0].rows(), 3);
   Eigen::VectorXd weights = Eigen::VectorXd::Zero(sum.rows());
   for (std::size_t i = 0; i < displacements.size(); ++i) {

@@ -145,6 +145,11 @@ void choose_frames(StageRun& run, AvatarKind kind, AvatarInput& input) {
   std::sort(input.frame_ids.begin(), input.frame_ids.end());
   if (!clothed.empty()) {
     open_clothes(run, input);
+    if (!input.worn) {
+      run.warn(
+          "clothed frames have no registered garments, which hide the skin under them; run "
+          "'atelier register' first, or take --kind minimal");
+    }
   }
 }
 
@@ -217,8 +222,6 @@ ByteImage body_labels(ByteImage labels, bool minimal) {
   for (std::uint8_t& label : labels.data) {
     if (role_of(static_cast<Label>(label), minimal) != ScanRole::Ignored) {
       label = kBody;
-    } else if (label == kBody) {
-      label = static_cast<std::uint8_t>(Label::Background);
     }
   }
   return labels;

@@ -191,7 +191,7 @@ ByteImage in_three_channels(ByteImage picture) {
 }
 
 /// A camera's image with which of its pixels show the body; without labels the mask says that of a
-/// minimally clothed person.
+/// minimally clothed person, and of a clothed one nothing does: no image.
 TakenPicture taken_picture(FrameReader& reader, const AvatarInput& input, std::size_t camera,
                            int frame_id) {
   const Index idx = input.camera_idx[camera];
@@ -202,6 +202,9 @@ TakenPicture taken_picture(FrameReader& reader, const AvatarInput& input, std::s
     for (std::uint8_t& pixel : labels.data) {
       pixel = static_cast<std::uint8_t>(pixel != 0 ? Label::Skin : Label::Background);
     }
+  }
+  if (labels.data.empty() && !minimal) {
+    return {};
   }
   return {in_three_channels(reader.byte_image(idx, frame_id).value_or(ByteImage())),
           body_labels(std::move(labels), minimal)};
