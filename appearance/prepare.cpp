@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/label.h"
 #include "core/raster.h"
 #include "core/tree.h"
 
@@ -51,6 +52,10 @@ AppearanceView view_of(const VisiblePixels& seen, const Camera& camera, const Ta
     const auto place = static_cast<std::size_t>(seen.pixel[i]);
     if (labelled) {
       const bool agrees = taken.labels.data[place] == surface.label;
+      if (!agrees && surface.hidden &&
+          taken.labels.data[place] != static_cast<std::uint8_t>(Label::Background)) {
+        continue;
+      }
       ++agreement.judged;
       agreement.agreed += agrees ? 1 : 0;
       if (!agrees || !labelled_around(taken.labels, seen.pixel[i], surface.label)) {

@@ -32,6 +32,8 @@ struct DrawnSurface {
   std::size_t which = 0;     ///< of DressedSubject
   PackedAtlas atlas;         ///< without overlaps
   int label = -1;            ///< of its pixels in label images; -1: any
+  bool hidden = false;       ///< by what is no surface of the subject: of another label, which then
+                             ///< contradicts nothing, unlike the background
   bool trusted_only = true;  ///< leave out pixels near silhouettes and depth jumps
   int fewest_pixels = 100;   ///< of all images, that have to show it
 };

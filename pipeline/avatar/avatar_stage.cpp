@@ -344,6 +344,7 @@ bool write_texture(StageRun& run, const AvatarInput& input, const PackedAtlas& a
   FrameReader reader(input.dataset);
   DrawnSurface surface;
   surface.label = static_cast<int>(Label::Skin);
+  surface.hidden = !input.worn;
   surface.atlas = atlas;
   const AppearanceData data =
       leave_out(prepared_data(run, input, subject, surface, reader), input, clothed);

@@ -157,6 +157,24 @@ TEST(PrepareAppearanceRefused, ImagesContradictingGeometry_AreRefused) {
                          DataError, "label images give it");
 }
 
+// A coat that nobody registered covers all but a strip: no contradiction, as the wall would be.
+TEST(PrepareAppearance, LabelsOfWhatHides_ContradictNothing) {
+  Studio studio;
+  const auto labelled = [&](std::uint8_t elsewhere) {
+    ByteImage labels(kSide, kSide, 1, elsewhere);
+    for (int y = 0; y < kSide; ++y) {
+      for (int x = 22; x < 27; ++x) {
+        labels.at(x, y) = 5;
+      }
+    }
+    return studio.prepared([&](std::size_t, int) { return TakenPicture{studio.picture, labels}; });
+  };
+  ATELIER_EXPECT_REFUSED(labelled(3), DataError, "label images give it");
+  studio.surface.hidden = true;
+  EXPECT_FALSE(labelled(3).views.empty());
+  ATELIER_EXPECT_REFUSED(labelled(0), DataError, "label images give it");
+}
+
 TEST(PrepareAppearanceRefused, MismatchedImages_AreRefused) {
   Studio studio;
   const auto refused = [&](const TakenPicture& taken, const char* words) {
