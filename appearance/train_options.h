@@ -29,7 +29,7 @@ struct TrainOptions {
   bool pixel_bias = false;
   double smoothness = 0;  ///< pixels as which the likeness of neighbouring texels counts in the
                           ///< mean texture that training begins with (static_texture), 0..1000
-  bool half = false;  ///< convolutions in bfloat16: half the memory, slower (H100)
+  bool half = false;      ///< convolutions in bfloat16: half the memory, slower (H100)
   /// Iterations from save to save, up to 1,000,000; 0: 100, or as many more as keep saving below a
   /// twentieth of the time. Does not change the result.
   int checkpoint_every = 0;

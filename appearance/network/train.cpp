@@ -57,8 +57,8 @@ class SaveTimes {
 
 Training start_training(const AppearanceData& data, const TrainOptions& options) {
   Training training;
-  training.model =
-      initial_model(data, network_options(options), static_cast<std::uint64_t>(options.seed), options.smoothness);
+  training.model = initial_model(data, network_options(options),
+                                 static_cast<std::uint64_t>(options.seed), options.smoothness);
   training.options = training_text(options);
   training.data = digest_of(data);
   return training;
