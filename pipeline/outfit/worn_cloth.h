@@ -18,6 +18,7 @@ namespace atelier {
 inline SolverOptions worn_solver_options() {
   SolverOptions solver;
   solver.substeps = 30;
+  solver.projective.substeps = 20;  // fewer lose cloth that arm and trunk pinch
   solver.self_contact = true;
   solver.self_interval = 30;
   return solver;
