@@ -27,7 +27,7 @@ constexpr double kGuardShare = 0.9;
 /// since longer substeps press more together.
 constexpr int kKeeps = kSelfKeeps + 4 * kSelfStays;
 
-/// True for passes in which carries begin anew with what the body asks for now. What it asked for
+/// True for passes in which carries begin anew with what the body asks in them. What it asked for
 /// when it kept more of its distance may be further, and the furthest leads a pair: it would stay
 /// where the body does not let it, for any number of passes.
 bool asks_body_anew(int pass) {
