@@ -304,7 +304,8 @@ void run_projective(benchmark::State& state, const Case& c) {
     return;
   }
   SolverOptions options;
-  static_cast<CommonSolverOptions&>(options) = c.options;
+  const CommonSolverOptions& common = c.options;
+  static_cast<CommonSolverOptions&>(options) = common;
   options.name = "projective-friction";
   options.report = false;
   const SimulationModel model{c.cloth, c.body.faces};

@@ -51,7 +51,8 @@ OptionTable describe(XpbdOptions& options) {
 
 XpbdOptions xpbd_options(const SolverOptions& options) {
   XpbdOptions xpbd;
-  static_cast<CommonSolverOptions&>(xpbd) = options;
+  const CommonSolverOptions& common = options;
+  static_cast<CommonSolverOptions&>(xpbd) = common;
   static_cast<XpbdMethodOptions&>(xpbd) = options.xpbd;
   return xpbd;
 }
