@@ -20,10 +20,11 @@ constexpr float kFar = 1e6F;     // m
 
 bool is_appearance_array(const std::string& dataset) {
   static const std::vector<std::string> names = {
-      "atlas/faces",     "atlas/uv_faces",  "atlas/uvs",     "cameras/center",
-      "cameras/height",  "cameras/id",      "cameras/width", "frames/id",
-      "frames/position", "frames/transfer", "pixels/color",  "pixels/place",
-      "pixels/uv",       "views/begin",     "views/camera",  "views/frame"};
+      "atlas/faces",  "atlas/uv_faces", "atlas/uvs",      "body/parent",     "body/part",
+      "body/rest",    "frames/offset",  "frames/support", "cameras/center",  "cameras/height",
+      "cameras/id",   "cameras/width",  "frames/id",      "frames/position", "frames/transfer",
+      "pixels/color", "pixels/place",   "pixels/uv",      "views/begin",     "views/camera",
+      "views/frame"};
   return std::find(names.begin(), names.end(), dataset) != names.end();
 }
 
@@ -91,6 +92,67 @@ void read_frames(AppearanceData& data, const Archive& archive, const std::string
     frame.transfer = Eigen::Map<const TransferRows>(transfer.data() + kColumns * i * vertices,
                                                     vertices, kColumns);
     data.frames.push_back(std::move(frame));
+  }
+}
+
+void read_body(AppearanceData& data, const Archive& archive, const std::string& file) {
+  if (find_array(archive, "body/part") == nullptr) {
+    return;
+  }
+  constexpr Index kMaxParts = 1000;
+  constexpr float kFarOff = 1;  // m off the mean surface
+  const auto frames = static_cast<std::int64_t>(data.frames.size());
+  const std::int64_t vertices = data.frames[0].position.rows();
+  BodyShapes body;
+  body.parts.parents =
+      indices_of(array_at(archive, "body/parent", file), kMaxParts, file, "body/parent");
+  body.parts.part = indices_of(array_at(archive, "body/part", file),
+                               static_cast<Index>(body.parts.parents.size()), file, "body/part");
+  const auto rest = floats_within(archive, "body/rest", {vertices, 3}, -kFar, kFar, file);
+  body.parts.rest = Eigen::Map<const FloatRows>(rest.data(), vertices, 3);
+  check_body_parts(body.parts, file);
+  const auto offset =
+      floats_within(archive, "frames/offset", {frames, vertices, 3}, -kFarOff, kFarOff, file);
+  const auto support = floats_within(archive, "frames/support", {frames, vertices}, 0, 1, file);
+  for (std::int64_t i = 0; i < frames; ++i) {
+    body.offset.emplace_back(
+        Eigen::Map<const FloatRows>(offset.data() + 3 * i * vertices, vertices, 3));
+    body.support.emplace_back(
+        Eigen::Map<const Eigen::VectorXf>(support.data() + i * vertices, vertices));
+  }
+  data.body = std::move(body);
+}
+
+void put_body(Archive& archive, const BodyShapes& body) {
+  const auto frames = static_cast<std::int64_t>(body.offset.size());
+  const std::int64_t vertices = body.parts.rest.rows();
+  std::vector<float> offset;
+  std::vector<float> support;
+  for (std::size_t i = 0; i < body.offset.size(); ++i) {
+    offset.insert(offset.end(), body.offset[i].data(),
+                  body.offset[i].data() + body.offset[i].size());
+    support.insert(support.end(), body.support[i].begin(), body.support[i].end());
+  }
+  put_array(archive, "body/parent", tensor_of(body.parts.parents));
+  put_array(archive, "body/part", tensor_of(body.parts.part));
+  put_array(archive, "body/rest", tensor_of(body.parts.rest));
+  put_array(archive, "frames/offset", tensor_of(offset, {frames, vertices, 3}));
+  put_array(archive, "frames/support", tensor_of(support, {frames, vertices}));
+}
+
+void check_body(const AppearanceData& data, const std::string& file) {
+  const BodyShapes& body = *data.body;
+  check_body_parts(body.parts, file);
+  bool fits = body.offset.size() == data.frames.size() && body.support.size() == data.frames.size();
+  for (std::size_t i = 0; fits && i < data.frames.size(); ++i) {
+    const Index vertices = data.frames[i].position.rows();
+    fits = body.parts.rest.rows() == vertices && body.offset[i].rows() == vertices &&
+           body.support[i].rows() == vertices && body.offset[i].allFinite() &&
+           body.support[i].allFinite();
+  }
+  if (!fits) {
+    throw DataError(file, "body", "arrays that do not fit the surface",
+                    "a finite row for each vertex of each frame");
   }
 }
 
@@ -195,6 +257,9 @@ void check_appearance_data(const AppearanceData& data, const std::string& file) 
              "a finite row for each vertex");
     }
   }
+  if (data.body) {
+    check_body(data, file);
+  }
   for (std::size_t i = 0; i < data.views.size(); ++i) {
     const AppearanceView& view = data.views[i];
     const std::size_t count = view.pixel.size();
@@ -250,6 +315,9 @@ Archive archive_of(const AppearanceData& data) {
     put_array(archive, "frames/position", tensor_of(position, {count, vertices, 3}));
     put_array(archive, "frames/transfer",
               tensor_of(transfer, {count, vertices, 2, kTransferTerms}));
+  }
+  if (data.body) {
+    put_body(archive, *data.body);
   }
   std::vector<int> cameras;
   std::vector<int> frames;
@@ -313,6 +381,7 @@ AppearanceData appearance_data_of(const Archive& archive, const std::string& fil
   data.heights =
       indices_of(array_at(archive, "cameras/height", file), kLargestSide, file, "cameras/height");
   read_frames(data, archive, file);
+  read_body(data, archive, file);
   read_views(data, archive, file);
   check_appearance_data(data, file);
   return data;

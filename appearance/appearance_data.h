@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "appearance/body_pose.h"
 #include "appearance/occlusion.h"
 #include "appearance/surface_frame.h"
 #include "appearance/texture_sampling.h"
@@ -20,6 +21,14 @@ struct AppearanceView {
   std::vector<int> pixel;            ///< [P] y * width + x
   std::vector<float> u, v;           ///< [P] in [0,1], v up
   std::vector<std::uint8_t> colors;  ///< [3P] sRGB as the image holds them; empty: to be predicted
+};
+
+/// What a body's network learns beside its texture: how the surface of each frame differs from the
+/// mean one.
+struct BodyShapes {
+  BodyParts parts;
+  std::vector<FloatRows> offset;         ///< [F] of [V,3] m, off the mean surface, in its own axes
+  std::vector<Eigen::VectorXf> support;  ///< [F] of [V] in [0,1], how much is known of each
 };
 
 /// All that a network learns from, or is asked for: one surface, its frames, its views. Prepared
@@ -38,6 +47,7 @@ struct AppearanceData {
   std::optional<OcclusionOptions> occlusion;  ///< with which their light transfer was measured;
                                               ///< nothing: of an older program
   std::vector<AppearanceView> views;
+  std::optional<BodyShapes> body;  ///< of a body that is conditioned on its pose
 };
 
 /// A view's pixels in linear light.

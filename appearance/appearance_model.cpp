@@ -17,9 +17,10 @@
 namespace atelier {
 namespace {
 
-constexpr const char* kVersion = "3";
-constexpr int kMinSide = 8;    // texels a side where the UNet turns round
-constexpr int kMaxGrowth = 8;  // of its widths
+constexpr const char* kVersion = "4";
+constexpr const char* kWithoutCode = "3";  // of networks of before, none of which has a code
+constexpr int kMinSide = 8;                // texels a side where the UNet turns round
+constexpr int kMaxGrowth = 8;              // of its widths
 
 int width_of(const NetworkOptions& options, int level) {
   return options.channels * std::min(1 << std::min(level, 16), kMaxGrowth);
@@ -53,6 +54,41 @@ void add_unet(std::vector<ParameterShape>& all, const NetworkOptions& options,
   add_convolution(all, name + ".last", width_of(options, 0) + inputs, 3, 3, false, bias(0));
 }
 
+/// The encoder of the latent code, the decoders of pose and latent code, and that of the offsets.
+/// Behind the code each texel has a bias of its own: a pose is the same all over a part, and what
+/// it does is not.
+void add_code(std::vector<ParameterShape>& all, const NetworkOptions& options) {
+  const int levels = code_levels_of(options);
+  const int narrow = width_of(options, 0);
+  const int side = code_resolution_of(options);
+  const int flat = width_of(options, levels) * kLatentSide * kLatentSide;
+  int features = 0;
+  if (options.latent > 0) {
+    for (int level = 0; level < levels; ++level) {
+      const int fine = width_of(options, level);
+      const int coarse = width_of(options, level + 1);
+      add_convolution(all, "encoder.down" + std::to_string(level),
+                      level == 0 ? kEncodedChannels : fine, coarse, 4, false, 0);
+      add_convolution(all, "latent.up" + std::to_string(level), coarse, fine, 4, true,
+                      side >> level);
+    }
+    add_convolution(all, "encoder.mean", flat, options.latent, 1, false, 0);
+    add_convolution(all, "encoder.spread", flat, options.latent, 1, false, 0);
+    add_convolution(all, "latent.first", options.latent, flat, 1, false, 0);
+    features += narrow;
+  }
+  if (options.pose_parts > 0) {
+    add_convolution(all, "pose.first", 3 * options.pose_parts, 2 * narrow, 1, false, side);
+    features += 2 * narrow;
+  }
+  add_convolution(all, "code.join", features, narrow, 3, false, side);
+  add_convolution(all, "code.last", narrow, 3, 3, false, 0);
+  if (options.geometry) {
+    add_convolution(all, "offset.up0", narrow, narrow, 4, true, offset_resolution_of(options));
+    add_convolution(all, "offset.last", narrow, 3, 3, false, 0);
+  }
+}
+
 void require_sizes(const NetworkOptions& options) {
   ATELIER_CHECK(options.resolution >= 16 && options.resolution <= 2048 &&
                     std::has_single_bit(static_cast<unsigned>(options.resolution)),
@@ -62,15 +98,19 @@ void require_sizes(const NetworkOptions& options) {
   ATELIER_CHECK(options.shading >= 1 && options.shading <= 16 &&
                     std::has_single_bit(static_cast<unsigned>(options.shading)),
                 "branches are 1 to 16 times coarser than the texture, a power of 2");
+  ATELIER_CHECK(!options.geometry || has_code(options),
+                "a surface is moved by the code of a pose or a latent code");
 }
 
 /// Values of a parameter before training. `v`: He for LeakyReLU 0.2; `g` its length, so that the
-/// convolution starts as `v` says, but the last ones 0, so that branches begin with nothing.
+/// convolution starts as `v` says, but the last ones 0, so that branches begin with nothing, and a
+/// tenth of the code's texture, without which an encoder would not be told anything for long.
 void fill_convolution(std::map<std::string, Tensor>& parameters, const ParameterShape& v,
                       Random& random) {
   const std::string name = v.name.substr(0, v.name.size() - 2);
   const bool transposed = name.find(".up") != std::string::npos;
-  const bool last = name.ends_with(".last");
+  constexpr double kFaint = 0.1;
+  const double begin = name == "code.last" ? kFaint : name.ends_with(".last") ? 0 : 1;
   const std::int64_t to = v.shape[transposed ? 1 : 0];
   const std::int64_t from = v.shape[transposed ? 0 : 1];
   const std::int64_t taps = v.shape[2] * v.shape[3];
@@ -88,7 +128,7 @@ void fill_convolution(std::map<std::string, Tensor>& parameters, const Parameter
   std::vector<float> lengths;
   lengths.reserve(squares.size());
   for (const double square : squares) {
-    lengths.push_back(static_cast<float>(std::sqrt(square) * (last ? 0 : 1)));
+    lengths.push_back(static_cast<float>(std::sqrt(square) * begin));
   }
   parameters[v.name] = tensor_of(values, v.shape);
   parameters[name + ".g"] = tensor_of(lengths, transposed ? std::vector<std::int64_t>{1, to, 1, 1}
@@ -161,6 +201,20 @@ const std::string& text_at(const std::map<std::string, std::string>& texts, cons
   return found->second;
 }
 
+BodyParts parts_at(const std::map<std::string, Tensor>& tensors, std::int64_t vertices, int count,
+                   const std::string& file) {
+  BodyParts parts;
+  const auto rest =
+      values_of<float>(tensor_at(tensors, "body.rest", {vertices, 3}, ElementType::Float32, file));
+  parts.rest = Eigen::Map<const FloatRows>(rest.data(), vertices, 3);
+  parts.part = indices_of(tensor_at(tensors, "body.part", {vertices}, ElementType::Int32, file),
+                          count, file, "body.part");
+  parts.parents = indices_of(tensor_at(tensors, "body.parent", {count}, ElementType::Int32, file),
+                             count, file, "body.parent");
+  check_body_parts(parts, file);
+  return parts;
+}
+
 /// The stage that made a network: <workspace>/<stage>/<result>/<name>/model.safetensors.
 std::string maker_of(const std::filesystem::path& file) {
   const std::string folder = file.parent_path().parent_path().parent_path().filename().string();
@@ -185,7 +239,24 @@ OptionTable describe(NetworkOptions& options) {
   table.add("transfer_degree", options.transfer_degree, 0, kLargestTransferDegree, "",
             "Degree of the spherical harmonics of the light transfer given to the networks");
   table.add("pixel_bias", options.pixel_bias, "Bias for each texel instead of each channel");
+  table.add("pose_parts", options.pose_parts, 0, kMaxPoseParts, "",
+            "Parts of the body whose turns the networks are given");
+  table.add("latent", options.latent, 0, kMaxLatent, "", "Length of the latent code; 0: none");
+  table.add("geometry", options.geometry, "Offsets of the surface by pose and latent code");
   return table;
+}
+
+int code_resolution_of(const NetworkOptions& options) {
+  constexpr int kLargest = 64;
+  return std::min(kLargest, branch_resolution_of(options));
+}
+
+int offset_resolution_of(const NetworkOptions& options) {
+  return 2 * code_resolution_of(options);
+}
+
+int code_levels_of(const NetworkOptions& options) {
+  return std::bit_width(static_cast<unsigned>(code_resolution_of(options) / kLatentSide)) - 1;
 }
 
 int shadow_resolution_of(int resolution) {
@@ -204,7 +275,11 @@ std::vector<ParameterShape> network_parameters(const NetworkOptions& options, in
   require_sizes(options);
   std::vector<ParameterShape> all;
   const int transfer = transfer_terms(options.transfer_degree);
-  const int geometry = 3 + transfer;  // with the normal
+  const int geometry =
+      3 + transfer + (has_code(options) ? width_of(options, 0) : 0);  // with the normal
+  if (has_code(options)) {
+    add_code(all, options);
+  }
   constexpr int kDirection = 3;
   if (options.view_independent) {
     add_unet(all, options, "independent", geometry);
@@ -239,6 +314,13 @@ AppearanceModel initial_model(const AppearanceData& data, const NetworkOptions& 
   model.uv_faces = data.uv_faces;
   model.camera_ids = data.camera_ids;
   model.occlusion = data.occlusion;
+  if (options.pose_parts > 0) {
+    if (!data.body || static_cast<int>(data.body->parts.parents.size()) != options.pose_parts) {
+      throw DataError("", "appearance data", "a body without these parts",
+                      std::to_string(options.pose_parts) + " parts, whose pose is the code");
+    }
+    model.parts = data.body->parts;
+  }
   std::vector<TexturePixels> pixels;
   pixels.reserve(data.views.size());
   std::vector<TextureView> views;
@@ -301,6 +383,11 @@ std::map<std::string, Tensor> tensors_of(const AppearanceModel& model) {
   tensors["static.gain"] =
       tensor_of(model.static_gain, {static_cast<std::int64_t>(model.static_gain.size() / 3), 3});
   tensors["transfer.mean"] = tensor_of(model.mean_transfer);
+  if (model.parts) {
+    tensors["body.rest"] = tensor_of(model.parts->rest);
+    tensors["body.part"] = tensor_of(model.parts->part);
+    tensors["body.parent"] = tensor_of(model.parts->parents);
+  }
   return tensors;
 }
 
@@ -325,7 +412,8 @@ AppearanceModel appearance_model_of(const std::map<std::string, Tensor>& tensors
   if (const std::string& schema = text_at(texts, "schema", file); schema != kModelSchema) {
     throw DataError(file, "schema", schema.substr(0, 60), kModelSchema);
   }
-  if (const std::string& version = text_at(texts, "version", file); version != kVersion) {
+  if (const std::string& version = text_at(texts, "version", file);
+      version != kVersion && version != kWithoutCode) {
     throw DataError(file, "version", version.substr(0, 20),
                     std::string(kVersion) +
                         ", as this program's 'atelier appearance' makes them; "
@@ -336,6 +424,11 @@ AppearanceModel appearance_model_of(const std::map<std::string, Tensor>& tensors
   OptionTable table = describe(model.options);
   for (const OptionField& field : describe(model.options).fields) {
     const std::string key = "network." + field.name;
+    const bool of_code =
+        field.name == "pose_parts" || field.name == "latent" || field.name == "geometry";
+    if (of_code && !texts.contains(key) && text_at(texts, "version", file) == kWithoutCode) {
+      continue;
+    }
     if (const std::string wrong = set_option(table, field.name, text_at(texts, key, file));
         !wrong.empty()) {
       throw DataError(file, key, wrong, "an architecture that there is");
@@ -347,11 +440,14 @@ AppearanceModel appearance_model_of(const std::map<std::string, Tensor>& tensors
       throw DataError(file, key, std::to_string(value), "a power of 2");
     }
   }
+  if (model.options.geometry && !has_code(model.options)) {
+    throw DataError(file, "network.geometry", "true without a code", "a pose or latent code");
+  }
   model.occlusion = occlusion_at(texts, file);
   model.camera_ids = names_of(text_at(texts, "cameras", file), file);
   const auto count = static_cast<std::int64_t>(model.camera_ids.size());
   const int side = model.options.resolution;
-  std::size_t expected = 6;  // atlas, static texture, transfer
+  std::size_t expected = model.options.pose_parts > 0 ? 9 : 6;  // atlas, static, transfer, body
   for (const ParameterShape& parameter :
        network_parameters(model.options, static_cast<int>(count))) {
     model.parameters[parameter.name] =
@@ -397,6 +493,9 @@ AppearanceModel appearance_model_of(const std::map<std::string, Tensor>& tensors
   }
   model.mean_transfer =
       Eigen::Map<const MeanTransfer>(values_of<float>(mean).data(), mean.shape[0], kTransferTerms);
+  if (model.options.pose_parts > 0) {
+    model.parts = parts_at(tensors, mean.shape[0], model.options.pose_parts, file);
+  }
   // Last: what else is wrong says more.
   require_digest(tensors, texts, file,
                  "run 'atelier " + maker_of(file) + "' again, which recomputes it");

@@ -47,7 +47,38 @@ struct NetworkOptions {
                             ///< ambient visibility alone, which does not know where the lamps are
   bool pixel_bias = false;  ///< a bias for each texel instead of each channel (Lombardi et al.
                             ///< 2018): more detail, less generalisation
+  int pose_parts = 0;       ///< of a body, J of BodyParts, to kMaxPoseParts; 0: no code of its pose
+  int latent = 0;           ///< numbers of the latent code, to kMaxLatent; 0: none
+  bool geometry = false;    ///< whether pose and latent code also move the surface
 };
+inline constexpr int kMaxPoseParts = 1000;
+inline constexpr int kMaxLatent = 4096;
+
+/// What a network that has a code is conditioned on (Bagautdinov et al., "Driving-signal aware
+/// full-body avatars", 2021): the turn of each of a body's parts, spread over the atlas by masks of
+/// where it is felt, and a latent code of whatever else differs between frames. An encoder makes
+/// the latent code of a training frame from its surface's offsets and its residual texture, as a
+/// normal distribution that training keeps near the standard one (Kingma and Welling 2014); drawn
+/// is with a latent code of zeros. Both become features of code_resolution_of texels a side: a part
+/// of the texture in units of the mean texture, as the branches give theirs, an input of the first
+/// branch, and of a second decoder that gives offsets of the surface.
+inline bool has_code(const NetworkOptions& options) {
+  return options.pose_parts > 0 || options.latent > 0;
+}
+
+/// Texels a side of the code's features, and of the offsets that they give.
+int code_resolution_of(const NetworkOptions& options);
+int offset_resolution_of(const NetworkOptions& options);
+
+/// Channels that the encoder of the latent code sees: the offset, its support, the residual
+/// texture, and where there is one.
+inline constexpr int kEncodedChannels = 8;
+
+/// Texels a side where the encoder ends and the latent code's decoder begins.
+inline constexpr int kLatentSide = 4;
+/// How often the encoder halves code_resolution_of until then.
+int code_levels_of(const NetworkOptions& options);
+
 OptionTable describe(NetworkOptions& options);
 
 /// Texels a side of the shadow: a quarter, at least 8.
@@ -85,6 +116,7 @@ struct AppearanceModel {
   MeanTransfer mean_transfer;                 ///< [V,9] of the outside, over the training frames
   std::optional<OcclusionOptions> occlusion;  ///< with which light transfer was measured, as it is
                                               ///< to be again; nothing: of an older program
+  std::optional<BodyParts> parts;             ///< if pose_parts: of the body
 };
 
 /// The model before training: parameters random by `seed` (He et al. 2015), the mean texture the

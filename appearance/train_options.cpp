@@ -59,9 +59,29 @@ OptionTable describe(TrainOptions& options) {
   return table;
 }
 
+OptionTable describe_with_code(TrainOptions& options) {
+  constexpr double kMost = 1e6;
+  OptionTable code;
+  code.add("pose", options.code.pose,
+           "Conditioning of texture and geometry on the turns of the body's parts");
+  code.add("latent", options.code.latent, -1, kMaxLatent, "",
+           "Length of the latent code of what else differs between frames; 0: no variational "
+           "autoencoder; below 0: as the setting has it");
+  code.add("geometry", options.code.geometry, "Geometry that depends on pose and latent code");
+  code.add("divergence", options.code.losses.divergence, 0, kMost, "",
+           "Weight of the latent codes' divergence from the standard normal distribution, in nats");
+  code.add("geometry_weight", options.code.losses.geometry, 0, kMost, "",
+           "Weight of squared distances from the registered surfaces, in units of 5 mm");
+  code.add("bending_weight", options.code.losses.bending, 0, kMost, "",
+           "Weight of the squared difference of these distances along edges");
+  OptionTable table = describe(options);
+  table.add("code", std::move(code));
+  return table;
+}
+
 TrainOptions resolved(const TrainOptions& options, Device device) {
   struct Numbers {
-    int resolution, channels, shading, iterations;
+    int resolution, channels, shading, iterations, latent;
     double learning_rate, weight_decay;
   };
   TrainOptions result = options;
@@ -69,12 +89,13 @@ TrainOptions resolved(const TrainOptions& options, Device device) {
     result.setting = device == Device::Cuda ? TrainSetting::Standard : TrainSetting::Small;
   }
   const Numbers numbers =
-      result.setting == TrainSetting::Small      ? Numbers{256, 8, 2, 300, 1e-3, 0.01}
-      : result.setting == TrainSetting::Standard ? Numbers{512, 16, 2, 20'000, 5e-4, 0.3}
-                                                 : Numbers{1024, 32, 4, 100'000, 1e-4, 0.3};
+      result.setting == TrainSetting::Small      ? Numbers{256, 8, 2, 300, 32, 1e-3, 0.01}
+      : result.setting == TrainSetting::Standard ? Numbers{512, 16, 2, 20'000, 256, 5e-4, 0.3}
+                                                 : Numbers{1024, 32, 4, 100'000, 1024, 1e-4, 0.3};
   result.resolution = options.resolution > 0 ? options.resolution : numbers.resolution;
   result.shading = options.shading > 0 ? options.shading : numbers.shading;
   result.channels = options.channels > 0 ? options.channels : numbers.channels;
+  result.code.latent = options.code.latent >= 0 ? options.code.latent : numbers.latent;
   result.iterations = options.iterations > 0 ? options.iterations : numbers.iterations;
   result.learning_rate = options.learning_rate > 0 ? options.learning_rate : numbers.learning_rate;
   result.weight_decay = options.weight_decay >= 0 ? options.weight_decay : numbers.weight_decay;
@@ -99,13 +120,16 @@ std::string training_problem(const TrainOptions& options, Device device) {
            std::to_string(options.resolution / options.shading) +
            " texels a side; 8 are the fewest";
   }
+  if (options.code.geometry && !options.code.pose && options.code.latent == 0) {
+    return "--code.geometry depends on pose and latent code, and both are off";
+  }
   if (options.pixel_bias && !options.view_independent && !options.view_dependent) {
     return "--pixel-bias is of the branches, and none is trained";
   }
   return "";
 }
 
-NetworkOptions network_options(const TrainOptions& options) {
+NetworkOptions network_options(const TrainOptions& options, int parts) {
   const TrainOptions known = resolved(options);
   NetworkOptions network;
   network.resolution = known.resolution;
@@ -116,12 +140,16 @@ NetworkOptions network_options(const TrainOptions& options) {
   network.shading = known.shading;
   network.transfer_degree = known.transfer_degree;
   network.pixel_bias = known.pixel_bias;
+  network.pose_parts = known.code.pose ? parts : 0;
+  network.latent = known.code.latent;
+  network.geometry = known.code.geometry;
   return network;
 }
 
 std::string training_text(const TrainOptions& options) {
   TrainOptions known = resolved(options);
-  return canonical_json(describe(known));
+  const bool coded = known.code.pose || known.code.latent > 0;
+  return canonical_json(coded ? describe_with_code(known) : describe(known));
 }
 
 double learning_rate_at(const TrainOptions& options, int iteration) {
@@ -132,6 +160,12 @@ double learning_rate_at(const TrainOptions& options, int iteration) {
   constexpr double kLongestRise = 200;
   const double rise = std::clamp(known.iterations / 20.0, 1.0, kLongestRise);
   return known.learning_rate * std::min(1.0, (iteration + 1) / rise) * (kLast + (1 - kLast) * fall);
+}
+
+double divergence_share_at(const TrainOptions& options, int iteration) {
+  constexpr double kFrom = 0.25;
+  const double done = static_cast<double>(iteration) / resolved(options).iterations;
+  return std::clamp(2 * (done - kFrom), 0.0, 1.0);
 }
 
 int training_view(std::int64_t seed, int count, std::int64_t step) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "appearance/appearance_model.h"
+#include "appearance/code_losses.h"
 #include "core/device.h"
 
 namespace atelier {
@@ -11,6 +12,14 @@ enum class TrainSetting {
   Small,     ///< 256 x 256, 8 channels, 1e-3, 300 iterations: a minute and a half on two cores
   Standard,  ///< 512 x 512, 16 channels, 5e-4, 20,000 iterations: minutes on a GPU
   Full,      ///< 1024 x 1024, 32 channels, 1e-4, 100,000 iterations: a quarter of an hour on a GPU
+};
+
+/// What a body's network is conditioned on; a garment's is on nothing.
+struct BodyCodeOptions {
+  bool pose = false;      ///< the turns of the body's parts
+  int latent = 0;         ///< length of the latent code; 0: none; below 0: as the setting
+  bool geometry = false;  ///< they also move the surface
+  CodeLosses losses = {};
 };
 
 struct TrainOptions {
@@ -34,8 +43,11 @@ struct TrainOptions {
   /// twentieth of the time. Does not change the result.
   int checkpoint_every = 0;
   std::int64_t seed = 0;
+  BodyCodeOptions code = {};  ///< of a body
 };
 OptionTable describe(TrainOptions& options);
+/// The same with the code's, as `code.*`: of a body.
+OptionTable describe_with_code(TrainOptions& options);
 
 /// The same with the setting's numbers in place of what was left to it, and the device's setting in
 /// place of Auto.
@@ -45,7 +57,8 @@ TrainOptions resolved(const TrainOptions& options, Device device = Device::Cpu);
 std::string training_problem(const TrainOptions& options, Device device);
 
 /// The architecture that they describe.
-NetworkOptions network_options(const TrainOptions& options);
+/// @param parts  of the body whose pose is told, J of BodyParts; 0: of a garment
+NetworkOptions network_options(const TrainOptions& options, int parts = 0);
 
 /// The options as text that two runs of the same training have in common.
 std::string training_text(const TrainOptions& options);
@@ -54,6 +67,11 @@ std::string training_text(const TrainOptions& options);
 /// most 200: Adam's first steps move every weight by all of it in one direction), then falls along
 /// a cosine to a tenth.
 double learning_rate_at(const TrainOptions& options, int iteration);
+
+/// Share of the divergence's weight at an iteration from 0: it rises from the first quarter to the
+/// third, since codes that are held to the prior before a decoder hears them never say anything
+/// (Bowman et al. 2016).
+double divergence_share_at(const TrainOptions& options, int iteration);
 
 /// The view that comes `step`-th: every epoch has each of `count` views once, in an order that seed
 /// and epoch alone decide, so that a resumed training goes on as if it had never stopped.

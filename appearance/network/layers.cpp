@@ -7,7 +7,12 @@ namespace {
 
 namespace nf = torch::nn::functional;
 
-constexpr double kSlope = 0.2;
+/// A branch's output, and the features before its last convolution.
+struct Branch {
+  torch::Tensor output, features;
+};
+
+}  // namespace
 
 torch::Tensor convolved(const Layers& layers, const Parts& p, const std::string& name,
                         const torch::Tensor& x, int stride, bool transposed) {
@@ -21,20 +26,26 @@ torch::Tensor convolved(const Layers& layers, const Parts& p, const std::string&
   }
   const bool each_texel = bias.dim() == 3;
   const torch::Tensor channel_bias = each_texel ? torch::Tensor() : bias;
+  const std::int64_t margin = weight.size(2) > 1 ? 1 : 0;
   const torch::Tensor y = transposed
-                              ? torch::conv_transpose2d(input, weight, channel_bias, stride, 1)
-                              : torch::conv2d(input, weight, channel_bias, stride, 1);
+                              ? torch::conv_transpose2d(input, weight, channel_bias, stride, margin)
+                              : torch::conv2d(input, weight, channel_bias, stride, margin);
   return each_texel ? y + bias : y;
 }
 
 torch::Tensor activated(const torch::Tensor& x) {
+  constexpr double kSlope = 0.2;
   return torch::leaky_relu(x, kSlope);
 }
 
-/// A branch's output, and the features before its last convolution.
-struct Branch {
-  torch::Tensor output, features;
-};
+torch::Tensor enlarged(const torch::Tensor& x, std::int64_t side) {
+  return nf::interpolate(x, nf::InterpolateFuncOptions()
+                                .size(std::vector<std::int64_t>{side, side})
+                                .mode(torch::kBilinear)
+                                .align_corners(false));
+}
+
+namespace {
 
 Branch unet(const Layers& layers, const Parts& p, const std::string& name,
             const torch::Tensor& inputs) {
@@ -55,13 +66,6 @@ Branch unet(const Layers& layers, const Parts& p, const std::string& name,
   }
   const torch::Tensor all = torch::cat({x, inputs.to(x.scalar_type())}, 1);
   return {convolved(layers, p, name + ".last", all, 1, false).to(torch::kFloat32), x};
-}
-
-torch::Tensor enlarged(const torch::Tensor& x, std::int64_t side) {
-  return nf::interpolate(x, nf::InterpolateFuncOptions()
-                                .size(std::vector<std::int64_t>{side, side})
-                                .mode(torch::kBilinear)
-                                .align_corners(false));
 }
 
 }  // namespace
@@ -91,7 +95,7 @@ Parts parts_of(const torch::Tensor& values, const std::vector<ParameterShape>& s
 }
 
 torch::Tensor textures_of(const Layers& layers, const Parts& p,
-                          const std::vector<ViewInputs>& batch) {
+                          const std::vector<ViewInputs>& batch, const torch::Tensor& code) {
   const NetworkOptions& options = layers.options;
   const std::int64_t side = options.resolution;
   const auto count = static_cast<std::int64_t>(batch.size());
@@ -105,8 +109,15 @@ torch::Tensor textures_of(const Layers& layers, const Parts& p,
   }
   const std::int64_t branch_side = branch_resolution_of(options);
   torch::Tensor features = torch::cat(geometry, 0);
+  if (code.defined()) {
+    features = torch::cat({features, enlarged(code, branch_side).to(features.scalar_type())}, 1);
+  }
   torch::Tensor share =
       torch::ones({count, 3, branch_side, branch_side}, torch::device(features.device()));
+  if (code.defined()) {
+    share = share + enlarged(convolved(layers, p, "code.last", code, 1, false).to(torch::kFloat32),
+                             branch_side);
+  }
   if (options.view_independent) {
     const Branch branch = unet(layers, p, "independent", features);
     share = share + branch.output;

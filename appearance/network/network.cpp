@@ -6,38 +6,19 @@
 
 #include <torch/torch.h>
 
+#include "appearance/network/body_code.h"
+#include "appearance/network/code_frames.h"
+#include "appearance/network/device_memory.h"
 #include "appearance/network/layers.h"
 #include "appearance/network/recording.h"
 #include "appearance/psnr.h"
 #include "core/error.h"
+#include "core/random.h"
 
 namespace atelier {
 namespace {
 
 namespace nf = torch::nn::functional;
-
-/// A copy on the device of numbers in this memory.
-template <class T>
-torch::Tensor on_device(const T* values, const std::vector<std::int64_t>& shape,
-                        torch::Device device) {
-  const auto type = std::is_same_v<T, float>          ? torch::kFloat32
-                    : std::is_same_v<T, std::uint8_t> ? torch::kUInt8
-                                                      : torch::kInt64;
-  return torch::from_blob(const_cast<T*>(values), shape, torch::TensorOptions().dtype(type))
-      .clone()
-      .to(device);
-}
-
-torch::Tensor rows_on_device(const std::vector<std::int64_t>& rows, torch::Device device) {
-  return on_device(rows.data(), {static_cast<std::int64_t>(rows.size())}, device);
-}
-
-Tensor off_device(const torch::Tensor& tensor) {
-  const torch::Tensor host = tensor.detach().to(torch::kCPU, torch::kFloat32).contiguous();
-  return tensor_of(
-      std::span<const float>(host.data_ptr<float>(), static_cast<std::size_t>(host.numel())),
-      host.sizes().vec());
-}
 
 torch::Tensor srgb_of(const torch::Tensor& linear) {
   constexpr double kKnee = 0.0031308;
@@ -61,6 +42,7 @@ struct AppearanceNetwork::State {
   struct Example {
     ViewInputs inputs;
     torch::Tensor camera;   // [1] its index
+    torch::Tensor frame;    // [1] its index
     torch::Tensor grid;     // [1,1,P,2] as grid_sample wants it
     torch::Tensor colors;   // [3,P] bytes
     torch::Tensor counted;  // [P] 1, or 0 where nothing is behind a place
@@ -68,6 +50,7 @@ struct AppearanceNetwork::State {
   /// Values that change from step to step, where the device finds them.
   struct Rates {
     torch::Tensor step, decay, spread;  // [] each: see update
+    torch::Tensor divergence;           // [] share of its weight
   };
 
   Layers layers;
@@ -82,12 +65,16 @@ struct AppearanceNetwork::State {
   torch::Tensor weights;              // [T,3,1] barycentric
   torch::Tensor texel_rows;           // [R*R] row of each texel, T: none
   torch::Tensor mean_transfer;        // [V,9]
-  std::vector<Example> examples;      // a view each
+  AppearanceModel described;          // without its parameters
+  CodeFrames code;
+  CodeLosses code_losses;
+  std::vector<Example> examples;  // a view each
   Rates rates;
   Recording recording;          // of update, on `places`
   std::vector<Example> places;  // as many as a batch has, each with room for the largest view
   AdamStep recorded;            // with these constants
-  torch::Tensor recorded_loss;  // []
+  torch::Tensor recorded_loss;  // [2]
+  torch::Tensor noise;          // [B,L] of a step's latent codes, at one place in memory
   Parts fixed;                  // parts_of for drawing, until the next step
   torch::Tensor shown;          // of texture_on_device
 
@@ -159,16 +146,6 @@ struct AppearanceNetwork::State {
         .reshape({3, -1});
   }
 
-  torch::Tensor grid_of(const std::vector<float>& u, const std::vector<float>& v) const {
-    ATELIER_CHECK(u.size() == v.size(), "u and v differ in number");
-    std::vector<float> places(2 * u.size());
-    for (std::size_t i = 0; i < u.size(); ++i) {
-      places[2 * i] = 2 * u[i] - 1;
-      places[2 * i + 1] = 1 - 2 * v[i];
-    }
-    return on_device(places.data(), {1, 1, static_cast<std::int64_t>(u.size()), 2}, device);
-  }
-
   /// [1,3]. Filled there: a copy to a GPU would wait for all that it is at.
   torch::Tensor center_of(const Eigen::Vector3d& center) const {
     torch::Tensor place = torch::empty({1, 3}, torch::device(device));
@@ -189,9 +166,28 @@ struct AppearanceNetwork::State {
     return {rows(frame.position), rows(frame.normal), rows(frame.tangent), rows(frame.transfer)};
   }
 
+  /// [1,3J] of a surface; without columns where the network is not told its pose.
+  torch::Tensor pose_of(const FloatRows& position) const {
+    const std::vector<float> numbers =
+        described.parts ? pose_code(*described.parts, position) : std::vector<float>();
+    return pose_row(numbers);
+  }
+  torch::Tensor pose_row(const std::vector<float>& numbers) const {
+    ATELIER_CHECK(static_cast<int>(numbers.size()) == 3 * layers.options.pose_parts,
+                  "the code of a pose has three numbers for each part");
+    return on_device(numbers.data(), {1, static_cast<std::int64_t>(numbers.size())}, device);
+  }
+  /// The features of a pose and a latent code of zeros; undefined without a code.
+  torch::Tensor features_of(const torch::Tensor& pose) {
+    return has_code(layers.options) ? code_features(layers, parts_for_drawing(), pose, {})
+                                    : torch::Tensor();
+  }
+
   /// [3,R,R]
-  torch::Tensor texture_of_view(const Frame& frame, const Eigen::Vector3d& center) {
-    return textures_of(layers, parts_for_drawing(), {inputs_of(frame, center_of(center))})[0];
+  torch::Tensor texture_of_view(const Frame& frame, const Eigen::Vector3d& center,
+                                const torch::Tensor& pose) {
+    return textures_of(layers, parts_for_drawing(), {inputs_of(frame, center_of(center))},
+                       features_of(pose))[0];
   }
 
   std::vector<Example> batch_of(const std::vector<int>& batch) const {
@@ -204,15 +200,36 @@ struct AppearanceNetwork::State {
     return all;
   }
 
-  torch::Tensor batch_loss(const std::vector<Example>& batch) const {
+  /// [2] the loss, and of it the mean squared difference in sRGB.
+  /// @param noise  [B,L] of the latent codes; undefined: their mean
+  torch::Tensor batch_loss(const std::vector<Example>& batch, const torch::Tensor& noise) const {
     std::vector<ViewInputs> inputs;
+    std::vector<torch::Tensor> frame;
     for (const Example& one : batch) {
       inputs.push_back(one.inputs);
+      frame.push_back(one.frame);
     }
     const Parts p = parts_of(values, shapes);
+    torch::Tensor features;
+    torch::Tensor beside = torch::zeros({}, torch::device(device));
+    if (has_code(layers.options)) {
+      const torch::Tensor frames = torch::cat(frame, 0);
+      torch::Tensor latent;
+      if (layers.options.latent > 0) {
+        const LatentCode told = encoded_latent(layers, p, code.encoded.index_select(0, frames));
+        latent = noise.defined() ? told.mean + told.log_deviation.exp() * noise : told.mean;
+        const torch::Tensor divergence = code_losses.divergence * divergence_of(told);
+        beside = beside + (noise.defined() ? rates.divergence * divergence : divergence);
+      }
+      features = code_features(layers, p, code.pose.index_select(0, frames), latent);
+      if (layers.options.geometry) {
+        beside =
+            beside + offset_loss(code, code_losses, surface_offsets(layers, p, features), frames);
+      }
+    }
     const torch::Tensor& logs = p.at("gain.log");
     const torch::Tensor gains = (logs - logs.mean(0, true)).exp();
-    const torch::Tensor drawn = textures_of(layers, p, inputs);
+    const torch::Tensor drawn = textures_of(layers, p, inputs, features);
     torch::Tensor sum = torch::zeros({}, torch::device(device));
     torch::Tensor places = torch::zeros({}, torch::device(device).dtype(torch::kFloat64));
     for (std::size_t i = 0; i < batch.size(); ++i) {
@@ -224,25 +241,46 @@ struct AppearanceNetwork::State {
       places = places + one.counted.sum(torch::kFloat64);
     }
     constexpr int kChannels = 3;
-    return sum / (kChannels * places.clamp_min(1)).to(torch::kFloat32);
+    const torch::Tensor mean = sum / (kChannels * places.clamp_min(1)).to(torch::kFloat32);
+    return torch::stack({mean + beside, mean});
   }
-  torch::Tensor gradient_of(const torch::Tensor& loss) const {
-    return torch::autograd::grad({loss}, {values})[0];
+  torch::Tensor gradient_of(const torch::Tensor& losses) const {
+    return torch::autograd::grad({losses[0]}, {values})[0];
   }
 
   void set_rates(const AdamStep& by) {
     if (!rates.step.defined()) {
       const auto number = [&] { return torch::zeros({}, torch::device(device)); };
-      rates = {number(), number(), number()};
+      rates = {number(), number(), number(), number()};
     }
     const auto t = static_cast<double>(steps);
     rates.step.fill_(by.learning_rate / (1 - std::pow(by.beta1, t)));
     rates.decay.fill_(by.learning_rate * by.weight_decay);
     rates.spread.fill_(1 - std::pow(by.beta2, t));
+    rates.divergence.fill_(by.divergence);
   }
-  /// The loss before, and a step of AdamW.
+  /// New noise, which seed and step alone decide.
+  void set_noise(std::size_t count, std::uint64_t seed) {
+    if (layers.options.latent == 0) {
+      return;
+    }
+    const std::vector<std::int64_t> shape = {static_cast<std::int64_t>(count),
+                                             layers.options.latent};
+    Random random{seed, static_cast<std::uint64_t>(steps)};
+    std::vector<float> numbers(count * static_cast<std::size_t>(layers.options.latent));
+    for (float& number : numbers) {
+      number = static_cast<float>(normal(random));
+    }
+    const torch::Tensor drawn = on_device(numbers.data(), shape, device);
+    if (noise.defined() && noise.sizes() == drawn.sizes()) {
+      noise.copy_(drawn);
+    } else {
+      noise = drawn;
+    }
+  }
+  /// The losses before, and a step of AdamW.
   torch::Tensor update(const std::vector<Example>& batch, const AdamStep& by) {
-    const torch::Tensor loss = batch_loss(batch);
+    const torch::Tensor loss = batch_loss(batch, noise);
     const torch::Tensor gradient = gradient_of(loss);
     const torch::NoGradGuard no_gradients;
     first.mul_(by.beta1).add_(gradient, 1 - by.beta1);
@@ -264,7 +302,7 @@ struct AppearanceNetwork::State {
       const ViewInputs inputs = {torch::zeros_like(like.inputs.geometry),
                                  torch::zeros_like(like.inputs.direction),
                                  torch::zeros_like(like.inputs.openness)};
-      places.push_back({inputs, torch::zeros_like(like.camera),
+      places.push_back({inputs, torch::zeros_like(like.camera), torch::zeros_like(like.frame),
                         torch::zeros({1, 1, most, 2}, like.grid.options()),
                         torch::zeros({3, most}, like.colors.options()),
                         torch::zeros({most}, like.counted.options())});
@@ -280,6 +318,7 @@ struct AppearanceNetwork::State {
       to.inputs.direction.copy_(from.inputs.direction);
       to.inputs.openness.copy_(from.inputs.openness);
       to.camera.copy_(from.camera);
+      to.frame.copy_(from.frame);
       to.grid.slice(2, 0, count).copy_(from.grid);
       to.colors.slice(1, 0, count).copy_(from.colors);
       to.counted.slice(0, 0, count).fill_(1);
@@ -295,7 +334,7 @@ struct AppearanceNetwork::State {
       make_places(batch.size());
       fill_places(batch);
       recorded = by;
-      recording.record([&] { gradient_of(batch_loss(places)); },
+      recording.record([&] { gradient_of(batch_loss(places, noise)); },
                        [&] { recorded_loss = update(places, by); });
     }
     fill_places(batch);
@@ -333,6 +372,8 @@ AppearanceNetwork::AppearanceNetwork(const AppearanceModel& model, Device device
   State& state = *state_;
   state.layers.options = model.options;
   state.layers.half = half;
+  state.described = model;
+  state.described.parameters.clear();
   state.device = device == Device::Cuda ? torch::kCUDA : torch::kCPU;
   state.shapes = network_parameters(model.options, static_cast<int>(model.camera_ids.size()));
   std::vector<torch::Tensor> decays;
@@ -376,6 +417,9 @@ AppearanceNetwork::AppearanceNetwork(const AppearanceModel& model, Device device
       rows_on_device(std::vector<std::int64_t>(map.source.begin(), map.source.end()), state.device);
   state.mean_transfer = on_device(model.mean_transfer.data(),
                                   {model.mean_transfer.rows(), kTransferTerms}, state.device);
+  if (has_code(model.options)) {
+    place_code(state.layers, model, state.device);
+  }
 }
 
 AppearanceNetwork::~AppearanceNetwork() = default;
@@ -384,8 +428,9 @@ AppearanceNetwork& AppearanceNetwork::operator=(AppearanceNetwork&&) noexcept = 
 
 Image AppearanceNetwork::texture(const SurfaceFrame& frame, const Eigen::Vector3d& center) const {
   const torch::NoGradGuard no_gradients;
-  const Tensor rows =
-      off_device(state_->texture_of_view(state_->on_device_of(frame), center).permute({1, 2, 0}));
+  const Tensor rows = off_device(
+      state_->texture_of_view(state_->on_device_of(frame), center, state_->pose_of(frame.position))
+          .permute({1, 2, 0}));
   const auto values = values_of<float>(rows);
   Image image(state_->layers.options.resolution, state_->layers.options.resolution, 3);
   std::copy(values.begin(), values.end(), image.data.begin());
@@ -396,14 +441,17 @@ std::vector<float> AppearanceNetwork::colors(const SurfaceFrame& frame,
                                              const Eigen::Vector3d& center,
                                              const TexturePixels& places) const {
   const torch::NoGradGuard no_gradients;
-  const torch::Tensor texture = state_->texture_of_view(state_->on_device_of(frame), center);
-  const Tensor rows = off_device(State::sampled(texture, state_->grid_of(places.u, places.v)).t());
+  const torch::Tensor texture =
+      state_->texture_of_view(state_->on_device_of(frame), center, state_->pose_of(frame.position));
+  const Tensor rows =
+      off_device(State::sampled(texture, sampling_grid(places.u, places.v, state_->device)).t());
   const auto values = values_of<float>(rows);
   return {values.begin(), values.end()};
 }
 
 const float* AppearanceNetwork::texture_on_device(const SurfaceArrays& surface,
-                                                  const Eigen::Vector3d& center) {
+                                                  const Eigen::Vector3d& center,
+                                                  const std::vector<float>& pose) {
   State& state = *state_;
   ATELIER_CHECK(surface.vertices == state.mean_transfer.size(0),
                 "the surface has another number of vertices than the network's");
@@ -416,15 +464,31 @@ const float* AppearanceNetwork::texture_on_device(const SurfaceArrays& surface,
                               rows(surface.normal, surface.vertices, 3),
                               rows(surface.tangent, surface.coordinates, 3),
                               rows(surface.transfer, surface.vertices, 2 * kTransferTerms)};
-  state.shown = state.texture_of_view(frame, center).contiguous();
+  state.shown = state.texture_of_view(frame, center, state.pose_row(pose)).contiguous();
   return state.shown.data_ptr<float>();
 }
 
-void AppearanceNetwork::learn_from(const AppearanceData& data) {
+Points AppearanceNetwork::offsets(const FloatRows& position) const {
+  State& state = *state_;
+  if (!state.layers.options.geometry) {
+    return Points::Zero(position.rows(), 3);
+  }
+  const torch::NoGradGuard no_gradients;
+  const Tensor rows = off_device(surface_offsets(state.layers, state.parts_for_drawing(),
+                                                 state.features_of(state.pose_of(position)))[0]);
+  return Eigen::Map<const FloatRows>(values_of<float>(rows).data(), position.rows(), 3)
+      .cast<double>();
+}
+
+void AppearanceNetwork::learn_from(const AppearanceData& data, const CodeLosses& losses) {
   const torch::NoGradGuard no_gradients;
   State& state = *state_;
   state.examples.clear();
   state.recording = {};
+  state.code_losses = losses;
+  if (has_code(state.layers.options)) {
+    state.code = code_frames(state.described, data, state.device);
+  }
   std::vector<State::Frame> frames;
   for (const SurfaceFrame& frame : data.frames) {
     frames.push_back(state.on_device_of(frame));
@@ -436,7 +500,8 @@ void AppearanceNetwork::learn_from(const AppearanceData& data) {
     one.inputs = state.inputs_of(frames[static_cast<std::size_t>(view.frame_idx)],
                                  state.center_of(data.centers.row(view.camera_idx)));
     one.camera = rows_on_device({view.camera_idx}, state.device);
-    one.grid = state.grid_of(view.u, view.v);
+    one.frame = rows_on_device({view.frame_idx}, state.device);
+    one.grid = sampling_grid(view.u, view.v, state.device);
     one.colors = on_device(view.colors.data(), {count, 3}, state.device).t().contiguous();
     one.counted = torch::ones({count}, torch::device(state.device));
     state.examples.push_back(std::move(one));
@@ -445,13 +510,14 @@ void AppearanceNetwork::learn_from(const AppearanceData& data) {
 
 NetworkLoss AppearanceNetwork::loss(const std::vector<int>& views) const {
   const torch::NoGradGuard no_gradients;
-  const auto value = state_->batch_loss(state_->batch_of(views)).item<double>();
-  return {value, psnr_of(value)};
+  const torch::Tensor losses =
+      state_->batch_loss(state_->batch_of(views), {}).to(torch::kCPU, torch::kFloat64);
+  return {losses[0].item<double>(), psnr_of(losses[1].item<double>())};
 }
 
 std::map<std::string, Tensor> AppearanceNetwork::loss_gradient(
     const std::vector<int>& views) const {
-  const torch::Tensor slope = state_->gradient_of(state_->batch_loss(state_->batch_of(views)));
+  const torch::Tensor slope = state_->gradient_of(state_->batch_loss(state_->batch_of(views), {}));
   std::map<std::string, Tensor> gradient;
   state_->split(slope, "", gradient);
   return gradient;
@@ -462,6 +528,7 @@ void AppearanceNetwork::step(const std::vector<int>& views, const AdamStep& opti
   state.fixed.clear();
   ++state.steps;
   state.set_rates(options);
+  state.set_noise(views.size(), options.seed);
   const std::vector<State::Example> batch = state.batch_of(views);
   const bool repeats = state.device.is_cuda() && Recording::possible();
   state.new_losses.push_back(repeats ? state.repeated_update(batch, options)
@@ -472,13 +539,28 @@ std::vector<NetworkLoss> AppearanceNetwork::losses() {
   std::vector<NetworkLoss> all;
   if (!state_->new_losses.empty()) {
     const torch::Tensor values = torch::stack(state_->new_losses).to(torch::kCPU, torch::kFloat64);
-    for (std::int64_t i = 0; i < values.numel(); ++i) {
-      const auto value = values[i].item<double>();
-      all.push_back({value, psnr_of(value)});
+    for (std::int64_t i = 0; i < values.size(0); ++i) {
+      all.push_back({values[i][0].item<double>(), psnr_of(values[i][1].item<double>())});
     }
     state_->new_losses.clear();
   }
   return all;
+}
+
+void AppearanceNetwork::center_codes() {
+  State& state = *state_;
+  if (state.layers.options.latent == 0) {
+    return;
+  }
+  const torch::NoGradGuard no_gradients;
+  state.fixed.clear();
+  const Parts p = parts_of(state.values, state.shapes);
+  const torch::Tensor mean = encoded_latent(state.layers, p, state.code.encoded).mean.mean(0);
+  // Parameters lie in `values`, so that these are the numbers themselves.
+  torch::Tensor encoder = p.at("encoder.mean.b");
+  torch::Tensor decoder = p.at("latent.first.b");
+  encoder.sub_(mean);
+  decoder.add_(torch::mv(p.at("latent.first.w").flatten(1), mean));
 }
 
 std::map<std::string, Tensor> AppearanceNetwork::parameters() const {

@@ -7,15 +7,17 @@
 
 #include "appearance/appearance_data.h"
 #include "appearance/appearance_model.h"
+#include "appearance/code_losses.h"
 #include "appearance/shown_surfaces.h"
 #include "core/device.h"
 
 namespace atelier {
 
-/// The loss of a batch: the mean squared difference in sRGB.
+/// The loss of a batch: the mean squared difference in sRGB, over pixels and channels, and for a
+/// network with a code what CodeLosses weighs.
 struct NetworkLoss {
-  double value = 0;  ///< mean over pixels and channels; not finite: the training diverged
-  double psnr = 0;   ///< dB, of the same differences
+  double value = 0;  ///< not finite: the training diverged
+  double psnr = 0;   ///< dB, of the differences in sRGB alone
 };
 
 /// AdamW (Loshchilov and Hutter, "Decoupled weight decay regularization", 2019).
@@ -25,6 +27,8 @@ struct AdamStep {
   double beta1 = 0.9;
   double beta2 = 0.999;
   double epsilon = 1e-8;
+  std::uint64_t seed = 0;  ///< of the noise of latent codes, with the number of the step
+  double divergence = 1;   ///< share of CodeLosses::divergence
 };
 
 /// An appearance model on a device, for rendering and training (implemented with libtorch).
@@ -46,12 +50,19 @@ class AppearanceNetwork {
 
   /// The same texture [3,R,R] for a surface in the device's memory, itself in device memory and
   /// valid until the next call. Does not synchronise.
-  const float* texture_on_device(const SurfaceArrays& surface, const Eigen::Vector3d& center);
+  /// @param pose  pose_code of the surface, where the network is conditioned on it
+  const float* texture_on_device(const SurfaceArrays& surface, const Eigen::Vector3d& center,
+                                 const std::vector<float>& pose = {});
+
+  /// By what pose moves the mean surface, [V,3] m in the surface's own axes; 0 where the network
+  /// has no geometry. With a latent code of zeros.
+  /// @param position  [V,3] m, the surface that tells the pose
+  Points offsets(const FloatRows& position) const;
 
   /// Copies training data to the device, once: the colours of all views and the inputs of the
   /// branches (per view, 60 bytes a texel of the branches and 15 a pixel). The functions below
   /// refer to views by their index in it.
-  void learn_from(const AppearanceData& data);
+  void learn_from(const AppearanceData& data, const CodeLosses& losses = {});
   /// Loss of views, and its derivatives by each parameter.
   NetworkLoss loss(const std::vector<int>& views) const;
   std::map<std::string, Tensor> loss_gradient(const std::vector<int>& views) const;
@@ -62,6 +73,10 @@ class AppearanceNetwork {
   /// Losses of the steps since the last call, each evaluated before its step; waits for the device.
   /// After a loss that is not finite, parameters may not be finite either.
   std::vector<NetworkLoss> losses();
+
+  /// Shifts the latent codes so that their mean over the training frames is 0, where drawing has
+  /// it; what the network gives for each frame stays as it is. Nothing without a latent code.
+  void center_codes();
 
   /// Current parameters, the optimiser's moments ("m.<name>", "v.<name>") and the number of steps
   /// taken.

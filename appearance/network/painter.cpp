@@ -153,8 +153,11 @@ Image Painter::paint(const std::vector<Points>& vertices, const Camera& camera, 
     std::copy(layer.color.begin(), layer.color.end(), looks[s].color.begin());
     if (seen[s] && layer.model) {
       looks[s].resolution = layer.model->options.resolution;
+      const std::optional<BodyParts>& parts = layer.model->parts;
+      const std::vector<float> pose =
+          parts ? pose_code(*parts, vertices[state.shows[s]].cast<float>()) : std::vector<float>();
       looks[s].texture =
-          state.networks[state.shows[s]]->texture_on_device(arrays[s], camera_center(camera));
+          state.networks[state.shows[s]]->texture_on_device(arrays[s], camera_center(camera), pose);
     }
   }
   clock.add(&PaintTimes::networks, shown);

@@ -53,11 +53,15 @@ class SaveTimes {
   Clock::duration took_{};
 };
 
+int parts_of(const AppearanceData& data) {
+  return data.body ? static_cast<int>(data.body->parts.parents.size()) : 0;
+}
+
 }  // namespace
 
 Training start_training(const AppearanceData& data, const TrainOptions& options) {
   Training training;
-  training.model = initial_model(data, network_options(options),
+  training.model = initial_model(data, network_options(options, parts_of(data)),
                                  static_cast<std::uint64_t>(options.seed), options.smoothness);
   training.options = training_text(options);
   training.data = digest_of(data);
@@ -66,7 +70,7 @@ Training start_training(const AppearanceData& data, const TrainOptions& options)
 
 void require_same_training(const Training& training, const AppearanceData& data,
                            const TrainOptions& options, const std::string& file) {
-  require_architecture(training.model, network_options(options), file);
+  require_architecture(training.model, network_options(options, parts_of(data)), file);
   if (training.options != training_text(options)) {
     throw DataError(file, "options", training.options.substr(0, 400),
                     training_text(options) + ", or another checkpoint");
@@ -83,7 +87,7 @@ TrainResult train(Training training, const AppearanceData& data, const TrainOpti
   TrainResult result;
   result.training = std::move(training);
   AppearanceNetwork network(result.training.model, device, known.half);
-  network.learn_from(data);
+  network.learn_from(data, known.code.losses);
   if (result.training.iteration > 0) {
     network.resume(result.training.moments, result.training.iteration);
   }
@@ -112,6 +116,8 @@ TrainResult train(Training training, const AppearanceData& data, const TrainOpti
     AdamStep step;
     step.learning_rate = learning_rate_at(known, static_cast<int>(i));
     step.weight_decay = known.weight_decay;
+    step.seed = static_cast<std::uint64_t>(known.seed);
+    step.divergence = divergence_share_at(known, static_cast<int>(i));
     network.step(batch, step);
     rates.push_back(step.learning_rate);
     ++i;
@@ -140,6 +146,9 @@ TrainResult train(Training training, const AppearanceData& data, const TrainOpti
     if (!result.finite) {
       return result;
     }
+  }
+  if (!result.stopped) {
+    network.center_codes();
   }
   result.finite = keep();
   return result;

@@ -21,6 +21,7 @@
 #include <unistd.h>
 
 #include "appearance/appearance_colors.h"
+#include "appearance/body_surfaces.h"
 #include "appearance/learnt.h"
 #include "appearance/network/painter.h"
 #include "appearance/network/train.h"
@@ -53,6 +54,8 @@ constexpr const char* kHelp =
     "lines.\n"
     "atelier-appearance predict MODEL DATA COLORS [--device cpu|cuda]\n"
     "    Draws every view of the data: linear colours of its pixels, without gain.\n"
+    "atelier-appearance shape MODEL SURFACES OFFSETS [--device cpu|cuda]\n"
+    "    By what the poses of a body's surfaces move its mean surface.\n"
     "atelier-appearance paint SCENE FOLDER [--device cpu|cuda] [--OPTION VALUE ...]\n"
     "    Draws every frame of a scene: FOLDER/000012.h5. Prints 'frame ID' lines.\n";
 
@@ -85,7 +88,7 @@ OptionTable options_of(const std::string& command, Arguments& arguments) {
   table.add("device", arguments.device, {{"cpu", Device::Cpu}, {"cuda", Device::Cuda}},
             "Device of the networks");
   if (command == "train") {
-    table.add(describe(arguments.options));
+    table.add(describe_with_code(arguments.options));
   } else if (command == "paint") {
     table.add(describe(arguments.paint));
     table.add("ahead", arguments.ahead, 0, 1000, "",
@@ -387,6 +390,33 @@ int run_prediction(const Arguments& arguments) {
   return kExitDone;
 }
 
+int run_shaping(const Arguments& arguments) {
+  if (arguments.places.size() != 3) {
+    throw UsageError("shape takes MODEL, SURFACES and OFFSETS");
+  }
+  require_different({{"MODEL", arguments.places[0]},
+                     {"SURFACES", arguments.places[1]},
+                     {"OFFSETS", arguments.places[2]}});
+  require_result_place(arguments.places[2]);
+  require_own_file(arguments.places[2], begins_with(arguments.places[2], "ATELIER-ARCHIVE"),
+                   "archive of offsets");
+  const AppearanceModel model = network_at(arguments.places[0]);
+  const std::vector<FloatRows> surfaces =
+      surfaces_of(read_archive(arguments.places[1], kSurfacesSchema, 1), arguments.places[1]);
+  if (surfaces.empty() || surfaces[0].rows() != model.mean_transfer.rows()) {
+    throw DataError(arguments.places[1], "frames/rows",
+                    surfaces.empty() ? "none" : std::to_string(surfaces[0].rows()) + " vertices",
+                    std::to_string(model.mean_transfer.rows()) + ", as the network's body has");
+  }
+  const AppearanceNetwork network(model, arguments.device);
+  std::vector<FloatRows> offsets;
+  for (const FloatRows& surface : surfaces) {
+    offsets.push_back(network.offsets(surface).cast<float>());
+  }
+  write_archive(arguments.places[2], archive_of_surfaces(offsets));
+  return kExitDone;
+}
+
 /// Waits until `asker`, who started this program, has taken an image away; not for one that ended.
 void wait_until_taken(const fs::path& picture, pid_t asker) {
   constexpr std::chrono::milliseconds kLook{2};
@@ -440,8 +470,8 @@ int run(const std::vector<std::string>& words) {
     std::cout << kHelp;
     return words.empty() ? kExitUsage : kExitDone;
   }
-  if (words[0] != "train" && words[0] != "predict" && words[0] != "paint") {
-    throw UsageError("there are train, predict and paint, not " + words[0]);
+  if (words[0] != "train" && words[0] != "predict" && words[0] != "shape" && words[0] != "paint") {
+    throw UsageError("there are train, predict, shape and paint, not " + words[0]);
   }
   if (std::find(words.begin(), words.end(), "--help") != words.end()) {
     Arguments defaults;
@@ -451,6 +481,9 @@ int run(const std::vector<std::string>& words) {
   }
   if (words[0] == "train") {
     return run_training(parsed(words));
+  }
+  if (words[0] == "shape") {
+    return run_shaping(parsed(words));
   }
   return words[0] == "predict" ? run_prediction(parsed(words)) : run_painting(parsed(words));
 }

@@ -187,12 +187,20 @@ void show_avatar(Cast& cast, const fs::path& workspace) {
   if (!equal_arrays(avatar->rest.faces, layer.faces)) {
     return;  // of another body, which is asked for by --body
   }
+  const bool seen_already =
+      frame_count(cast.sequences.front()) > 0 &&
+      equal_arrays(frame(cast.sequences.front(), 0).uv_faces, avatar->rest.uv_faces);
   layer.model = avatar->model.string();
   layer.over = over_clothes(*avatar);
+  if (seen_already) {
+    return;  // meshes of `seen`, which have the texture's atlas
+  }
   Sequence& bodies = cast.sequences.front();
-  bodies.load = [avatar, load = bodies.load](Index i) {
+  bodies.load = [seen = seen_bodies(*avatar, frame_count(bodies),
+                                    [load = bodies.load](Index i) { return load(i).vertices; }),
+                 load = bodies.load](Index i) {
     Mesh mesh = load(i);
-    mesh.vertices = seen_surface(*avatar, mesh.vertices);
+    mesh.vertices = seen(i);
     return mesh;
   };
 }

@@ -125,8 +125,6 @@ void measure_distances(OuterSurface& surface, const TriangleTree& tree, const Sc
                        const OuterSurfaceOptions& options) {
   double skin = 0;
   double cover = 0;
-  double near_skin = 0;
-  double near_cover = 0;
   for (Index i = 0; i < scan.vertices.rows(); ++i) {
     const ScanRole role = scan.roles[static_cast<std::size_t>(i)];
     const double reach = reach_of(role, options);
@@ -136,13 +134,11 @@ void measure_distances(OuterSurface& surface, const TriangleTree& tree, const Sc
     const bool is_skin = role == ScanRole::Skin;
     (is_skin ? surface.skin_area : surface.cover_area) += scan.areas[i];
     const ClosestPoint closest = closest_point(tree, scan.vertices.row(i).transpose(), reach);
-    if (closest.face >= 0) {
-      (is_skin ? near_skin : near_cover) += scan.areas[i];
-      (is_skin ? skin : cover) += scan.areas[i] * std::sqrt(closest.squared_distance);
-    }
+    (is_skin ? skin : cover) +=
+        scan.areas[i] * (closest.face >= 0 ? std::sqrt(closest.squared_distance) : reach);
   }
-  surface.skin_distance = near_skin > 0 ? skin / near_skin : 0;
-  surface.cover_distance = near_cover > 0 ? cover / near_cover : 0;
+  surface.skin_distance = surface.skin_area > 0 ? skin / surface.skin_area : 0;
+  surface.cover_distance = surface.cover_area > 0 ? cover / surface.cover_area : 0;
 }
 
 }  // namespace

@@ -27,8 +27,8 @@ struct OuterSurface {
   Points vertices;          ///< [V,3] metres
   Eigen::VectorXd support;  ///< [V] in [0,1], how much the scan says of each
   Eigen::VectorXd cover;    ///< [V] in [0,1], share of that which is hair or shoes
-  /// m, mean distance of the scan's points from the surface, by area, of those within reach; 0
-  /// where there are none.
+  /// m, mean distance of the scan's points from the surface, by area; one out of reach counts as
+  /// far as that. 0 where there are none.
   double skin_distance = 0;
   double cover_distance = 0;
   double skin_area = 0;   ///< m2, of the scan's skin

@@ -65,12 +65,12 @@ std::vector<OutputSequence> animated_sequences(const Animation& animation) {
 
 /// A frame in the order of `animated_sequences`.
 std::vector<Archive> animated_archives(const Animation& animation, const AnimatedFrame& frame,
-                                       const Points& body) {
+                                       Index row, const Points& body) {
   Mesh mesh;
   mesh.vertices = body;
   std::vector<Archive> archives{archive_of(frame), archive_of(mesh)};
   if (animation.avatar) {
-    mesh.vertices = seen_surface(*animation.avatar, body);
+    mesh.vertices = animation.seen(row);
     archives.push_back(archive_of(mesh));
   }
   for (std::size_t g = 0; g < animation.worn.names.size(); ++g) {
@@ -96,8 +96,8 @@ JoinedSurfaces joined_clothes(const Animation& animation, const Points& cloth) {
 }
 
 /// The body as it is rendered: seen with its texture, where there is an avatar and a look to it.
-RenderMesh rendered_body(const Animation& animation, const Points& body, const Points& cloth,
-                         const Look& look) {
+RenderMesh rendered_body(const Animation& animation, Index row, const Points& body,
+                         const Points& cloth, const Look& look) {
   RenderMesh wearer;
   wearer.look = look;
   wearer.mesh.faces = animation.body.model.mesh.faces;
@@ -106,16 +106,16 @@ RenderMesh rendered_body(const Animation& animation, const Points& body, const P
     const BodyAvatar& avatar = *animation.avatar;
     wearer.mesh.uvs = avatar.rest.uvs;
     wearer.mesh.uv_faces = avatar.rest.uv_faces;
-    wearer.mesh.vertices = tucked_skin(seen_surface(avatar, body), wearer.mesh.faces,
+    wearer.mesh.vertices = tucked_skin(animation.seen(row), wearer.mesh.faces,
                                        joined_clothes(animation, cloth), over_clothes(avatar));
   }
   return wearer;
 }
 
 /// The body's and the clothes' surfaces in a frame, as they are rendered.
-std::vector<RenderMesh> dressed_meshes(const Animation& animation, const Points& body,
+std::vector<RenderMesh> dressed_meshes(const Animation& animation, Index row, const Points& body,
                                        const Points& cloth, const Look& skin) {
-  std::vector<RenderMesh> meshes = {rendered_body(animation, body, cloth, skin)};
+  std::vector<RenderMesh> meshes = {rendered_body(animation, row, body, cloth, skin)};
   for (std::size_t g = 0; g < animation.worn.meshes.size(); ++g) {
     Mesh garment = animation.worn.meshes[g];
     garment.vertices = cloth.middleRows(animation.worn.first[g], garment.vertices.rows());
@@ -141,8 +141,9 @@ bool draw_plain(StageRun& run, const Animation& animation, const AnimationView& 
     if (run.stop_requested()) {
       return false;
     }
-    take(animation_picture(view, static_cast<int>(i),
-                           dressed_meshes(animation, bodies[i], cloths[i], skin), options));
+    take(animation_picture(
+        view, static_cast<int>(i),
+        dressed_meshes(animation, static_cast<Index>(i), bodies[i], cloths[i], skin), options));
   }
   return true;
 }
@@ -175,7 +176,7 @@ bool draw_by_networks(StageRun& run, const Animation& animation, const Animation
   scene.cameras = view.cameras;
   scene.frame_ids = animation.frame_ids;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    std::vector<Points> vertices = {animation.avatar ? seen_surface(*animation.avatar, bodies[i])
+    std::vector<Points> vertices = {animation.avatar ? animation.seen(static_cast<Index>(i))
                                                      : bodies[i]};
     for (std::size_t g = 0; g < animation.worn.names.size(); ++g) {
       vertices.emplace_back(
@@ -358,8 +359,13 @@ void run_animate(StageRun& run) {
     require_picture_size(options.view.picture);
   }
   require_solver(options.cloth.solver, run.device());
-  const Animation animation = read_animation(run);
+  Animation animation = read_animation(run);
   const std::vector<int>& ids = animation.frame_ids;
+  if (animation.avatar) {
+    animation.seen = seen_bodies(*animation.avatar, static_cast<Index>(ids.size()), [&](Index i) {
+      return body_after(animation, step_of(animation, i));
+    });
+  }
   AnimatedCloth frames(run, animation);
   const auto row_of = [&](int id) {
     return std::lower_bound(ids.begin(), ids.end(), id) - ids.begin();
@@ -370,7 +376,7 @@ void run_animate(StageRun& run) {
           AnimatedFrame frame{frames.at(row_of(id)), {}};
           Points body = body_after(animation, step_of(animation, row_of(id)));
           frame.figures = frame_figures(animation, frame.state.positions, body);
-          std::vector<Archive> archives = animated_archives(animation, frame, body);
+          std::vector<Archive> archives = animated_archives(animation, frame, row_of(id), body);
           memory.keep(id, {std::move(body), std::move(frame.state.positions), frame.figures});
           return archives;
         })) {

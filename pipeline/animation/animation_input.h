@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <optional>
 #include <string>
@@ -47,8 +48,9 @@ struct Animation {
   std::vector<Camera> cameras;  ///< of the capture
   /// Files of networks by what they draw, "body" and garments; none: everything has one colour.
   std::map<std::string, std::filesystem::path> networks;
-  std::optional<BodyAvatar> avatar;  ///< how the body is seen; none: of another body, or not made
-  std::vector<RingPlace> places;     ///< of what holds registered clothes, in the cloth of all
+  std::optional<BodyAvatar> avatar;   ///< how the body is seen; none: of another body, or not made
+  std::function<Points(Index)> seen;  ///< by an avatar in each frame of the result
+  std::vector<RingPlace> places;      ///< of what holds registered clothes, in the cloth of all
   /// Where the clothes are to be, where that is known: the capture's own motion on its own person.
   std::vector<RegisteredGarmentSequence> registered;
 };

@@ -17,7 +17,7 @@ namespace {
 /// Resolved options of a training as the words of the other program.
 std::vector<std::string> words_of(TrainOptions options) {
   std::vector<std::string> words;
-  for (const OptionField& field : describe(options).fields) {
+  for (const OptionField& field : describe_with_code(options).fields) {
     std::string text = option_text(field);
     if (text.size() >= 2 && text.front() == '"') {
       text = text.substr(1, text.size() - 2);

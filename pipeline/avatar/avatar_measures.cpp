@@ -46,16 +46,36 @@ struct ShownPerson {
   BodyAvatar avatar;
   Sequence bodies;
   std::optional<WornSubject> worn;
+  std::map<int, FloatRows> offsets;  ///< by pose, of the frames that are judged
 
-  /// The seen surface; no rows where there is no body of the frame.
-  Points surface(int frame_id) const {
+  /// The body under the clothes; no rows where there is none of the frame.
+  Points body(int frame_id) const {
     const std::vector<int>& ids = bodies.frame_ids;
     const auto at = std::lower_bound(ids.begin(), ids.end(), frame_id);
-    return at == ids.end() || *at != frame_id
-               ? Points(0, 3)
-               : seen_surface(avatar, frame(bodies, at - ids.begin()).vertices);
+    return at == ids.end() || *at != frame_id ? Points(0, 3)
+                                              : frame(bodies, at - ids.begin()).vertices;
+  }
+  /// The seen surface; no rows where there is no body of the frame.
+  Points surface(int frame_id) const {
+    const Points own = body(frame_id);
+    const auto offset = offsets.find(frame_id);
+    return own.rows() == 0           ? own
+           : offset == offsets.end() ? seen_surface(avatar, own)
+                                     : seen_surface(avatar, own, offset->second);
   }
 };
+
+/// The same with what poses do to the surface of these frames.
+void pose_person(ShownPerson& person, const std::vector<int>& frames) {
+  std::vector<Points> bodies;
+  for (const int id : frames) {
+    bodies.push_back(person.body(id));
+  }
+  const std::vector<FloatRows> offsets = pose_offsets(person.avatar, bodies);
+  for (std::size_t i = 0; i < offsets.size(); ++i) {
+    person.offsets[frames[i]] = offsets[i];
+  }
+}
 
 /// Distances of the true seen skin, hair and shoes from the surface, by label.
 std::map<Label, Sum> surface_distances(const ShownPerson& person, const GroundTruth& truth,
@@ -321,13 +341,14 @@ std::vector<Measure> measure_avatar(const fs::path& workspace, const fs::path& c
   const auto truth = std::make_shared<const GroundTruth>(read_ground_truth(capture));
   std::vector<int> frames;  // of which there is a body
   for (const int id : info.held_out_frames) {
-    if (shown.surface(id).rows() > 0) {
+    if (shown.body(id).rows() > 0) {
       frames.push_back(id);
     }
   }
+  const std::vector<int> judged = frames.empty() ? shown.bodies.frame_ids : frames;
+  pose_person(shown, judged);
   std::vector<Measure> measures;
-  add_distances(measures, surface_distances(shown, *truth, capture,
-                                            frames.empty() ? shown.bodies.frame_ids : frames));
+  add_distances(measures, surface_distances(shown, *truth, capture, judged));
   std::vector<Camera> cameras;
   for (const Camera& camera : truth->cameras) {
     if (std::count(info.held_out_cameras.begin(), info.held_out_cameras.end(), camera.id) > 0) {

@@ -44,6 +44,10 @@ std::string avatar_pictures(const StageStatus& own, const ReportPlaces& places) 
     html += figure_html(linear_from_srgb(read_byte_image(file)),
                         "Images that the avatar was made from, as taken and as drawn");
   }
+  if (const fs::path file = result / "crops.png"; fs::exists(file)) {
+    html += figure_html(linear_from_srgb(read_byte_image(file)),
+                        "Details of images that the avatar was made from, as taken and as drawn");
+  }
   return html;
 }
 

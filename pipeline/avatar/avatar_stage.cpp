@@ -18,6 +18,7 @@
 #include "core/usage_error.h"
 #include "pipeline/appearance/tell_contradictions.h"
 #include "pipeline/appearance/train_network.h"
+#include "pipeline/avatar/avatar_crops.h"
 #include "pipeline/avatar/avatar_drawing.h"
 #include "pipeline/avatar/avatar_result.h"
 
@@ -156,6 +157,42 @@ PersonalBody seen_person(const AvatarInput& input, const PackedAtlas& atlas,
   return seen;
 }
 
+/// What the network is conditioned on, and what each frame's surface is off the mean one.
+BodyShapes body_shapes(const AvatarInput& input, const PersonalBody& seen,
+                       const std::vector<OuterSurface>& surfaces) {
+  const BodyModel& model = seen.model;
+  std::vector<int> joints;
+  for (Index v = 0; v < model.skin.weights.rows(); ++v) {
+    Index most = 0;
+    model.skin.weights.row(v).maxCoeff(&most);
+    joints.push_back(model.skin.joints(v, most));
+  }
+  BodyShapes shapes;
+  shapes.parts = body_parts(model.mesh.vertices, joints, model.skeleton.parents);
+  const BodyAvatar avatar = body_avatar(model.mesh, input.person.model);
+  for (std::size_t i = 0; i < surfaces.size(); ++i) {
+    const Points mean = seen_surface(avatar, body_of_frame(input, input.frame_ids[i]));
+    shapes.offset.emplace_back(
+        in_surface_frames(surface_frames(mean, model.mesh.faces), surfaces[i].vertices - mean)
+            .cast<float>());
+    shapes.support.emplace_back(surfaces[i].support.cast<float>().cwiseMax(0).cwiseMin(1));
+  }
+  return shapes;
+}
+
+/// Of the frames that the data has.
+BodyShapes shapes_of(const BodyShapes& all, const AvatarInput& input, const AppearanceData& data) {
+  BodyShapes own{all.parts, {}, {}};
+  for (const SurfaceFrame& frame : data.frames) {
+    const auto at = static_cast<std::size_t>(
+        std::lower_bound(input.frame_ids.begin(), input.frame_ids.end(), frame.frame_id) -
+        input.frame_ids.begin());
+    own.offset.push_back(all.offset[at]);
+    own.support.push_back(all.support[at]);
+  }
+  return own;
+}
+
 /// The seen surfaces, and before them what is worn over them.
 DressedSubject subject_of(const AvatarInput& input, const std::vector<OuterSurface>& surfaces) {
   DressedSubject subject;
@@ -276,6 +313,22 @@ void show(StageRun& run, const AvatarInput& input, const DressedSubject& subject
   }
 }
 
+/// crops.png: heads, hands and feet of images that it was made from, beside what is drawn.
+void show_crops(StageRun& run, const AvatarInput& input, const DressedSubject& subject,
+                const AppearanceModel& model, FrameReader& reader, const fs::path& file) {
+  constexpr int kSide = 512;
+  const std::vector<CaptionedImage> crops = avatar_crops(
+      input, subject, model, file,
+      [&](std::size_t camera, int id) { return taken_picture(reader, input, camera, id); }, kSide,
+      run.device());
+  if (!crops.empty()) {
+    ContactSheetOptions sheet;
+    sheet.columns = 4;
+    sheet.text_height = 14;
+    run.output_text("crops.png", image_bytes(contact_sheet(crops, sheet), ImageFormat::Png));
+  }
+}
+
 /// What a texture is made from, of all frames.
 AppearanceData prepared_data(StageRun& run, const AvatarInput& input, const DressedSubject& subject,
                              const DrawnSurface& surface, FrameReader& reader) {
@@ -300,7 +353,10 @@ TrainOptions as_fine_as(TrainOptions known, const TrainOptions& asked, const App
   }
   const auto covered =
       static_cast<double>(texel_map(data.faces, data.uvs, data.uv_faces, kSide).covered.size());
-  while (asked.resolution == 0 && known.resolution > kCoarsest &&
+  const auto fits = [&](int resolution) {
+    return asked.shading == 0 || resolution >= 8 * asked.shading;
+  };
+  while (asked.resolution == 0 && known.resolution > kCoarsest && fits(known.resolution / 2) &&
          pixels < kPixels * covered * known.resolution * known.resolution / (kSide * kSide)) {
     known.resolution /= 2;
     known.shading = asked.shading == 0 ? std::max(1, known.shading / 2) : known.shading;
@@ -338,7 +394,8 @@ bool train_branches(StageRun& run, const AppearanceData& data, const TrainOption
 /// The texture of the surfaces, and what it was made from in pictures. False if the run was told to
 /// stop.
 bool write_texture(StageRun& run, const AvatarInput& input, const PackedAtlas& atlas,
-                   const std::vector<OuterSurface>& surfaces, const std::vector<char>& clothed) {
+                   const std::vector<OuterSurface>& surfaces, const BodyShapes& shapes,
+                   const std::vector<char>& clothed) {
   const auto& options = run.options<AvatarStageOptions>();
   const DressedSubject subject = subject_of(input, surfaces);
   FrameReader reader(input.dataset);
@@ -346,8 +403,9 @@ bool write_texture(StageRun& run, const AvatarInput& input, const PackedAtlas& a
   surface.label = static_cast<int>(Label::Skin);
   surface.hidden = !input.worn;
   surface.atlas = atlas;
-  const AppearanceData data =
+  AppearanceData data =
       leave_out(prepared_data(run, input, subject, surface, reader), input, clothed);
+  data.body = shapes_of(shapes, input, data);
   const TrainOptions known =
       as_fine_as(avatar_training(options, run.device()), options.train, data);
   run.say("texture of " + std::to_string(known.resolution) + " texels a side");
@@ -379,6 +437,7 @@ bool write_texture(StageRun& run, const AvatarInput& input, const PackedAtlas& a
     fs::copy_file(file, to, fs::copy_options::overwrite_existing);
   });
   show(run, input, subject, model, reader, file);
+  show_crops(run, input, subject, model, reader, file);
   return true;
 }
 
@@ -392,7 +451,7 @@ OptionTable describe(AvatarStageOptions& options) {
              {"underlying", AvatarKind::Underlying}},
             "Frames that the avatar is made from: the minimally clothed sequence, skin, hair and "
             "shoes of the clothed ones (underlying), or all");
-  table.add(describe(options.train));
+  table.add(describe_with_code(options.train));
   table.add("network", options.network,
             "Training of a network for the body's texture; off: the mean texture alone");
   table.add("surface", describe(options.surface));
@@ -437,7 +496,7 @@ void run_avatar(StageRun& run) {
   leave_out(input, clothed, surfaces);
   const PersonalBody seen = seen_person(input, atlas, surfaces);
   run.output("avatar.npz", [&](const fs::path& file) { write_personal_body(file, seen); });
-  if (!write_texture(run, input, atlas, surfaces, clothed)) {
+  if (!write_texture(run, input, atlas, surfaces, body_shapes(input, seen, surfaces), clothed)) {
     return;
   }
   run.metric("frames", static_cast<double>(input.frame_ids.size()));

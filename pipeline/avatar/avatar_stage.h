@@ -13,9 +13,9 @@ namespace atelier {
 
 struct AvatarStageOptions {
   AvatarKind kind = AvatarKind::All;
-  TrainOptions train{.smoothness = 3};  ///< with twice the setting's texels a side, for faces, and
-                                        ///< as many of the branches
-  bool network = true;                  ///< false, or without libtorch: a mean texture alone
+  /// With twice the setting's texels a side, for faces, and as many of the branches.
+  TrainOptions train{.smoothness = 3, .code = {.pose = true, .latent = -1, .geometry = true}};
+  bool network = true;  ///< false, or without libtorch: a mean texture alone
   OuterSurfaceOptions surface;
   MeanTextureOptions texture;
   PrepareAppearanceOptions prepare;
@@ -44,9 +44,9 @@ inline constexpr std::array kAvatarMetrics = {
 /// Person, poses, scans and images -> surface/ (the seen surface of each frame that it is made
 /// from: skin, hair and shoes, core/sequence_archive.h), avatar.npz (the person as a body whose
 /// rest surface is the seen one), body/model.safetensors (its texture, as networks are drawn:
-/// branches and shadow trained as those of garments are, or without libtorch its mean texture),
-/// body/training.csv, texture.png (the mean), and pictures.png. Held-out cameras and frames are
-/// never opened.
+/// pose and latent code, branches and shadow, or without libtorch its mean texture),
+/// body/training.csv, texture.png (the mean), pictures.png and crops.png. Held-out cameras and
+/// frames are never opened.
 void run_avatar(StageRun& run);
 
 }  // namespace atelier

@@ -1,9 +1,14 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
+
+#include <gtest/gtest.h>
 
 #include "appearance/appearance_data.h"
 #include "appearance/appearance_model.h"
+#include "appearance/network/network.h"
 #include "core/normals.h"
 #include "tests/support/shapes.h"
 
@@ -67,6 +72,57 @@ inline AppearanceData small_data() {
     }
   }
   return data;
+}
+
+/// A network that has views to learn from.
+inline AppearanceNetwork learner(const AppearanceModel& model, const AppearanceData& data,
+                                 Device device = Device::Cpu, const CodeLosses& losses = {}) {
+  AppearanceNetwork network(model, device);
+  network.learn_from(data, losses);
+  return network;
+}
+
+/// Adds to one number of a parameter.
+inline void nudge(AppearanceModel& model, const std::string& name, std::size_t i, float by) {
+  Tensor& tensor = model.parameters.at(name);
+  float value = 0;
+  std::memcpy(&value, tensor.data.data() + 4 * i, 4);
+  value += by;
+  std::memcpy(tensor.data.data() + 4 * i, &value, 4);
+}
+
+/// Compares the derivatives by each parameter of a batch's loss with finite differences.
+inline void expect_gradients(const AppearanceModel& model, const AppearanceData& data,
+                             const std::vector<int>& batch, const CodeLosses& losses = {}) {
+  const auto gradient = learner(model, data, Device::Cpu, losses).loss_gradient(batch);
+  ASSERT_EQ(gradient.size(), model.parameters.size());
+  for (const auto& [name, tensor] : gradient) {
+    // Along the gradient of one tensor at a time: of a single weight, floats leave no digits.
+    const auto values = values_of<float>(tensor);
+    double squares = 0;
+    for (const float value : values) {
+      squares += static_cast<double>(value) * value;
+    }
+    const double length = std::sqrt(squares);
+    ASSERT_GT(length, 0) << name;
+    // A fiftieth of the tensor's own length, where it has one: weight normalisation bends near 0.
+    double own = 0;
+    for (const float value : values_of<float>(model.parameters.at(name))) {
+      own += static_cast<double>(value) * value;
+    }
+    const double step = std::clamp(0.02 * std::sqrt(own), 3e-4, 4e-3);
+    AppearanceModel plus = model;
+    AppearanceModel minus = model;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      const auto by = static_cast<float>(step * values[i] / length);
+      nudge(plus, name, i, by);
+      nudge(minus, name, i, -by);
+    }
+    const double difference = (learner(plus, data, Device::Cpu, losses).loss(batch).value -
+                               learner(minus, data, Device::Cpu, losses).loss(batch).value) /
+                              (2 * step);
+    EXPECT_NEAR(difference, length, 0.03 * length + 3e-6) << name;
+  }
 }
 
 }  // namespace atelier::fixtures

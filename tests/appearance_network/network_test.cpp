@@ -18,6 +18,8 @@
 namespace atelier {
 namespace {
 
+using fixtures::learner;
+using fixtures::nudge;
 using fixtures::small_data;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
@@ -30,14 +32,6 @@ TrainOptions small_options(int iterations = 8) {
   options.learning_rate = 1e-2;
   options.checkpoint_every = 4;
   return options;
-}
-
-/// A network that has views to learn from.
-AppearanceNetwork learner(const AppearanceModel& model, const AppearanceData& data,
-                          Device device = Device::Cpu) {
-  AppearanceNetwork network(model, device);
-  network.learn_from(data);
-  return network;
 }
 
 /// What it gives at the pixels of a view of the data.
@@ -53,14 +47,6 @@ Image texture_of_view(const AppearanceNetwork& network, const AppearanceData& da
   const AppearanceView& of = data.views[view];
   return network.texture(data.frames[static_cast<std::size_t>(of.frame_idx)],
                          data.centers.row(of.camera_idx));
-}
-
-void nudge(AppearanceModel& model, const std::string& name, std::size_t i, float by) {
-  Tensor& tensor = model.parameters.at(name);
-  float value = 0;
-  std::memcpy(&value, tensor.data.data() + 4 * i, 4);
-  value += by;
-  std::memcpy(tensor.data.data() + 4 * i, &value, 4);
 }
 
 /// Last convolutions begin at 0, where nothing before them matters: as if they had learnt
@@ -152,36 +138,7 @@ TEST_P(NetworkGradients, Gradients_MatchFiniteDifferences) {
   ASSERT_EQ(branch_resolution_of(network_options(options)), 16);
   AppearanceModel model = initial_model(data, network_options(options), 3);
   awaken(model);
-  const std::vector<int> batch = {0, 3};
-  const auto gradient = learner(model, data).loss_gradient(batch);
-  ASSERT_EQ(gradient.size(), model.parameters.size());
-  for (const auto& [name, tensor] : gradient) {
-    // Along the gradient of one tensor at a time: of a single weight, floats leave no digits.
-    const auto values = values_of<float>(tensor);
-    double squares = 0;
-    for (const float value : values) {
-      squares += static_cast<double>(value) * value;
-    }
-    const double length = std::sqrt(squares);
-    ASSERT_GT(length, 0) << name;
-    // A fiftieth of the tensor's own length, where it has one: weight normalisation bends near 0.
-    double own = 0;
-    for (const float value : values_of<float>(model.parameters.at(name))) {
-      own += static_cast<double>(value) * value;
-    }
-    const double step = std::clamp(0.02 * std::sqrt(own), 3e-4, 4e-3);
-    AppearanceModel plus = model;
-    AppearanceModel minus = model;
-    for (std::size_t i = 0; i < values.size(); ++i) {
-      const auto by = static_cast<float>(step * values[i] / length);
-      nudge(plus, name, i, by);
-      nudge(minus, name, i, -by);
-    }
-    const double difference =
-        (learner(plus, data).loss(batch).value - learner(minus, data).loss(batch).value) /
-        (2 * step);
-    EXPECT_NEAR(difference, length, 0.03 * length + 3e-6) << name;
-  }
+  fixtures::expect_gradients(model, data, {0, 3});
 }
 
 TEST(Network, TexelsBetweenCharts_CopyTheSeam) {

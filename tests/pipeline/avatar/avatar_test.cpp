@@ -60,6 +60,18 @@ TEST(BodyAvatar, AnotherPerson_IsRefused) {
                          "run 'atelier avatar' again");
 }
 
+TEST(BodyAvatar, AnotherPersonOfTheSameTopology_IsRefused) {
+  const Inflated inflated;
+  const BodyModel tall =
+      at_shape(default_human(female_human()),
+               neutral_shape(default_human(female_human())) +
+                   0.1 * Eigen::VectorXd::Unit(
+                             static_cast<Index>(default_human(female_human()).shape.size()),
+                             find_shape(default_human(female_human()), "stature")));
+  ATELIER_EXPECT_REFUSED(read_body_avatar(inflated.folder.path(), plain_person(tall).model),
+                         DataError, "other bones");
+}
+
 TEST(BodyAvatar, NoFile_IsRefused) {
   const fixtures::TemporaryDirectory folder;
   EXPECT_ANY_THROW(
