@@ -75,7 +75,7 @@ OptionTable describe_with_code(TrainOptions& options) {
   code.add("bending_weight", options.code.losses.bending, 0, kMost, "",
            "Weight of the squared difference of these distances along edges");
   OptionTable table = describe(options);
-  table.add("code", std::move(code));
+  table.add("code", code);
   return table;
 }
 

@@ -16,7 +16,8 @@ constexpr To saturating_cast(From value) noexcept {
   using Range = std::numeric_limits<To>;
   // One above the largest: a power of two, which every floating type holds; the largest itself
   // often is none.
-  constexpr From kAbove = From(2) * static_cast<From>(Range::max() / 2 + 1);
+  constexpr To kHalf = static_cast<To>(Range::max() / 2 + 1);
+  constexpr From kAbove = From(2) * static_cast<From>(kHalf);
   constexpr From kLowest = static_cast<From>(Range::min());
   if (!(value > kLowest)) {
     return value <= kLowest ? Range::min() : To{};

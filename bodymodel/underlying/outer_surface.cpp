@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -86,6 +87,28 @@ double reach_of(ScanRole role, const OuterSurfaceOptions& options) {
   return 0;
 }
 
+/// The pull of hair or shoes that no normal of the surface meets, as a sole's side below the foot:
+/// the nearest point is drawn to them, unless it is skin by the scan.
+std::optional<PlaneRow> row_of_overhang(const Triangles& faces, const ClosestPoint& closest,
+                                        const Eigen::Vector3d& point, const ScanSurface& scan,
+                                        double area, const OuterSurfaceOptions& options) {
+  constexpr double kPull = 0.15;    // weight beside that of a plane, 0.5
+  constexpr double kLeast = 0.003;  // m
+  const double distance = std::sqrt(closest.squared_distance);
+  if (distance < kLeast || nearest_point(scan, scan.skin, closest.point, options.skin_reach)) {
+    return std::nullopt;
+  }
+  PlaneRow row;
+  for (int k = 0; k < 3; ++k) {
+    row.vertices[static_cast<std::size_t>(k)] = faces(closest.face, k);
+  }
+  row.barycentric = closest.barycentric;
+  row.normal = (point - closest.point) / distance;
+  row.offset = row.normal.dot(point);
+  row.weight = kPull * area;
+  return row;
+}
+
 /// Correspondences of each point of the scan with the surface.
 std::vector<PlaneRow> rows_of_scan(const Triangles& faces, const Points& x,
                                    const TriangleTree& tree, const ScanSurface& scan,
@@ -103,7 +126,15 @@ std::vector<PlaneRow> rows_of_scan(const Triangles& faces, const Points& x,
       const Eigen::Vector3d normal = scan.normals.row(i).transpose();
       const ClosestPoint closest = closest_point(tree, point, reach);
       const double along = role == ScanRole::Skin ? kAlongSkin : kAlongCover;
-      if (closest.face < 0 || normals.row(closest.face).transpose().dot(normal) < along) {
+      if (closest.face < 0) {
+        continue;
+      }
+      if (normals.row(closest.face).transpose().dot(normal) < along) {
+        if (role == ScanRole::Cover) {
+          rows[static_cast<std::size_t>(i)] =
+              row_of_overhang(faces, closest, point, scan, scan.areas[i], options)
+                  .value_or(PlaneRow{});
+        }
         continue;
       }
       PlaneRow& row = rows[static_cast<std::size_t>(i)];
@@ -240,14 +271,23 @@ std::vector<char> differently_covered(const Triangles& faces,
   for (Index v = 0; v < count; ++v) {
     differs[static_cast<std::size_t>(v)] = std::abs(first[v] - second[v]) > 0.5 ? 1 : 0;
   }
-  for (int ring = 0; ring < rings; ++ring) {
+  /// Spreads over faces to vertices that may be reached; false where nothing changed.
+  const auto spread = [&](const std::function<bool(Index)>& may) {
     const std::vector<char> before = differs;
     for (Index f = 0; f < faces.rows(); ++f) {
       const auto at = [&](int k) { return static_cast<std::size_t>(faces(f, k)); };
-      if ((before[at(0)] | before[at(1)] | before[at(2)]) != 0) {
-        differs[at(0)] = differs[at(1)] = differs[at(2)] = 1;
+      for (int k = 0; k < 3 && (before[at(0)] | before[at(1)] | before[at(2)]) != 0; ++k) {
+        if (may(faces(f, k))) {
+          differs[at(k)] = 1;
+        }
       }
     }
+    return differs != before;
+  };
+  for (int ring = 0; ring < rings; ++ring) {
+    spread([](Index) { return true; });
+  }
+  while (spread([&](Index v) { return std::isnan(first[v]) && std::isnan(second[v]); })) {
   }
   return differs;
 }

@@ -44,8 +44,9 @@ OuterSurface outer_surface(const Triangles& faces, const Points& posed, const Sc
                            const OuterSurfaceOptions& options = {});
 
 /// Vertices that are hair or shoe in one group of frames, and skin in the other: shoes of clothed
-/// frames, which the minimally clothed person does not wear. [V] 1, grown by `rings` of neighbours.
-/// Throws LogicError unless all have the same rows.
+/// frames, which the minimally clothed person does not wear. [V] 1, grown by `rings` of neighbours,
+/// and by what no frame says anything of beside them: the soles of these shoes. Throws LogicError
+/// unless all have the same rows.
 std::vector<char> differently_covered(const Triangles& faces,
                                       const std::vector<const OuterSurface*>& one,
                                       const std::vector<const OuterSurface*>& other, int rings = 2);

@@ -144,7 +144,8 @@ std::optional<std::pair<Square, std::string>> shown_detail(const std::vector<Det
 
 std::vector<CaptionedImage> avatar_crops(const AvatarInput& input, const DressedSubject& subject,
                                          const AppearanceModel& model, const fs::path& file,
-                                         const ReadPicture& read, int side, Device device) {
+                                         const ReadPicture& read, Device device) {
+  constexpr int kSide = 512;
   constexpr std::size_t kCameras = 5;
   constexpr std::size_t kFrames = 4;
   const std::vector<std::size_t> which = spread(kCameras, input.cameras.size());
@@ -192,8 +193,8 @@ std::vector<CaptionedImage> avatar_crops(const AvatarInput& input, const Dressed
                           Eigen::Vector3d(gain[0], gain[1], gain[2]));
     const std::string name =
         "frame " + std::to_string(id) + ", camera " + cameras[c].id + ": " + detail->second;
-    pairs.push_back({cut_out(picture, detail->first, side), name + ", taken"});
-    pairs.push_back({cut_out(drawn, detail->first, side), "drawn"});
+    pairs.push_back({cut_out(picture, detail->first, kSide), name + ", taken"});
+    pairs.push_back({cut_out(drawn, detail->first, kSide), "drawn"});
   }
   return pairs;
 }

@@ -316,10 +316,9 @@ void show(StageRun& run, const AvatarInput& input, const DressedSubject& subject
 /// crops.png: heads, hands and feet of images that it was made from, beside what is drawn.
 void show_crops(StageRun& run, const AvatarInput& input, const DressedSubject& subject,
                 const AppearanceModel& model, FrameReader& reader, const fs::path& file) {
-  constexpr int kSide = 512;
   const std::vector<CaptionedImage> crops = avatar_crops(
       input, subject, model, file,
-      [&](std::size_t camera, int id) { return taken_picture(reader, input, camera, id); }, kSide,
+      [&](std::size_t camera, int id) { return taken_picture(reader, input, camera, id); },
       run.device());
   if (!crops.empty()) {
     ContactSheetOptions sheet;
