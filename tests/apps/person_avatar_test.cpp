@@ -2,10 +2,18 @@
 #if defined(ATELIER_HAS_CAPTURE_SURFACE) && defined(ATELIER_HAS_BODYMODEL_TRACKING) && \
     defined(ATELIER_HAS_APPEARANCE)
 
+#include <csignal>
+#include <fstream>
+#include <thread>
+
 #include <gmock/gmock.h>
 
 #include "bodymodel/formats/personal_body.h"
+#include "bodymodel/kinematics.h"
+#include "bodymodel/skinning.h"
 #include "capture/capture_info.h"
+#include "core/io/safetensors.h"
+#include "pipeline/avatar/avatar_result.h"
 #include "tests/apps/person_fixture.h"
 
 namespace atelier::fixtures {
@@ -13,6 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class PersonAvatar : public Person {
  protected:
@@ -22,6 +31,25 @@ class PersonAvatar : public Person {
     return run_stage("avatar", with_usual({"--network", "false", "--resolution", "128", "--shading",
                                            "4", "--occlusion.strata", "3"},
                                           more));
+  }
+  static bool has_networks() {
+    return fs::exists(fs::path(program_path()).parent_path() / "atelier-appearance");
+  }
+  /// The checkpoint of a training that was interrupted; "" where there is none.
+  fs::path checkpoint() const {
+    std::error_code gone;  // files come and go while a stage runs
+    auto walk = fs::recursive_directory_iterator(workspace_ / "avatar", gone);
+    for (; !gone && walk != fs::recursive_directory_iterator(); walk.increment(gone)) {
+      if (walk->path().filename() == "checkpoint.safetensors") {
+        return walk->path();
+      }
+    }
+    return {};
+  }
+  static void flip_last_bit(const fs::path& file) {
+    std::string bytes = read_text(file);
+    bytes.back() = static_cast<char>(bytes.back() ^ 1);
+    std::ofstream(file, std::ios::binary) << bytes;
   }
   /// Leaves `kept` scans of a kind of sequence.
   void remove_scans(const std::string& kind, std::size_t kept = 0) const {
@@ -67,6 +95,84 @@ TEST_F(PersonAvatar, SameRunTwice_GivesTheSameBytes) {
   again.emplace_back("--force");
   ASSERT_EQ(avatar(again).exit_code, 0);
   EXPECT_TRUE(read_text(result() / "body" / "model.safetensors") == first);
+}
+
+TEST_F(PersonAvatar, Network_IsToldThePoseAndMovesTheSurface) {
+  if (!has_networks()) {
+    GTEST_SKIP() << "built without libtorch";
+  }
+  ASSERT_EQ(run_stage("body").exit_code, 0);
+  const ChildResult done =
+      avatar({"--network", "true", "--iterations", "30", "--code.latent", "4"});
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  const Safetensors file = read_safetensors(result() / "body" / "model.safetensors");
+  EXPECT_EQ(file.metadata.at("network.latent"), "4");
+  EXPECT_EQ(file.metadata.at("network.geometry"), "true");
+  EXPECT_TRUE(file.tensors.contains("body.part"));
+  EXPECT_TRUE(fs::exists(result() / "crops.png"));
+  const BodyModel person =
+      read_personal_body(workspace_ / "personalize" / "current" / "person.npz").model;
+  const BodyAvatar seen = read_body_avatar(result(), person);
+  EXPECT_TRUE(seen.posed);
+  Pose bent = rest_pose(person.skeleton);
+  bent.rotations.row(1) << 0.6, 0, 0;
+  const std::vector<FloatRows> offsets = pose_offsets(
+      seen, {skin_vertices(person, rest_pose(person.skeleton)), skin_vertices(person, bent)});
+  ASSERT_EQ(offsets.size(), 2U);
+  EXPECT_FALSE(equal_arrays(offsets[0], offsets[1]));
+  EXPECT_LT(offsets[1].cwiseAbs().maxCoeff(), 0.05F) << "m";
+  EXPECT_EQ(evaluate({"--stage", "avatar"}).exit_code, 0);
+}
+
+TEST_F(PersonAvatar, KilledTraining_ResumesAndRefusesADamagedCheckpoint) {
+  if (!has_networks()) {
+    GTEST_SKIP() << "built without libtorch";
+  }
+  const std::vector<std::string> longer = {"--network", "true",    "--iterations",       "400",
+                                           "--kind",    "minimal", "--checkpoint-every", "20"};
+  std::vector<std::string> command = {program_path(), "avatar", capture().string(),
+                                      workspace_.string()};
+  const std::vector<std::string> flags =
+      with_usual({"--resolution", "128", "--shading", "4", "--occlusion.strata", "3"}, longer);
+  command.insert(command.end(), flags.begin(), flags.end());
+  sign_reconstruct();
+  {
+    const ChildProcess half(command);
+    while (checkpoint().empty() && !half.has_ended()) {
+      std::this_thread::yield();
+    }
+    half.kill(SIGKILL);
+  }
+  const fs::path left = checkpoint();
+  ASSERT_FALSE(left.empty());
+  flip_last_bit(left);
+  const ChildResult damaged = run_child(command);
+  EXPECT_EQ(damaged.exit_code, 3) << damaged.err;
+  EXPECT_THAT(damaged.err, HasSubstr("give --force to train from the beginning"));
+  flip_last_bit(left);
+  const ChildResult again = run_child(command);
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_TRUE(fs::exists(result() / "body" / "model.safetensors"));
+}
+
+TEST_F(PersonAvatar, ExchangedCameras_AreNamed) {
+  const TemporaryDirectory folder;
+  fs::copy(capture(), folder / "capture", fs::copy_options::recursive);
+  const auto exchange = [&](const char* what) {
+    fs::rename(folder / "capture" / what / "00", folder / "aside");
+    fs::rename(folder / "capture" / what / "04", folder / "capture" / what / "00");
+    fs::rename(folder / "aside", folder / "capture" / what / "04");
+  };
+  exchange("images");
+  exchange("labels");
+  sign_reconstruct();
+  const ChildResult done =
+      run_child({program_path(), "avatar", (folder / "capture").string(), workspace_.string(),
+                 "--replace", "--network", "false", "--kind", "minimal", "--resolution", "128",
+                 "--shading", "4", "--occlusion.strata", "3"});
+  EXPECT_THAT(done.err, HasSubstr("camera 00")) << done.exit_code;
+  EXPECT_THAT(done.err, HasSubstr("camera 04"));
+  EXPECT_THAT(done.err, Not(HasSubstr("camera 02")));
 }
 
 TEST_F(PersonAvatar, NoMinimalScan_TakesClothedFrames) {

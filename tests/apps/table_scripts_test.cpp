@@ -101,6 +101,13 @@ TEST_F(TableScripts, RegistrationAndAppearanceTables_HaveARowPerVariant) {
   ASSERT_EQ(look.exit_code, 0) << look.err;
   EXPECT_EQ(rows_with(look.out, "| 26.50 |"), 6);
   EXPECT_THAT(commands(), HasSubstr("--shadow false --body true\n"));
+  const ChildResult body =
+      run("appearance-table", {"capture", (folder_ / "work").string(), "avatar"},
+          R"({"avatar.psnr_db": 27.5, "avatar.gain_db": 3, "avatar.head_hands_psnr_db": 28,
+          "avatar.ssim": 0.9, "avatar.mean_mm": 4})");
+  ASSERT_EQ(body.exit_code, 0) << body.err;
+  EXPECT_EQ(rows_with(body.out, "| 27.50 | 3.00 | 28.00 | 0.900 | 4.00 |"), 8);
+  EXPECT_THAT(commands(), HasSubstr("--code.latent 0\n"));
 }
 
 TEST_F(TableScripts, RegisterTable_ComparesWithTheCodedPrint) {
