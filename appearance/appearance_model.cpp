@@ -211,6 +211,12 @@ BodyParts parts_at(const std::map<std::string, Tensor>& tensors, std::int64_t ve
                           count, file, "body.part");
   parts.parents = indices_of(tensor_at(tensors, "body.parent", {count}, ElementType::Int32, file),
                              count, file, "body.parent");
+  for (const auto& [name, numbers] :
+       {std::pair{"body.pose_low", &parts.low}, std::pair{"body.pose_high", &parts.high}}) {
+    const auto values = values_of<float>(
+        tensor_at(tensors, name, {std::int64_t{3} * count}, ElementType::Float32, file));
+    numbers->assign(values.begin(), values.end());
+  }
   check_body_parts(parts, file);
   return parts;
 }
@@ -319,7 +325,11 @@ AppearanceModel initial_model(const AppearanceData& data, const NetworkOptions& 
       throw DataError("", "appearance data", "a body without these parts",
                       std::to_string(options.pose_parts) + " parts, whose pose is the code");
     }
-    model.parts = data.body->parts;
+    std::vector<FloatRows> positions;
+    for (const SurfaceFrame& frame : data.frames) {
+      positions.push_back(frame.position);
+    }
+    model.parts = with_range(data.body->parts, positions);
   }
   std::vector<TexturePixels> pixels;
   pixels.reserve(data.views.size());
@@ -387,6 +397,8 @@ std::map<std::string, Tensor> tensors_of(const AppearanceModel& model) {
     tensors["body.rest"] = tensor_of(model.parts->rest);
     tensors["body.part"] = tensor_of(model.parts->part);
     tensors["body.parent"] = tensor_of(model.parts->parents);
+    tensors["body.pose_low"] = tensor_of(model.parts->low);
+    tensors["body.pose_high"] = tensor_of(model.parts->high);
   }
   return tensors;
 }
@@ -447,7 +459,7 @@ AppearanceModel appearance_model_of(const std::map<std::string, Tensor>& tensors
   model.camera_ids = names_of(text_at(texts, "cameras", file), file);
   const auto count = static_cast<std::int64_t>(model.camera_ids.size());
   const int side = model.options.resolution;
-  std::size_t expected = model.options.pose_parts > 0 ? 9 : 6;  // atlas, static, transfer, body
+  std::size_t expected = model.options.pose_parts > 0 ? 11 : 6;  // atlas, static, transfer, body
   for (const ParameterShape& parameter :
        network_parameters(model.options, static_cast<int>(count))) {
     model.parameters[parameter.name] =

@@ -4,6 +4,7 @@
 #include <Eigen/SVD>
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "core/error.h"
 
@@ -68,6 +69,18 @@ void check_body_parts(const BodyParts& parts, const std::string& file) {
   for (int j = 0; j < count; ++j) {
     if (const int parent = parts.parents[static_cast<std::size_t>(j)]; parent < 0 || parent > j) {
       refuse("parent of part " + std::to_string(j), parent, j);
+    }
+  }
+  const bool ranged = !parts.low.empty() || !parts.high.empty();
+  const std::size_t numbers = 3 * parts.parents.size();
+  if (ranged && (parts.low.size() != numbers || parts.high.size() != numbers)) {
+    throw DataError(file, "range of poses", std::to_string(parts.low.size()) + " numbers",
+                    std::to_string(numbers) + ", three for each part");
+  }
+  for (std::size_t i = 0; i < parts.low.size(); ++i) {
+    if (!(parts.low[i] <= parts.high[i])) {
+      throw DataError(file, "range of poses", std::to_string(parts.low[i]),
+                      "at most " + std::to_string(parts.high[i]));
     }
   }
   for (const int part : parts.part) {
@@ -135,7 +148,30 @@ std::vector<float> pose_code(const BodyParts& parts, const Eigen::Ref<const Floa
       code.push_back(static_cast<float>(number));
     }
   }
+  for (std::size_t i = 0; i < parts.low.size(); ++i) {
+    code[i] = std::clamp(code[i], parts.low[i], parts.high[i]);
+  }
   return code;
+}
+
+BodyParts with_range(BodyParts parts, const std::vector<FloatRows>& positions) {
+  parts.low.clear();
+  parts.high.clear();
+  std::vector<float> low;
+  std::vector<float> high;
+  for (const FloatRows& position : positions) {
+    const std::vector<float> code = pose_code(parts, position);
+    if (low.empty()) {
+      low = high = code;
+    }
+    for (std::size_t i = 0; i < code.size(); ++i) {
+      low[i] = std::min(low[i], code[i]);
+      high[i] = std::max(high[i], code[i]);
+    }
+  }
+  parts.low = std::move(low);
+  parts.high = std::move(high);
+  return parts;
 }
 
 Eigen::MatrixXf pose_masks(const BodyParts& parts, const Triangles& faces, int rings) {

@@ -14,10 +14,12 @@ struct BodyParts {
   FloatRows rest;            ///< [V,3] m, the surface in rest pose
   std::vector<int> part;     ///< [V] of 0..J-1, the part that each vertex moves with most
   std::vector<int> parents;  ///< [J] the part that each hangs on, before it; itself: on none
+  /// [3J] the least and the largest of each number of a code that was learnt from; empty: any.
+  std::vector<float> low = {}, high = {};
 };
 
 /// Throws DataError unless the arrays have the same rows, every number is finite and names a part
-/// that is there, and parents come first. @param file  for errors
+/// that is there, parents come first, and low is not above high. @param file  for errors
 void check_body_parts(const BodyParts& parts, const std::string& file = "");
 
 /// The parts of a body with these joints. A joint that moves too few vertices to say how it is
@@ -30,9 +32,13 @@ BodyParts body_parts(const Points& rest, const std::vector<int>& joints,
 
 /// How each part is turned against the one that it hangs on, as rotation vectors, rad; 0 in rest
 /// pose, and for a part that hangs on none. Of each part the turn is that of the rigid motion which
-/// brings its rest vertices nearest to where they are (Kabsch 1976). [3J]
+/// brings its rest vertices nearest to where they are (Kabsch 1976). Beyond what was learnt from a
+/// number is the nearest that was: networks do not know how to go on. [3J]
 /// @param position  [V,3] m
 std::vector<float> pose_code(const BodyParts& parts, const Eigen::Ref<const FloatRows>& position);
+
+/// The parts with the range of the codes of these surfaces, [N] of [V,3] m.
+BodyParts with_range(BodyParts parts, const std::vector<FloatRows>& positions);
 
 /// Where a part's turn is felt, [V,J] in [0,1]: on itself and on the part that it hangs on, fading
 /// over `rings` of neighbours. With it a hand that was never seen over a bent knee does not change

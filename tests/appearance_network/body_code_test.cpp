@@ -171,6 +171,19 @@ TEST(BodyCode, EncodedFrames_HoldOffsetsAndResiduals) {
   EXPECT_LE(most, 1.0F);
 }
 
+TEST(BodyCode, PosesBeyondTheTrainingFrames_AreTakenForTheNearest) {
+  const AppearanceData data = bent_data();
+  AppearanceModel model = coded_model(data, coded_options());
+  for (std::size_t i = 0; i < 3; ++i) {
+    nudge(model, "offset.last.g", i, 0.2F);
+  }
+  const AppearanceNetwork network(model, Device::Cpu);
+  const FloatRows& rest = data.body->parts.rest;
+  const Points last = network.offsets(bent_sheet(rest, kBend));
+  EXPECT_LT((network.offsets(bent_sheet(rest, 3 * kBend)) - last).cwiseAbs().maxCoeff(), 1e-7);
+  EXPECT_GT((network.offsets(bent_sheet(rest, 0.5F * kBend)) - last).cwiseAbs().maxCoeff(), 1e-6);
+}
+
 TEST(BodyCode, CentredCodes_ChangeNothingButTheirMean) {
   const AppearanceData data = bent_data();
   TrainOptions options = coded_options();
@@ -233,6 +246,10 @@ TEST(BodyCodeRefused, DamagedParts_AreRefused) {
   std::map<std::string, Tensor> tensors = tensors_of(model);
   tensors["body.parent"] = tensor_of(std::vector<int>{0, 1});
   ATELIER_EXPECT_REFUSED(appearance_model_of(tensors, texts_of(model), "m"), DataError, "m");
+  tensors = tensors_of(model);
+  tensors["body.pose_low"] = tensor_of(std::vector<float>(6, 9.0F));
+  ATELIER_EXPECT_REFUSED(appearance_model_of(tensors, texts_of(model), "m"), DataError,
+                         "range of poses");
   tensors = tensors_of(model);
   tensors.erase("body.rest");
   ATELIER_EXPECT_REFUSED(appearance_model_of(tensors, texts_of(model), "m"), DataError, "m");
