@@ -5,7 +5,9 @@
 #include <cmath>
 #include <filesystem>
 #include <set>
+#include <utility>
 
+#include "appearance/begun_model.h"
 #include "appearance/content_digest.h"
 #include "appearance/fill_texture.h"
 #include "appearance/learnt_occlusion.h"
@@ -133,18 +135,6 @@ void fill_convolution(std::map<std::string, Tensor>& parameters, const Parameter
   parameters[v.name] = tensor_of(values, v.shape);
   parameters[name + ".g"] = tensor_of(lengths, transposed ? std::vector<std::int64_t>{1, to, 1, 1}
                                                           : std::vector<std::int64_t>{to, 1, 1, 1});
-}
-
-/// [R,R,3] as [3,R,R].
-Tensor planes_of(const Image& image) {
-  const auto size = static_cast<std::size_t>(image.width);
-  std::vector<float> planes(image.data.size());
-  for (std::size_t i = 0; i < size * size; ++i) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      planes[c * size * size + i] = image.data[3 * i + c];
-    }
-  }
-  return tensor_of(planes, {3, image.height, image.width});
 }
 
 std::string list_of(const std::vector<std::string>& names) {
@@ -309,17 +299,7 @@ std::vector<ParameterShape> network_parameters(const NetworkOptions& options, in
 AppearanceModel initial_model(const AppearanceData& data, const NetworkOptions& options,
                               std::uint64_t seed, double smoothness) {
   require_sizes(options);
-  if (data.views.empty() || data.frames.empty()) {
-    throw DataError("", "appearance data", "no view", "images of the garment to learn from");
-  }
-  AppearanceModel model;
-  model.name = data.name;
-  model.options = options;
-  model.faces = data.faces;
-  model.uvs = data.uvs;
-  model.uv_faces = data.uv_faces;
-  model.camera_ids = data.camera_ids;
-  model.occlusion = data.occlusion;
+  AppearanceModel model = begun_model(data, options);
   if (options.pose_parts > 0) {
     if (!data.body || static_cast<int>(data.body->parts.parents.size()) != options.pose_parts) {
       throw DataError("", "appearance data", "a body without these parts",
@@ -342,11 +322,6 @@ AppearanceModel initial_model(const AppearanceData& data, const NetworkOptions& 
   StaticTexture fixed = static_texture(options.resolution, static_cast<int>(data.camera_ids.size()),
                                        views, kRounds, smoothness);
   fill_unseen(fixed, texel_map(data.faces, data.uvs, data.uv_faces, options.resolution));
-  model.mean_transfer = MeanTransfer::Zero(data.frames[0].transfer.rows(), kTransferTerms);
-  for (const SurfaceFrame& frame : data.frames) {
-    model.mean_transfer +=
-        frame.transfer.leftCols<kTransferTerms>() / static_cast<float>(data.frames.size());
-  }
   Random random{seed};
   for (const ParameterShape& parameter :
        network_parameters(options, static_cast<int>(data.camera_ids.size()))) {
@@ -361,26 +336,10 @@ AppearanceModel initial_model(const AppearanceData& data, const NetworkOptions& 
           tensor_of(std::vector<float>(static_cast<std::size_t>(count), 0.0F), parameter.shape);
     }
   }
-  Image mean = fixed.texture;
   if (options.shadow) {
-    // A sigmoid of 3 is 0.95: near unshadowed, but not so near that it could not learn.
-    constexpr float kOpen = 3;
-    const float open = 1 / (1 + std::exp(-kOpen));
-    model.parameters["shadow.last.b"] = tensor_of(std::vector<float>{kOpen});
-    for (float& value : mean.data) {
-      value /= open;
-    }
+    model.parameters["shadow.last.b"] = tensor_of(std::vector<float>{kOpenShadow});
   }
-  model.parameters["texture.mean"] = planes_of(mean);
-  std::vector<float> logs;
-  logs.reserve(fixed.gain.size());
-  for (const float gain : fixed.gain) {
-    logs.push_back(std::log(gain));
-  }
-  model.parameters["gain.log"] =
-      tensor_of(logs, {static_cast<std::int64_t>(data.camera_ids.size()), 3});
-  model.static_texture = std::move(fixed.texture);
-  model.static_gain = std::move(fixed.gain);
+  put_static_texture(model, std::move(fixed));
   return model;
 }
 

@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "appearance/begun_model.h"
 #include "appearance/fill_texture.h"
 #include "appearance/texel_map.h"
 #include "core/error.h"
@@ -14,7 +15,6 @@ namespace atelier {
 namespace {
 
 constexpr int kGeometrySide = 256;  // texels of the maps of normals and positions
-constexpr float kOpen = 3;          // before the sigmoid, where occlusion is the mean
 constexpr int kShadowChannels = 2;  // one for more light than the mean, one for less
 
 NetworkOptions mean_texture_options(int resolution) {
@@ -56,7 +56,7 @@ void put_shadow(AppearanceModel& model, float darkening) {
   const float weight = std::max(darkening, 1e-6F) / kThrough;  // 0 has no direction
   put_pointwise(model, "shadow.first", {{1}, {-1}}, 0);
   put_pointwise(model, "shadow.middle", {{1, 0}, {0, 1}}, 0);
-  put_pointwise(model, "shadow.last", {{weight, -weight}}, kOpen);
+  put_pointwise(model, "shadow.last", {{weight, -weight}}, kOpenShadow);
 }
 
 /// Without the pixels that do not count.
@@ -150,17 +150,7 @@ AppearanceData without_grazing(AppearanceData data, const MeanTextureOptions& op
 
 AppearanceModel mean_texture_model(const AppearanceData& data, int resolution,
                                    const MeanTextureOptions& options, double smoothness) {
-  if (data.views.empty() || data.frames.empty()) {
-    throw DataError("", "appearance data", "no view", "images of the surface");
-  }
-  AppearanceModel model;
-  model.name = data.name;
-  model.options = mean_texture_options(resolution);
-  model.faces = data.faces;
-  model.uvs = data.uvs;
-  model.uv_faces = data.uv_faces;
-  model.camera_ids = data.camera_ids;
-  model.occlusion = data.occlusion;
+  AppearanceModel model = begun_model(data, mean_texture_options(resolution));
   std::vector<TexturePixels> pixels;
   pixels.reserve(data.views.size());
   std::vector<TextureView> views;
@@ -175,30 +165,8 @@ AppearanceModel mean_texture_model(const AppearanceData& data, int resolution,
   StaticTexture fixed = static_texture(resolution, static_cast<int>(data.camera_ids.size()), views,
                                        kRounds, smoothness);
   fill_unseen(fixed, texel_map(data.faces, data.uvs, data.uv_faces, resolution));
-  model.mean_transfer = MeanTransfer::Zero(data.frames[0].transfer.rows(), kTransferTerms);
-  for (const SurfaceFrame& frame : data.frames) {
-    model.mean_transfer +=
-        frame.transfer.leftCols<kTransferTerms>() / static_cast<float>(data.frames.size());
-  }
   put_shadow(model, static_cast<float>(options.darkening));
-  const float open = 1 / (1 + std::exp(-kOpen));
-  const auto size = static_cast<std::size_t>(resolution);
-  std::vector<float> planes(fixed.texture.data.size());
-  for (std::size_t i = 0; i < size * size; ++i) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      planes[c * size * size + i] = fixed.texture.data[3 * i + c] / open;
-    }
-  }
-  model.parameters["texture.mean"] = tensor_of(planes, {3, resolution, resolution});
-  std::vector<float> logs;
-  logs.reserve(fixed.gain.size());
-  for (const float gain : fixed.gain) {
-    logs.push_back(std::log(gain));
-  }
-  model.parameters["gain.log"] =
-      tensor_of(logs, {static_cast<std::int64_t>(data.camera_ids.size()), 3});
-  model.static_texture = std::move(fixed.texture);
-  model.static_gain = std::move(fixed.gain);
+  put_static_texture(model, std::move(fixed));
   return model;
 }
 
