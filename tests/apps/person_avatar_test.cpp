@@ -8,10 +8,12 @@
 
 #include <gmock/gmock.h>
 
+#include "appearance/body_surfaces.h"
 #include "bodymodel/formats/personal_body.h"
 #include "bodymodel/kinematics.h"
 #include "bodymodel/skinning.h"
 #include "capture/capture_info.h"
+#include "core/archive.h"
 #include "core/io/safetensors.h"
 #include "pipeline/avatar/avatar_result.h"
 #include "tests/apps/person_fixture.h"
@@ -116,11 +118,24 @@ TEST_F(PersonAvatar, Network_IsToldThePoseAndMovesTheSurface) {
   EXPECT_TRUE(seen.posed);
   Pose bent = rest_pose(person.skeleton);
   bent.rotations.row(1) << 0.6, 0, 0;
-  const std::vector<FloatRows> offsets = pose_offsets(
-      seen, {skin_vertices(person, rest_pose(person.skeleton)), skin_vertices(person, bent)});
+  const TemporaryDirectory between;
+  const std::string surfaces = (between / "surfaces.h5").string();
+  const std::string moved = (between / "moved.h5").string();
+  const std::string model = (result() / "body" / "model.safetensors").string();
+  write_archive(
+      surfaces,
+      archive_of_surfaces(
+          {seen_surface(seen, skin_vertices(person, rest_pose(person.skeleton))).cast<float>(),
+           seen_surface(seen, skin_vertices(person, bent)).cast<float>()}));
+  const std::string network =
+      (fs::path(program_path()).parent_path() / "atelier-appearance").string();
+  const ChildResult shaped = run_child({network, "shape", model, surfaces, moved});
+  ASSERT_EQ(shaped.exit_code, 0) << shaped.err;
+  const std::vector<FloatRows> offsets = surfaces_of(read_archive(moved, kSurfacesSchema, 1));
   ASSERT_EQ(offsets.size(), 2U);
-  EXPECT_FALSE(equal_arrays(offsets[0], offsets[1]));
   EXPECT_LT(offsets[1].cwiseAbs().maxCoeff(), 0.05F) << "m";
+  EXPECT_EQ(run_child({network, "shape", model, surfaces, surfaces}).exit_code, 2);
+  EXPECT_EQ(run_child({network, "shape", model, model, moved}).exit_code, 3);
   EXPECT_EQ(evaluate({"--stage", "avatar"}).exit_code, 0);
 }
 
