@@ -76,7 +76,10 @@ MeshFile read_mesh_file(const std::filesystem::path& path, const MeshConvention&
   }
   if (has_scene_extension(path)) {
     const GltfScene scene = read_scene(path, limits);
-    return {rest_mesh(scene, path.string(), limits), kSceneConvention, scene.findings};
+    MeshFile file{rest_mesh(scene, path.string(), limits), kSceneConvention, scene.findings};
+    const std::vector<Finding> torn = torn_mesh_findings(scene, path.string());
+    file.findings.insert(file.findings.end(), torn.begin(), torn.end());
+    return file;
   }
   if (has_usd_extension(path)) {
     UsdMesh usd = read_usd_mesh(path, limits);

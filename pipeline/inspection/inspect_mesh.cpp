@@ -117,6 +117,8 @@ void inspect_scene(const std::filesystem::path& path, Inspection& inspection) {
     const MeshConvention said{.metres_per_unit = 1, .up = 'y'};  // every scene says both
     add_mesh({rest_mesh(scene, path.string()), said, scene.findings}, path.string(), true,
              inspection);
+    const std::vector<Finding> torn = torn_mesh_findings(scene, path.string());
+    inspection.findings.insert(inspection.findings.end(), torn.begin(), torn.end());
   } else {
     inspection.findings = scene.findings;
     inspection.add("kind", "scene without a mesh");
