@@ -1,7 +1,9 @@
 #include "core/regular_file.h"
 
+#include <array>
 #include <cerrno>
 #include <string>
+#include <string_view>
 #include <system_error>
 
 #include <fcntl.h>
@@ -49,6 +51,15 @@ void RegularFile::check_size(std::int64_t max_bytes, const std::filesystem::path
   if (size_ > max_bytes) {
     throw DataError(path.string(), "", std::to_string(size_) + " bytes",
                     "at most " + std::to_string(max_bytes) + " bytes");
+  }
+  constexpr std::string_view kPointer = "version https://git-lfs.github.com/spec/";
+  constexpr std::int64_t kLargestPointer = 1024;
+  std::array<char, kPointer.size()> start{};
+  if (size_ >= std::ssize(kPointer) && size_ < kLargestPointer &&
+      pread(descriptor_, start.data(), start.size(), 0) == std::ssize(kPointer) &&
+      std::string_view(start.data(), start.size()) == kPointer) {
+    throw DataError(path.string(), "", "a pointer of Git LFS, not the file itself",
+                    "the file: git lfs pull in its repository fetches it");
   }
 }
 

@@ -19,7 +19,8 @@ class RegularFile {
   int descriptor() const { return descriptor_; }
   std::int64_t size() const { return size_; }  ///< bytes, when it was opened
 
-  /// Throws DataError if it is larger. @param path  for the error
+  /// Throws DataError if it is larger, or what Git LFS leaves in a file's place until the file is
+  /// fetched. @param path  for the error
   void check_size(std::int64_t max_bytes, const std::filesystem::path& path) const;
 
  private:

@@ -107,7 +107,7 @@ int run(const ConvertArguments& arguments, const OptionSet& set) {
   const Mesh& mesh = file.mesh;
   if (from == ".glb" || from == ".gltf") {
     const GltfScene scene = read_gltf(arguments.in);
-    file = {rest_mesh(scene, arguments.in), {.metres_per_unit = 1, .up = 'y'}, scene.findings};
+    file = mesh_of_scene(scene, arguments.in);
     left_out = moving_parts(scene);
   } else {
     file = read_mesh_file(arguments.in, options.input);

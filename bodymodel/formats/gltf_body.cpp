@@ -46,34 +46,26 @@ class MeshPlace {
   std::vector<Eigen::Matrix4d> each_;
 };
 
-// Where a mesh stands whose skin says no bind pose. As the standard has it, each vertex is in the
-// frame of its joint and is moved by the joint's node; some files have it where it is seen, with
-// the matrices forgotten. The vertices are near their joints in one of the two.
+// Where a mesh stands whose skin says no bind pose (stands_in_joint_frames).
 MeshPlace unbound_place(const GltfMesh& source, const GltfSkeleton& tree, const std::string& file,
                         std::vector<Finding>& findings) {
-  std::vector<Eigen::Matrix4d> frames;
-  double moved = 0;
-  double standing = 0;
+  std::vector<Eigen::Matrix4d> frames;  // of each vertex, those of its joints
   for (const GltfPrimitive& primitive : source.primitives) {
     for (Index v = 0; v < primitive.joints.rows(); ++v) {
-      const Eigen::Vector3d point = primitive.mesh.vertices.row(v);
       Eigen::Matrix4d frame = Eigen::Matrix4d::Zero();
       double sum = 0;
       for (Index k = 0; k < primitive.joints.cols(); ++k) {
         const double weight = primitive.weights(v, k);
         const int slot = primitive.joints(v, k);
         if (weight > 0 && slot >= 0 && slot < static_cast<int>(tree.unbound.size())) {
-          const Eigen::Matrix4d& joint = tree.unbound[static_cast<std::size_t>(slot)];
-          frame += weight * joint;
+          frame += weight * tree.unbound[static_cast<std::size_t>(slot)];
           sum += weight;
-          moved += weight * point.norm() * std::cbrt(joint.topLeftCorner<3, 3>().determinant());
-          standing += weight * (point - joint.topRightCorner<3, 1>()).norm();
         }
       }
       frames.push_back(sum > 0 ? Eigen::Matrix4d(frame / sum) : Eigen::Matrix4d::Identity());
     }
   }
-  const bool by_joints = moved <= standing;
+  const bool by_joints = stands_in_joint_frames(source, tree.unbound);
   findings.push_back({Severity::Warning, "gltf-binds", file,
                       "the skin has no inverse bind matrices; its joints are taken as their nodes "
                       "stand",

@@ -11,7 +11,6 @@
 namespace atelier {
 namespace {
 
-constexpr double kSame = 1e-6;    // of matrices that are equal
 constexpr double kUneven = 1e-2;  // how far a frame may be from a rotation times a scale
 
 // The rotation of a frame whose axes may be scaled evenly.
@@ -34,21 +33,6 @@ std::string unique_name(const std::string& name, std::size_t joint, std::set<std
     unique = name + "_" + std::to_string(number);
   }
   return unique;
-}
-
-// Whether bind matrices say nothing of a bind pose although joints stand apart.
-bool says_no_bind_pose(const GltfSkin& skin, const std::vector<Eigen::Matrix4d>& world) {
-  double apart = 0;
-  for (std::size_t s = 0; s < skin.joints.size(); ++s) {
-    if (!skin.inverse_binds[s].isIdentity(kSame)) {
-      return false;
-    }
-    apart = std::max(apart, (world[static_cast<std::size_t>(skin.joints[s])] -
-                             world[static_cast<std::size_t>(skin.joints[0])])
-                                .cwiseAbs()
-                                .maxCoeff());
-  }
-  return apart > kSame;
 }
 
 // Every node behind its parent.

@@ -153,46 +153,71 @@ bool share_names(const MarkerClip& clip, const Subjects& subjects) {
   return false;
 }
 
-// The markers of the one person that is asked for or there.
-MarkerClip one_person(const MarkerClip& clip, const std::string& wanted,
-                      std::vector<Finding>& findings) {
-  const Subjects subjects = subjects_of(clip);
-  std::vector<std::string> all;
-  std::vector<std::string> people;
-  for (const auto& [subject, columns] : subjects) {
+// Who is in a clip.
+struct Cast {
+  Subjects subjects;
+  std::vector<std::string> all;     // as a reader is told of them
+  std::vector<std::string> people;  // those whose markers make a person
+  bool one = true;  // one body: a single subject, or parts of a person under several names
+};
+
+Cast cast_of(const MarkerClip& clip) {
+  Cast cast;
+  cast.subjects = subjects_of(clip);
+  for (const auto& [subject, columns] : cast.subjects) {
     PersonParts parts;
     for (const std::optional<MarkerPlace>& place : places_of(clip, columns)) {
       if (place) {
         parts.add(*place);
       }
     }
-    all.push_back(subject.empty() ? "(without a name)" : subject);
+    cast.all.push_back(subject.empty() ? "(without a name)" : subject);
     if (parts.whole()) {
-      people.push_back(subject);
+      cast.people.push_back(subject);
     }
   }
+  cast.one = cast.subjects.size() < 2 || (cast.people.empty() && !share_names(clip, cast.subjects));
+  return cast;
+}
+
+// How one of several is asked for.
+std::string choice_of(const Cast& cast) {
+  const std::string one =
+      cast.all.front() == "(without a name)" ? cast.all.back() : cast.all.front();
+  return "--markers.subject '" + one.substr(0, 40) +
+         "' of body-model takes one of them, and convert writes it as a motion";
+}
+
+Finding the_one_person(const Cast& cast, const std::string& file) {
+  return {Severity::Note, "motion-subjects", file,
+          "markers of several subjects: " + listed(cast.all),
+          "'" + cast.people[0].substr(0, 40) + "' is the person; the others are left out"};
+}
+
+// The markers of the one person that is asked for or there.
+MarkerClip one_person(const MarkerClip& clip, const std::string& wanted,
+                      std::vector<Finding>& findings) {
+  const Cast cast = cast_of(clip);
   if (!wanted.empty()) {
-    const auto found = subjects.find(wanted);
-    if (found == subjects.end()) {
-      throw UnknownValue(clip.name, "subject", wanted,
-                         "one of " + listed(all) + ", which stand before a colon in the names");
+    const auto found = cast.subjects.find(wanted);
+    if (found == cast.subjects.end()) {
+      throw UnknownValue(
+          clip.name, "subject", wanted,
+          "one of " + listed(cast.all) + ", which stand before a colon in the names");
     }
     return some_markers(clip, found->second);
   }
-  if (subjects.size() < 2 || (people.empty() && !share_names(clip, subjects))) {
+  if (cast.one) {
     return clip;
   }
-  if (people.size() != 1) {
-    const std::string one = all.front() == "(without a name)" ? all.back() : all.front();
-    throw DataError(clip.name, "names of the markers",
-                    "markers of " + std::to_string(all.size()) + " subjects: " + listed(all),
-                    "one person; --markers.subject '" + one.substr(0, 40) +
-                        "' of body-model takes one of them, and convert writes it as a motion");
+  if (cast.people.size() != 1) {
+    throw DataError(
+        clip.name, "names of the markers",
+        "markers of " + std::to_string(cast.all.size()) + " subjects: " + listed(cast.all),
+        "one person; " + choice_of(cast));
   }
-  findings.push_back({Severity::Note, "motion-subjects", clip.name,
-                      "markers of several subjects: " + listed(all),
-                      "'" + people[0].substr(0, 40) + "' is the person; the others are left out"});
-  return some_markers(clip, subjects.at(people[0]));
+  findings.push_back(the_one_person(cast, clip.name));
+  return some_markers(clip, cast.subjects.at(cast.people[0]));
 }
 
 Subject recognised_subject(const MarkerClip& clip, MarkerFit& fit) {
@@ -625,6 +650,28 @@ OptionTable describe(MarkerFitOptions& options) {
   table.add("rounds", options.rounds, 1, 100, "",
             "Number of alternations between estimating bone lengths and poses");
   return table;
+}
+
+std::optional<Finding> subjects_finding(const MarkerClip& clip) {
+  const Cast cast = cast_of(clip);
+  if (cast.one) {
+    return std::nullopt;
+  }
+  if (cast.people.size() == 1) {
+    return the_one_person(cast, clip.name);
+  }
+  std::vector<std::string> counts;
+  for (const std::string& name : cast.people.empty() ? cast.all : cast.people) {
+    const auto found = cast.subjects.find(name);
+    counts.push_back(found == cast.subjects.end()
+                         ? name
+                         : name + " (" + std::to_string(found->second.size()) + " markers)");
+  }
+  return Finding{Severity::Warning, "motion-subjects", clip.name,
+                 cast.people.empty() ? "markers of " + std::to_string(counts.size()) +
+                                           " subjects: " + listed(counts)
+                                     : std::to_string(counts.size()) + " people: " + listed(counts),
+                 choice_of(cast)};
 }
 
 MarkerFit fit_markers(const MarkerClip& original, const MotionOptions& motion,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,10 @@ struct MarkerFit {
   std::vector<std::string> unknown;  ///< names that were not, and were left out
   std::vector<double> rms;           ///< [N] m between markers and where the fit has them
 };
+
+/// Who is in a file of several subjects: a note of the one whose markers make a person, a warning
+/// that names the people with their numbers of markers and how to ask for one. Nothing of one body.
+std::optional<Finding> subjects_finding(const MarkerClip& clip);
 
 /// Inverse kinematics of a recorded person, so that markers become a motion like any other:
 ///  - of several subjects ("Ada:LASI", "Ball:1") the one whose markers make a person is taken;

@@ -1,8 +1,10 @@
 #include "bodymodel/retarget/retarget.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <utility>
 
 #include "bodymodel/humanoid.h"
@@ -110,6 +112,47 @@ void add_posture_finding(const MotionClip& clip, const Humanoid& person,
                         "trunk or legs lie level at rest and in the motion",
                         "nothing to do if it is a person; a four-legged animal's motion does not "
                         "fit one"});
+  }
+}
+
+// Cosine between where the toes point and where somebody faces whose left joints are on the left:
+// about 1, and about -1 of a mirror image whose names were kept. Nothing without toes.
+std::optional<double> toes_ahead(const Points& joints, const Humanoid& person) {
+  const Eigen::RowVector3d hips = joints.row(person.legs[0].hip) - joints.row(person.legs[1].hip);
+  const Eigen::RowVector3d up =
+      joints.row(person.neck.front()) -
+      0.5 * (joints.row(person.legs[0].hip) + joints.row(person.legs[1].hip));
+  const Eigen::RowVector3d front = hips.cross(up).normalized();
+  Eigen::RowVector3d toes = Eigen::RowVector3d::Zero();
+  for (const Leg& leg : person.legs) {
+    if (leg.toe < 0) {
+      return std::nullopt;
+    }
+    const Eigen::RowVector3d foot = joints.row(leg.toe) - joints.row(leg.ankle);
+    toes += foot - foot.dot(up.normalized()) * up.normalized();
+  }
+  const double cosine = toes.normalized().dot(front);
+  return std::isfinite(cosine) ? std::optional(cosine) : std::nullopt;
+}
+
+// Left-handed worlds, webcam pictures and flipped images give motions that are mirrored while
+// their names are not: the performer's left arm moves the right one.
+void add_mirror_finding(const MotionClip& clip, const Humanoid& person,
+                        std::vector<Finding>& findings) {
+  constexpr double kBackwards = -0.5;
+  const std::optional<double> rest = toes_ahead(rest_positions(clip.skeleton), person);
+  double sum = 0;
+  int count = 0;
+  for (const Pose& pose : clip.motion.poses) {
+    const auto ahead = toes_ahead(forward_kinematics(clip.skeleton, pose).positions, person);
+    sum += ahead.value_or(0);
+    count += ahead ? 1 : 0;
+  }
+  if (rest && *rest < 0 && count > 0 && sum < kBackwards * count) {
+    findings.push_back({Severity::Warning, "motion-mirrored", clip.name,
+                        "the feet point backwards of somebody whose left joints are on the left: "
+                        "the motion is a mirror image, or left and right are in each other's place",
+                        "export it without mirroring, or exchange the names of left and right"});
   }
 }
 
@@ -300,6 +343,7 @@ Retargeted retarget(const MotionClip& original, const BodyModel& model,
   result.scale = own ? 1 : legs / clip_legs;
   add_scale_finding(clip_legs, legs, clip.name, result.findings);
   add_posture_finding(clip, from, result.findings);
+  add_mirror_finding(clip, from, result.findings);
 
   result.motion.fps = clip.motion.fps;
   result.motion.frame_ids = clip.motion.frame_ids;

@@ -49,6 +49,8 @@ bool same_skeleton(const Skeleton& a, const Skeleton& b, double legs);
 ///  - feet that stand in the clip stand on the body: each standing phase gets one place, and the
 ///    leg is bent to reach it (two-bone inverse kinematics), with a soft start and end;
 ///  - frames are resampled last to first: the clip is brought to `fps` before anything else.
+/// A motion whose feet point against where its left and right joints say that it faces, at rest and
+/// in most frames, is told ("motion-mirrored") and taken as it is.
 /// A clip that is on the body's own skeleton (same_skeleton) is taken as it is, rotations and path:
 /// feet are not pinned, since nothing moved them.
 /// `shape` as in skinning.h. Throws DataError if no person is found in either skeleton, or one

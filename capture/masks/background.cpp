@@ -118,9 +118,9 @@ bool is_shadow(const Image& image, std::size_t p, const EmptyStage& background,
   return true;
 }
 
-/// Replaces a pixel's background by the value that most frames come within `reach` of.
-void take_most_frequent(const std::vector<Image>& images, std::size_t p, float reach,
-                        EmptyStage& background) {
+/// Replaces a pixel's background by the value that most frames come within `reach` of. How many.
+std::size_t take_most_frequent(const std::vector<Image>& images, std::size_t p, float reach,
+                               EmptyStage& background) {
   std::vector<std::array<float, 3>> values;
   values.reserve(images.size());
   for (const Image& image : images) {
@@ -149,6 +149,7 @@ void take_most_frequent(const std::vector<Image>& images, std::size_t p, float r
   for (std::size_t c = 0; c < 3; ++c) {
     background.mean.data[3 * p + c] = median_of(linear[c]);
   }
+  return most;
 }
 
 /// Numbers, from 1, of the parts outside of a mask that do not reach the image's border.
@@ -245,6 +246,58 @@ bool shows_background(const cv::Mat& hole, const MovingBackground& moving) {
   return 2 * background > area;
 }
 
+/// What differs from the background, not cleaned.
+ByteImage differing(const Image& image, const EmptyStage& background, const MaskOptions& options) {
+  ATELIER_CHECK(image.width == background.mean.width && image.height == background.mean.height,
+                "an image of another size than its background");
+  ByteImage mask(image.width, image.height, 1);
+  for (std::size_t p = 0; p < mask.data.size(); ++p) {
+    const float difference = distance(coded_pixel(image, p), coded_pixel(background.mean, p));
+    const float allowed =
+        std::max(static_cast<float>(options.min_difference),
+                 static_cast<float>(options.threshold) * background.spread.data[p]);
+    mask.data[p] = difference > allowed && !is_shadow(image, p, background, options) ? 255 : 0;
+  }
+  return mask;
+}
+
+/// Pixels within some rows and columns that are not 0 in a mask.
+cv::Mat counts_around(const ByteImage& mask, int reach) {
+  cv::Mat ones(mask.height, mask.width, CV_32F);
+  for (int y = 0; y < mask.height; ++y) {
+    for (int x = 0; x < mask.width; ++x) {
+      ones.at<float>(y, x) = mask.at(x, y) != 0 ? 1 : 0;
+    }
+  }
+  cv::boxFilter(ones, ones, -1, cv::Size(2 * reach + 1, 2 * reach + 1), cv::Point(-1, -1), false,
+                cv::BORDER_CONSTANT);
+  return ones;
+}
+
+/// mask_from_background where the background is known; elsewhere as most of the surroundings that
+/// tell.
+ByteImage mask_with_surroundings(const Image& image, const MovingBackground& moving,
+                                 const MaskOptions& options) {
+  ByteImage mask = differing(image, moving.background, options);
+  ByteImage tells = mask;  // differs, or is as a background that is known
+  for (std::size_t p = 0; p < tells.data.size(); ++p) {
+    tells.data[p] = mask.data[p] != 0 || moving.covered.data[p] == 0 ? 255 : 0;
+  }
+  constexpr double kReach = 8;  // px of an image 1000 rows high
+  const int reach = std::max(1, saturating_cast<int>(std::round(kReach * mask.height / 1000)));
+  const cv::Mat differ = counts_around(mask, reach);
+  const cv::Mat known = counts_around(tells, reach);
+  for (int y = 0; y < mask.height; ++y) {
+    for (int x = 0; x < mask.width; ++x) {
+      if (tells.at(x, y) == 0 &&
+          2 * differ.at<float>(y, x) >= std::max(1.0F, known.at<float>(y, x))) {
+        mask.at(x, y) = 255;
+      }
+    }
+  }
+  return clean_mask(mask, options);
+}
+
 cv::Mat disc(double radius) {
   const int r = saturating_cast<int>(std::round(radius));
   return cv::getStructuringElement(cv::MORPH_ELLIPSE, cv::Size(2 * r + 1, 2 * r + 1));
@@ -322,9 +375,11 @@ MovingBackground background_over_time(const std::vector<Image>& frames,
   const auto apart = std::count_if(spreads.begin(), spreads.end(),
                                    [&](float spread) { return spread > 8 * usual; });
   moving.still_share = static_cast<double>(apart) / static_cast<double>(spreads.size());
+  moving.covered = ByteImage(frames.front().width, frames.front().height, 1);
   for (std::size_t p = 0; p < spreads.size(); ++p) {
     if (moving.background.spread.data[p] > 2 * usual) {
-      take_most_frequent(frames, p, 4 * usual, moving.background);
+      const std::size_t agree = take_most_frequent(frames, p, 4 * usual, moving.background);
+      moving.covered.data[p] = 3 * agree < frames.size() ? 255 : 0;
     }
   }
   for (float& spread : moving.background.spread.data) {
@@ -333,7 +388,7 @@ MovingBackground background_over_time(const std::vector<Image>& frames,
   const Image& first = frames.front();
   std::vector<std::size_t> open(spreads.size(), 0);
   for (const Image& frame : frames) {
-    const ByteImage mask = mask_from_background(frame, moving.background, options);
+    const ByteImage mask = mask_with_surroundings(frame, moving, options);
     const cv::Mat holes = holes_of(mask);
     for (int y = 0; y < first.height; ++y) {
       for (int x = 0; x < first.width; ++x) {
@@ -353,22 +408,12 @@ MovingBackground background_over_time(const std::vector<Image>& frames,
 
 ByteImage mask_from_background(const Image& image, const EmptyStage& background,
                                const MaskOptions& options) {
-  ATELIER_CHECK(image.width == background.mean.width && image.height == background.mean.height,
-                "an image of another size than its background");
-  ByteImage mask(image.width, image.height, 1);
-  for (std::size_t p = 0; p < mask.data.size(); ++p) {
-    const float difference = distance(coded_pixel(image, p), coded_pixel(background.mean, p));
-    const float allowed =
-        std::max(static_cast<float>(options.min_difference),
-                 static_cast<float>(options.threshold) * background.spread.data[p]);
-    mask.data[p] = difference > allowed && !is_shadow(image, p, background, options) ? 255 : 0;
-  }
-  return clean_mask(mask, options);
+  return clean_mask(differing(image, background, options), options);
 }
 
 ByteImage mask_over_time(const Image& image, const MovingBackground& moving,
                          const MaskOptions& options) {
-  ByteImage mask = mask_from_background(image, moving.background, options);
+  ByteImage mask = mask_with_surroundings(image, moving, options);
   const cv::Mat holes = holes_of(mask);
   double count = 0;
   cv::minMaxLoc(holes, nullptr, &count);

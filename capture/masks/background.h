@@ -43,6 +43,8 @@ ByteImage mask_from_background(const Image& image, const EmptyStage& background,
 /// Background that the frames themselves show.
 struct MovingBackground {
   EmptyStage background;
+  ByteImage covered;       ///< 255 where less than a third of the frames agree: no background came
+                           ///< back, and what is taken for it may be a person
   double still_share = 0;  ///< share of pixels whose values over time fall apart
   ByteImage seen_open;     ///< 255 where it was seen in some frames outside of any mask's holes
 };
@@ -55,10 +57,12 @@ struct MovingBackground {
 MovingBackground background_over_time(const std::vector<Image>& frames,
                                       const MaskOptions& options = {});
 
-/// mask_from_background, with the holes filled that the mask encloses, unless background is seen
-/// in them: for most of a hole, in the open in other frames, or of a colour that the open
-/// background has nearby (our choice). What stands still in one place for all frames is taken for
-/// background where it has no edge.
+/// mask_from_background, where the background is known; a pixel that was `covered` and looks as
+/// usual goes with most of its surroundings (our choice: the print of a dress that stays in one
+/// place takes the same shade by chance). Then the holes are filled that the mask encloses, unless
+/// background is seen in them: for most of a hole, in the open in other frames, or of a colour that
+/// the open background has nearby (our choice). What stands still in one place for all frames is
+/// taken for background where it has no edge.
 ByteImage mask_over_time(const Image& image, const MovingBackground& moving,
                          const MaskOptions& options = {});
 

@@ -350,6 +350,11 @@ const JsonPlace& GltfBuffers::accessor(const JsonPlace& place) const {
   return accessors_[static_cast<std::size_t>(place.integer(0, std::ssize(accessors_) - 1))];
 }
 
+bool GltfBuffers::has_numbers(const JsonPlace& place) const {
+  const JsonPlace& found = accessor(place);
+  return found.has("bufferView") || found.has("sparse");
+}
+
 void GltfBuffers::pay(const JsonPlace& accessor, std::int64_t count, std::int64_t components) {
   if (count > budget_ / components) {
     accessor.fail(std::to_string(count) + " elements, too many for the bytes of the buffers",

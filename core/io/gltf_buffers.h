@@ -50,6 +50,9 @@ class GltfBuffers {
   Eigen::MatrixXi read_integers(const JsonPlace& place, std::string_view type,
                                 std::int64_t max_count);
 
+  /// Whether an accessor has numbers of its own: without a buffer it is zeros.
+  bool has_numbers(const JsonPlace& place) const;
+
  private:
   struct View {
     std::span<const std::byte> bytes;

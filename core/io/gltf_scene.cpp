@@ -222,6 +222,66 @@ std::vector<Eigen::Matrix4d> world_from_nodes(const GltfScene& scene) {
   return world;
 }
 
+bool says_no_bind_pose(const GltfSkin& skin, const std::vector<Eigen::Matrix4d>& world) {
+  constexpr double kSame = 1e-6;
+  double apart = 0;
+  for (std::size_t s = 0; s < skin.joints.size(); ++s) {
+    if (!skin.inverse_binds[s].isIdentity(kSame)) {
+      return false;
+    }
+    apart = std::max(apart, (world[static_cast<std::size_t>(skin.joints[s])] -
+                             world[static_cast<std::size_t>(skin.joints[0])])
+                                .cwiseAbs()
+                                .maxCoeff());
+  }
+  return apart > kSame;
+}
+
+bool stands_in_joint_frames(const GltfMesh& mesh, const std::vector<Eigen::Matrix4d>& joints) {
+  double moved = 0;
+  double standing = 0;
+  for (const GltfPrimitive& primitive : mesh.primitives) {
+    for (Index v = 0; v < primitive.joints.rows(); ++v) {
+      const Eigen::Vector3d point = primitive.mesh.vertices.row(v);
+      for (Index k = 0; k < primitive.joints.cols(); ++k) {
+        const double weight = primitive.weights(v, k);
+        const int slot = primitive.joints(v, k);
+        if (weight > 0 && slot >= 0 && slot < std::ssize(joints)) {
+          const Eigen::Matrix4d& joint = joints[static_cast<std::size_t>(slot)];
+          moved += weight * point.norm() *
+                   std::cbrt(std::abs(joint.topLeftCorner<3, 3>().determinant()));
+          standing += weight * (point - joint.topRightCorner<3, 1>()).norm();
+        }
+      }
+    }
+  }
+  return moved <= standing;
+}
+
+std::vector<Finding> torn_mesh_findings(const GltfScene& scene, const std::string& file) {
+  std::vector<Finding> findings;
+  const std::vector<Eigen::Matrix4d> world = world_from_nodes(scene);
+  for (const GltfNode& node : scene.nodes) {
+    if (node.mesh < 0 || node.skin < 0) {
+      continue;
+    }
+    const GltfSkin& skin = scene.skins[static_cast<std::size_t>(node.skin)];
+    std::vector<Eigen::Matrix4d> joints;
+    for (const int joint : skin.joints) {
+      joints.push_back(world[static_cast<std::size_t>(joint)]);
+    }
+    if (says_no_bind_pose(skin, world) &&
+        !stands_in_joint_frames(scene.meshes[static_cast<std::size_t>(node.mesh)], joints)) {
+      findings.push_back(
+          {Severity::Warning, "gltf-binds", file + ": node '" + node.name.substr(0, 40) + "'",
+           "the skin has no inverse bind matrices though its mesh stands on its joints: joints "
+           "move it once more, as the standard says, and it is torn",
+           "export it with inverse bind matrices; as a body it is read as it stands"});
+    }
+  }
+  return findings;
+}
+
 Mesh rest_mesh(const GltfScene& scene, const std::string& file, const Limits& limits) {
   const std::vector<Eigen::Matrix4d> world = world_from_nodes(scene);
   std::vector<char> shown(scene.nodes.size(), 0);

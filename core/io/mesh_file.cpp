@@ -57,6 +57,13 @@ Mesh read_mesh(const std::filesystem::path& path, const MeshConvention& otherwis
   return read_mesh_file(path, otherwise, limits).mesh;
 }
 
+MeshFile mesh_of_scene(const GltfScene& scene, const std::string& name, const Limits& limits) {
+  MeshFile file{rest_mesh(scene, name, limits), kSceneConvention, scene.findings};
+  const std::vector<Finding> torn = torn_mesh_findings(scene, name);
+  file.findings.insert(file.findings.end(), torn.begin(), torn.end());
+  return file;
+}
+
 MeshFile read_mesh_file(const std::filesystem::path& path, const MeshConvention& otherwise,
                         const Limits& limits) {
   if (std::error_code error; std::filesystem::is_directory(path, error)) {
@@ -76,7 +83,7 @@ MeshFile read_mesh_file(const std::filesystem::path& path, const MeshConvention&
   }
   if (has_scene_extension(path)) {
     const GltfScene scene = read_scene(path, limits);
-    return {rest_mesh(scene, path.string(), limits), kSceneConvention, scene.findings};
+    return mesh_of_scene(scene, path.string(), limits);
   }
   if (has_usd_extension(path)) {
     UsdMesh usd = read_usd_mesh(path, limits);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/finding.h"
+#include "core/io/mesh_gltf.h"
 #include "core/io/polygon_mesh.h"
 #include "core/limits.h"
 #include "core/mesh.h"
@@ -33,6 +34,10 @@ struct MeshFile {
 MeshFile read_mesh_file(const std::filesystem::path& path,
                         const MeshConvention& otherwise = {.metres_per_unit = 1, .up = 'y'},
                         const Limits& limits = {});
+
+/// A scene in its rest pose, all meshes as one, with what its file says and what tears it
+/// (torn_mesh_findings). Throws as rest_mesh. @param name  the file
+MeshFile mesh_of_scene(const GltfScene& scene, const std::string& name, const Limits& limits = {});
 
 /// The warning "unit-unknown", if the file does not say its unit and what was taken makes the mesh
 /// larger than a person or a garment can be; ordinary sizes are no occasion. @param name  the file

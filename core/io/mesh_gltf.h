@@ -123,6 +123,18 @@ Eigen::Matrix4d parent_from_node(const GltfNode& node);
 /// World from node, for all nodes. Throws as `check_gltf`.
 std::vector<Eigen::Matrix4d> world_from_nodes(const GltfScene& scene);
 
+/// Whether a skin's bind matrices, missing or all the identity, say nothing of a bind pose although
+/// its joints stand apart in `world`, [nodes].
+bool says_no_bind_pose(const GltfSkin& skin, const std::vector<Eigen::Matrix4d>& world);
+
+/// Where the mesh of such a skin stands, whose joints are at `joints`, world from each: true if in
+/// the frames of its joints, which then move it to its place, as the standard has it; false if
+/// where it is seen, the matrices forgotten. Vertices are near their joints in one of the two.
+bool stands_in_joint_frames(const GltfMesh& mesh, const std::vector<Eigen::Matrix4d>& joints);
+
+/// "gltf-binds" of each mesh that forgotten bind matrices tear in every viewer and in rest_mesh.
+std::vector<Finding> torn_mesh_findings(const GltfScene& scene, const std::string& file);
+
 /// The scene at rest, as a viewer shows it: every mesh below the roots with its morph weights, its
 /// skin (linear blend, weights normalised) or its node's transform applied, as one mesh. An
 /// attribute that only some primitives have is dropped. Throws DataError (with `file`) if there is

@@ -366,6 +366,14 @@ std::optional<GltfPrimitive> GltfReader::read_primitive(const JsonPlace& place) 
     note(place, "gltf-primitive", "a primitive without positions was skipped");
     return std::nullopt;
   }
+  // By the standard an accessor without a buffer is all zeros; of a primitive that is compressed it
+  // means that nothing else was kept.
+  constexpr const char* kDraco = "KHR_draco_mesh_compression";
+  const auto extensions = place.find("extensions");
+  if (extensions && extensions->has(kDraco) && !buffers_.has_numbers(attributes.at("POSITION"))) {
+    place.fail(std::string("a primitive that is compressed by ") + kDraco + " alone",
+               "a file exported without it");
+  }
   GltfPrimitive primitive;
   primitive.mesh = read_attributes(attributes);
   const Index vertices = primitive.mesh.vertices.rows();

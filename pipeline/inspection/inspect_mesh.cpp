@@ -114,9 +114,7 @@ void inspect_usd_mesh(const std::filesystem::path& path, Inspection& inspection)
 void inspect_scene(const std::filesystem::path& path, Inspection& inspection) {
   const GltfScene scene = read_scene(path);
   if (!scene.meshes.empty()) {
-    const MeshConvention said{.metres_per_unit = 1, .up = 'y'};  // every scene says both
-    add_mesh({rest_mesh(scene, path.string()), said, scene.findings}, path.string(), true,
-             inspection);
+    add_mesh(mesh_of_scene(scene, path.string()), path.string(), true, inspection);
   } else {
     inspection.findings = scene.findings;
     inspection.add("kind", "scene without a mesh");

@@ -4,6 +4,7 @@
 #include "bodymodel/formats/body_archive.h"
 #include "bodymodel/formats/body_file.h"
 #include "bodymodel/formats/makehuman_target.h"
+#include "bodymodel/formats/marker_fit.h"
 #include "bodymodel/formats/mhclo.h"
 #include "bodymodel/formats/motion_c3d.h"
 #include "bodymodel/formats/motion_file.h"
@@ -99,6 +100,9 @@ void inspect_markers(const std::filesystem::path& path, Inspection& inspection) 
   }
   box.tell(inspection);
   add_findings(clip.findings, inspection);
+  if (const std::optional<Finding> subjects = subjects_finding(clip)) {
+    inspection.findings.push_back(*subjects);
+  }
   for (std::size_t m = 0; m < clip.markers.size(); ++m) {
     inspection.add_member(clip.markers[m],
                           {{"seen", std::count_if(clip.seen.begin(), clip.seen.end(),

@@ -309,6 +309,13 @@ TEST_F(Animate, AvatarAtRest_IsTheFirstFrameOfBodyAndGarments) {
     first.bottomRows(there.rows()) = there;
   }
   expect_box(box_of(rest), first);
+  const GltfScene scene = read_gltf(file);
+  for (const GltfNode& node : scene.nodes) {  // some programs count what a skin passes over
+    if (node.skin >= 0) {
+      EXPECT_TRUE(parent_from_node(node).isIdentity(0)) << node.name;
+      EXPECT_LT(node.parent, 0) << node.name;
+    }
+  }
   EXPECT_THAT(read_file_text(file, 1 << 26),
               AllOf(HasSubstr("\"copyright\":\"Consent: "), HasSubstr("\"consent\":")));
   ATELIER_NEEDS_JUDGE("gltf-validator");
@@ -320,6 +327,7 @@ TEST_F(Animate, AvatarAtRest_IsTheFirstFrameOfBodyAndGarments) {
   for (const auto& [name, sequence] : shown) {
     EXPECT_EQ(three.at("mesh:" + name)[0], 0) << "no metal";
     EXPECT_EQ(three.at("mesh:" + name)[1], 2) << "both sides";
+    EXPECT_EQ(three.at("mesh:" + name)[5], name == "body" ? 4 : 0) << "influences";
     expect_box(three.at(name + "@rest"), frame(sequence, 0).vertices);
     expect_box(three.at(name + "@0"), frame(sequence, 0).vertices);
     expect_box(three.at(name + "@0.16666667"), frame(sequence, 2).vertices);
@@ -440,6 +448,24 @@ TEST_F(Animate, BadMotions_AreRefused) {
   expect_refused(animate({"--motion", (root_ / "empty.bvh").string()}), "empty.bvh");
   expect_refused(animate({"--start", "10"}), "--start cannot be '10'", 2);
   expect_refused(animate({"--sequence", "other"}), "--sequence cannot be 'other'", 2);
+}
+
+TEST_F(Animate, RootFarFromTheStage_IsRefusedBeforeAnyWork) {
+  write_dressed_workspace(capture(), workspace());
+  const auto moved = [](double metres, std::size_t first) {
+    MotionClip clip = person_clip();
+    for (std::size_t i = first; i < clip.motion.poses.size(); ++i) {
+      clip.motion.poses[i].root_translation.x() += metres;
+    }
+    return clip;
+  };
+  // 1e7 units: a BVH's are centimetres.
+  for (const auto& [name, metres] :
+       {std::pair("far.bvh", 1e5), std::pair("far.npz", 1e7), std::pair("far.glb", 1e7)}) {
+    write_motion_file(root_ / name, moved(metres, 0));
+    expect_refused(animate({"--motion", (root_ / name).string()}), "m from the origin");
+  }
+  expect_refused(animate({"--motion", motion(moved(1e5, 4)).string()}), "m from the origin");
 }
 
 TEST_F(Animate, MismatchedClothOrBodies_AreRefused) {

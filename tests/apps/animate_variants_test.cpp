@@ -194,6 +194,16 @@ TEST_F(AnimateVariants, Report_LoadsInABrowserWithEveryImage) {
     EXPECT_THAT(found.text, HasSubstr(one));
   }
   EXPECT_THAT(found.messages, Not(HasSubstr("CONSOLE")));
+  // The film and its strip, what is wrong, the figures that matter, and only then the stages.
+  const std::string page = read_file_text(workspace() / "report" / "index.html", 1 << 26);
+  std::size_t last = 0;
+  for (const char* part : {"<h1>", "<video", "alt=\"strip.png\"", "class=\"attention\"",
+                           "<h2 id=\"figures\"", "<h2 id=\"personalize\"", "<h2 id=\"animate\""}) {
+    const std::size_t at = page.find(part);
+    ASSERT_NE(at, std::string::npos) << part;
+    EXPECT_GT(at, last == 0 ? 0 : last) << part;
+    last = at;
+  }
 }
 
 TEST_F(AnimateVariants, Cameras_RoundTripThroughColmap) {

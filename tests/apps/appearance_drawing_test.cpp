@@ -201,6 +201,25 @@ TEST_F(AppearanceDrawing, NormalsOfChosenFrames_AreDrawnWithoutNetworks) {
   expect_no(drawn("none", {"--normals", "--device", "cpu"}), 2, "--device is of networks");
 }
 
+TEST_F(AppearanceDrawing, KilledDrawing_LeavesItsPlaceFree) {
+  const fs::path place = out("killed");
+  const fs::path unfinished = folder_ / ".killed.unfinished" / "killed" / "000000.png";
+  {
+    ChildProcess one({program_path(), "render", "--neural", workspace().string(), "--out",
+                      place.string(), "--width", "900", "--height", "900"});
+    while (!fs::exists(unfinished) && !one.has_ended()) {
+      std::this_thread::yield();
+    }
+    one.kill(SIGKILL);
+    ASSERT_EQ(one.wait().signal, SIGKILL) << "it ended before it was killed";
+  }
+  EXPECT_FALSE(fs::exists(place));
+  const ChildResult again = drawn("killed");
+  ASSERT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_TRUE(fs::exists(place / "000000.png"));
+  EXPECT_FALSE(fs::exists(unfinished.parent_path().parent_path()));
+}
+
 TEST_F(AppearanceDrawing, TransparentBackgroundAndMovingCamera_AreDrawn) {
   ASSERT_EQ(drawn("own").exit_code, 0);
   ChildResult pictures = drawn("clear", {"--alpha", "true"});

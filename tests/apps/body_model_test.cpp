@@ -2,14 +2,17 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <regex>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "bodymodel/formats/motion_file.h"
 #include "bodymodel/formats/motion_trc.h"
 #include "core/io/mesh_fbx.h"
 #include "tests/support/child_process.h"
 #include "tests/support/places.h"
+#include "tests/support/read_text.h"
 #include "tests/support/temporary_directory.h"
 #include "tests/support/test_data.h"
 
@@ -403,6 +406,43 @@ TEST_F(BodyModelCommand, MeasuresOfNoAdult_AreRefused) {
   EXPECT_EQ(legs.exit_code, 3);
   EXPECT_THAT(legs.err, HasSubstr("together with"));
   EXPECT_THAT(legs.err, ::testing::Not(HasSubstr("girths that are given")));
+}
+
+TEST_F(BodyModelCommand, BonesBeyondAnyPerson_AreRefusedByPose) {
+  const std::string sound = read_text(still_bvh());
+  const auto posed = [&](const std::string& from, const std::string& to, const char* words) {
+    std::string text = sound;
+    ASSERT_NE(text.find(from), std::string::npos);
+    for (std::size_t at = text.find(from); at != std::string::npos;
+         at = text.find(from, at + to.size())) {
+      text.replace(at, from.size(), to);
+    }
+    const std::string file = (folder_ / "moved.bvh").string();
+    std::ofstream(file) << text;
+    refused({"pose", "default", file, "--out", (folder_ / "a.npz").string()}, 3, words);
+    EXPECT_FALSE(std::filesystem::exists(folder_ / "a.npz"));
+  };
+  posed("OFFSET 0 -42 0", "OFFSET 0 -1e308 0", "OFFSET -1e+308");
+  posed("OFFSET 0 -42 0", "OFFSET 0 -1e30 0", "");
+  posed("0 97 0 0", "0 1e308 0 0", "frame 1");
+  const std::regex number("OFFSET [-0-9. ]+");
+  std::ofstream(folder_ / "flat.bvh") << std::regex_replace(sound, number, "OFFSET 0 0 0");
+  refused(
+      {"pose", "default", (folder_ / "flat.bvh").string(), "--out", (folder_ / "a.npz").string()},
+      3, "every OFFSET 0");
+}
+
+TEST_F(BodyModelCommand, AmassOnItsOwnBody_KeepsRotationsAndPath) {
+  const std::filesystem::path files = source_directory() / "tests/bodymodel/files";
+  const std::filesystem::path out = folder_ / "walk.npz";
+  const ChildResult done = run({"pose", (files / "smplx_like.npz").string(),
+                                (files / "walk_stageii.npz").string(), "--out", out.string()});
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out + done.err, ::testing::Not(HasSubstr("motion-skeleton")));
+  const Motion moved = read_motion_file(out).motion;
+  ASSERT_EQ(moved.poses.size(), 20U);
+  EXPECT_NEAR((moved.poses[19].root_translation - moved.poses[0].root_translation).norm(), 1.5,
+              1e-6);
 }
 
 TEST_F(BodyModelCommand, WrongFiles_AreRefused) {

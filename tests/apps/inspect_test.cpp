@@ -21,6 +21,10 @@
 #include "core/render/video.h"
 #endif
 #include "tests/apps/program_fixture.h"
+#ifdef ATELIER_HAS_BODYMODEL
+#include "tests/bodymodel/c3d_writer.h"
+#include "tests/bodymodel/synthetic_markers.h"
+#endif
 #include "tests/support/places.h"
 
 namespace atelier::fixtures {
@@ -137,6 +141,47 @@ TEST_F(Inspect, GltfSkinsAnimationsAndMorphTargets_AreShown) {
   EXPECT_EQ(json["members"]["animation 0"]["seconds"], 1.5);
   EXPECT_EQ(json["members"]["animation 0"]["channels"]["translation"], 1);
 }
+
+#ifdef ATELIER_HAS_BODYMODEL
+TEST_F(Inspect, GltfWithoutBindMatrices_IsSaidToBeTorn) {
+  const std::string file = (source_directory() / "tests/bodymodel/files/no_ibm.gltf").string();
+  const auto json = nlohmann::json::parse(run({"inspect", file, "--json"}).out);
+  ASSERT_EQ(json["findings"].size(), 1U) << json["findings"];
+  EXPECT_EQ(json["findings"][0]["code"], "gltf-binds");
+  EXPECT_EQ(json["findings"][0]["severity"], "warning");
+  const std::string out = (root_ / "out.obj").string();
+  EXPECT_THAT(run({"convert", file, out}).out, HasSubstr("gltf-binds"));
+}
+
+TEST_F(Inspect, MarkersOfTwoPeople_AreToldWithTheirNames) {
+  MarkerClip clip = marked_person(plug_in_gait_names()).clip;
+  const std::vector<std::string> names = clip.markers;
+  clip.markers.clear();
+  for (const char* person : {"Ada:", "Ben:"}) {
+    for (const std::string& name : names) {
+      clip.markers.push_back(person + name);
+    }
+  }
+  for (std::size_t f = 0; f < clip.positions.size(); ++f) {
+    Points both(2 * clip.positions[f].rows(), 3);
+    both << clip.positions[f], clip.positions[f].rowwise() + Eigen::RowVector3d(1.5, 0, 0);
+    clip.positions[f] = both;
+    clip.seen[f].assign(2 * names.size(), true);
+  }
+  const std::string counts = "(" + std::to_string(names.size()) + " markers)";
+  const std::vector<std::byte> c3d = C3dWriter(C3dWriteOptions{}).file(clip);
+  std::ofstream(root_ / "two.c3d", std::ios::binary)
+      .write(reinterpret_cast<const char*>(c3d.data()), std::ssize(c3d));
+  std::ofstream(root_ / "two.trc") << fixtures::trc_text(clip, "m");
+  for (const char* file : {"two.c3d", "two.trc"}) {
+    EXPECT_THAT(run({"inspect", (root_ / file).string()}).out,
+                AllOf(HasSubstr("motion-subjects"),
+                      HasSubstr("2 people: Ada " + counts + ", Ben " + counts),
+                      HasSubstr("--markers.subject 'Ada'")))
+        << file;
+  }
+}
+#endif
 
 TEST_F(Inspect, GltfVerticesSplitAtSeams_AreNotErrors) {
   Mesh mesh;  // two triangles that share one vertex, as where two seams meet

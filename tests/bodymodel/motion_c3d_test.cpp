@@ -399,6 +399,20 @@ TEST(C3d, TwoPeople_AreRefusedUnlessOneIsChosen) {
               ThrowsMessage<UnknownValue>(HasSubstr("subject: 'Eve'; expected one of ")));
 }
 
+TEST(C3d, SubjectsOfAFile_AreTold) {
+  const MarkerClip alone = fixtures::marked_person(fixtures::plug_in_gait_names()).clip;
+  EXPECT_FALSE(subjects_finding(alone));
+  const std::string count = std::to_string(alone.markers.size());
+  const std::optional<Finding> two = subjects_finding(two_subjects("Ben"));
+  ASSERT_TRUE(two);
+  EXPECT_EQ(two->severity, Severity::Warning);
+  EXPECT_EQ(two->what, "2 people: Ada (" + count + " markers), Ben (" + count + " markers)");
+  const std::optional<Finding> one = subjects_finding(two_subjects("Ball"));
+  ASSERT_TRUE(one);
+  EXPECT_EQ(one->severity, Severity::Note);
+  EXPECT_THAT(one->advice, HasSubstr("'Ada' is the person"));
+}
+
 TEST(C3d, SubjectThatIsNoPerson_IsLeftOut) {
   const MarkerFit fit = fit_markers(written_c3d(two_subjects("Ball")));
   EXPECT_EQ(fit.used.size(), fixtures::plug_in_gait_names().size());

@@ -9,7 +9,9 @@
 #include <gtest/gtest.h>
 
 #include "bodymodel/euler.h"
+#include "bodymodel/formats/body_file.h"
 #include "bodymodel/formats/motion_amass.h"
+#include "bodymodel/formats/motion_file.h"
 #include "bodymodel/humanoid.h"
 #include "bodymodel/kinematics.h"
 #include "bodymodel/retarget/retarget.h"
@@ -18,6 +20,7 @@
 #include "core/error.h"
 #include "core/io/npz.h"
 #include "core/random.h"
+#include "tests/support/places.h"
 
 namespace atelier {
 namespace {
@@ -501,6 +504,46 @@ TEST(Amass, BodyAtAShape_KeepsRotationsAndPath) {
   }
   EXPECT_NEAR((moved.poses[3].root_translation - moved.poses[0].root_translation).norm(),
               (trans.row(3) - trans.row(0)).norm(), 1e-12);
+}
+
+/// A body with the arrays of SMPL-X, 330 vertices and a path of 1.5 m, in files of AMASS' second
+/// stage: somebody who walks, and one who stands in a T-pose.
+TEST(Amass, StageIIFilesOnTheirOwnBody_AreExact) {
+  const std::filesystem::path files = fixtures::source_directory() / "tests/bodymodel/files";
+  const BodyModel body = read_body_file(files / "smplx_like.npz").model;
+  ASSERT_EQ(body.skeleton.names.size(), 55U);
+  for (const std::string name : {"walk", "tpose"}) {
+    SCOPED_TRACE(name);
+    const std::filesystem::path file = files / (name + "_stageii.npz");
+    const MotionClip clip = read_motion_file(file, of_body(body));
+    for (const Finding& finding : clip.findings) {
+      EXPECT_NE(finding.code, "motion-skeleton") << to_string(finding);  // the body is given
+    }
+    const std::vector<Pose> moved = retarget(clip, body).motion.poses;
+    const Npz npz(file);
+    const RowMatrix poses = matrix_of(npz.read("poses"));
+    const RowMatrix trans = matrix_of(npz.read("trans"));
+    ASSERT_EQ(std::ssize(moved), poses.rows());
+    for (Index frame = 0; frame < poses.rows(); ++frame) {
+      const Pose& pose = moved[static_cast<std::size_t>(frame)];
+      for (Index joint = 1; joint < 55; ++joint) {
+        const Eigen::Matrix3d there = rotation_matrix(poses.block<1, 3>(frame, 3 * joint));
+        const Eigen::Matrix3d here = rotation_matrix(pose.rotations.row(joint));
+        ASSERT_LT((here - there).cwiseAbs().maxCoeff(), 1e-6) << joint;
+      }
+    }
+    const auto travel = [&](const Eigen::Vector3d& from, const Eigen::Vector3d& to) {
+      return (to - from).norm();
+    };
+    const double recorded = travel(trans.row(0), trans.bottomRows(1).transpose());
+    EXPECT_NEAR(recorded, 1.5, 1e-6);
+    EXPECT_NEAR(travel(moved.front().root_translation, moved.back().root_translation), recorded,
+                1e-6);
+    const Points stands = forward_kinematics(body.skeleton, moved.front()).positions;
+    EXPECT_GT(stands(find_joint(body.skeleton, "head"), 1) -
+                  stands(find_joint(body.skeleton, "pelvis"), 1),
+              0.4);
+  }
 }
 
 TEST(Amass, SiblingOfTheFamily_IsPosedByName) {

@@ -1,6 +1,7 @@
 // What the scripts say of arguments, and how the demo goes on.
 #include <filesystem>
 #include <fstream>
+#include <regex>
 #include <set>
 #include <sstream>
 #include <string>
@@ -119,6 +120,27 @@ TEST(OpensIn, Page_HasTheLinesOfItsTemplateAndManyPrograms) {
   ASSERT_TRUE(std::getline(page, found) && found.empty());
   ASSERT_TRUE(std::getline(page, found));
   EXPECT_THAT(found, ::testing::StartsWith("Commit: "));
+}
+
+/// Tests that the page names, in its code spans: "Suite.Condition_Result".
+TEST(OpensIn, TestsThatThePageNames_AreThere) {
+  std::string sources;
+  for (const auto& entry :
+       std::filesystem::recursive_directory_iterator(source_directory() / "tests")) {
+    if (entry.path().extension() == ".cpp") {
+      sources += read_text(entry.path());
+    }
+  }
+  const std::string page = read_text(source_directory() / "docs/opens_in.md.in");
+  const std::regex name("`([A-Z][A-Za-z0-9]+)\\.([A-Z][A-Za-z0-9]+_[A-Za-z0-9]+)`");
+  int named = 0;
+  for (std::sregex_iterator at(page.begin(), page.end(), name); at != std::sregex_iterator();
+       ++at) {
+    const std::string both = (*at)[1].str() + ", " + (*at)[2].str() + ")";
+    EXPECT_NE(sources.find("(" + both), std::string::npos) << both;
+    ++named;
+  }
+  EXPECT_GE(named, 40);
 }
 
 /// A function of that many lines.

@@ -1,7 +1,9 @@
 // Every layout: what is written reads back to the same projections, images, masks and detections.
 
+#include <array>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <opencv2/core/persistence.hpp>
 #include <set>
 #include <sstream>
 
@@ -352,6 +354,29 @@ TEST_F(Layout, EasyMocap_ShiftsPixelsAndIsZUp) {
   EXPECT_LT((camera_center(z_up.cameras[0]) - Eigen::Vector3d(center.x(), -center.z(), center.y()))
                 .norm(),
             1e-12);
+}
+
+/// OpenCV refuses keys that begin with a digit, which names of cameras do.
+TEST_F(Layout, EasyMocapOfCamerasThatAreNumbers_IsReadByOpenCv) {
+  fixtures::SmallCapture numbered;
+  const std::array names = {"400002", "03", "7"};
+  for (std::size_t c = 0; c < names.size(); ++c) {
+    numbered.cameras[c].id = names[c];
+  }
+  fixtures::write_small_capture(folder_ / "numbered", numbered);
+  const fs::path folder =
+      write_layout(folder_ / "numbered", "easymocap", folder_ / "theirs").folders.front();
+  cv::FileStorage intrinsics((folder / "intri.yml").string(), cv::FileStorage::READ);
+  cv::FileStorage extrinsics((folder / "extri.yml").string(), cv::FileStorage::READ);
+  ASSERT_TRUE(intrinsics.isOpened() && extrinsics.isOpened());
+  ASSERT_EQ(intrinsics["names"].size(), names.size());
+  for (const Camera& camera : numbered.cameras) {
+    const cv::Mat matrix = intrinsics["K_" + camera.id].mat();
+    ASSERT_EQ(matrix.size(), cv::Size(3, 3)) << camera.id;
+    EXPECT_EQ(matrix.at<double>(0, 0), camera.fx);
+    EXPECT_EQ(matrix.at<double>(0, 2), camera.cx - 0.5);
+    EXPECT_EQ(extrinsics["T_" + camera.id].mat().total(), 3U) << camera.id;
+  }
 }
 
 TEST_F(Layout, ActorsHq_StoresRelativeIntrinsicsAndCameraToWorld) {

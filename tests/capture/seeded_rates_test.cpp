@@ -139,6 +139,109 @@ TEST(SeededRates, DefectsOnRandomRigs_MeetDetectionRates) {
   EXPECT_LE(all.blamed, 0.02 * all.tried);
 }
 
+/// A small rig of a poor detector: lenses that bend some, calibrations a little off.
+SeededRig small_noisy_rig(std::uint64_t seed) {
+  Random random{seed, 558, 0};
+  SeededRig rig;
+  rig.circle = {.count = 3 + static_cast<int>(uniform_index(random, 3)),
+                .width = 960,
+                .height = 720,
+                .focal = uniform(random, 600, 900),
+                .radius = uniform(random, 2.4, 3.6)};
+  rig.distortion = {uniform(random, -0.3, 0.1), uniform(random, -0.05, 0.12),
+                    uniform(random, -0.002, 0.002), uniform(random, -0.002, 0.002),
+                    uniform(random, -0.05, 0.02)};
+  rig.noise = uniform(random, 3, 6);
+  rig.frames = 5 + static_cast<int>(uniform_index(random, 26));
+  rig.seed = 20000 + seed;
+  rig.pictures = false;
+  return rig;
+}
+
+/// Distortions as files have them that are meant by a reading of --capture.distortion.
+void write_otherwise(Camera& camera, const std::string& meant) {
+  std::array<double, 8>& d = camera.distortion;
+  if (meant == "k3_third") {
+    d = {d[0], d[1], d[4], d[2], d[3]};  // k1 k2 k3 p1 p2
+  } else if (meant != "none") {
+    const double factor = meant == "negated" ? -1 : meant == "by_64" ? 64 : 1 / 64.0;
+    for (double& number : d) {
+      number *= factor;
+    }
+  }
+}
+
+/// Distortion shifts pixels by less than a poor detector errs: what few cameras cannot tell is not
+/// advised.
+TEST(SeededRates, DistortionOfSmallNoisyRigs_IsAdvisedOnlyWhereItIsRight) {
+  const int rigs = drawn(6, 100);
+  std::map<std::string, Rate> rates;
+  int wrong = 0;
+  int tried = 0;
+  for (int i = 0; i < rigs; ++i) {
+    const auto seed = static_cast<std::uint64_t>(5000 + i);
+    const SeededRig rig = small_noisy_rig(seed);
+    for (const std::string meant : {"", "negated", "by_64", "times_64", "k3_third", "none"}) {
+      SeededRig seen = rig;
+      if (meant == "none") {
+        seen.distortion = {};
+      }
+      SeededCapture capture = seeded_capture(seen);
+      for (std::size_t c = 0; c < capture.cameras.size(); ++c) {
+        std::copy(rig.distortion.begin(), rig.distortion.end(),
+                  capture.cameras[c].distortion.begin());
+        capture.cameras[c].distortion_model = Distortion::Brown;
+        if (!meant.empty()) {
+          write_otherwise(capture.cameras[c], meant);
+        }
+      }
+      unsettle(capture.cameras, seed);
+      const TemporaryDirectory folder;
+      write_seeded(capture, folder.path());
+      Rate& rate = rates[meant];
+      ++rate.tried;
+      ++tried;
+      for (const std::string& setting : settings_of(findings_of(folder.path()))) {
+        if (!setting.starts_with("--capture.distortion")) {
+          continue;
+        }
+        const bool right = !meant.empty() && setting == "--capture.distortion all=" + meant;
+        rate.setting += right ? 1 : 0;
+        rate.blamed += right ? 0 : 1;
+        wrong += right ? 0 : 1;
+        if (!right) {
+          std::printf("seed %d, %d cameras, %d frames, %.1f px, k1 %.2f, meant '%s': %s\n",
+                      static_cast<int>(seed), rig.circle.count, rig.frames, rig.noise,
+                      rig.distortion[0], meant.c_str(), setting.c_str());
+        }
+      }
+    }
+  }
+  // A wrong correction of a capture that is right is to be taken away, or nothing is said.
+  for (int i = 0; i < rigs; ++i) {
+    const SeededRig rig = small_noisy_rig(static_cast<std::uint64_t>(5000 + i));
+    const TemporaryDirectory folder;
+    SeededCapture capture = seeded_capture(rig);
+    unsettle(capture.cameras, rig.seed);
+    write_seeded(capture, folder.path());
+    for (const std::string given : {"negated", "by_64", "times_64", "k3_third", "none"}) {
+      ++tried;
+      for (const std::string& setting :
+           settings_of(findings_of(folder.path(), "--capture.distortion all=" + given))) {
+        if (setting.starts_with("--capture.distortion")) {
+          ++wrong;
+          std::printf("seed %d, given '%s': %s\n", 5000 + i, given.c_str(), setting.c_str());
+        }
+      }
+    }
+  }
+  for (const auto& [meant, rate] : rates) {
+    std::printf("distortion %-9s of %d small rigs: advised rightly %d, wrongly %d\n",
+                meant.empty() ? "as read" : meant.c_str(), rate.tried, rate.setting, rate.blamed);
+  }
+  EXPECT_LE(wrong, 0.01 * tried);
+}
+
 /// Good captures of detections alone: 2 to 12 cameras, of a whole circle or an arc, 1 to 40 frames,
 /// somebody who walks or stands, detectors good and bad.
 TEST(SeededRates, GoodRandomCaptures_RarelyGiveFindings) {

@@ -119,6 +119,32 @@ TEST(RigFromPoints, CameraWithTooFewPoints_StaysOutside) {
   EXPECT_FALSE(rig.in_rig[2]);
 }
 
+/// Points beyond some 60 baselines: OpenCV's recoverPose takes none of them for an inlier and
+/// returns a pose all the same.
+TEST(RigFromPoints, CamerasNearlyAtOnePlace_AreNoRig) {
+  Random random{71, 1};
+  std::vector<Camera> near = arc_of_cameras(3);
+  const double distance = camera_center(near[0]).norm();
+  near[1] = near[0];
+  near[1].id = "01";
+  near[1].camera_from_world_translation.x() += distance / 80;
+  for (const double noise : {0.0, 1.0}) {
+    const std::vector<Camera> two(near.begin(), near.begin() + 2);
+    const PointRig pair =
+        rig_from_points(without_poses(two), cloud_sights(two, 300, noise, 0, random));
+    EXPECT_THAT(pair.in_rig, ::testing::Each(false)) << noise;
+    // With a third camera further off, all are placed by it.
+    const PointRig rig =
+        rig_from_points(without_poses(near), cloud_sights(near, 300, noise, 0, random));
+    EXPECT_THAT(rig.in_rig, ::testing::Each(true)) << noise;
+    const RigidNumbers apart =
+        chained(pose_of(rig.cameras[2]), inverse_of(pose_of(rig.cameras[0])));
+    const RigidNumbers truth = chained(pose_of(near[2]), inverse_of(pose_of(near[0])));
+    EXPECT_LT(Eigen::AngleAxisd(rotation_of(apart).transpose() * rotation_of(truth)).angle(), 0.01)
+        << noise;
+  }
+}
+
 TEST(RigFromPoints, CamerasAtOnePlaceOrWithoutPoints_AreNoRig) {
   Random random{67, 1};
   std::vector<Camera> one_place = arc_of_cameras(2);

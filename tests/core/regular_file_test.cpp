@@ -47,6 +47,17 @@ TEST_F(RegularFileTest, PipeFolderOrMissingFile_IsRefused) {
   EXPECT_THAT(refusal<DataError>(root_ / "nothing"), HasSubstr("No such file"));
 }
 
+TEST_F(RegularFileTest, PointerOfGitLfs_IsRefusedWhereContentIsRead) {
+  std::ofstream(root_ / "mesh.ply") << "version https://git-lfs.github.com/spec/v1\noid sha256:"
+                                       "26d0f95e29cb87cf129d3b794aad50a28bd4ead97760527e072452197cb"
+                                       "a3415\nsize 381\n";
+  const RegularFile pointer(root_ / "mesh.ply");  // may be counted and digested
+  EXPECT_THAT([&] { pointer.check_size(1 << 20, root_ / "mesh.ply"); },
+              ::testing::ThrowsMessage<DataError>(::testing::AllOf(
+                  HasSubstr("mesh.ply"), HasSubstr("Git LFS"), HasSubstr("git lfs pull"))));
+  EXPECT_NO_THROW(RegularFile(root_ / "file").check_size(10, root_ / "file"));
+}
+
 TEST_F(RegularFileTest, SymbolicLinkWithNoFollow_IsRefused) {
   std::filesystem::create_symlink(root_ / "file", root_ / "link");
   EXPECT_EQ(RegularFile(root_ / "link").size(), 3);

@@ -470,6 +470,22 @@ TEST(ReadGltf, SparseAccessor_ReplacesElements) {
               HasSubstr("accessors[0].sparse.count: 4"));
 }
 
+TEST(ReadGltf, PrimitiveThatIsCompressedAlone_IsRefused) {
+  // The extension is used and, by the file, not required: without it the accessor has no numbers.
+  const std::string numbers =
+      "{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}";
+  std::string text = triangle(numbers, "{\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}");
+  const std::string extension =
+      "\"extensions\":{\"KHR_draco_mesh_compression\":{\"bufferView\":0,\"attributes\":{}}},";
+  text.insert(text.find("\"attributes\""), extension);
+  EXPECT_THAT(
+      mesh_gltf_refusal(text),
+      HasSubstr("compressed by KHR_draco_mesh_compression alone; expected a file exported"));
+  text = triangle(numbers, numbers);  // with numbers beside it, these are read
+  text.insert(text.find("\"attributes\""), extension);
+  EXPECT_EQ(rest_mesh(parse(text)).vertices.rows(), 3);
+}
+
 TEST(ReadGltf, NormalizedIntegers_AreScaled) {
   const Mesh mesh = rest_mesh(
       parse(triangle("{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}",

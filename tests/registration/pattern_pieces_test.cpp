@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <fstream>
+#include <regex>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -78,6 +79,15 @@ TEST(PatternSvg, Svg_IsAtTrueScale) {
     EXPECT_NEAR(fixtures::area_of(svg.paths.at("sew-" + piece.name)), -area, 1e-4 * area);
     EXPECT_LT(fixtures::area_of(svg.paths.at("cut-" + piece.name)), -area);
   }
+}
+
+/// SVGLoader of three.js scales lengths that have a unit and leaves paths of the same file.
+TEST(PatternSvg, Lengths_HaveNoUnitBesideThePage) {
+  const std::string svg = pattern_svg(dress_layout(), "dress");
+  const std::string inside = svg.substr(svg.find("viewBox="));
+  const std::regex length("=\"-?[0-9.]+ *(mm|cm|in|pt|pc|px)\"");
+  EXPECT_FALSE(std::regex_search(inside, length));
+  EXPECT_TRUE(std::regex_search(svg, length)) << "width and height of the page";
 }
 
 TEST(PatternDxf, Dxf_IsReadElsewhereAtTrueScale) {
