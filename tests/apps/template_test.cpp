@@ -34,6 +34,8 @@ using ::testing::UnorderedElementsAre;
 /// What a stage before saw, since a stage is a plain function.
 struct Seen {
   std::function<bool(const Eigen::Vector3d&)> where;  ///< parts of the person that were seen
+  std::function<bool(const Eigen::Vector3d&)> lost;   ///< cloth of the tee, which then flares
+                                                      ///< from the waist on, that is labelled skin
   int without_scan = -1;                              ///< a frame, or all from -2 down
 };
 Seen seen;
@@ -62,15 +64,24 @@ Mesh outfit_scan(int frame) {
                                        return !wears_tee(m, lump) && !wears_trousers(m, lump);
                                      }))}}};
   Mesh scan;
-  for (const auto& [label, part] : parts) {
+  for (auto [label, part] : parts) {
+    if (label == Label::Upper && seen.lost) {
+      for (Index v = 0; v < part.vertices.rows(); ++v) {
+        const double flare = std::max(0.0, 1.25 - part.vertices(v, 1));
+        part.vertices(v, 0) *= 1 + 3 * flare;
+        part.vertices(v, 2) *= 1 + 3 * flare;
+      }
+    }
     const Index vertices = scan.vertices.rows();
     const Index faces = scan.faces.rows();
     scan.vertices.conservativeResize(vertices + part.vertices.rows(), 3);
     scan.vertices.bottomRows(part.vertices.rows()) = part.vertices;
     scan.faces.conservativeResize(faces + part.faces.rows(), 3);
     scan.faces.bottomRows(part.faces.rows()) = part.faces.array() + static_cast<int>(vertices);
-    scan.labels.resize(static_cast<std::size_t>(scan.vertices.rows()),
-                       static_cast<std::uint8_t>(label));
+    for (Index v = 0; v < part.vertices.rows(); ++v) {
+      const bool lost = label == Label::Upper && seen.lost && seen.lost(part.vertices.row(v));
+      scan.labels.push_back(static_cast<std::uint8_t>(lost ? Label::Skin : label));
+    }
   }
   return scan;
 }
@@ -220,6 +231,19 @@ TEST_F(TemplateStage, GarmentLeavingTheView_GivesAnUnnamedOpening) {
   EXPECT_FALSE(said.at("garments")[0].at("whole"));
   const Garment garment = read_garment_archive(result() / "garments" / "upper.h5");
   EXPECT_THAT(garment.boundary_names, Not(::testing::Contains("cuff right")));
+}
+
+/// Labels that are told by colour may lose a garment's sides in every frame.
+TEST_F(TemplateStage, GarmentWithBitesAtBothSides_IsNoSuccess) {
+  seen.lost = [](const Eigen::Vector3d& at) {
+    return at.y() < 1.16 && std::abs(at.x()) > 0.6 * std::abs(at.z());
+  };
+  const ChildResult done = made({"--labels", "upper"});
+  ASSERT_EQ(done.exit_code, 3) << done.out << done.err;
+  EXPECT_THAT(done.out + done.err, HasSubstr("not-whole"));
+  const nlohmann::json said =
+      nlohmann::json::parse(read_file_text(result() / "template.json", 1 << 24));
+  EXPECT_FALSE(said.at("garments")[0].at("whole"));
 }
 
 TEST_F(TemplateStage, GarmentMostlyOutsideTheView_IsReported) {
