@@ -430,6 +430,38 @@ ByteImage mask_over_time(const Image& image, const MovingBackground& moving,
   return mask;
 }
 
+double outline_without_edge(const Image& image, const ByteImage& mask, const EmptyStage& background,
+                            const MaskOptions& options) {
+  ATELIER_CHECK(image.width == mask.width && image.height == mask.height &&
+                    image.width == background.mean.width && image.height == background.mean.height,
+                "an image of another size than its mask or background");
+  std::size_t outline = 0;
+  std::size_t alike = 0;
+  const auto at = [&](int x, int y) {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) +
+           static_cast<std::size_t>(x);
+  };
+  // Between two neighbours, of which one is in the mask; edges are blurred by a pixel to each side.
+  for (int y = 1; y + 2 < image.height; ++y) {
+    for (int x = 1; x + 2 < image.width; ++x) {
+      for (const auto& [dx, dy] : {std::pair(1, 0), std::pair(0, 1)}) {
+        if ((mask.at(x, y) != 0) == (mask.at(x + dx, y + dy) != 0)) {
+          continue;
+        }
+        const std::size_t before = at(x - dx, y - dy);
+        const std::size_t behind = at(x + 2 * dx, y + 2 * dy);
+        const float allowed =
+            std::max(static_cast<float>(options.min_difference),
+                     static_cast<float>(options.threshold) * background.spread.data[before]);
+        ++outline;
+        alike +=
+            distance(coded_pixel(image, before), coded_pixel(image, behind)) <= allowed ? 1 : 0;
+      }
+    }
+  }
+  return outline == 0 ? 0 : static_cast<double>(alike) / static_cast<double>(outline);
+}
+
 ByteImage mask_by_chroma(const Image& image, const ChromaOptions& chroma,
                          const MaskOptions& options) {
   ATELIER_CHECK(image.channels == 3, "a chroma key of an image without colours");

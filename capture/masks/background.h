@@ -66,6 +66,13 @@ MovingBackground background_over_time(const std::vector<Image>& frames,
 ByteImage mask_over_time(const Image& image, const MovingBackground& moving,
                          const MaskOptions& options = {});
 
+/// Share of a mask's outline on both sides of which the image looks alike, by what makes
+/// foreground: a few hundredths of a right mask; more of one that cuts through somebody who stood
+/// still, or that takes background in. 0 of a mask without an outline. Throws LogicError for sizes
+/// that differ.
+double outline_without_edge(const Image& image, const ByteImage& mask, const EmptyStage& background,
+                            const MaskOptions& options = {});
+
 struct ChromaOptions {
   std::vector<double> key = {0, 0.6,
                              0.1};  ///< linear RGB of the screen; [0,0,0]: told from the borders

@@ -230,6 +230,25 @@ TEST(Masks, HoleThatShowsBackground_StaysOpen) {
   EXPECT_EQ(mask_over_time(seen.image, seen.moving).at(80, 85), 0);
 }
 
+TEST(Masks, OutlineThroughThePerson_IsTold) {
+  const EmptyStage background = background_of_plates({shot(0, false, 1).image});
+  const Shot one = shot(80, true, 7);
+  const double right = outline_without_edge(one.image, one.truth, background);
+  ByteImage cut = one.truth;  // the head and the legs below the knee never moved
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth && (y < 38 || y > 150); ++x) {
+      cut.at(x, y) = 0;
+    }
+  }
+  const double wrong = outline_without_edge(one.image, cut, background);
+  std::printf("outline without an edge: %.3f of the true mask, %.3f of a cut one\n", right, wrong);
+  EXPECT_LT(right, 0.03);
+  EXPECT_GT(wrong, 0.06);
+  EXPECT_EQ(outline_without_edge(one.image, ByteImage(kWidth, kHeight, 1), background), 0);
+  ATELIER_EXPECT_REFUSED(outline_without_edge(one.image, ByteImage(3, 3, 1), background),
+                         LogicError, "another size");
+}
+
 TEST(Masks, NearlyStillPerson_IsReportedDoubtful) {
   std::vector<Image> frames;
   for (int i = 0; i < 12; ++i) {
