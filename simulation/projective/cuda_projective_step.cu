@@ -1,6 +1,5 @@
 #include <cooperative_groups.h>
 
-#include "simulation/projective/coulomb.h"
 #include "simulation/projective/cuda_chain.cuh"
 #include "simulation/projective/cuda_projective.cuh"
 #include "simulation/xpbd/sweep_math.h"
@@ -97,9 +96,9 @@ __global__ void forces_kernel(const __grid_constant__ ProjectiveFrame f) {
   Vec3d right = momentum - mass * xyz(f.v[i]);
   const VelocityBound bound = f.bounds[i];
   if (bound.holds != 0) {
-    const Vec3d lacks =
-        lacking_velocity(bound.normal, bound.moves, bound.least, (1 / mass) * momentum);
-    const Vec3d impulse = coulomb_impulse(mass * lacks, bound.normal, f.friction);
+    const bool gentle = f.gentle[i] != 0;
+    const Vec3d impulse = bound_impulse(bound, gentle ? xyz(f.impulses[i]) : Vec3d{}, mass,
+                                        gentle ? xyz(f.v[i]) : (1 / mass) * momentum, f.friction);
     f.impulses[i] = with_w(impulse, 0.0);
     right += impulse;
   }

@@ -127,6 +127,7 @@ struct ProjectiveCudaSolver::Scene {
     f.place = device.place.data();
     f.particle = device.particle.data();
     f.mass = device.mass.data();
+    f.gentle = device.gentle.data();
     f.air = use_air ? m.air.data() : nullptr;
     f.target = m.target.data();
     f.tether_anchor = device.tether_anchor.size() > 0 ? device.tether_anchor.data() : nullptr;

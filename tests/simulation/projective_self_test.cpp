@@ -235,7 +235,7 @@ TEST(ProjectiveSelfResidual, CoulombsLaw_IsMetWithIterations) {
 TEST(ContactImpulses, Levels_CarryTheLoadDown) {
   const Vec3d up{0, 1, 0};
   // Particle 0 lies on the body; 1 lies on the face 0, 2, 3, over 0.
-  const std::vector<TouchedBody> body{{0, up, {}, 0}};
+  const std::vector<TouchedBody> body{{0, {up, {}, 0, 1}}};
   const std::vector<TouchedCloth> cloth{{{1, 0, 2, 3}, {1, -1, 0, 0}, up, 0}};
   const std::vector<double> inverse_mass{1, 0.5, 1, 1};
   ContactImpulses impulses;
