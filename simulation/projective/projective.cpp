@@ -436,10 +436,7 @@ ProjectiveSolver::ProjectiveSolver(ProjectiveSolver&&) noexcept = default;
 ProjectiveSolver& ProjectiveSolver::operator=(ProjectiveSolver&&) noexcept = default;
 
 void ProjectiveSolver::set_state(const ClothState& state) {
-  ATELIER_CHECK(state.positions.rows() == scene_->prepared.count &&
-                    state.velocities.rows() == scene_->prepared.count,
-                "the state is of another cloth");
-  check_finite(state.positions, state.frame);
+  check_state(state, scene_->prepared.count);
   scene_->state = state;
 }
 

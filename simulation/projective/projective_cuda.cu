@@ -377,10 +377,7 @@ ProjectiveCudaSolver::ProjectiveCudaSolver(ProjectiveCudaSolver&&) noexcept = de
 ProjectiveCudaSolver& ProjectiveCudaSolver::operator=(ProjectiveCudaSolver&&) noexcept = default;
 
 void ProjectiveCudaSolver::set_state(const ClothState& state) {
-  ATELIER_CHECK(
-      state.positions.rows() == scene_->count() && state.velocities.rows() == scene_->count(),
-      "the state is of another cloth");
-  check_finite(state.positions, state.frame);
+  check_state(state, scene_->count());
   scene_->set_state(state);
 }
 
