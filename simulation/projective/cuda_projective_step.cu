@@ -57,13 +57,14 @@ __device__ inline Vec3d row_force(const ElasticView& e, int r, const Lane* at, c
     return bend_force(row, e.bend_rest[r - e.bend_begin], e.damping, at, v);
   }
   const bool second = (r - e.yarn_begin) % 2 == 1;
-  const Vec3d own = row_value(row, at);
-  const Vec3d other = row_value(e.rows[second ? r - 1 : r + 1], at);
-  Vec3d on_u;
-  Vec3d on_v;
-  yarn_forces(e.yarn_moduli[(r - e.yarn_begin) / 2], e.longest, second ? other : own,
-              second ? own : other, on_u, on_v);
-  return damped_pull(row, own, second ? on_v : on_u, e.damping, v);
+  const ElasticRow other = e.rows[second ? r - 1 : r + 1];
+  const auto both = [&](const Lane* of) {
+    return second ? Yarns{row_value(other, of), row_value(row, of)}
+                  : Yarns{row_value(row, of), row_value(other, of)};
+  };
+  const Yarns forces = yarn_forces(e.yarn_moduli[(r - e.yarn_begin) / 2], e.longest, both(at),
+                                   e.damping, e.damping > 0 ? both(v) : Yarns{});
+  return second ? forces.v : forces.u;
 }
 
 /// The right hand side of an iteration: what momentum lacks, with the impulse of contact. A team of
