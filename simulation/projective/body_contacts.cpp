@@ -54,7 +54,7 @@ const std::vector<TouchedBody>& BodyContacts::find(int s, double h, std::vector<
                                                       rules_.wide, of_candidates, AloneInTree{});
       const VelocityBound bound = bound_of_choice(body_.body(), choice, way, rules_, h, x[i]);
       if (bound.holds != 0) {
-        found_[i] = {static_cast<int>(i), bound.normal, bound.moves, bound.least};
+        found_[i] = {static_cast<int>(i), bound};
       } else if (search == BodySearch::Candidates) {
         look_out_again(body_.outlook()[i], choice.nearest, way.p1, free, step.t1, rules_.wide);
       }

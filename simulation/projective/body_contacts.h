@@ -11,9 +11,7 @@ namespace atelier {
 /// A particle that may touch the body within a step: a bound on its velocity.
 struct TouchedBody {
   int particle;
-  Vec3d normal;  ///< outwards, unit
-  Vec3d moves;   ///< m/s, velocity of the body's point
-  double least;  ///< m/s, least velocity along the normal: faster into the body is too deep
+  VelocityBound bound;
 };
 
 /// Contact of a cloth's particles with a moving body: which there are in a step, and, after it,

@@ -7,6 +7,7 @@
 
 #include "core/parallel.h"
 #include "simulation/projective/coulomb.h"
+#include "simulation/projective/velocity_bound_math.h"
 
 namespace atelier {
 namespace {
@@ -15,19 +16,6 @@ constexpr Index kImpulseGrain = 512;
 constexpr int kSweeps = 2;       ///< of an iteration over contacts of cloth, up the levels and down
 constexpr int kMostLevels = 64;  ///< more are solved as one
 constexpr int kMostColours = 64;  ///< of a level; what is left is solved one after the other
-
-/// What a relative velocity lacks: across the surface up to the bound, and along it.
-Vec3d lacking_velocity(Vec3d relative, Vec3d normal, double least) {
-  return least * normal - relative;
-}
-
-Vec3d relative_to_body(const TouchedBody& contact, Vec3d v) {
-  return v - contact.moves;
-}
-/// The bound on the velocity relative to the body.
-double least_relative(const TouchedBody& contact) {
-  return contact.least - dot(contact.normal, contact.moves);
-}
 
 Vec3d relative_velocity(const TouchedCloth& contact, const std::vector<Vec4<double>>& v) {
   Vec3d sum{};
@@ -140,9 +128,7 @@ void ContactImpulses::begin_gently(const std::vector<Vec4<double>>& now) {
   for (BodyImpulse& c : body_) {
     if (c.gentle) {
       const Vec3d v = xyz(now[c.contact.particle]);
-      const Vec3d lacks = lacking_velocity(relative_to_body(c.contact, v), c.contact.normal,
-                                           least_relative(c.contact));
-      c.impulse = coulomb_impulse(c.impulse + c.mass * lacks, c.contact.normal, friction_.body);
+      c.impulse = bound_impulse(c.contact.bound, c.impulse, c.mass, v, friction_.body);
     }
   }
 }
@@ -155,10 +141,7 @@ void ContactImpulses::hold_body(std::vector<Vec4<double>>& velocity) {
         continue;
       }
       Vec4<double>& v = velocity[c.contact.particle];
-      const Vec3d lacks = lacking_velocity(relative_to_body(c.contact, xyz(v)), c.contact.normal,
-                                           least_relative(c.contact));
-      const Vec3d next =
-          coulomb_impulse(c.impulse + c.mass * lacks, c.contact.normal, friction_.body);
+      const Vec3d next = bound_impulse(c.contact.bound, c.impulse, c.mass, xyz(v), friction_.body);
       v = with_w(xyz(v) + (1 / c.mass) * (next - c.impulse), v.w);
       c.impulse = next;
     }
@@ -219,10 +202,10 @@ double ContactImpulses::body_residual(const std::vector<Vec4<double>>& implied,
   double sum = 0;
   for (const BodyImpulse& c : body_) {
     const int particle = c.contact.particle;
-    const Vec3d beyond = -lacking_velocity(relative_to_body(c.contact, xyz(v[particle])),
-                                           c.contact.normal, least_relative(c.contact));
+    const VelocityBound& bound = c.contact.bound;
+    const Vec3d beyond = -lacking_velocity(bound, xyz(v[particle]));
     const double one =
-        coulomb_residual(xyz(implied[particle]), beyond, c.contact.normal, friction_.body, c.mass);
+        coulomb_residual(xyz(implied[particle]), beyond, bound.normal, friction_.body, c.mass);
     sum += one * one;
   }
   return body_.empty() ? 0 : std::sqrt(sum / static_cast<double>(body_.size())) / weight;

@@ -88,6 +88,7 @@ struct ProjectiveFrame {
   const int* place;         ///< [V] of a particle among the unknowns, -1: fixed
   const int* particle;      ///< [unknowns]
   const double* mass;       ///< [V] kg
+  const char* gentle;       ///< [V] 1: held gently by the body
   const Vec4<double>* air;  ///< accelerations, or null
   const Vec4<double>* target;
   const int* tether_anchor;  ///< null: none

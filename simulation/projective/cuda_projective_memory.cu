@@ -129,7 +129,13 @@ PreparedProjective::PreparedProjective(const Cloth& cloth, double strain_limit, 
   for (int u = 0; u < unknowns; ++u) {
     positions.row(u) = cloth.rest_positions.row(particles.external[particle_of[u]]);
   }
-  inverse.emplace(projective_matrix(rows, mass, among_free, unknowns, h), positions);
+  const Eigen::SparseMatrix<double> matrix = projective_matrix(rows, mass, among_free, unknowns, h);
+  inverse.emplace(matrix, positions);
+  gentle.assign(static_cast<std::size_t>(particles.count), 0);
+  for (int u = 0; u < unknowns; ++u) {
+    const int i = particle_of[u];
+    gentle[i] = is_held_gently(matrix.coeff(u, u), mass[i]) ? 1 : 0;
+  }
   place.assign(static_cast<std::size_t>(particles.count), -1);
   for (int u = 0; u < unknowns; ++u) {
     particle.push_back(particle_of[inverse->order()[u]]);
@@ -148,6 +154,7 @@ DeviceProjective::DeviceProjective(const PreparedProjective& p)
       place(p.place),
       particle(p.particle),
       mass(p.mass),
+      gentle(p.gentle),
       tether_anchor(p.particles.tether_anchor),
       tether_length(p.particles.tether_length),
       inverse(*p.inverse) {}

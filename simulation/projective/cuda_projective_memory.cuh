@@ -54,6 +54,7 @@ struct PreparedProjective {
   ElasticRows rows;
   RowEntries entries;
   std::vector<double> mass;
+  std::vector<char> gentle;  ///< [V] 1: held gently by the body
   std::optional<InverseFactor> inverse;
   std::vector<int> place;     ///< of particles among the unknowns, -1: fixed
   std::vector<int> particle;  ///< of unknowns
@@ -72,6 +73,7 @@ struct DeviceProjective {
   CudaBuffer<double> weight;
   CudaBuffer<int> place, particle;
   CudaBuffer<double> mass;
+  CudaBuffer<char> gentle;
   CudaBuffer<int> tether_anchor;
   CudaBuffer<double> tether_length;
   DeviceInverse inverse;

@@ -1,6 +1,5 @@
 #include <cooperative_groups.h>
 
-#include "simulation/projective/coulomb.h"
 #include "simulation/projective/cuda_chain.cuh"
 #include "simulation/projective/cuda_projective.cuh"
 #include "simulation/xpbd/sweep_math.h"
@@ -58,13 +57,14 @@ __device__ inline Vec3d row_force(const ElasticView& e, int r, const Lane* at, c
     return bend_force(row, e.bend_rest[r - e.bend_begin], e.damping, at, v);
   }
   const bool second = (r - e.yarn_begin) % 2 == 1;
-  const Vec3d own = row_value(row, at);
-  const Vec3d other = row_value(e.rows[second ? r - 1 : r + 1], at);
-  Vec3d on_u;
-  Vec3d on_v;
-  yarn_forces(e.yarn_moduli[(r - e.yarn_begin) / 2], e.longest, second ? other : own,
-              second ? own : other, on_u, on_v);
-  return damped_pull(row, own, second ? on_v : on_u, e.damping, v);
+  const ElasticRow other = e.rows[second ? r - 1 : r + 1];
+  const auto both = [&](const Lane* of) {
+    return second ? Yarns{row_value(other, of), row_value(row, of)}
+                  : Yarns{row_value(row, of), row_value(other, of)};
+  };
+  const Yarns forces = yarn_forces(e.yarn_moduli[(r - e.yarn_begin) / 2], e.longest, both(at),
+                                   e.damping, e.damping > 0 ? both(v) : Yarns{});
+  return second ? forces.v : forces.u;
 }
 
 /// The right hand side of an iteration: what momentum lacks, with the impulse of contact. A team of
@@ -97,9 +97,9 @@ __global__ void forces_kernel(const __grid_constant__ ProjectiveFrame f) {
   Vec3d right = momentum - mass * xyz(f.v[i]);
   const VelocityBound bound = f.bounds[i];
   if (bound.holds != 0) {
-    const Vec3d lacks =
-        lacking_velocity(bound.normal, bound.moves, bound.least, (1 / mass) * momentum);
-    const Vec3d impulse = coulomb_impulse(mass * lacks, bound.normal, f.friction);
+    const bool gentle = f.gentle[i] != 0;
+    const Vec3d impulse = bound_impulse(bound, gentle ? xyz(f.impulses[i]) : Vec3d{}, mass,
+                                        gentle ? xyz(f.v[i]) : (1 / mass) * momentum, f.friction);
     f.impulses[i] = with_w(impulse, 0.0);
     right += impulse;
   }

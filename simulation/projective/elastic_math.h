@@ -17,7 +17,8 @@ ATELIER_HOST_DEVICE inline Vec3d row_value(const ElasticRow& row, const Vec4<dou
   return sum;
 }
 
-/// What damping of `damping` s takes off the pull of a row that is `value`.
+/// What damping of `damping` s takes off the pull of a row that is `value`: its length is damped,
+/// not its direction.
 ATELIER_HOST_DEVICE inline Vec3d damped_pull(const ElasticRow& row, Vec3d value, Vec3d pull,
                                              double damping, const Vec4<double>* v) {
   if (!(damping > 0)) {
@@ -75,24 +76,42 @@ ATELIER_HOST_DEVICE inline Vec3d bend_force(const ElasticRow& row, double bend, 
   return damping > 0 ? pull - (damping * row.stiffness) * row_value(row, v) : pull;
 }
 
+/// The two rows of a triangle, warp and weft: what they are, or how fast they change, or the forces
+/// on them.
+struct Yarns {
+  Vec3d u, v;
+};
+
 /// Forces of the two rows of a triangle: warp and weft as springs of rest length 1, and shear of
-/// energy 1/2 shear cos^2 of the angle between the yarns. `longest`: where limits begin.
-ATELIER_HOST_DEVICE inline void yarn_forces(const std::array<double, 3>& moduli, double longest,
-                                            Vec3d fu, Vec3d fv, Vec3d& on_u, Vec3d& on_v) {
-  const double lu = norm(fu);
-  const double lv = norm(fv);
+/// energy 1/2 shear cos^2 of the angle between the yarns. Both lengths and the cosine are damped,
+/// each by its own modulus times `damping` s, so that turning is not; `rates` are not read without.
+/// `longest`: where limits begin.
+ATELIER_HOST_DEVICE inline Yarns yarn_forces(const std::array<double, 3>& moduli, double longest,
+                                             const Yarns& rows, double damping,
+                                             const Yarns& rates) {
+  const double lu = norm(rows.u);
+  const double lv = norm(rows.v);
   if (!(lu > 1e-12) || !(lv > 1e-12)) {
-    on_u = on_v = {};
-    return;
+    return {};
   }
-  const Vec3d u = (1 / lu) * fu;
-  const Vec3d v = (1 / lv) * fv;
+  const Vec3d u = (1 / lu) * rows.u;
+  const Vec3d v = (1 / lv) * rows.v;
   const double cosine = dot(u, v);
+  // Gradients of the cosine.
+  const Vec3d of_u = (1 / lu) * (v - cosine * u);
+  const Vec3d of_v = (1 / lv) * (u - cosine * v);
   const auto pull = [&](double modulus, double length) {
     return modulus * (length - 1) + pull_of_limit(kLimitStiffness * modulus, length, longest);
   };
-  on_u = -pull(moduli[0], lu) * u - (moduli[2] * cosine / lu) * (v - cosine * u);
-  on_v = -pull(moduli[1], lv) * v - (moduli[2] * cosine / lv) * (u - cosine * v);
+  double along_u = pull(moduli[0], lu);
+  double along_v = pull(moduli[1], lv);
+  double shear = moduli[2] * cosine;
+  if (damping > 0) {
+    along_u += damping * moduli[0] * dot(u, rates.u);
+    along_v += damping * moduli[1] * dot(v, rates.v);
+    shear += damping * moduli[2] * (dot(of_u, rates.u) + dot(of_v, rates.v));
+  }
+  return {-along_u * u - shear * of_u, -along_v * v - shear * of_v};
 }
 
 }  // namespace atelier

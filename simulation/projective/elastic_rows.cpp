@@ -314,16 +314,14 @@ double longest_share(const ElasticRows& rows) {
 void elastic_forces(const ElasticRows& rows, const std::vector<Vec4<double>>& x,
                     const std::vector<Vec4<double>>& v, std::vector<Vec4<double>>& of_rows,
                     std::vector<Vec4<double>>& force) {
-  const auto damped = [&](const ElasticRow& row, Vec3d value, Vec3d pull) {
-    return with_w(damped_pull(row, value, pull, rows.damping, v.data()), 0.0);
-  };
   parallel_for(static_cast<Index>(rows.bent.size()), kRowGrain, [&](Index begin, Index end) {
     for (Index k = begin; k < end; ++k) {
       const Index r = rows.bend_begin + rows.bent[k];
       const ElasticRow& row = rows.rows[r];
       const Vec3d d = row_value(row, x.data());
       const Vec3d rest = bent_rest(row, rows.bend_rest[rows.bent[k]], x.data());
-      of_rows[r] = damped(row, d, row.stiffness * (rest - d));
+      of_rows[r] =
+          with_w(damped_pull(row, d, row.stiffness * (rest - d), rows.damping, v.data()), 0.0);
     }
   });
   const double longest = longest_share(rows);
@@ -331,13 +329,13 @@ void elastic_forces(const ElasticRows& rows, const std::vector<Vec4<double>>& x,
   parallel_for(triangles, kRowGrain, [&](Index begin, Index end) {
     for (Index t = begin; t < end; ++t) {
       const Index r = rows.yarn_begin + 2 * t;
-      const Vec3d fu = row_value(rows.rows[r], x.data());
-      const Vec3d fv = row_value(rows.rows[r + 1], x.data());
-      Vec3d on_u;
-      Vec3d on_v;
-      yarn_forces(rows.yarn_moduli[t], longest, fu, fv, on_u, on_v);
-      of_rows[r] = damped(rows.rows[r], fu, on_u);
-      of_rows[r + 1] = damped(rows.rows[r + 1], fv, on_v);
+      const auto both = [&](const std::vector<Vec4<double>>& of) {
+        return Yarns{row_value(rows.rows[r], of.data()), row_value(rows.rows[r + 1], of.data())};
+      };
+      const Yarns pulls = yarn_forces(rows.yarn_moduli[t], longest, both(x), rows.damping,
+                                      rows.damping > 0 ? both(v) : Yarns{});
+      of_rows[r] = with_w(pulls.u, 0.0);
+      of_rows[r + 1] = with_w(pulls.v, 0.0);
     }
   });
 #if defined(__x86_64__) && defined(__GNUC__) && !defined(ATELIER_EXACT)

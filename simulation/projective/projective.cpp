@@ -102,10 +102,9 @@ struct ProjectiveSolver::Scene {
   /// 1: particles on which the cloth pulls with so much more than their mass that contact holds
   /// them gently.
   std::vector<char> stiff_particles() const {
-    constexpr double kMostOverMass = 3e4;
     std::vector<char> out(mass.size(), 0);
     for (std::size_t i = 0; i < mass.size(); ++i) {
-      out[i] = place[i] >= 0 && matrix.coeff(place[i], place[i]) > kMostOverMass * mass[i] ? 1 : 0;
+      out[i] = place[i] >= 0 && is_held_gently(matrix.coeff(place[i], place[i]), mass[i]) ? 1 : 0;
     }
     return out;
   }
@@ -437,10 +436,7 @@ ProjectiveSolver::ProjectiveSolver(ProjectiveSolver&&) noexcept = default;
 ProjectiveSolver& ProjectiveSolver::operator=(ProjectiveSolver&&) noexcept = default;
 
 void ProjectiveSolver::set_state(const ClothState& state) {
-  ATELIER_CHECK(state.positions.rows() == scene_->prepared.count &&
-                    state.velocities.rows() == scene_->prepared.count,
-                "the state is of another cloth");
-  check_finite(state.positions, state.frame);
+  check_state(state, scene_->prepared.count);
   scene_->state = state;
 }
 

@@ -127,6 +127,7 @@ struct ProjectiveCudaSolver::Scene {
     f.place = device.place.data();
     f.particle = device.particle.data();
     f.mass = device.mass.data();
+    f.gentle = device.gentle.data();
     f.air = use_air ? m.air.data() : nullptr;
     f.target = m.target.data();
     f.tether_anchor = device.tether_anchor.size() > 0 ? device.tether_anchor.data() : nullptr;
@@ -376,10 +377,7 @@ ProjectiveCudaSolver::ProjectiveCudaSolver(ProjectiveCudaSolver&&) noexcept = de
 ProjectiveCudaSolver& ProjectiveCudaSolver::operator=(ProjectiveCudaSolver&&) noexcept = default;
 
 void ProjectiveCudaSolver::set_state(const ClothState& state) {
-  ATELIER_CHECK(
-      state.positions.rows() == scene_->count() && state.velocities.rows() == scene_->count(),
-      "the state is of another cloth");
-  check_finite(state.positions, state.frame);
+  check_state(state, scene_->count());
   scene_->set_state(state);
 }
 

@@ -3,6 +3,7 @@
 #include "simulation/cloth/cloth.h"
 #include "simulation/cloth/solver_options.h"
 #include "simulation/contact/body_contact_math.h"
+#include "simulation/projective/coulomb.h"
 
 namespace atelier {
 
@@ -96,10 +97,29 @@ ATELIER_HOST_DEVICE inline VelocityBound bound_of_choice(const BodyView<double>&
   return {touch.normal, (1 / h) * touch.moved, (keep - at_end) / h, 1};
 }
 
-/// What a velocity lacks of a bound: across the surface up to the bound, and along it all.
-ATELIER_HOST_DEVICE inline Vec3d lacking_velocity(Vec3d normal, Vec3d moves, double least,
-                                                  Vec3d v) {
-  return (moves - v) + (least - dot(normal, moves)) * normal;
+/// What a relative velocity lacks of a bound: across the surface up to `least`, and along it all.
+ATELIER_HOST_DEVICE inline Vec3d lacking_velocity(Vec3d relative, Vec3d normal, double least) {
+  return least * normal - relative;
+}
+
+/// The same of a particle's velocity and a bound by the body.
+ATELIER_HOST_DEVICE inline Vec3d lacking_velocity(const VelocityBound& bound, Vec3d v) {
+  return lacking_velocity(v - bound.moves, bound.normal,
+                          bound.least - dot(bound.normal, bound.moves));
+}
+
+/// The impulse of a bound on a particle of `mass` kg that has the velocity `v` with the impulse
+/// `before`: the one in the cone of `friction` that comes nearest to holding it.
+ATELIER_HOST_DEVICE inline Vec3d bound_impulse(const VelocityBound& bound, Vec3d before,
+                                               double mass, Vec3d v, double friction) {
+  return coulomb_impulse(before + mass * lacking_velocity(bound, v), bound.normal, friction);
+}
+
+/// True for a particle of `mass` kg that contact holds gently (contact_impulses.h), where the
+/// diagonal of the constant matrix is `resists` kg.
+inline bool is_held_gently(double resists, double mass) {
+  constexpr double kMostOverMass = 3e4;
+  return resists > kMostOverMass * mass;
 }
 
 }  // namespace atelier

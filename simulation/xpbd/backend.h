@@ -34,6 +34,10 @@ std::unique_ptr<ClothSolver::Backend> make_cuda_backend(
 void check_control(const Control& control, const Cloth& cloth, Index body_vertices,
                    double time_step);
 
+/// Throws LogicError for a state that is not of `particles`, DataError for one with a position or a
+/// velocity that is not finite.
+void check_state(const ClothState& state, int particles);
+
 /// Throws DataError: a vertex that is not finite after a frame.
 [[noreturn]] void throw_not_finite(std::int64_t frame, int vertex);
 

@@ -95,6 +95,18 @@ void check_control(const Control& control, const Cloth& cloth, Index body_vertic
   }
 }
 
+void check_state(const ClothState& state, int particles) {
+  ATELIER_CHECK(state.positions.rows() == particles && state.velocities.rows() == particles,
+                "the state is of another cloth");
+  check_finite(state.positions, state.frame);
+  for (Index v = 0; v < state.velocities.rows(); ++v) {
+    if (!state.velocities.row(v).allFinite()) {
+      throw DataError("", "frame " + std::to_string(state.frame) + ", vertex " + std::to_string(v),
+                      "a velocity that is not finite", "finite numbers, m/s");
+    }
+  }
+}
+
 void throw_not_finite(std::int64_t frame, int vertex) {
   throw DataError("", "frame " + std::to_string(frame) + ", vertex " + std::to_string(vertex),
                   "a position that is not finite",

@@ -73,10 +73,7 @@ class CpuBackend final : public ClothSolver::Backend {
   int scene_count() const override { return 1; }
 
   void set_state(int, const ClothState& state) override {
-    ATELIER_CHECK(
-        state.positions.rows() == prepared_.count && state.velocities.rows() == prepared_.count,
-        "the state is of another cloth");
-    check_finite(state.positions, state.frame);
+    check_state(state, prepared_.count);
     state_ = state;
   }
 

@@ -115,10 +115,7 @@ class CudaBackend final : public ClothSolver::Backend {
   int scene_count() const override { return scenes_; }
 
   void set_state(int scene, const ClothState& state) override {
-    ATELIER_CHECK(
-        state.positions.rows() == prepared_.count && state.velocities.rows() == prepared_.count,
-        "the state is of another cloth");
-    check_finite(state.positions, state.frame);
+    check_state(state, prepared_.count);
     const std::size_t n = static_cast<std::size_t>(prepared_.count);
     std::vector<Vec4<T>> x(n);
     std::vector<Vec4<T>> v(n);

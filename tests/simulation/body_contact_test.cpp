@@ -370,6 +370,11 @@ TEST(Control, NonFiniteAndIllSizedInputs_AreRefused) {
   } catch (const DataError& e) {
     EXPECT_NE(std::string(e.what()).find("vertex 7"), std::string::npos);
   }
+  for (const double wild : {std::nan(""), HUGE_VAL, -HUGE_VAL}) {
+    state = rest_state(cloth);
+    state.velocities(3, 1) = wild;
+    EXPECT_THROW(solver.set_state(state), DataError) << wild;
+  }
   state = rest_state(cloth);
   state.velocities.resize(2, 3);
   EXPECT_THROW(solver.set_state(state), LogicError);

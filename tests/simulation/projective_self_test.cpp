@@ -235,7 +235,7 @@ TEST(ProjectiveSelfResidual, CoulombsLaw_IsMetWithIterations) {
 TEST(ContactImpulses, Levels_CarryTheLoadDown) {
   const Vec3d up{0, 1, 0};
   // Particle 0 lies on the body; 1 lies on the face 0, 2, 3, over 0.
-  const std::vector<TouchedBody> body{{0, up, {}, 0}};
+  const std::vector<TouchedBody> body{{0, {up, {}, 0, 1}}};
   const std::vector<TouchedCloth> cloth{{{1, 0, 2, 3}, {1, -1, 0, 0}, up, 0}};
   const std::vector<double> inverse_mass{1, 0.5, 1, 1};
   ContactImpulses impulses;
@@ -251,15 +251,22 @@ TEST(ContactImpulses, Levels_CarryTheLoadDown) {
   EXPECT_NEAR(impulses.with_cloth()[0].impulse.y, 2, 1e-8) << "it carries 2 kg m/s";
   EXPECT_NEAR(impulses.with_body()[0].impulse.y, 3, 1e-8) << "and the body all three";
   EXPECT_NEAR(impulses.cloth_residual(v, 1), 0, 1e-8);
-  // Pulled sideways within the cone it stays, beyond it slips.
-  for (const double pull : {0.4, 2.0}) {
-    without[1].x = pull;
-    for (int i = 0; i < 80; ++i) {
+  // Pulled sideways by 0.8 kg m/s, within the cone of 1, it stays; by 4 the cone takes 1 from its
+  // 2 kg, and the body's cone of 1.5 holds the lower one. On a smoother body, of a cone of 0.3,
+  // both slide as one, and the lower one gets its third of the rest from the upper.
+  struct Pulled {
+    double friction_of_body, pull, upper, lower;
+  };
+  for (const Pulled& c : {Pulled{0.5, 0.4, 0, 0}, {0.5, 2, 1.5, 0}, {0.1, 0.4, 0.5 / 3, 0.5 / 3}}) {
+    impulses.begin_step(body, cloth, {c.friction_of_body, 0.5}, inverse_mass);
+    without[1].x = c.pull;
+    for (int i = 0; i < 200; ++i) {
       v = without;
       impulses.hold(v, v);
     }
-    EXPECT_NEAR(v[1].x - v[0].x, pull < 1 ? 0 : v[1].x - v[0].x, 1e-8);
-    EXPECT_EQ(v[1].x - v[0].x > 1e-6, pull > 1);
+    EXPECT_NEAR(v[1].x, c.upper, 1e-7) << c.pull;
+    EXPECT_NEAR(v[0].x, c.lower, 1e-7) << c.pull;
+    EXPECT_NEAR(impulses.with_cloth()[0].impulse.x, 2 * (c.upper - c.pull), 1e-7) << c.pull;
   }
 }
 
