@@ -81,6 +81,27 @@ void refuse_file_for_folder(fs::path folder) {
   }
 }
 
+/// Nanoseconds of a name of seconds since 1970 with a fraction, "1305031102.175304.png", as ROS and
+/// TUM's recordings have them: its fraction alone is no frame's number.
+std::optional<std::int64_t> decimal_seconds(const std::string& name) {
+  constexpr std::size_t kSeconds = 10;  // digits, from 2001 to 2286
+  constexpr std::size_t kNanoseconds = 9;
+  const std::vector<std::string_view> runs = digit_runs(name);
+  if (runs.size() < 2 || runs[runs.size() - 2].size() != kSeconds ||
+      runs.back().size() > kNanoseconds) {
+    return std::nullopt;
+  }
+  const std::string_view seconds = runs[runs.size() - 2];
+  const char* end = seconds.data() + seconds.size();
+  if (*end != '.' || end + 1 != runs.back().data()) {
+    return std::nullopt;
+  }
+  std::string digits(seconds);
+  digits += runs.back();
+  digits.resize(kSeconds + kNanoseconds, '0');
+  return long_number(digits);
+}
+
 /// Places by the numbers of their names.
 /// @param place_of  of a name
 template <class PlaceOf>
@@ -89,7 +110,9 @@ FramePlaces numbered(const std::vector<std::string>& names, const PlaceOf& place
   std::vector<std::pair<int, std::uint32_t>> order;  // so that places are added by frame
   order.reserve(names.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
-    if (const std::optional<int> number = frame_number(names[i], run)) {
+    const std::optional<int> number =
+        decimal_seconds(names[i]) ? std::nullopt : frame_number(names[i], run);
+    if (number) {
       order.emplace_back(*number, static_cast<std::uint32_t>(i));
     }
   }
@@ -204,8 +227,9 @@ StampedFiles stamped_files(const fs::path& folder, const std::vector<std::string
   constexpr std::size_t kShortest = 10;  // digits: seconds since 1970
   for (std::string& name : files_of_frames(folder, extensions, limits)) {
     const std::vector<std::string_view> runs = digit_runs(name);
-    const auto stamp =
-        runs.empty() || runs.back().size() < kShortest ? std::nullopt : long_number(runs.back());
+    const auto stamp = decimal_seconds(name)                            ? decimal_seconds(name)
+                       : runs.empty() || runs.back().size() < kShortest ? std::nullopt
+                                                                        : long_number(runs.back());
     if (stamp) {
       stamped.files.push_back({*stamp, std::move(name)});
     }

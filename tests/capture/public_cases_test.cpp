@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdio>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -587,6 +588,32 @@ TEST(FrameNames, TimeStamps_NumberFramesOverAllCameras) {
   EXPECT_FALSE(dataset.frames[1].images.contains(2));
   EXPECT_TRUE(dataset.frames[1].images.contains(4));
   EXPECT_NEAR(dataset.info.sequences.front().fps, 1e6 / 40'070, 0.05);
+  EXPECT_NE(finding_of(dataset.findings, "frames-by-time"), nullptr);
+}
+
+TEST(FrameNames, SecondsWithAFraction_AreInOrderBeyondASecond) {
+  fixtures::TemporaryDirectory folder;
+  for (int c = 0; c < 2; ++c) {
+    const fs::path camera = folder / "images" / ("cam" + std::to_string(c));
+    fs::create_directories(camera);
+    for (int f = 0; f < 6; ++f) {
+      const int milliseconds = 1'800 + 100 * f + c;  // on from 1.8 s
+      char name[40];
+      std::snprintf(name, sizeof name, "17000000%02d.%03d%s.png", milliseconds / 1000,
+                    milliseconds % 1000, c == 0 ? "000" : "");
+      write_image(camera / name, ByteImage(4, 4, 1));
+    }
+  }
+  const Dataset dataset = open_dataset(folder.path());
+  ASSERT_EQ(dataset.cameras.size(), 2U);
+  for (std::size_t c = 0; c < 2; ++c) {
+    ASSERT_EQ(dataset.frames[c].images.size(), 6U) << c;
+    EXPECT_THAT(dataset.frames[c].images.find(0)->file.filename().string(),
+                ::testing::StartsWith("1700000001.80"));
+    EXPECT_THAT(dataset.frames[c].images.find(5)->file.filename().string(),
+                ::testing::StartsWith("1700000002.30"));
+  }
+  EXPECT_NEAR(dataset.info.sequences.front().fps, 10, 0.01);
   EXPECT_NE(finding_of(dataset.findings, "frames-by-time"), nullptr);
 }
 
