@@ -187,9 +187,12 @@ void show_avatar(Cast& cast, const fs::path& workspace) {
   if (!equal_arrays(avatar->rest.faces, layer.faces)) {
     return;  // of another body, which is asked for by --body
   }
-  const bool seen_already =
-      frame_count(cast.sequences.front()) > 0 &&
-      equal_arrays(frame(cast.sequences.front(), 0).uv_faces, avatar->rest.uv_faces);
+  constexpr double kSame = 1e-5;  // of texture coordinates, which files keep as floats
+  const Mesh first =
+      frame_count(cast.sequences.front()) > 0 ? frame(cast.sequences.front(), 0) : Mesh();
+  const bool seen_already = first.uvs.rows() > 0 && first.uvs.rows() == avatar->rest.uvs.rows() &&
+                            equal_arrays(first.uv_faces, avatar->rest.uv_faces) &&
+                            (first.uvs - avatar->rest.uvs).cwiseAbs().maxCoeff() < kSame;
   layer.model = avatar->model.string();
   layer.over = over_clothes(*avatar);
   if (seen_already) {

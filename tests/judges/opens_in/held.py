@@ -32,7 +32,9 @@ class Held:
         result = pathlib.Path(workspace) / "animate/current"
         if not (result / "motion.npz").exists():
             sys.exit(f"opens-in: {workspace} has no result of animate: atelier run CAPTURE WORKSPACE")
-        self.folders = {"body": result / "body"}
+        # The exported body is the seen one, with hair and shoes, where the person has an avatar.
+        seen = result / "seen"
+        self.folders = {"body": seen if seen.exists() else result / "body"}
         self.folders |= {one.name: one for one in sorted((result / "garments").iterdir())}
         with h5py.File(result / "body/sequence.h5") as header:
             self.ids = header["frame_ids"][:].tolist()
