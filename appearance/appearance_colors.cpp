@@ -1,5 +1,7 @@
 #include "appearance/appearance_colors.h"
 
+#include <algorithm>
+
 #include "core/archive_arrays.h"
 #include "core/error.h"
 
@@ -18,7 +20,30 @@ std::vector<float> colors_at(const Archive& archive, const std::string& name, st
   return {values.begin(), values.end()};
 }
 
+/// The number that this share of all is below. Reorders them.
+double at_share(std::vector<float>& values, double share) {
+  const auto at = static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), values.begin() + at, values.end());
+  return values[static_cast<std::size_t>(at)];
+}
+
 }  // namespace
+
+DrawnRange drawn_range(const AppearanceColors& colors) {
+  constexpr float kDark = 0.02F;
+  constexpr double kShare = 0.001;
+  std::vector<float> ratios;
+  for (std::size_t i = 0; i < colors.drawn.size(); ++i) {
+    if (colors.fixed[i] > kDark) {
+      ratios.push_back(colors.drawn[i] / colors.fixed[i]);
+    }
+  }
+  if (ratios.empty()) {
+    return {};
+  }
+  const double low = at_share(ratios, kShare);
+  return {low, at_share(ratios, 1 - kShare)};
+}
 
 Archive archive_of(const AppearanceColors& colors) {
   ATELIER_CHECK(colors.drawn.size() == colors.fixed.size() && colors.drawn.size() % 3 == 0,

@@ -191,6 +191,40 @@ const std::string& text_at(const std::map<std::string, std::string>& texts, cons
   return found->second;
 }
 
+OptionTable describe(DrawnRange& range) {
+  constexpr double kMost = 1e6;
+  OptionTable table;
+  table.add("low", range.low, -kMost, kMost, "", "Least share of the mean texture");
+  table.add("high", range.high, -kMost, kMost, "", "Largest share of the mean texture");
+  return table;
+}
+
+/// As texts "drawn.low" and "drawn.high", and back; nothing where a file has none of them.
+void put_drawn(std::map<std::string, std::string>& texts, const std::optional<DrawnRange>& drawn) {
+  if (drawn) {
+    DrawnRange range = *drawn;
+    for (const OptionField& field : describe(range).fields) {
+      texts["drawn." + field.name] = option_text(field);
+    }
+  }
+}
+std::optional<DrawnRange> drawn_at(const std::map<std::string, std::string>& texts,
+                                   const std::string& file) {
+  if (!texts.contains("drawn.low")) {
+    return std::nullopt;
+  }
+  DrawnRange range;
+  OptionTable table = describe(range);
+  for (const OptionField& field : describe(range).fields) {
+    const std::string key = "drawn." + field.name;
+    const std::string wrong = set_option(table, field.name, text_at(texts, key, file));
+    if (!wrong.empty()) {
+      throw DataError(file, key, wrong, "a share of the mean texture");
+    }
+  }
+  return range;
+}
+
 BodyParts parts_at(const std::map<std::string, Tensor>& tensors, std::int64_t vertices, int count,
                    const std::string& file) {
   BodyParts parts;
@@ -373,6 +407,7 @@ std::map<std::string, std::string> texts_of(const AppearanceModel& model) {
     texts["network." + field.name] = option_text(field);
   }
   put_occlusion(texts, model.occlusion);
+  put_drawn(texts, model.drawn);
   texts[kDigestText] = content_digest(tensors_of(model), texts);
   return texts;
 }
@@ -415,6 +450,7 @@ AppearanceModel appearance_model_of(const std::map<std::string, Tensor>& tensors
     throw DataError(file, "network.geometry", "true without a code", "a pose or latent code");
   }
   model.occlusion = occlusion_at(texts, file);
+  model.drawn = drawn_at(texts, file);
   model.camera_ids = names_of(text_at(texts, "cameras", file), file);
   const auto count = static_cast<std::int64_t>(model.camera_ids.size());
   const int side = model.options.resolution;

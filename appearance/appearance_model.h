@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "appearance/appearance_colors.h"
 #include "appearance/appearance_data.h"
 #include "core/options.h"
 #include "core/tensor.h"
@@ -117,6 +118,7 @@ struct AppearanceModel {
   std::optional<OcclusionOptions> occlusion;  ///< with which light transfer was measured, as it is
                                               ///< to be again; nothing: of an older program
   std::optional<BodyParts> parts;             ///< if pose_parts: of the body
+  std::optional<DrawnRange> drawn;            ///< of what it learnt from, where that was measured
 };
 
 /// The model before training: parameters random by `seed` (He et al. 2015), the mean texture the

@@ -49,6 +49,18 @@ std::optional<PlaneRow> row_of_cover(Index v, const Eigen::Vector3d& at,
   return plane_of_vertex(v, at + (hit.t - kBehind) * normal, outward.normalized(), weight, 0);
 }
 
+/// The pull of hair or shoes on what stands out of them, as an ear that no normal leads to the hair
+/// over it: the nearest of their points, if the vertex is before it.
+std::optional<PlaneRow> row_of_outside(Index v, const Eigen::Vector3d& at, const ScanSurface& scan,
+                                       double weight, double reach) {
+  const auto cover = nearest_point(scan, scan.cover, at, reach);
+  if (!cover || cover->border || cover->role != ScanRole::Cover ||
+      cover->normal.dot(at - cover->point) <= 0) {
+    return std::nullopt;
+  }
+  return plane_of_vertex(v, cover->point, cover->normal, weight, 0);
+}
+
 /// Correspondences of each vertex: skin that is near, else hair or shoes that it looks at.
 std::vector<PlaneRow> rows_of_vertices(const Triangles& faces, const Points& x,
                                        const ScanSurface& scan, const Eigen::VectorXd& areas,
@@ -67,6 +79,10 @@ std::vector<PlaneRow> rows_of_vertices(const Triangles& faces, const Points& x,
       } else if (const auto cover =
                      row_of_cover(v, at, normal, scan, weight, options.cover_reach)) {
         rows[static_cast<std::size_t>(v)] = *cover;
+      } else if (const auto outside =
+                     skin ? std::nullopt
+                          : row_of_outside(v, at, scan, weight, options.skin_reach)) {
+        rows[static_cast<std::size_t>(v)] = *outside;
       }
     }
   });

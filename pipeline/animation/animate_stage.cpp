@@ -18,6 +18,7 @@
 #include "core/store/output_sequences.h"
 #include "pipeline/animation/animated_cloth.h"
 #include "pipeline/avatar/avatar_drawing.h"
+#include "pipeline/avatar/surface_faults.h"
 #include "pipeline/cloth/scene_check.h"
 #include "pipeline/pictures/paint_scene.h"
 #include "pipeline/pictures/picture_size.h"
@@ -64,13 +65,14 @@ std::vector<OutputSequence> animated_sequences(const Animation& animation) {
 }
 
 /// A frame in the order of `animated_sequences`.
+/// @param seen  [V,3] m of the avatar; no rows: none
 std::vector<Archive> animated_archives(const Animation& animation, const AnimatedFrame& frame,
-                                       Index row, const Points& body) {
+                                       const Points& body, const Points& seen) {
   Mesh mesh;
   mesh.vertices = body;
   std::vector<Archive> archives{archive_of(frame), archive_of(mesh)};
   if (animation.avatar) {
-    mesh.vertices = animation.seen(row);
+    mesh.vertices = seen;
     archives.push_back(archive_of(mesh));
   }
   for (std::size_t g = 0; g < animation.worn.names.size(); ++g) {
@@ -167,6 +169,44 @@ std::vector<SceneLayer> drawn_layers(const Animation& animation) {
   return layers;
 }
 
+/// Says whether the body's texture stays where its network learnt it, by some of the frames.
+void tell_texture(StageRun& run, const Animation& animation, const PaintedScene& scene) {
+  const AppearanceModel model = avatar_model_at(animation.avatar->model);
+  if (!model.drawn) {
+    return;
+  }
+  DressedSubject subject;
+  for (const SceneLayer& layer : scene.layers) {
+    subject.names.push_back(layer.name);
+    subject.faces.push_back(layer.faces);
+  }
+  subject.load = [&](int row) { return scene.vertices[static_cast<std::size_t>(row)]; };
+  constexpr std::size_t kAsked = 8;
+  const std::size_t count = scene.vertices.size();
+  AppearanceColors all;
+  for (std::size_t i = 0; i < std::min(kAsked, count); ++i) {
+    const std::size_t row = i * count / std::min(kAsked, count);
+    const AppearanceColors colors =
+        drawn_views(animation.avatar->model, model, subject, {scene.cameras[row]},
+                    {static_cast<int>(row)}, run.device())
+            .colors;
+    all.drawn.insert(all.drawn.end(), colors.drawn.begin(), colors.drawn.end());
+    all.fixed.insert(all.fixed.end(), colors.fixed.begin(), colors.fixed.end());
+  }
+  const DrawnRange range = drawn_range(all);
+  run.metric("drawn_low", range.low);
+  run.metric("drawn_high", range.high);
+  constexpr double kBeyond = 1.25;
+  if (range.high > kBeyond * model.drawn->high || kBeyond * range.low < model.drawn->low) {
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "the body is drawn with %.2f to %.2f of its mean texture, and its network learnt "
+                  "from %.2f to %.2f: poses and light are unlike those of the capture",
+                  range.low, range.high, model.drawn->low, model.drawn->high);
+    run.warn(text);
+  }
+}
+
 /// Draws all frames by networks.
 bool draw_by_networks(StageRun& run, const Animation& animation, const AnimationView& view,
                       const std::vector<Points>& bodies, const std::vector<Points>& cloths,
@@ -193,7 +233,13 @@ bool draw_by_networks(StageRun& run, const Animation& animation, const Animation
   hooks.picture = [&](Index /*frame_idx*/, const Image& picture) {
     take(view.alpha ? picture : before_black(picture));
   };
-  return paint_scene(scene, options, run.device(), hooks);
+  if (!paint_scene(scene, options, run.device(), hooks)) {
+    return false;
+  }
+  if (animation.avatar) {
+    tell_texture(run, animation, scene);
+  }
+  return true;
 }
 
 /// Images of every frame, a video and a strip. False if the run was told to stop.
@@ -349,7 +395,48 @@ struct KeptAnimation {
   Points body;   ///< [B,3] m
   Points cloth;  ///< [V,3] m
   FrameFigures figures;
+  SurfaceFaults faults;  ///< of the seen surface
 };
+
+/// The avatar's surface in a frame; no rows without an avatar.
+Points seen_of(const Animation& animation, Index row) {
+  return animation.avatar ? animation.seen(row) : Points(0, 3);
+}
+
+SurfaceFaults faults_of(const Animation& animation, const Points& body, const Points& seen) {
+  if (seen.rows() == 0) {
+    return {};
+  }
+  const Mesh& rest = animation.body.model.mesh;
+  return surface_faults(rest.faces, rest.vertices, animation.avatar->rest.vertices, body, seen);
+}
+
+/// Says in how far the seen surface is one in every frame.
+void tell_faults(StageRun& run, const Animation& animation,
+                 const std::vector<SurfaceFaults>& faults) {
+  constexpr double kTorn = 4;  // times as long
+  if (!animation.avatar) {
+    return;
+  }
+  SurfaceFaults most;
+  int torn = -1;
+  for (std::size_t i = 0; i < faults.size(); ++i) {
+    most.inverted = std::max(most.inverted, faults[i].inverted);
+    if (faults[i].stretch > std::max(kTorn, most.stretch)) {
+      torn = animation.frame_ids[i];
+    }
+    most.stretch = std::max(most.stretch, faults[i].stretch);
+  }
+  run.metric("seen_inverted", most.inverted);
+  run.metric("seen_stretch", most.stretch);
+  if (torn >= 0) {
+    char times[16];
+    std::snprintf(times, sizeof times, "%.1f", most.stretch);
+    run.warn("an edge of the body as it is seen is " + std::string(times) +
+             " times as long in frame " + std::to_string(torn) +
+             " as its pose makes it: hair or shoes may be torn there");
+  }
+}
 
 }  // namespace
 
@@ -376,8 +463,11 @@ void run_animate(StageRun& run) {
           AnimatedFrame frame{frames.at(row_of(id)), {}};
           Points body = body_after(animation, step_of(animation, row_of(id)));
           frame.figures = frame_figures(animation, frame.state.positions, body);
-          std::vector<Archive> archives = animated_archives(animation, frame, row_of(id), body);
-          memory.keep(id, {std::move(body), std::move(frame.state.positions), frame.figures});
+          const Points seen = seen_of(animation, row_of(id));
+          std::vector<Archive> archives = animated_archives(animation, frame, body, seen);
+          const SurfaceFaults faults = faults_of(animation, body, seen);
+          memory.keep(id,
+                      {std::move(body), std::move(frame.state.positions), frame.figures, faults});
           return archives;
         })) {
       return;
@@ -389,15 +479,19 @@ void run_animate(StageRun& run) {
   std::vector<Points> bodies;
   std::vector<Points> cloths;
   std::vector<FrameFigures> figures;
+  std::vector<SurfaceFaults> faults;
   for (std::size_t i = 0; i < ids.size(); ++i) {
     KeptAnimation kept = memory.take(ids[i], [&]() -> KeptAnimation {
+      const auto row = static_cast<Index>(i);
       AnimatedFrame frame = read_animated_frame(run.frame_file(ids[i]), vertices);
-      return {body_after(animation, step_of(animation, static_cast<Index>(i))),
-              std::move(frame.state.positions), frame.figures};
+      Points body = body_after(animation, step_of(animation, row));
+      const SurfaceFaults own = faults_of(animation, body, seen_of(animation, row));
+      return {std::move(body), std::move(frame.state.positions), frame.figures, own};
     });
     bodies.push_back(std::move(kept.body));
     cloths.push_back(std::move(kept.cloth));
     figures.push_back(kept.figures);
+    faults.push_back(kept.faults);
   }
   run.output("body.npz", [&](const fs::path& file) { write_body(file, animation.body.model); });
   run.output("motion.npz",
@@ -408,6 +502,7 @@ void run_animate(StageRun& run) {
   write_figures(run, animation, figures, vertices);
   warn_of_diagnostics(run, animation, figures, cloths);
   tell_places(run, animation, bodies, cloths);
+  tell_faults(run, animation, faults);
   if (!animation.registered.empty()) {
     run.metric("registered_distance", distance_to_registered(animation, cloths));
   }

@@ -17,6 +17,10 @@ inline constexpr std::array kAnimateMetrics = {
     StageMetric{"self_intersections", "in a frame"},
     StageMetric{"registered_distance", "m"},
     StageMetric{"held_distance", "m"},
+    StageMetric{"seen_inverted", "faces in a frame"},
+    StageMetric{"seen_stretch", "of an edge"},
+    StageMetric{"drawn_low", "of the mean texture"},
+    StageMetric{"drawn_high", "of the mean texture"},
     StageMetric{"seconds_a_frame", "s"},
     StageMetric{"picture_seconds", "s"},
 };

@@ -5,9 +5,9 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 
 #include "bodymodel/humanoid.h"
-#include "pipeline/avatar/avatar_drawing.h"
 
 namespace atelier {
 namespace {
@@ -140,62 +140,99 @@ std::optional<std::pair<Square, std::string>> shown_detail(const std::vector<Det
   return std::nullopt;
 }
 
+/// A view's image as it was taken and as it is drawn; nothing where there is none.
+struct TakenAndDrawn {
+  Image taken, drawn;
+};
+
+/// @param first  of the view's pixels among all
+std::optional<TakenAndDrawn> taken_and_drawn(const ShownViews& shown, const AppearanceModel& model,
+                                             const AppearanceView& view, std::size_t first,
+                                             const ReadPicture& read) {
+  const std::size_t camera = shown.which[static_cast<std::size_t>(view.camera_idx)];
+  const TakenPicture picture = read(camera, shown.frames[static_cast<std::size_t>(view.frame_idx)]);
+  if (picture.colors.data.empty()) {
+    return std::nullopt;
+  }
+  constexpr float kBehind = 0.6F;
+  const float* gain = &model.static_gain[3 * camera];
+  Image taken = linear_from_srgb(picture.colors);
+  Image drawn = with_drawn_pixels(Image(taken.width, taken.height, 3, kBehind), view,
+                                  shown.drawn.colors.drawn, first,
+                                  Eigen::Vector3d(gain[0], gain[1], gain[2]));
+  return TakenAndDrawn{std::move(taken), std::move(drawn)};
+}
+
+/// Calls with each view and the number of pixels in those before it.
+template <typename Visit>
+void visit_views(const ShownViews& shown, const Visit& visit) {
+  std::size_t first = 0;
+  for (const AppearanceView& view : shown.drawn.asked.views) {
+    visit(view, first);
+    first += view.pixel.size();
+  }
+}
+
 }  // namespace
 
-std::vector<CaptionedImage> avatar_crops(const AvatarInput& input, const DressedSubject& subject,
-                                         const AppearanceModel& model, const fs::path& file,
-                                         const ReadPicture& read, Device device) {
-  constexpr int kSide = 512;
+ShownViews shown_views(const fs::path& file, const AppearanceModel& model, const AvatarInput& input,
+                       const DressedSubject& subject, Device device) {
   constexpr std::size_t kCameras = 5;
   constexpr std::size_t kFrames = 4;
-  const std::vector<std::size_t> which = spread(kCameras, input.cameras.size());
+  ShownViews shown;
+  shown.which = spread(kCameras, input.cameras.size());
   std::vector<Camera> cameras;
-  for (const std::size_t c : which) {
+  for (const std::size_t c : shown.which) {
     cameras.push_back(input.cameras[c]);
   }
-  std::vector<int> frames;
   for (const std::size_t f : spread(kFrames, input.frame_ids.size())) {
-    frames.push_back(input.frame_ids[f]);
+    shown.frames.push_back(input.frame_ids[f]);
   }
-  DrawnSurface surface;
-  surface.atlas = {model.uvs, model.uv_faces, {}};
-  surface.trusted_only = false;
-  surface.fewest_pixels = 0;
-  PrepareAppearanceOptions options;
-  options.occlusion = model.occlusion.value_or(options.occlusion);
-  const AppearanceData asked =
-      prepare_appearance(subject, surface, {cameras, frames}, options, device);
+  shown.drawn = drawn_views(file, model, subject, cameras, shown.frames, device);
+  return shown;
+}
+
+std::vector<CaptionedImage> avatar_images(const ShownViews& shown, const AppearanceModel& model,
+                                          const ReadPicture& read) {
+  constexpr std::size_t kImages = 3;
+  const std::vector<std::size_t> chosen = spread(kImages, shown.drawn.asked.views.size());
+  std::vector<CaptionedImage> pairs;
+  std::size_t at = 0;
+  visit_views(shown, [&](const AppearanceView& view, std::size_t first) {
+    if (std::count(chosen.begin(), chosen.end(), at++) == 0) {
+      return;
+    }
+    if (auto pair = taken_and_drawn(shown, model, view, first, read)) {
+      pairs.push_back({std::move(pair->taken), "taken"});
+      pairs.push_back({std::move(pair->drawn), "drawn"});
+    }
+  });
+  return pairs;
+}
+
+std::vector<CaptionedImage> avatar_crops(const ShownViews& shown, const AppearanceModel& model,
+                                         const AvatarInput& input, const DressedSubject& subject,
+                                         const ReadPicture& read) {
+  constexpr int kSide = 512;
   const std::vector<Detail> details = details_of(input.person.model);
-  if (asked.views.empty() || details.empty()) {
+  if (details.empty()) {
     return {};
   }
-  const AppearanceColors colors = avatar_colors(file, model, asked);
   std::vector<CaptionedImage> pairs;
-  std::size_t first = 0;
-  for (std::size_t i = 0; i < asked.views.size(); ++i) {
-    const AppearanceView& view = asked.views[i];
-    const auto c = static_cast<std::size_t>(view.camera_idx);
-    const int id = frames[static_cast<std::size_t>(view.frame_idx)];
-    const std::size_t begin = first;
-    first += view.pixel.size();
-    const TakenPicture taken = read(which[c], id);
-    if (taken.colors.data.empty()) {
-      continue;
+  std::size_t turn = 0;
+  visit_views(shown, [&](const AppearanceView& view, std::size_t first) {
+    const Camera& camera = input.cameras[shown.which[static_cast<std::size_t>(view.camera_idx)]];
+    const int id = shown.frames[static_cast<std::size_t>(view.frame_idx)];
+    const auto detail = shown_detail(details, turn++, subject.load(id)[0], view, camera);
+    const auto pair = detail ? taken_and_drawn(shown, model, view, first, read) : std::nullopt;
+    if (!pair) {
+      return;
     }
-    const auto detail = shown_detail(details, i, subject.load(id)[0], view, cameras[c]);
-    if (!detail) {
-      continue;
-    }
-    const float* gain = &model.static_gain[3 * which[c]];
-    const Image picture = linear_from_srgb(taken.colors);
-    const Image drawn =
-        with_drawn_pixels(Image(picture.width, picture.height, 3, 0.6F), view, colors.drawn, begin,
-                          Eigen::Vector3d(gain[0], gain[1], gain[2]));
     const std::string name =
-        "frame " + std::to_string(id) + ", camera " + cameras[c].id + ": " + detail->second;
-    pairs.push_back({cut_out(picture, detail->first, kSide), name + ", taken"});
-    pairs.push_back({cut_out(drawn, detail->first, kSide), "drawn"});
-  }
+        "frame " + std::to_string(id) + ", camera " + camera.id + ": " + detail->second;
+    pairs.push_back({cut_out(pair->taken, detail->first, kSide), name + ", taken"});
+    pairs.push_back({cut_out(pair->drawn, detail->first, kSide), "drawn"});
+  });
   return pairs;
 }
 

@@ -51,6 +51,21 @@ AppearanceColors avatar_colors(const fs::path& file, const AppearanceModel& mode
   return all;
 }
 
+DrawnViews drawn_views(const fs::path& file, const AppearanceModel& model,
+                       const DressedSubject& subject, const std::vector<Camera>& cameras,
+                       const std::vector<int>& frames, Device device) {
+  DrawnSurface surface;
+  surface.atlas = {model.uvs, model.uv_faces, {}};
+  surface.trusted_only = false;
+  surface.fewest_pixels = 0;
+  PrepareAppearanceOptions options;
+  options.occlusion = model.occlusion.value_or(options.occlusion);
+  DrawnViews views;
+  views.asked = prepare_appearance(subject, surface, {cameras, frames}, options, device);
+  views.colors = avatar_colors(file, model, views.asked);
+  return views;
+}
+
 Image with_drawn_pixels(Image picture, const AppearanceView& view, const std::vector<float>& colors,
                         std::size_t first, const Eigen::Vector3d& gain) {
   for (std::size_t p = 0; p < view.pixel.size(); ++p) {

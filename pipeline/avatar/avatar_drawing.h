@@ -6,6 +6,7 @@
 #include "appearance/appearance_colors.h"
 #include "appearance/appearance_data.h"
 #include "appearance/appearance_model.h"
+#include "appearance/prepare.h"
 #include "core/image.h"
 
 namespace atelier {
@@ -17,6 +18,19 @@ AppearanceModel avatar_model_at(const std::filesystem::path& file);
 /// `atelier-appearance` draws them, where that program is there, else as the mean texture.
 AppearanceColors avatar_colors(const std::filesystem::path& file, const AppearanceModel& model,
                                const AppearanceData& asked);
+
+/// A subject's avatar as cameras see it in some frames.
+struct DrawnViews {
+  AppearanceData asked;     ///< a view for each frame and camera that sees it, without its colours
+  AppearanceColors colors;  ///< of all their pixels, one view behind the other
+};
+
+/// Draws the first surface of a subject, with light transfer as the model learnt from.
+/// @param file    the model's
+/// @param frames  of the subject
+DrawnViews drawn_views(const std::filesystem::path& file, const AppearanceModel& model,
+                       const DressedSubject& subject, const std::vector<Camera>& cameras,
+                       const std::vector<int>& frames, Device device);
 
 /// A view's pixels in their colours, in place of those of an image in linear light.
 /// @param first  of the view's pixels among all

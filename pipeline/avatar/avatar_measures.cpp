@@ -9,7 +9,6 @@
 #include <set>
 
 #include "appearance/picture_similarity.h"
-#include "appearance/prepare.h"
 #include "appearance/psnr.h"
 #include "appearance/visible_pixels.h"
 #include "bodymodel/formats/personal_body.h"
@@ -247,15 +246,8 @@ Likeness likeness_of(const ShownPerson& person, const fs::path& capture,
   const AppearanceModel model = avatar_model_at(person.avatar.model);
   const WornSubject in_truth = worn_in_truth(capture, truth);
   const std::vector<char> detail = head_and_hands(*truth);
-  DrawnSurface surface;
-  surface.atlas = {model.uvs, model.uv_faces, {}};
-  surface.trusted_only = false;
-  surface.fewest_pixels = 0;
-  PrepareAppearanceOptions options;
-  options.occlusion = model.occlusion.value_or(options.occlusion);
-  const AppearanceData asked =
-      prepare_appearance(shown_subject(person), surface, {cameras, frames}, options);
-  const AppearanceColors colors = avatar_colors(person.avatar.model, model, asked);
+  const auto [asked, colors] =
+      drawn_views(person.avatar.model, model, shown_subject(person), cameras, frames, Device::Cpu);
   const std::vector<Eigen::Vector3d> gains = gains_of(cameras, truth->cameras, model.camera_ids);
   std::size_t first = 0;
   for (const AppearanceView& view : asked.views) {

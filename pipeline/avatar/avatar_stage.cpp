@@ -21,6 +21,7 @@
 #include "pipeline/avatar/avatar_crops.h"
 #include "pipeline/avatar/avatar_drawing.h"
 #include "pipeline/avatar/avatar_result.h"
+#include "pipeline/avatar/shoe_soles.h"
 
 namespace atelier {
 namespace {
@@ -29,8 +30,9 @@ namespace fs = std::filesystem;
 
 OuterSurface fitted_surface(const AvatarInput& input, const OuterSurfaceOptions& options, int id) {
   const Points body = body_of_frame(input, id);
-  const ClothedScan scan = avatar_scan(input, id);
+  ClothedScan scan = avatar_scan(input, id);
   check_scan_of_body(scan, body, frame_name(id));
+  add_soles(scan, input.person.model, body);
   return outer_surface(input.person.model.mesh.faces, body, scan_surface(scan, frame_name(id)),
                        options);
 }
@@ -273,59 +275,27 @@ double training_psnr(const AppearanceModel& model, const AppearanceData& data) {
   return psnr_of(squares / count);
 }
 
-/// pictures.png: three images that it was made from, each as it was taken and as it is drawn.
-void show(StageRun& run, const AvatarInput& input, const DressedSubject& subject,
-          const AppearanceModel& model, FrameReader& reader, const fs::path& file) {
-  constexpr std::size_t kShown = 3;
-  std::vector<CaptionedImage> pairs;
-  for (std::size_t i = 0; i < kShown; ++i) {
-    const std::size_t camera = i * input.cameras.size() / kShown;
-    const int frame_id = input.frame_ids[i * (input.frame_ids.size() - 1) / (kShown - 1)];
-    const TakenPicture taken = taken_picture(reader, input, camera, frame_id);
-    if (taken.colors.data.empty()) {
-      continue;
+/// pictures.png and crops.png: whole images and details that it was made from, beside what is
+/// drawn.
+void show(StageRun& run, const ShownViews& shown, const AppearanceModel& model,
+          const AvatarInput& input, const DressedSubject& subject, FrameReader& reader) {
+  const auto write = [&](const char* name, const std::vector<CaptionedImage>& pairs,
+                         const ContactSheetOptions& sheet) {
+    if (!pairs.empty()) {
+      run.output_text(name, image_bytes(contact_sheet(pairs, sheet), ImageFormat::Png));
     }
-    DrawnSurface surface;
-    surface.atlas = {model.uvs, model.uv_faces, {}};
-    surface.trusted_only = false;
-    surface.fewest_pixels = 0;
-    PrepareAppearanceOptions options;
-    options.occlusion = model.occlusion.value_or(options.occlusion);
-    const std::vector<Camera> cameras = {input.cameras[camera]};
-    const AppearanceData asked =
-        prepare_appearance(subject, surface, {cameras, {frame_id}}, options, run.device());
-    const Image picture = linear_from_srgb(taken.colors);
-    if (asked.views.empty() || picture.data.empty()) {
-      continue;
-    }
-    const AppearanceColors colors = avatar_colors(file, model, asked);
-    pairs.push_back({picture, "taken"});
-    pairs.push_back(
-        {with_drawn_pixels(Image(picture.width, picture.height, 3, 0.6F), asked.views[0],
-                           colors.drawn, 0, gain_of(model, static_cast<int>(camera))),
-         "drawn"});
-  }
-  if (!pairs.empty()) {
-    ContactSheetOptions sheet;
-    sheet.columns = 6;
-    sheet.cell_width = 300;
-    run.output_text("pictures.png", image_bytes(contact_sheet(pairs, sheet), ImageFormat::Png));
-  }
-}
-
-/// crops.png: heads, hands and feet of images that it was made from, beside what is drawn.
-void show_crops(StageRun& run, const AvatarInput& input, const DressedSubject& subject,
-                const AppearanceModel& model, FrameReader& reader, const fs::path& file) {
-  const std::vector<CaptionedImage> crops = avatar_crops(
-      input, subject, model, file,
-      [&](std::size_t camera, int id) { return taken_picture(reader, input, camera, id); },
-      run.device());
-  if (!crops.empty()) {
-    ContactSheetOptions sheet;
-    sheet.columns = 4;
-    sheet.text_height = 14;
-    run.output_text("crops.png", image_bytes(contact_sheet(crops, sheet), ImageFormat::Png));
-  }
+  };
+  const ReadPicture read = [&](std::size_t camera, int id) {
+    return taken_picture(reader, input, camera, id);
+  };
+  ContactSheetOptions sheet;
+  sheet.columns = 6;
+  sheet.cell_width = 300;
+  write("pictures.png", avatar_images(shown, model, read), sheet);
+  ContactSheetOptions details;
+  details.columns = 4;
+  details.text_height = 14;
+  write("crops.png", avatar_crops(shown, model, input, subject, read), details);
 }
 
 /// What a texture is made from, of all frames.
@@ -432,11 +402,14 @@ bool write_texture(StageRun& run, const AvatarInput& input, const PackedAtlas& a
     }
     write_safetensors(file, {tensors_of(model), texts_of(model)});
   }
+  const ShownViews shown = shown_views(file, model, input, subject, run.device());
+  model.drawn = drawn_range(shown.drawn.colors);
+  run.metric("drawn_low", model.drawn->low);
+  run.metric("drawn_high", model.drawn->high);
   run.output("body/model.safetensors", [&](const fs::path& to) {
-    fs::copy_file(file, to, fs::copy_options::overwrite_existing);
+    write_safetensors(to, {tensors_of(model), texts_of(model)});
   });
-  show(run, input, subject, model, reader, file);
-  show_crops(run, input, subject, model, reader, file);
+  show(run, shown, model, input, subject, reader);
   return true;
 }
 

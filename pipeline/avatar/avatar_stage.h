@@ -39,6 +39,8 @@ inline constexpr std::array kAvatarMetrics = {
     StageMetric{"training_psnr_db", "dB"},
     StageMetric{"iterations", ""},
     StageMetric{"seconds_a_step", "s"},
+    StageMetric{"drawn_low", "of the mean texture"},
+    StageMetric{"drawn_high", "of the mean texture"},
 };
 
 /// Person, poses, scans and images -> surface/ (the seen surface of each frame that it is made

@@ -32,7 +32,7 @@ constexpr std::array kAvatarFigures = {
 const StageRow& avatar_row() {
   static const StageRow row{
       .stage = {.name = "avatar",
-                .version = 1,
+                .version = 2,
                 .summary = "the body as it is seen: skin, hair and shoes, with their texture",
                 .inputs = {"capture", "scans", "person", "tracked"},
                 .optional_inputs = {"bodies", "registered"},

@@ -75,6 +75,60 @@ TEST(OuterSurface, ClothesOverSkin_PullNothing) {
   EXPECT_LT(surface.support[0] + surface.support.minCoeff(), 1.5);
 }
 
+TEST(OuterSurface, EarOutOfTheHair_IsDrawnIntoIt) {
+  Mesh body = ball(kRadius);
+  Index ear = 0;
+  body.vertices.col(1).maxCoeff(&ear);
+  body.vertices.row(ear) *= 1 + 0.02 / kRadius;  // 1.5 cm above hair that is 5 mm thick
+  ClothedScan hair = bulge(0);
+  for (Index v = 0; v < hair.mesh.vertices.rows(); ++v) {
+    hair.mesh.vertices.row(v) *= 1 + 0.005 / kRadius;
+    hair.roles[static_cast<std::size_t>(v)] = ScanRole::Cover;
+  }
+  const OuterSurface surface = outer_surface(body.faces, body.vertices, scan_surface(hair));
+  EXPECT_LT(surface.vertices.row(ear).norm(), kRadius + 0.015) << "without, 2.5 cm";
+}
+
+TEST(OuterSurface, BrimThatNoNormalMeets_IsReached) {
+  const Mesh body = ball(kRadius);
+  // A ring round the ball, of which only what looks down is seen.
+  ClothedScan scan = bulge(0);
+  for (Index v = 0; v < scan.mesh.vertices.rows(); ++v) {
+    scan.roles[static_cast<std::size_t>(v)] = ScanRole::Ignored;
+  }
+  constexpr int kSteps = 90;
+  const auto first = static_cast<int>(scan.mesh.vertices.rows());
+  const Index faces = scan.mesh.faces.rows();
+  scan.mesh.vertices.conservativeResize(first + 2 * kSteps, 3);
+  scan.mesh.faces.conservativeResize(faces + 2 * kSteps, 3);
+  constexpr double kHeight = 0.1;
+  for (int i = 0; i < kSteps; ++i) {
+    const double angle = 2 * M_PI * i / kSteps;
+    const Eigen::RowVector3d out(std::cos(angle), 0, std::sin(angle));
+    for (int k = 0; k < 2; ++k) {
+      scan.mesh.vertices.row(first + 2 * i + k) =
+          (k == 0 ? 0.3 : 0.32) * out + Eigen::RowVector3d(0, kHeight, 0);
+      scan.roles.push_back(ScanRole::Cover);
+    }
+    const int at = first + 2 * i;
+    const int next = first + 2 * ((i + 1) % kSteps);
+    scan.mesh.faces.row(faces + 2 * i) << at, at + 1, next + 1;
+    scan.mesh.faces.row(faces + 2 * i + 1) << at, next + 1, next;
+  }
+  const ScanSurface seen = scan_surface(scan);
+  ASSERT_LT(seen.normals(first, 1), -0.9);
+  const OuterSurface surface = outer_surface(body.faces, body.vertices, seen);
+  const auto distance = [&](const Points& vertices) {
+    const Points ring = scan.mesh.vertices.bottomRows(2 * kSteps);
+    double sum = 0;
+    for (const ClosestPoint& closest : closest_points(build_tree(vertices, body.faces), ring)) {
+      sum += std::sqrt(closest.squared_distance) / static_cast<double>(ring.rows());
+    }
+    return sum;
+  };
+  EXPECT_LT(distance(surface.vertices), 0.6 * distance(body.vertices));
+}
+
 TEST(OuterSurface, NoScan_KeepsTheBody) {
   const Mesh body = ball(kRadius);
   const OuterSurface surface = outer_surface(body.faces, body.vertices, scan_surface({}));

@@ -16,6 +16,7 @@
 #include "pipeline/avatar/avatar_input.h"
 #include "pipeline/avatar/avatar_result.h"
 #include "pipeline/avatar/avatar_stage.h"
+#include "pipeline/avatar/surface_faults.h"
 #include "tests/support/refusals.h"
 #include "tests/support/temporary_directory.h"
 
@@ -70,6 +71,39 @@ TEST(BodyAvatar, AnotherPersonOfTheSameTopology_IsRefused) {
                              find_shape(default_human(female_human()), "stature")));
   ATELIER_EXPECT_REFUSED(read_body_avatar(inflated.folder.path(), plain_person(tall).model),
                          DataError, "other bones");
+}
+
+TEST(SurfaceFaults, SurfaceThatFollowsTheBody_HasNone) {
+  const Inflated inflated;
+  const BodyModel& model = inflated.person.model;
+  const BodyAvatar avatar = read_body_avatar(inflated.folder.path(), model);
+  Pose pose = rest_pose(model.skeleton);
+  pose.root_translation << 1, 0, 2;
+  pose.rotations.row(0) << 0.3, 2, 0;
+  const Points body = skin_vertices(model, pose);
+  const Triangles& faces = model.mesh.faces;
+  const Points& rest = model.mesh.vertices;
+  const SurfaceFaults faults =
+      surface_faults(faces, rest, avatar.rest.vertices, body, seen_surface(avatar, body));
+  EXPECT_EQ(faults.inverted, 0);
+  EXPECT_LT(faults.stretch, 1.001);
+}
+
+TEST(SurfaceFaults, VertexOutOfItsPlace_TurnsFacesAndStretchesEdges) {
+  const Inflated inflated;
+  const BodyModel& model = inflated.person.model;
+  const Triangles& faces = model.mesh.faces;
+  const Points& rest = model.mesh.vertices;
+  Points torn = rest;
+  const int corner = faces(100, 0);
+  const Eigen::RowVector3d opposite = (rest.row(faces(100, 1)) + rest.row(faces(100, 2))) / 2;
+  torn.row(corner) += 3 * (opposite - rest.row(corner));  // through the other side and beyond it
+  const SurfaceFaults faults = surface_faults(faces, rest, rest, rest, torn);
+  EXPECT_GE(faults.inverted, 1);
+  EXPECT_GT(faults.stretch, 1.5);
+  const SurfaceFaults at_rest = surface_faults(faces, rest, torn, rest, torn);
+  EXPECT_EQ(at_rest.inverted, 0);
+  EXPECT_NEAR(at_rest.stretch, 1, 1e-12);
 }
 
 TEST(BodyAvatar, NoFile_IsRefused) {
