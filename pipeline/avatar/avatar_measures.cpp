@@ -15,6 +15,7 @@
 #include "bodymodel/humanoid.h"
 #include "capture/capture_info.h"
 #include "capture/ground_truth_scan.h"
+#include "core/io/child_program.h"
 #include "core/io/ground_truth_archive.h"
 #include "core/io/image_file.h"
 #include "core/normals.h"
@@ -26,6 +27,7 @@
 #include "pipeline/avatar/avatar_drawing.h"
 #include "pipeline/avatar/avatar_result.h"
 #include "pipeline/outfit/worn_subject.h"
+#include "pipeline/pictures/paint_scene.h"
 
 namespace atelier {
 namespace {
@@ -264,6 +266,107 @@ Likeness likeness_of(const ShownPerson& person, const fs::path& capture,
   return sum;
 }
 
+/// Pixels in which a camera truly sees the person, away from outlines and from where one surface
+/// ends before another.
+std::vector<int> person_pixels(const WornSubject& truth, const Camera& camera, int frame_id) {
+  const std::vector<Points> vertices = truth.subject.load(frame_id);
+  std::vector<Surface> surfaces;
+  Index faces = 0;
+  for (std::size_t s = 0; s < vertices.size(); ++s) {
+    if (vertices[s].rows() > 0) {
+      surfaces.push_back({&vertices[s], &truth.subject.faces[s]});
+      faces += truth.subject.faces[s].rows();
+    }
+  }
+  const JoinedSurfaces all = joined_surfaces(surfaces);
+  const VisiblePixels seen = visible_pixels(rasterize(all.vertices, all.faces, camera), 0,
+                                            Points2::Zero(1, 2), Triangles::Zero(faces, 3));
+  std::vector<int> pixels;
+  for (std::size_t i = 0; i < seen.pixel.size(); ++i) {
+    if (seen.trusted[i] != 0) {
+      pixels.push_back(seen.pixel[i]);
+    }
+  }
+  return pixels;
+}
+
+/// The person as `animate` draws them, of the networks of body and garments; without frames where a
+/// garment has none.
+PaintedScene person_scene(const ShownPerson& person, const fs::path& networks,
+                          const std::vector<int>& frames) {
+  PaintedScene scene;
+  const DressedSubject subject = shown_subject(person);
+  for (std::size_t s = 0; s < subject.names.size(); ++s) {
+    SceneLayer layer;
+    layer.name = subject.names[s];
+    layer.model =
+        (s == 0 ? person.avatar.model : networks / layer.name / "model.safetensors").string();
+    layer.faces = subject.faces[s];
+    if (!fs::exists(layer.model)) {
+      return {};
+    }
+    scene.layers.push_back(std::move(layer));
+  }
+  scene.layers.front().over = over_clothes(person.avatar);
+  for (const int id : frames) {
+    scene.frame_ids.push_back(id);
+    scene.vertices.push_back(subject.load(id));
+  }
+  return scene;
+}
+
+/// How alike whole persons are.
+struct PersonLikeness {
+  Sum squares, similarity;
+};
+
+PersonLikeness person_likeness(const ShownPerson& person, const fs::path& networks,
+                               const fs::path& capture,
+                               const std::shared_ptr<const GroundTruth>& truth,
+                               const std::vector<Camera>& cameras, const std::vector<int>& frames) {
+  PersonLikeness sum;
+  PaintedScene scene = person_scene(person, networks, frames);
+  if (scene.frame_ids.empty()) {
+    return sum;
+  }
+  const WornSubject in_truth = worn_in_truth(capture, truth);
+  const std::vector<Eigen::Vector3d> gains =
+      gains_of(cameras, truth->cameras, avatar_model_at(person.avatar.model).camera_ids);
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    scene.cameras = {cameras[c]};
+    PaintHooks hooks;
+    hooks.picture = [&](Index f, const Image& picture) {
+      const int id = frames[static_cast<std::size_t>(f)];
+      const Image wanted =
+          stored_picture(capture / "truth" / "images" / cameras[c].id / (frame_name(id) + ".png"));
+      Image lit(picture.width, picture.height, 3);
+      for (std::size_t i = 0; i < lit.data.size(); ++i) {
+        lit.data[i] = picture.data[i / 3 * 4 + i % 3] *
+                      static_cast<float>(gains[c][static_cast<Index>(i % 3)]);
+      }
+      const Image drawn = stored(lit);
+      ByteImage mask(wanted.width, wanted.height, 1);
+      const std::vector<int> pixels = person_pixels(in_truth, cameras[c], id);
+      for (const int pixel : pixels) {
+        const auto place = static_cast<std::size_t>(pixel);
+        mask.data[place] = 1;
+        for (std::size_t k = 0; k < 3; ++k) {
+          const double off = drawn.data[3 * place + k] - wanted.data[3 * place + k];
+          sum.squares.value += off * off;
+          sum.squares.weight += 1;
+        }
+      }
+      const auto count = static_cast<double>(pixels.size());
+      sum.similarity.value += count * structural_similarity(drawn, wanted, mask);
+      sum.similarity.weight += count;
+    };
+    PaintOptions options;
+    options.samples = 1;  // as pixels of the images are compared
+    paint_scene(scene, options, Device::Cpu, hooks);
+  }
+  return sum;
+}
+
 /// The folder of an input of a result; nothing where it read none.
 std::optional<fs::path> input_folder(const fs::path& workspace, const char* stage) {
   const auto current = current_name(workspace / stage);
@@ -314,6 +417,17 @@ void add_likeness(std::vector<Measure>& measures, const Likeness& sum) {
                       "of these pixels, drawn by the avatar; the others are not evaluated"});
 }
 
+void add_person(std::vector<Measure>& measures, const PersonLikeness& sum) {
+  if (sum.squares.weight == 0) {
+    return;
+  }
+  measures.push_back({"avatar.person_psnr_db", psnr_of(sum.squares.mean()), "dB", 31, Side::AtLeast,
+                      "eroded pixels of body and garments as they are drawn together, held-out "
+                      "cameras x held-out frames"});
+  measures.push_back({"avatar.person_ssim", sum.similarity.mean(), "", 0.95, Side::AtLeast,
+                      "structural similarity of these pixels"});
+}
+
 }  // namespace
 
 std::vector<Measure> measure_avatar(const fs::path& workspace, const fs::path& capture) {
@@ -349,6 +463,10 @@ std::vector<Measure> measure_avatar(const fs::path& workspace, const fs::path& c
   }
   if (!cameras.empty() && !frames.empty()) {
     add_likeness(measures, likeness_of(shown, capture, truth, cameras, frames));
+    const auto networks = input_folder(workspace, "appearance");
+    if (networks && shown.worn && has_child_program("atelier-appearance")) {
+      add_person(measures, person_likeness(shown, *networks, capture, truth, cameras, frames));
+    }
   }
   return measures;
 }

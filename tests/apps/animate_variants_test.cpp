@@ -234,9 +234,12 @@ Points2 atlas_coordinates(const Mesh& mesh) {
 }
 
 /// A network of a surface that has learnt one texture: red on the left, green on the right.
-void write_network(const fs::path& file, const std::string& name, const Mesh& mesh) {
+/// @param drawn  with how much of it the surface was drawn in training
+void write_network(const fs::path& file, const std::string& name, const Mesh& mesh,
+                   const std::optional<DrawnRange>& drawn = {}) {
   constexpr int kSide = 16;
   AppearanceModel model;
+  model.drawn = drawn;
   model.name = name;
   model.options.resolution = kSide;
   model.options.view_independent = model.options.view_dependent = model.options.shadow = false;
@@ -283,15 +286,22 @@ void write_trunk_network(StageRun& run) {
 }
 
 /// The trunk as it is seen: in two colours, and 4 cm thicker.
-void write_trunk_avatar(StageRun& run) {
+void write_avatar(StageRun& run, const std::optional<DrawnRange>& drawn) {
   PersonalBody seen = plain_person(trunk_body());
   Mesh& mesh = seen.model.mesh;
   mesh.uvs = atlas_coordinates(mesh);
   mesh.uv_faces = mesh.faces;
   run.output("body/model.safetensors",
-             [&](const auto& file) { write_network(file, "body", mesh); });
+             [&](const auto& file) { write_network(file, "body", mesh, drawn); });
   mesh.vertices += 0.04 * vertex_normals(mesh.vertices, mesh.faces);
   run.output("avatar.npz", [&](const auto& file) { write_personal_body(file, seen); });
+}
+void write_trunk_avatar(StageRun& run) {
+  write_avatar(run, {});
+}
+/// One that was never drawn as bright as its texture is.
+void write_dim_avatar(StageRun& run) {
+  write_avatar(run, DrawnRange{0.25, 0.5});
 }
 
 /// What `animate` draws by.
@@ -401,6 +411,8 @@ TEST_F(AnimateDrawn, Avatar_ShowsTheBodyAsItIsSeen) {
   ASSERT_EQ(frame_count(seen), frame_count(bodies));
   const Points off = frame(seen, 1).vertices - frame(bodies, 1).vertices;
   EXPECT_NEAR(off.rowwise().norm().mean(), 0.04, 1e-4);
+  EXPECT_EQ(metrics()["seen_inverted"], 0);
+  EXPECT_LT(metrics()["seen_stretch"], 1.5);
   ASSERT_EQ(pictures({"--drawn-by", "plain"}).exit_code, 0);
   EXPECT_EQ(textured_pixels(), 0);
   // Another body is nobody's avatar.
@@ -410,6 +422,40 @@ TEST_F(AnimateDrawn, Avatar_ShowsTheBodyAsItIsSeen) {
             0);
   EXPECT_EQ(textured_pixels(), 0);
   EXPECT_FALSE(fs::exists(result() / "seen"));
+}
+
+TEST_F(AnimateDrawn, MeshesOfTheSeenBody_AreDrawnAsTheBodyUnderThem) {
+  if (!has_networks()) {
+    GTEST_SKIP() << "built without libtorch";
+  }
+  make("avatar", write_trunk_avatar);
+  make("appearance", write_skirt_network);
+  ASSERT_EQ(pictures().exit_code, 0);
+  const auto drawn = [&](const std::string& meshes) {
+    const fs::path out = root_ / ("drawn-" + meshes);
+    const ChildResult done = run({"render", "--neural", workspace().string(), "--out", out.string(),
+                                  "--body", (result() / meshes).string(), "--garment",
+                                  "lower=" + (result() / "garments" / "lower").string(), "--frames",
+                                  "0", "--width", "48", "--height", "64"});
+    EXPECT_EQ(done.exit_code, 0) << done.err;
+    return read_byte_image(out / "000000.png").data;
+  };
+  const auto body = drawn("body");
+  EXPECT_EQ(drawn("seen"), body);
+}
+
+TEST_F(AnimateDrawn, TextureBeyondWhatWasLearnt_IsReported) {
+  if (!has_networks()) {
+    GTEST_SKIP() << "built without libtorch";
+  }
+  make("appearance", write_skirt_network);
+  make("avatar", write_dim_avatar);
+  const ChildResult done = pictures();
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out + done.err,
+              HasSubstr("with 1.00 to 1.00 of its mean texture, and its network learnt from 0.25 "
+                        "to 0.50"));
+  EXPECT_NEAR(metrics()["drawn_high"], 1, 1e-3);
 }
 
 TEST_F(AnimateDrawn, DamagedAvatar_IsRefusedBeforeSimulation) {
