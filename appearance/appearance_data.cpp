@@ -20,11 +20,11 @@ constexpr float kFar = 1e6F;     // m
 
 bool is_appearance_array(const std::string& dataset) {
   static const std::vector<std::string> names = {
-      "atlas/faces",  "atlas/uv_faces", "atlas/uvs",      "body/parent",     "body/part",
-      "body/rest",    "frames/offset",  "frames/support", "cameras/center",  "cameras/height",
-      "cameras/id",   "cameras/width",  "frames/id",      "frames/position", "frames/transfer",
-      "pixels/color", "pixels/place",   "pixels/uv",      "views/begin",     "views/camera",
-      "views/frame"};
+      "atlas/faces",     "atlas/uv_faces", "atlas/uvs",      "body/parent",    "body/part",
+      "body/rest",       "frames/offset",  "frames/support", "cameras/center", "cameras/height",
+      "cameras/id",      "cameras/width",  "frames/face",    "frames/id",      "frames/position",
+      "frames/transfer", "pixels/color",   "pixels/place",   "pixels/uv",      "views/begin",
+      "views/camera",    "views/frame"};
   return std::find(names.begin(), names.end(), dataset) != names.end();
 }
 
@@ -92,6 +92,49 @@ void read_frames(AppearanceData& data, const Archive& archive, const std::string
     frame.transfer = Eigen::Map<const TransferRows>(transfer.data() + kColumns * i * vertices,
                                                     vertices, kColumns);
     data.frames.push_back(std::move(frame));
+  }
+}
+
+void read_faces(AppearanceData& data, const Archive& archive, const std::string& file) {
+  const Tensor* found = find_array(archive, "frames/face");
+  if (found == nullptr) {
+    return;
+  }
+  constexpr float kFarOff = 100;  // cm
+  const auto frames = static_cast<std::int64_t>(data.frames.size());
+  const std::int64_t numbers = found->shape.size() == 2 ? found->shape[1] : 0;
+  const auto values =
+      floats_within(archive, "frames/face", {frames, numbers}, -kFarOff, kFarOff, file);
+  for (std::int64_t i = 0; i < frames; ++i) {
+    const std::span<const float> own =
+        values.subspan(static_cast<std::size_t>(i * numbers), static_cast<std::size_t>(numbers));
+    data.frames[static_cast<std::size_t>(i)].face.assign(own.begin(), own.end());
+  }
+}
+
+void put_faces(Archive& archive, const AppearanceData& data) {
+  std::vector<float> faces;
+  for (const SurfaceFrame& frame : data.frames) {
+    faces.insert(faces.end(), frame.face.begin(), frame.face.end());
+  }
+  const auto frames = static_cast<std::int64_t>(data.frames.size());
+  if (!faces.empty()) {
+    put_array(archive, "frames/face",
+              tensor_of(faces, {frames, static_cast<std::int64_t>(faces.size()) / frames}));
+  }
+}
+
+/// Every frame has the same points of the face, which are those of the body's parts.
+void check_faces(const AppearanceData& data, const std::string& file) {
+  for (const SurfaceFrame& frame : data.frames) {
+    const std::size_t numbers = frame.face.size();
+    const std::size_t expected = data.body
+                                     ? 3 * static_cast<std::size_t>(face_points(data.body->parts))
+                                     : data.frames[0].face.size();
+    if ((numbers != expected && numbers > 0) || numbers != data.frames[0].face.size()) {
+      throw DataError(file, "frames/face", std::to_string(numbers) + " numbers of a frame",
+                      std::to_string(expected) + ", three for each point of the face");
+    }
   }
 }
 
@@ -260,6 +303,7 @@ void check_appearance_data(const AppearanceData& data, const std::string& file) 
   if (data.body) {
     check_body(data, file);
   }
+  check_faces(data, file);
   for (std::size_t i = 0; i < data.views.size(); ++i) {
     const AppearanceView& view = data.views[i];
     const std::size_t count = view.pixel.size();
@@ -316,6 +360,7 @@ Archive archive_of(const AppearanceData& data) {
     put_array(archive, "frames/transfer",
               tensor_of(transfer, {count, vertices, 2, kTransferTerms}));
   }
+  put_faces(archive, data);
   if (data.body) {
     put_body(archive, *data.body);
   }
@@ -381,6 +426,7 @@ AppearanceData appearance_data_of(const Archive& archive, const std::string& fil
   data.heights =
       indices_of(array_at(archive, "cameras/height", file), kLargestSide, file, "cameras/height");
   read_frames(data, archive, file);
+  read_faces(data, archive, file);
   read_body(data, archive, file);
   read_views(data, archive, file);
   check_appearance_data(data, file);

@@ -339,11 +339,7 @@ AppearanceModel initial_model(const AppearanceData& data, const NetworkOptions& 
       throw DataError("", "appearance data", "a body without these parts",
                       std::to_string(options.pose_parts) + " parts, whose pose is the code");
     }
-    std::vector<FloatRows> positions;
-    for (const SurfaceFrame& frame : data.frames) {
-      positions.push_back(frame.position);
-    }
-    model.parts = with_range(data.body->parts, positions);
+    model.parts = with_range(data.body->parts, data.frames);
   }
   std::vector<TexturePixels> pixels;
   pixels.reserve(data.views.size());

@@ -90,6 +90,20 @@ void check_body_parts(const BodyParts& parts, const std::string& file) {
   }
 }
 
+BodyParts with_face(BodyParts parts, int head, int points) {
+  ATELIER_CHECK(head >= 0 && head < static_cast<int>(parts.parents.size()) && points >= 0 &&
+                    parts.low.empty(),
+                "a face hangs on a part, before anything is learnt");
+  parts.parents.insert(parts.parents.end(), static_cast<std::size_t>(points), head);
+  return parts;
+}
+
+int face_points(const BodyParts& parts) {
+  const int last =
+      parts.part.empty() ? -1 : *std::max_element(parts.part.begin(), parts.part.end());
+  return static_cast<int>(parts.parents.size()) - 1 - last;
+}
+
 BodyParts body_parts(const Points& rest, const std::vector<int>& joints,
                      const std::vector<int>& parents) {
   constexpr int kFewest = 12;  // vertices, of which a rotation is told
@@ -131,8 +145,11 @@ BodyParts body_parts(const Points& rest, const std::vector<int>& joints,
   return parts;
 }
 
-std::vector<float> pose_code(const BodyParts& parts, const Eigen::Ref<const FloatRows>& position) {
+std::vector<float> pose_code(const BodyParts& parts, const Eigen::Ref<const FloatRows>& position,
+                             const std::vector<float>& face) {
   ATELIER_CHECK(position.rows() == parts.rest.rows(), "the body has another number of vertices");
+  ATELIER_CHECK(face.empty() || face.size() == 3 * static_cast<std::size_t>(face_points(parts)),
+                "a face has as many points as what was learnt from");
   const std::vector<Turn> turns = turns_of(parts, position);
   std::vector<float> code;
   code.reserve(3 * turns.size());
@@ -148,19 +165,20 @@ std::vector<float> pose_code(const BodyParts& parts, const Eigen::Ref<const Floa
       code.push_back(static_cast<float>(number));
     }
   }
+  std::copy(face.begin(), face.end(), code.end() - static_cast<std::ptrdiff_t>(face.size()));
   for (std::size_t i = 0; i < parts.low.size(); ++i) {
     code[i] = std::clamp(code[i], parts.low[i], parts.high[i]);
   }
   return code;
 }
 
-BodyParts with_range(BodyParts parts, const std::vector<FloatRows>& positions) {
+BodyParts with_range(BodyParts parts, const std::vector<SurfaceFrame>& frames) {
   parts.low.clear();
   parts.high.clear();
   std::vector<float> low;
   std::vector<float> high;
-  for (const FloatRows& position : positions) {
-    const std::vector<float> code = pose_code(parts, position);
+  for (const SurfaceFrame& frame : frames) {
+    const std::vector<float> code = pose_code(parts, frame.position, frame.face);
     if (low.empty()) {
       low = high = code;
     }

@@ -22,6 +22,13 @@ struct BodyParts {
 /// that is there, parents come first, and low is not above high. @param file  for errors
 void check_body_parts(const BodyParts& parts, const std::string& file = "");
 
+/// The parts with points of the face, which hang on a part, the head, and have no vertices: what
+/// they are off their mean places is told beside the pose.
+BodyParts with_face(BodyParts parts, int head, int points);
+
+/// How many points of the face there are among the parts: the last of them, without vertices.
+int face_points(const BodyParts& parts);
+
 /// The parts of a body with these joints. A joint that moves too few vertices to say how it is
 /// turned is a part with its parent.
 /// @param rest     [V,3] m
@@ -35,10 +42,12 @@ BodyParts body_parts(const Points& rest, const std::vector<int>& joints,
 /// brings its rest vertices nearest to where they are (Kabsch 1976). Beyond what was learnt from a
 /// number is the nearest that was: networks do not know how to go on. [3J]
 /// @param position  [V,3] m
-std::vector<float> pose_code(const BodyParts& parts, const Eigen::Ref<const FloatRows>& position);
+/// @param face      [3K] cm off their mean places, of the points of the face; empty: 0
+std::vector<float> pose_code(const BodyParts& parts, const Eigen::Ref<const FloatRows>& position,
+                             const std::vector<float>& face = {});
 
-/// The parts with the range of the codes of these surfaces, [N] of [V,3] m.
-BodyParts with_range(BodyParts parts, const std::vector<FloatRows>& positions);
+/// The parts with the range of the codes of these surfaces.
+BodyParts with_range(BodyParts parts, const std::vector<SurfaceFrame>& frames);
 
 /// Where a part's turn is felt, [V,J] in [0,1]: on itself and on the part that it hangs on, fading
 /// over `rings` of neighbours. With it a hand that was never seen over a bent knee does not change

@@ -160,6 +160,9 @@ AppearanceData prepare_appearance(const DressedSubject& subject, const DrawnSurf
     SurfaceFrame frame = surface_frame(own, data.faces, data.uvs, data.uv_faces, frame_id);
     frame.transfer =
         light_transfer(frame, build_tree(all.vertices, all.faces), options.occlusion, device);
+    if (subject.face && surface.which == 0) {
+      frame.face = subject.face(frame_id);
+    }
     data.frames.push_back(std::move(frame));
     for (std::size_t c = 0; c < cameras.size(); ++c) {
       const TakenPicture taken = read ? read(c, frame_id) : TakenPicture();

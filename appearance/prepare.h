@@ -25,6 +25,8 @@ struct DressedSubject {
   std::vector<Triangles> faces;    ///< of each
   /// Vertices of each surface in a frame; no rows: it is not worn there.
   std::function<std::vector<Points>(int frame_id)> load;
+  /// SurfaceFrame::face of its first surface in a frame; empty: nobody knows.
+  std::function<std::vector<float>(int frame_id)> face = {};
 };
 
 /// One surface of it that a network is to draw.

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "appearance/texel_map.h"
 #include "appearance/transfer_terms.h"
 #include "core/image.h"
@@ -22,6 +24,9 @@ struct SurfaceFrame {
   /// [V,2*9] light transfer of the outside and of the inside (appearance/occlusion.h); no rows
   /// before it is asked for.
   TransferRows transfer;
+  /// [3K] cm that points of a face are off their mean places, of a body whose capture has them; or
+  /// empty.
+  std::vector<float> face = {};
 };
 
 /// Positions, normals (angle-weighted) and tangents (area-weighted, of the faces round each texture

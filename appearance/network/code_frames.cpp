@@ -46,7 +46,8 @@ CodeFrames code_frames(const AppearanceModel& model, const AppearanceData& data,
   std::vector<torch::Tensor> seen;
   for (std::size_t f = 0; f < data.frames.size(); ++f) {
     const std::vector<float> pose =
-        model.parts ? pose_code(*model.parts, data.frames[f].position) : std::vector<float>();
+        model.parts ? pose_code(*model.parts, data.frames[f].position, data.frames[f].face)
+                    : std::vector<float>();
     poses.push_back(on_device(pose.data(), {1, static_cast<std::int64_t>(pose.size())}, device));
     const Image& image = encoded[f];
     seen.push_back(

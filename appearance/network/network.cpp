@@ -167,9 +167,9 @@ struct AppearanceNetwork::State {
   }
 
   /// [1,3J] of a surface; without columns where the network is not told its pose.
-  torch::Tensor pose_of(const FloatRows& position) const {
+  torch::Tensor pose_of(const FloatRows& position, const std::vector<float>& face = {}) const {
     const std::vector<float> numbers =
-        described.parts ? pose_code(*described.parts, position) : std::vector<float>();
+        described.parts ? pose_code(*described.parts, position, face) : std::vector<float>();
     return pose_row(numbers);
   }
   torch::Tensor pose_row(const std::vector<float>& numbers) const {
@@ -428,9 +428,10 @@ AppearanceNetwork& AppearanceNetwork::operator=(AppearanceNetwork&&) noexcept = 
 
 Image AppearanceNetwork::texture(const SurfaceFrame& frame, const Eigen::Vector3d& center) const {
   const torch::NoGradGuard no_gradients;
-  const Tensor rows = off_device(
-      state_->texture_of_view(state_->on_device_of(frame), center, state_->pose_of(frame.position))
-          .permute({1, 2, 0}));
+  const Tensor rows = off_device(state_
+                                     ->texture_of_view(state_->on_device_of(frame), center,
+                                                       state_->pose_of(frame.position, frame.face))
+                                     .permute({1, 2, 0}));
   const auto values = values_of<float>(rows);
   Image image(state_->layers.options.resolution, state_->layers.options.resolution, 3);
   std::copy(values.begin(), values.end(), image.data.begin());
@@ -441,8 +442,8 @@ std::vector<float> AppearanceNetwork::colors(const SurfaceFrame& frame,
                                              const Eigen::Vector3d& center,
                                              const TexturePixels& places) const {
   const torch::NoGradGuard no_gradients;
-  const torch::Tensor texture =
-      state_->texture_of_view(state_->on_device_of(frame), center, state_->pose_of(frame.position));
+  const torch::Tensor texture = state_->texture_of_view(
+      state_->on_device_of(frame), center, state_->pose_of(frame.position, frame.face));
   const Tensor rows =
       off_device(State::sampled(texture, sampling_grid(places.u, places.v, state_->device)).t());
   const auto values = values_of<float>(rows);

@@ -6,11 +6,15 @@
 
 #include "capture/capture_info.h"
 #include "capture/frame_reader.h"
+#include "capture/keypoint_schema.h"
+#include "capture/keypoints3d_file.h"
 #include "core/error.h"
+#include "core/io/file_bytes.h"
 #include "core/label.h"
 #include "core/listed_frames.h"
 #include "core/sequence_archive.h"
 #include "core/store/manifest.h"
+#include "pipeline/avatar/face_displacements.h"
 #include "pipeline/person/tracked_take.h"
 
 namespace atelier {
@@ -153,6 +157,41 @@ void choose_frames(StageRun& run, AvatarKind kind, AvatarInput& input) {
   }
 }
 
+/// How the face differs from its mean in the frames; nothing without keypoints of it.
+void read_faces(StageRun& run, AvatarInput& input) {
+  if (input.dataset.info.keypoint_schema.empty()) {
+    return;
+  }
+  constexpr std::int64_t kMaxText = 64 << 20;
+  const std::vector<std::string>& names =
+      keypoint_schema(input.dataset.info.keypoint_schema).points;
+  const std::vector<int> places = face_keypoints(names);
+  std::vector<Keypoints3d> faces;
+  bool found = false;
+  for (const int id : input.frame_ids) {
+    Keypoints3d face = Keypoints3d::Zero(static_cast<Index>(places.size()), 4);
+    const fs::path file = input.scans.parent_path() / "keypoints3d" / (frame_name(id) + ".json");
+    if (!places.empty() && fs::exists(file)) {
+      for (const PersonPoints& one :
+           parse_keypoints3d(read_file_text(file, kMaxText), file.string())) {
+        if (one.id <= 0 && one.points.rows() == static_cast<Index>(names.size())) {
+          face = one.points(places, Eigen::all);
+        }
+      }
+    }
+    found = found || (face.col(3).array() > 0).any();
+    faces.push_back(std::move(face));
+  }
+  if (!found) {
+    return;
+  }
+  const std::vector<std::vector<float>> off = face_displacements(faces);
+  for (std::size_t f = 0; f < off.size(); ++f) {
+    input.faces[input.frame_ids[f]] = off[f];
+  }
+  run.say("the face is conditioned on its " + std::to_string(places.size()) + " keypoints");
+}
+
 }  // namespace
 
 AvatarInput avatar_input(StageRun& run, AvatarKind kind, const DatasetOptions& options) {
@@ -186,6 +225,7 @@ AvatarInput avatar_input(StageRun& run, AvatarKind kind, const DatasetOptions& o
     run.warn("frame " + std::to_string(input.frame_ids[0]) +
              " is the only one: what it does not show is filled from what is beside it");
   }
+  read_faces(run, input);
   input.fps = rate_of(info, input.frame_ids.front());
   return input;
 }

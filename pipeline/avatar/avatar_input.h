@@ -38,6 +38,8 @@ struct AvatarInput {
   std::filesystem::path scans;      ///< folder
   std::optional<Sequence> bodies;   ///< surfaces under the clothes, of clothed frames
   std::optional<WornSubject> worn;  ///< registered garments, of clothed frames
+  /// face_displacements of the frames, [3K] each, where the capture has keypoints of the face.
+  std::map<int, std::vector<float>> faces;
 };
 
 /// Chooses the frames; says what it does without. Where no minimally clothed frame has a scan,

@@ -153,6 +153,73 @@ TEST(BodyCode, UnexplainedBrightness_IsOfTheLatentCode) {
   EXPECT_NEAR(drawn[0], 0.26, 0.05) << "as bright as the middle frame, in linear light";
 }
 
+/// A sheet that does not bend, whose second part has a face of one point and is brighter the
+/// farther that is to one side.
+AppearanceData faced_data() {
+  AppearanceData data = bent_data();
+  data.body->parts = with_face(data.body->parts, 1, 1);
+  for (std::size_t f = 0; f < data.frames.size(); ++f) {
+    SurfaceFrame& frame = data.frames[f];
+    frame.position = data.body->parts.rest;
+    frame.normal = data.frames[0].normal;
+    frame.transfer = data.frames[0].transfer;
+    frame.face = {static_cast<float>(f) - 1, 0, 0};
+    data.body->offset[f].setZero();
+  }
+  for (AppearanceView& view : data.views) {
+    for (std::size_t i = 0; i < view.u.size(); ++i) {
+      const int own = view.u[i] > 0.5F ? 40 * view.frame_idx : 40;
+      std::fill_n(view.colors.begin() + static_cast<std::ptrdiff_t>(3 * i), 3,
+                  static_cast<std::uint8_t>(100 + own));
+    }
+  }
+  return data;
+}
+
+TEST(BodyCode, FaceOfTheFrames_IsLearntAndDrawnOnItsPartAlone) {
+  const AppearanceData data = faced_data();
+  TrainOptions options = coded_options(500);
+  options.channels = 4;
+  options.code.latent = 0;
+  const AppearanceModel trained =
+      train(start_training(data, options), data, options, Device::Cpu).training.model;
+  ASSERT_EQ(trained.options.pose_parts, 3);
+  const AppearanceNetwork network(trained, Device::Cpu);
+  const auto drawn = [&](const std::vector<float>& face, float u) {
+    SurfaceFrame frame = data.frames[0];
+    frame.face = face;
+    return network.colors(frame, data.centers.row(0), {{u}, {0.5F}, {}})[0];
+  };
+  constexpr float kFace = 0.8F;
+  constexpr float kBesideIt = 0.15F;
+  EXPECT_NEAR(drawn({-1, 0, 0}, kFace), 0.127, 0.03) << "100 of 255, in linear light";
+  EXPECT_NEAR(drawn({1, 0, 0}, kFace), 0.456, 0.06) << "180";
+  EXPECT_NEAR(drawn({}, kFace), drawn({0, 0, 0}, kFace), 1e-6) << "none is the mean";
+  EXPECT_NEAR(drawn({9, 0, 0}, kFace), drawn({1, 0, 0}, kFace), 1e-6) << "as far as was learnt";
+  EXPECT_NEAR(drawn({1, 0, 0}, kBesideIt), drawn({-1, 0, 0}, kBesideIt), 0.03);
+}
+
+TEST(BodyCode, Faces_SurviveTheirFile) {
+  const AppearanceData data = faced_data();
+  const AppearanceData back = appearance_data_of(archive_of(data));
+  EXPECT_EQ(back.frames[2].face, data.frames[2].face);
+  EXPECT_EQ(face_points(back.body->parts), 1);
+  const AppearanceModel model = initial_model(data, network_options(coded_options(), 3), 1);
+  EXPECT_EQ(face_points(*appearance_model_of(tensors_of(model), texts_of(model)).parts), 1);
+}
+
+TEST(BodyCodeRefused, FacesThatDoNotFit_AreRefused) {
+  AppearanceData data = faced_data();
+  data.frames[1].face = {1, 2, 3, 4, 5, 6};
+  ATELIER_EXPECT_REFUSED(check_appearance_data(data, "d.h5"), DataError, "frames/face");
+  data = faced_data();
+  data.frames[1].face.clear();
+  ATELIER_EXPECT_REFUSED(check_appearance_data(data, "d.h5"), DataError, "frames/face");
+  Archive archive = archive_of(faced_data());
+  archive.datasets["frames/face"] = tensor_of(std::vector<float>(9, 1e6F), {3, 3});
+  ATELIER_EXPECT_REFUSED(appearance_data_of(archive, "d.h5"), DataError, "frames/face");
+}
+
 TEST(BodyCode, EncodedFrames_HoldOffsetsAndResiduals) {
   const AppearanceData data = bent_data();
   const AppearanceModel model = coded_model(data, coded_options());

@@ -1,5 +1,6 @@
 #include "pipeline/avatar/avatar_input.h"
 
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -12,6 +13,8 @@
 #include "bodymodel/formats/tracked_motion.h"
 #include "bodymodel/human/default_human.h"
 #include "bodymodel/kinematics.h"
+#include "capture/keypoint_schema.h"
+#include "capture/keypoints3d_file.h"
 #include "core/error.h"
 #include "core/label.h"
 #include "core/sequence_archive.h"
@@ -151,6 +154,34 @@ TEST_F(AvatarFrames, ClothesOfAScan_CountByTheKindOfFrame) {
   EXPECT_EQ(avatar_scan(input, 4).roles[0], ScanRole::Skin);
   EXPECT_EQ(avatar_scan(input, 1).roles[0], ScanRole::Ignored);
   EXPECT_EQ(avatar_scan(input, 1).roles[1], ScanRole::Cover);
+}
+
+TEST_F(AvatarFrames, KeypointsOfTheFace_AreReadWhereTheCaptureHasThem) {
+  EXPECT_TRUE(avatar_input(run_, AvatarKind::All, {}).faces.empty());
+  const fs::path file = folder_ / "capture" / "capture.toml";
+  CaptureInfo info = read_capture_info(folder_ / "capture");
+  info.keypoint_schema = "coco_wholebody";
+  write_file_atomically(file, capture_toml(info));
+  EXPECT_TRUE(avatar_input(run_, AvatarKind::All, {}).faces.empty()) << "and none was found";
+  fs::create_directories(folder_ / "scans" / "keypoints3d");
+  const std::vector<std::string>& names = keypoint_schema("coco_wholebody").points;
+  const int chin = find_keypoint(keypoint_schema("coco_wholebody"), "face_8");
+  for (int id = 0; id < 7; ++id) {
+    PersonPoints one{0, Keypoints3d::Ones(static_cast<Index>(names.size()), 4)};
+    for (Index k = 0; k < one.points.rows(); ++k) {
+      one.points.row(k).head<3>() << 0.02 * std::sin(k), 0.03 * std::cos(2.0 * k), 0.01 * k / 133;
+    }
+    one.points(chin, 1) -= id % 2 == 1 ? 0.02 : 0;
+    write_file_atomically(folder_ / "scans" / "keypoints3d" / (frame_name(id) + ".json"),
+                          keypoints3d_json(std::vector<PersonPoints>{one}));
+  }
+  const AvatarInput input = avatar_input(run_, AvatarKind::All, {});
+  EXPECT_THAT(run_.heard, HasSubstr("conditioned on its 68 keypoints"));
+  ASSERT_EQ(input.faces.size(), input.frame_ids.size());
+  const std::vector<float>& still = input.faces.at(0);
+  const std::vector<float>& talks = input.faces.at(1);
+  ASSERT_EQ(still.size(), 3U * 68);
+  EXPECT_NEAR(still[3 * 8 + 1] - talks[3 * 8 + 1], 2, 0.05) << "cm";
 }
 
 }  // namespace
