@@ -148,6 +148,7 @@ PersonKeypoints person_of(const JsonPlace& entry, double shift) {
 std::vector<PersonKeypoints> people_of(const std::vector<JsonPlace>& instances, double shift,
                                        const JsonPlace& place) {
   std::vector<PersonKeypoints> people;
+  people.reserve(instances.size());
   for (const JsonPlace& instance : instances) {
     people.push_back(person_of(instance, shift));
   }
