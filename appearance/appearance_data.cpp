@@ -8,6 +8,7 @@
 #include "appearance/texel_map.h"
 #include "core/archive_arrays.h"
 #include "core/error.h"
+#include "core/quantity_text.h"
 #include "core/saturating_cast.h"
 
 namespace atelier {
@@ -74,7 +75,7 @@ void read_frames(AppearanceData& data, const Archive& archive, const std::string
                                       {count, vertices, 2, kTransferTerms}, -kMost, kMost, file);
   for (std::size_t i = 0; i < transfer.size(); i += kTransferTerms) {
     if (!(transfer[i] >= 0 && transfer[i] <= 1)) {
-      throw DataError(file, "frames/transfer", std::to_string(transfer[i]) + " of degree 0",
+      throw DataError(file, "frames/transfer", short_number(transfer[i], 7) + " of degree 0",
                       "0 to 1, the share of the hemisphere that is open");
     }
   }

@@ -2,6 +2,7 @@
 
 #include "core/archive_arrays.h"
 #include "core/error.h"
+#include "core/quantity_text.h"
 
 namespace atelier {
 namespace {
@@ -35,7 +36,7 @@ std::vector<FloatRows> surfaces_of(const Archive& archive, const std::string& fi
       archive, kRows, rows_of_three ? tensor.shape : std::vector<std::int64_t>{-1, -1, 3}, file);
   for (const float value : values) {
     if (!(value >= -kFar && value <= kFar)) {
-      throw DataError(file, kRows, std::to_string(value), "metres, within 1000 km");
+      throw DataError(file, kRows, short_number(value), "metres, within 1000 km");
     }
   }
   std::vector<FloatRows> surfaces;

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "core/error.h"
+#include "core/quantity_text.h"
 
 namespace atelier {
 namespace {
@@ -56,13 +57,14 @@ void check_skin(const SkinWeights& skin, Index vertices, Index joints, const std
       }
       if (!(weight >= 0) || !std::isfinite(weight)) {
         throw DataError(file, "skin weights of vertex " + std::to_string(v),
-                        "weight " + std::to_string(weight), "a finite weight that is not negative");
+                        "weight " + short_number(weight, 7),
+                        "a finite weight that is not negative");
       }
       sum += weight;
     }
     if (!(std::abs(sum - 1) <= kWeightSumTolerance)) {
       throw DataError(file, "skin weights of vertex " + std::to_string(v),
-                      "weights that sum to " + std::to_string(sum), "a sum of 1");
+                      "weights that sum to " + short_number(sum, 7), "a sum of 1");
     }
   }
 }
@@ -77,8 +79,8 @@ void check_parameters(const BodyModel& model, const std::string& file) {
     if (!(parameter.min <= parameter.neutral && parameter.neutral <= parameter.max) ||
         !std::isfinite(parameter.min) || !std::isfinite(parameter.max)) {
       throw DataError(file, where,
-                      "neutral " + std::to_string(parameter.neutral) + " in range " +
-                          std::to_string(parameter.min) + " to " + std::to_string(parameter.max),
+                      "neutral " + short_number(parameter.neutral, 7) + " in range " +
+                          short_number(parameter.min, 7) + " to " + short_number(parameter.max, 7),
                       "a finite range that holds the neutral value");
     }
     check_blendshape(parameter.surface, vertex_count(model), file, where);
@@ -106,7 +108,7 @@ void check_correctives(const BodyModel& model, const std::string& file) {
     }
     if (corrective.feature == PoseFeature::Bend &&
         !(std::abs(corrective.axis.norm() - 1) <= kUnitTolerance)) {
-      throw DataError(file, where, "an axis of length " + std::to_string(corrective.axis.norm()),
+      throw DataError(file, where, "an axis of length " + short_number(corrective.axis.norm(), 7),
                       "unit length");
     }
     check_blendshape(corrective.surface, vertex_count(model), file, where);

@@ -13,6 +13,7 @@
 #include "bodymodel/kinematics.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"
+#include "core/quantity_text.h"
 
 namespace atelier {
 namespace {
@@ -306,7 +307,7 @@ BodyMeasurements measure_body(const Mesh& mesh, const Skeleton& skeleton) {
   m.stature = top - ground;
   const double volume = mesh_volume(vertices, faces);
   if (!(volume > 0)) {
-    throw DataError("", "skin", "a volume of " + std::to_string(volume) + " m^3",
+    throw DataError("", "skin", "a volume of " + short_number(volume) + " m^3",
                     "a closed skin whose faces are counter-clockwise from outside");
   }
   m.mass = kBodyDensity * volume;
@@ -379,7 +380,7 @@ BodyMeasurements measure_body(const BodyModel& model, const Eigen::VectorXd& sha
   const bool open =
       border > kMaxBorder * (mesh.vertices.col(1).maxCoeff() - mesh.vertices.col(1).minCoeff());
   if (open && piece.pieces == 1) {
-    throw DataError("", "skin", "an opening of " + std::to_string(border) + " m round",
+    throw DataError("", "skin", "an opening of " + short_number(border) + " m round",
                     "a closed skin: an open one has no volume");
   }
   BodyMeasurements measures = measure_body(mesh, body.skeleton);

@@ -7,6 +7,7 @@
 #include "bodymodel/humanoid.h"
 #include "bodymodel/kinematics.h"
 #include "core/error.h"
+#include "core/quantity_text.h"
 
 namespace atelier {
 namespace {
@@ -17,12 +18,6 @@ constexpr double kAdultLegs = 0.83;    // metres, hip to knee to ankle (Drillis 
                                        // 0.491 of a stature of 1.70)
 // Metre, decimetre, 0.45 units an inch (CMU ASF and cgspeed BVH), inch, centimetre, millimetre.
 constexpr double kUnits[] = {1, 0.1, 0.0254 / 0.45, 0.0254, 0.01, 0.001};
-
-std::string text(double value) {
-  std::string digits = std::to_string(value);
-  digits.erase(digits.find_last_not_of('0') + 1);
-  return digits;
-}
 
 // Rows turned so that what was z becomes y: (x, y, z) -> (x, z, -y).
 void z_up_to_y_up(Points& rows) {
@@ -94,7 +89,7 @@ void check_motion_clip(const MotionClip& clip, const std::string& file) {
   }
   const Motion& motion = clip.motion;
   if (!(motion.fps > 0) || !std::isfinite(motion.fps)) {
-    throw DataError(file, "frame rate", std::to_string(motion.fps), "more than 0");
+    throw DataError(file, "frame rate", short_number(motion.fps), "more than 0");
   }
   if (motion.frame_ids.size() != motion.poses.size()) {
     throw DataError(file, "motion", std::to_string(motion.frame_ids.size()) + " frame ids",
@@ -121,7 +116,7 @@ void check_on_stage(const MotionClip& clip, const std::string& file) {
   for (Index j = 1; j < offsets.rows(); ++j) {
     if (!(offsets.row(j).norm() <= kStage)) {
       throw DataError(file, "joint " + clip.skeleton.names[static_cast<std::size_t>(j)],
-                      "a bone of " + text(offsets.row(j).norm()) + " m",
+                      "a bone of " + short_number(offsets.row(j).norm()) + " m",
                       "a person's; set the unit by --motion.metres-per-unit");
     }
   }
@@ -129,8 +124,8 @@ void check_on_stage(const MotionClip& clip, const std::string& file) {
     const Eigen::Vector3d root = offsets.row(0).transpose() + clip.motion.poses[i].root_translation;
     if (!(root.norm() <= kStage)) {
       throw DataError(file, "frame " + std::to_string(clip.motion.frame_ids[i]),
-                      "a root " + text(root.norm()) + " m from the origin",
-                      "a stage: at most " + text(kStage) +
+                      "a root " + short_number(root.norm()) + " m from the origin",
+                      "a stage: at most " + short_number(kStage) +
                           " m; move the motion to the origin, or set its unit by "
                           "--motion.metres-per-unit");
     }
@@ -198,13 +193,21 @@ MotionClip in_metres_y_up(MotionClip clip, const MotionOptions& options) {
   const char up = options.up != 0 ? options.up : guess_up_axis(clip);
   const double scale =
       options.metres_per_unit > 0 ? options.metres_per_unit : guess_metres_per_unit(clip, up);
+  constexpr double kLeastUnit = 1e-6;
+  constexpr double kMostUnit = 1e3;
+  if (options.metres_per_unit == 0 && !(scale >= kLeastUnit && scale <= kMostUnit)) {
+    throw DataError(
+        clip.name, "skeleton",
+        "bones of which no unit makes a person's: one would be " + short_number(scale) + " m",
+        "a person's bones; --motion.metres-per-unit of body-model sets the unit");
+  }
   if (options.up == 0 && up != 'y') {
     clip.findings.push_back({Severity::Note, "motion-up", clip.name, "z taken as up",
                              "--motion.up y if that is wrong"});
   }
   if (options.metres_per_unit == 0 && scale != 1) {
     clip.findings.push_back({Severity::Note, "motion-unit", clip.name,
-                             "one unit taken as " + text(scale) + " m",
+                             "one unit taken as " + short_number(scale) + " m",
                              "--motion.metres-per-unit sets another"});
   }
   clip.skeleton.offsets *= scale;

@@ -60,6 +60,7 @@ double guess_metres_per_unit(const MotionClip& clip, char up);
 
 /// Turns a clip that is in a file's own unit and axes into metres and Y up, as `options` say or by
 /// the guesses above; a guess other than metres or Y leaves a Note ("motion-unit", "motion-up").
+/// Throws DataError where the guess is no length of a unit: below a micrometre, above a kilometre.
 MotionClip in_metres_y_up(MotionClip clip, const MotionOptions& options = {});
 
 /// A rate as people state it: 1 / 0.0083333 is 120; rates within 0.1% of a whole number become it.

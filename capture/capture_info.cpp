@@ -10,6 +10,7 @@
 #include "core/io/file_bytes.h"
 #include "core/io/json_place.h"
 #include "core/io/toml.h"
+#include "core/quantity_text.h"
 #include "core/store/consent_file.h"
 #include "core/utf8.h"
 
@@ -89,7 +90,7 @@ void check_capture_info(const CaptureInfo& info, const std::string& file) {
       refuse(where, "kind '" + sequence.kind + "'", "minimal or clothed");
     }
     if (!(sequence.fps > 0) || !std::isfinite(sequence.fps)) {
-      refuse(where, "fps " + std::to_string(sequence.fps), "a number above 0");
+      refuse(where, "fps " + short_number(sequence.fps), "a number above 0");
     }
     if (sequence.frame_ids.empty()) {
       refuse(where, "no frames", "at least one frame id");

@@ -10,6 +10,7 @@
 #include "capture/camera_conventions.h"
 #include "capture/camera_readings.h"
 #include "capture/sentence.h"
+#include "core/quantity_text.h"
 
 namespace atelier {
 namespace {
@@ -19,6 +20,37 @@ constexpr double kTwins = 1e-4;  // m: cameras nearer to each other stand in one
 
 Eigen::Vector3d axis_of(const Camera& camera) {
   return camera.camera_from_world_rotation.row(2).transpose();
+}
+
+/// How far the corners of the image are from its principal point, over how far they would be
+/// without distortion; the most. 1 where no ray is.
+double corner_stretch(const Camera& camera) {
+  double most = 1;
+  for (const double x : {0.0, static_cast<double>(camera.width)}) {
+    for (const double y : {0.0, static_cast<double>(camera.height)}) {
+      const auto ray = ray_direction(camera, {x, y});
+      const Eigen::Vector3d seen = ray ? Eigen::Vector3d(camera.camera_from_world_rotation * *ray)
+                                       : Eigen::Vector3d::UnitZ();
+      const double straight = seen.head<2>().norm() / seen.z();
+      const double there = std::hypot((x - camera.cx) / camera.fx, (y - camera.cy) / camera.fy);
+      if (straight > 0) {
+        most = std::max(most, there / straight);
+      }
+    }
+  }
+  return most;
+}
+
+/// Distortion that folds nowhere and that no lens has: the worst pincushions stretch by a tenth.
+void doubt_stretch(const Camera& camera, std::vector<Finding>& findings) {
+  constexpr double kMost = 1.5;
+  const double stretch = corner_stretch(camera);
+  if (stretch > kMost) {
+    findings.push_back({Severity::Warning, "camera-distortion", camera.id,
+                        "the distortion pulls the image's corners to " + short_number(stretch, 3) +
+                            " times as far from the centre, as no lens does",
+                        "are the coefficients in OpenCV's order (k1 k2 p1 p2 k3), not scaled?"});
+  }
 }
 
 void check_lens(const Camera& camera, std::vector<Finding>& findings) {
@@ -58,6 +90,7 @@ void check_lens(const Camera& camera, std::vector<Finding>& findings) {
     lost += back && (*back - Eigen::Vector2d(x, y)).norm() < 0.5 ? 0 : 1;
   }
   if (lost == 0) {
+    doubt_stretch(camera, findings);
     return;
   }
   // A fisheye's image may reach beyond 90 degrees, where no ray is: that is a wide lens, unless it

@@ -17,6 +17,7 @@
 #include "capture/sentence.h"
 #include "core/error.h"
 #include "core/median.h"
+#include "core/quantity_text.h"
 #include "core/sha256.h"
 
 namespace atelier {

@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "capture/associate_people.h"
 #include "capture/detections.h"
@@ -15,6 +16,7 @@
 #include "capture/keypoint_schema.h"
 #include "capture/sentence.h"
 #include "core/median.h"
+#include "core/quantity_text.h"
 
 namespace atelier {
 namespace {
@@ -46,7 +48,28 @@ std::vector<int> frames_to_check(const Dataset& dataset, std::vector<Finding>& f
   return frames;
 }
 
+/// Tells cameras that found nobody: of all of them at once, unless reading the capture did.
+void tell_blind_cameras(const Dataset& dataset, const std::vector<std::string>& blind,
+                        std::vector<Finding>& findings) {
+  constexpr const char* kCode = "keypoints-none";
+  if (std::any_of(dataset.findings.begin(), dataset.findings.end(),
+                  [&](const Finding& finding) { return finding.code == kCode; })) {
+    return;
+  }
+  if (blind.size() > 1 && blind.size() == dataset.cameras.size()) {
+    findings.push_back({Severity::Warning, kCode, dataset.root.string(),
+                        "no confident keypoint in any frame of any camera",
+                        "detect again, or say by --capture.keypoints what confidences mean"});
+    return;
+  }
+  for (const std::string& camera : blind) {
+    findings.push_back({Severity::Warning, kCode, camera, "no confident keypoint in any frame",
+                        "does it see the person?"});
+  }
+}
+
 void check_rows(const Dataset& dataset, const Frames& detections, std::vector<Finding>& findings) {
+  std::vector<std::string> blind;
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
     const Camera& camera = dataset.cameras[c];
     double outside = 0;
@@ -70,18 +93,16 @@ void check_rows(const Dataset& dataset, const Frames& detections, std::vector<Fi
       }
     }
     if (found == 0) {
-      findings.push_back({Severity::Warning, "keypoints-none", camera.id,
-                          "no confident keypoint in any frame", "does it see the person?"});
-    } else if (extent < 2) {
+      blind.push_back(camera.id);
+    } else if (extent > 0 && extent < 2) {
       findings.push_back({Severity::Error, "keypoints-scaled", camera.id,
-                          sentence("no keypoint is beyond %.2f px: they are shares of width and "
-                                   "height",
-                                   extent),
+                          "no keypoint is beyond " + short_number(extent, 3) +
+                              " px: they are shares of width and height",
                           "read them so", "--capture.keypoints " + camera.id + "=shares"});
     } else if (outside > 0.05 * found) {
       findings.push_back(
           {Severity::Error, "keypoints-outside", camera.id,
-           sentence("%.0f%% of the confident points lie outside the image", 100 * outside / found),
+           percent(outside / found) + " of the confident points lie outside the image",
            "are they of images of another size?"});
     }
     if (wrong > 0) {
@@ -92,6 +113,7 @@ void check_rows(const Dataset& dataset, const Frames& detections, std::vector<Fi
                           percent ? "--capture.keypoints " + camera.id + "=percent" : ""});
     }
   }
+  tell_blind_cameras(dataset, blind, findings);
 }
 
 std::optional<double> length_of(const SpacePose& pose, const KeypointSchema& schema,
@@ -219,7 +241,7 @@ void check_person(const Triangulation& found, const KeypointSchema& schema, cons
   if (found.frames.size() < kFew ? both : either) {
     const Limb& odd = is_nobodys(left) ? left : right;
     findings.push_back({Severity::Error, "keypoint-order", "",
-                        sentence("thigh %.2f, shin %.2f, upper arm %.2f, forearm %.2f m are no "
+                        sentence("thigh %.3g, shin %.3g, upper arm %.3g, forearm %.3g m are no "
                                  "person's",
                                  odd.thigh, odd.shin, odd.arm, odd.fore),
                         "is the order of the keypoints another? --capture.keypoint-schema says"});
@@ -315,10 +337,17 @@ KeypointCheck check_keypoints(FrameReader& reader, const TriangulationOptions& o
     }
   }
   if (usual > kWorstError || met < kMet) {
-    findings.push_back(
-        {Severity::Error, "calibration-error", "",
-         sentence("%.0f%% of the keypoints meet in space, with %.1f px of error", 100 * met, usual),
-         "are calibration and images of the same day, size and layout?"});
+    const auto scaled = std::count_if(findings.begin(), findings.end(), [](const Finding& f) {
+      return f.code == "keypoints-scaled";
+    });
+    if (std::cmp_greater_equal(scaled, dataset.cameras.size())) {
+      return check;  // which explains it
+    }
+    findings.push_back({Severity::Error, "calibration-error", "",
+                        met > 0 ? percent(met) + " of the keypoints meet in space, with " +
+                                      short_number(usual, 3) + " px of error"
+                                : "no keypoint of one camera meets those of others in space",
+                        "are calibration and images of the same day, size and layout?"});
     return check;
   }
   check.calibration_fits = true;
@@ -342,8 +371,8 @@ KeypointCheck check_keypoints(FrameReader& reader, const TriangulationOptions& o
   constexpr double kUnseen = 0.3;
   if (meeting.unseen > kUnseen * (meeting.unseen + meeting.wanted)) {
     findings.push_back({Severity::Warning, "coverage-low", "",
-                        sentence("%.0f%% of the keypoints are seen by one camera alone",
-                                 100 * meeting.unseen / (meeting.unseen + meeting.wanted)),
+                        percent(meeting.unseen / (meeting.unseen + meeting.wanted)) +
+                            " of the keypoints are seen by one camera alone",
                         "two cameras must see each part of the person; add some, or turn them"});
   }
   return check;

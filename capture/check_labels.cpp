@@ -14,6 +14,7 @@
 #include "capture/seen_person.h"
 #include "capture/sentence.h"
 #include "core/error.h"
+#include "core/quantity_text.h"
 #include "core/saturating_cast.h"
 
 namespace atelier {

@@ -127,7 +127,7 @@ std::optional<Finding> explain_time(const SeenPerson& seen, std::size_t c,
         Severity::Error,
         "camera-out-of-sync",
         id,
-        sentence("its image of a frame fits %d frames %s (error %.1f px, then %.1f)",
+        sentence("its image of a frame fits %d frames %s (error %.3g px, then %.3g)",
                  std::abs(all.frames), all.frames > 0 ? "later" : "earlier", all.now, all.then),
         sentence("shift its frames by %d", all.frames),
         setting_of("sync", id, std::to_string(all.frames))};
@@ -220,7 +220,7 @@ std::optional<Finding> explain_move(const SeenPerson& seen, std::size_t c,
       Severity::Error,
       "camera-moved",
       id + " frame " + std::to_string(seen.frame_ids[static_cast<std::size_t>(best)]),
-      sentence("its error is %.1f px before, %.1f px from there on: it was moved", before, after),
+      sentence("its error is %.3g px before, %.3g px from there on: it was moved", before, after),
       "calibrate both parts apart, or leave it out",
       "--capture.leave-out " + id};
 }
@@ -242,7 +242,7 @@ Explanation explain_calibration(const SeenPerson& seen, std::size_t c, const Tri
     // The first explanation is likelier, and wins where it is about as good.
     if (error > 0 && error < 0.5 * now && error < std::max(kFitsAlone * usual, 1.0) &&
         error < 0.9 * best.error && surely_less(errors, as_read)) {
-      finding.what += sentence(" (error %.1f px, then %.1f)", std::min(now, 999.0), error);
+      finding.what += sentence(" (error %.3g px, then %.3g)", std::min(now, 999.0), error);
       best = {error, std::move(finding)};
     }
   };
@@ -316,7 +316,7 @@ std::vector<Finding> explain_cameras(const SeenPerson& seen, const Triangulation
     } else if (off) {
       findings.push_back(
           {Severity::Warning, "camera-off", seen.cameras[c].id,
-           sentence("reprojection error %.1f px, %.1f in the median camera", std::min(now, 999.0),
+           sentence("reprojection error %.3g px, %.3g in the median camera", std::min(now, 999.0),
                     usual),
            "it was moved or badly calibrated and counts less; calibrate it again or leave it out",
            "--capture.leave-out " + seen.cameras[c].id});

@@ -10,6 +10,7 @@
 #include "capture/check_cameras.h"
 #include "capture/sentence.h"
 #include "core/median.h"
+#include "core/quantity_text.h"
 
 namespace atelier {
 namespace {
@@ -52,18 +53,22 @@ bool is_stage(const std::vector<Camera>& cameras) {
 
 Finding finding_of_all(const Reading& reading, const RigFit& now, const RigFit& then) {
   std::string what(reading.what);
-  what.replace(0, 3, "each camera's");  // "its ..."
+  what.replace(what.find("its"), 3, "each camera's");  // "its ...", "x and y of its ..."
   return {Severity::Error,
           std::string(reading.code),
           "",
-          what + sentence(": %.0f%% of the detections agree, with %.1f px of error, then "
-                          "%.0f%% with %.1f",
-                          100 * now.share, now.error, 100 * then.share, then.error),
+          what + ": of the detections " + fit_text(now) + ", agree, then " + fit_text(then),
           "read all cameras so, or rewrite the files",
           setting_of(reading.option, "all", reading.value)};
 }
 
 }  // namespace
+
+std::string fit_text(const RigFit& fit) {
+  return fit.share > 0
+             ? percent(fit.share) + ", with " + short_number(fit.error, 3) + " px of error"
+             : "none";
+}
 
 int agreeing_views(const SeenPerson& seen, std::size_t frame, std::size_t point,
                    const SpacePoint& place, double most) {

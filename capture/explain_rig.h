@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "capture/seen_person.h"
 #include "capture/triangulation.h"
@@ -19,6 +20,9 @@ struct RigFit {
   std::vector<double> points = {};       ///< px [frames x K]: error of each point, else negative
 };
 RigFit rig_fit(const SeenPerson& seen, const TriangulationOptions& options);
+
+/// "87%, with 2.4 px of error"; "none" of detections that support nothing.
+std::string fit_text(const RigFit& fit);
 
 /// The reading (camera_readings.h) under which all cameras fit together, where they do not as they
 /// were read: triangulates some frames under each. Nothing if none makes them fit.

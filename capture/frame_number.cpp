@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <string>
 
 namespace atelier {
 namespace {
@@ -50,6 +51,18 @@ std::optional<int> frame_number(std::string_view file_name, std::size_t from_end
   const std::optional<std::int64_t> number = long_number(runs[runs.size() - 1 - from_end]);
   constexpr std::int64_t kMost = 999'999'999;
   return number && *number <= kMost ? std::optional(static_cast<int>(*number)) : std::nullopt;
+}
+
+bool is_camera_number(std::string_view file_name, std::string_view digits) {
+  const std::size_t at = file_name.rfind(digits);
+  std::string before(file_name.substr(0, at == std::string_view::npos ? 0 : at));
+  while (!before.empty() && (before.back() == '_' || before.back() == '-')) {
+    before.pop_back();
+  }
+  std::transform(before.begin(), before.end(), before.begin(), [](char c) {
+    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
+  });
+  return before.ends_with("cam") || before.ends_with("camera") || before.ends_with("view");
 }
 
 }  // namespace atelier

@@ -18,4 +18,7 @@ std::optional<std::int64_t> long_number(std::string_view digits);
 /// so on. Nothing without digits or beyond 9 digits.
 std::optional<int> frame_number(std::string_view file_name, std::size_t from_end = 0);
 
+/// Whether the digits at the end of a name are a camera's: "000012_cam04", "f12-view_3".
+bool is_camera_number(std::string_view file_name, std::string_view digits);
+
 }  // namespace atelier

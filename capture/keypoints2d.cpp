@@ -17,6 +17,17 @@ namespace {
 /// Beyond this no detection lies, whatever the picture's size.
 constexpr double kFarthest = 1e6;
 
+/// Numbers of an array, NaN among them, which Python writes for what was not found.
+std::vector<double> numbers_or_nan(const JsonPlace& place) {
+  std::vector<double> values;
+  for (const JsonPlace& item : place.items()) {
+    const nlohmann::json& value = item.value();
+    const bool nan = value.is_number_float() && std::isnan(value.get<double>());
+    values.push_back(nan ? value.get<double>() : item.number());
+  }
+  return values;
+}
+
 Keypoints2d keypoints_of(const JsonPlace& place, const std::vector<double>& values, double shift) {
   if (values.size() % 3 != 0) {
     place.fail(counted(static_cast<std::int64_t>(values.size()), "number"),
@@ -26,6 +37,12 @@ Keypoints2d keypoints_of(const JsonPlace& place, const std::vector<double>& valu
   for (Index i = 0; i < points.rows(); ++i) {
     for (Index j = 0; j < 3; ++j) {
       points(i, j) = values[static_cast<std::size_t>(3 * i + j)];
+    }
+    if (!points.row(i).allFinite()) {
+      points.row(i).setZero();
+      continue;
+    }
+    for (Index j = 0; j < 3; ++j) {
       if (!(std::abs(points(i, j)) < kFarthest)) {
         place.fail("point " + std::to_string(i) + " at a million pixels or beyond",
                    "pixels and a confidence");
@@ -43,11 +60,11 @@ Keypoints2d keypoints_of(const JsonPlace& place, const std::vector<double>& valu
 /// Numbers of [x, y, c, x, y, c, ...] or [[x, y, c], ...].
 std::vector<double> flat_numbers(const JsonPlace& place) {
   if (place.size() == 0 || !place.value().front().is_array()) {
-    return place.numbers();
+    return numbers_or_nan(place);
   }
   std::vector<double> values;
   for (const JsonPlace& row : place.items()) {
-    const std::vector<double> triple = row.numbers();
+    const std::vector<double> triple = numbers_or_nan(row);
     if (triple.size() != 3) {
       row.fail(counted(static_cast<std::int64_t>(triple.size()), "number"), "x, y and confidence");
     }
@@ -76,7 +93,7 @@ std::vector<PersonKeypoints> openpose_people(const JsonPlace& root, double shift
   for (const JsonPlace& entry : root.at("people").items()) {
     const JsonPlace body = entry.at("pose_keypoints_2d");
     PersonKeypoints person;
-    person.points = keypoints_of(body, body.numbers(), shift);
+    person.points = keypoints_of(body, numbers_or_nan(body), shift);
     if (person.points.rows() == 0) {
       continue;  // what the detector writes for a person of whom only a hand was seen
     }
@@ -99,7 +116,7 @@ PersonKeypoints person_of(const JsonPlace& entry, double shift) {
   const JsonPlace body = entry.at("keypoints");
   PersonKeypoints person;
   if (const auto scores = entry.find("keypoint_scores")) {
-    const std::vector<double> confidence = scores->numbers();
+    const std::vector<double> confidence = numbers_or_nan(*scores);
     const std::vector<JsonPlace> rows = body.items();
     if (rows.size() != confidence.size()) {
       entry.fail(std::to_string(rows.size()) + " keypoints and " +
@@ -108,7 +125,7 @@ PersonKeypoints person_of(const JsonPlace& entry, double shift) {
     }
     std::vector<double> values;
     for (std::size_t k = 0; k < rows.size(); ++k) {
-      const std::vector<double> place = rows[k].numbers();
+      const std::vector<double> place = numbers_or_nan(rows[k]);
       if (place.size() != 2 && place.size() != 3) {
         rows[k].fail(counted(static_cast<std::int64_t>(place.size()), "number"), "x and y");
       }
@@ -131,6 +148,7 @@ PersonKeypoints person_of(const JsonPlace& entry, double shift) {
 std::vector<PersonKeypoints> people_of(const std::vector<JsonPlace>& instances, double shift,
                                        const JsonPlace& place) {
   std::vector<PersonKeypoints> people;
+  people.reserve(instances.size());
   for (const JsonPlace& instance : instances) {
     people.push_back(person_of(instance, shift));
   }
@@ -168,12 +186,71 @@ PeopleOfFrames mmpose_frames(const std::vector<JsonPlace>& items, double shift) 
   return frames;
 }
 
-/// Whatever MMPose and AlphaPose write, told by its members.
+/// What COCO calls the third number of a keypoint is how visible it is: 0 for not there, 1 hidden,
+/// 2 seen. Of detections it is a confidence.
+void confidences_of_visibility(PeopleOfFrames& frames) {
+  double largest = 0;
+  for (const auto& [frame, people] : frames) {
+    for (const PersonKeypoints& person : people) {
+      const auto visibility = person.points.col(2).array();
+      if ((visibility != 0 && visibility != 1 && visibility != 2).any()) {
+        return;
+      }
+      largest = std::max(largest, person.points.rows() > 0 ? visibility.maxCoeff() : 0);
+    }
+  }
+  for (auto& [frame, people] : frames) {
+    for (PersonKeypoints& person : people) {
+      person.points.col(2) *= largest > 1 ? 0.5 : 1;
+    }
+  }
+}
+
+/// A data set of COCO: `annotations` of `images`, whose names have the frames' numbers.
+PeopleOfFrames coco_frames(const JsonPlace& root, double shift, const Limits& limits) {
+  constexpr std::int64_t kLargestId = 1'000'000'000'000'000;
+  const std::vector<JsonPlace> annotations = root.at("annotations").items();
+  if (static_cast<std::int64_t>(annotations.size()) > limits.frames) {
+    root.fail(std::to_string(annotations.size()) + " annotations",
+              "at most " + std::to_string(limits.frames));
+  }
+  std::map<std::int64_t, int> frame_of;
+  PeopleOfFrames frames;
+  for (const JsonPlace& image : root.items("images")) {
+    const int frame = frame_named(image.at("file_name"));
+    frame_of[image.at("id").integer(0, kLargestId)] = frame;
+    if (!frames.try_emplace(frame).second) {
+      image.fail("frame " + std::to_string(frame) + " a second time",
+                 "the images of one camera, each with a number of its own");
+    }
+  }
+  for (const JsonPlace& annotation : annotations) {
+    if (!annotation.has("keypoints")) {
+      continue;  // of a thing without
+    }
+    const JsonPlace id = annotation.at("image_id");
+    const auto found = frame_of.find(id.integer(0, kLargestId));
+    if (found == frame_of.end()) {
+      id.fail("image " + std::to_string(id.integer(0, kLargestId)), "one of images");
+    }
+    PersonKeypoints person = person_of(annotation, shift);
+    if (!person.points.isZero(0)) {
+      frames[found->second].push_back(std::move(person));
+    }
+  }
+  for (const auto& [frame, people] : frames) {
+    check_same_length(people, root);
+  }
+  confidences_of_visibility(frames);
+  return frames;
+}
+
+/// Whatever MMPose, AlphaPose and COCO write, told by its members.
 PeopleOfFrames frames_in(const JsonPlace& root, double shift, const Limits& limits) {
   const auto refuse = [&](const JsonPlace& place, const std::string& found) {
     place.fail(found,
-               "people (OpenPose), instance_info or instances (MMPose), or a list of keypoints "
-               "with image_id (AlphaPose)");
+               "people (OpenPose), instance_info or instances (MMPose), annotations (COCO), or a "
+               "list of keypoints with image_id (AlphaPose)");
   };
   PeopleOfFrames frames;
   if (root.value().is_object() && root.has("instance_info")) {
@@ -181,6 +258,9 @@ PeopleOfFrames frames_in(const JsonPlace& root, double shift, const Limits& limi
   }
   if (root.value().is_object() && root.has("instances")) {
     return mmpose_frames({root}, shift);
+  }
+  if (root.value().is_object() && root.has("annotations")) {
+    return coco_frames(root, shift, limits);
   }
   if (root.value().is_array()) {
     const std::vector<JsonPlace> items = root.items();
@@ -240,7 +320,7 @@ PeopleOfFrames frames_in(const JsonPlace& root, double shift, const Limits& limi
 
 std::vector<PersonKeypoints> parse_openpose(std::string_view text, const std::string& file,
                                             double shift, const Limits& limits) {
-  const nlohmann::json parsed = parse_json(text, file, limits);
+  const nlohmann::json parsed = parse_python_json(text, file, limits);
   return openpose_people(JsonPlace(parsed, file), shift);
 }
 
@@ -248,13 +328,13 @@ std::map<int, std::vector<PersonKeypoints>> parse_detection_frames(std::string_v
                                                                    const std::string& file,
                                                                    double shift,
                                                                    const Limits& limits) {
-  const nlohmann::json parsed = parse_json(text, file, limits);
+  const nlohmann::json parsed = parse_python_json(text, file, limits);
   return frames_in(JsonPlace(parsed, file), shift, limits);
 }
 
 std::vector<PersonKeypoints> parse_detections(std::string_view text, const std::string& file,
                                               double shift, const Limits& limits) {
-  const nlohmann::json parsed = parse_json(text, file, limits);
+  const nlohmann::json parsed = parse_python_json(text, file, limits);
   const JsonPlace root(parsed, file);
   if (root.value().is_object() && root.has("people")) {
     return openpose_people(root, shift);
@@ -270,7 +350,7 @@ std::vector<PersonKeypoints> parse_detections(std::string_view text, const std::
 std::vector<PersonKeypoints> parse_easymocap_annotation(std::string_view text,
                                                         const std::string& file, double shift,
                                                         const Limits& limits) {
-  const nlohmann::json parsed = parse_json(text, file, limits);
+  const nlohmann::json parsed = parse_python_json(text, file, limits);
   const JsonPlace root(parsed, file);
   std::vector<PersonKeypoints> people;
   for (const JsonPlace& entry : parsed.is_array() ? root.items() : root.at("annots").items()) {

@@ -8,6 +8,7 @@
 #include "core/io/json.h"
 #include "core/io/json_place.h"
 #include "core/printable.h"
+#include "core/quantity_text.h"
 #include "core/saturating_cast.h"
 
 namespace atelier {
@@ -88,7 +89,7 @@ std::map<int, std::vector<double>> parse_keypoint_deviations(std::string_view te
     std::vector<double> values = place.numbers();
     for (const double value : values) {
       if (!(value >= 0 && value < limits.mesh_coordinate)) {
-        place.fail("a deviation of " + std::to_string(value), "metres of at least 0");
+        place.fail("a deviation of " + short_number(value), "metres of at least 0");
       }
     }
     if (values.size() == entry.at("keypoints3d").size()) {

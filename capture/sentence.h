@@ -13,9 +13,4 @@ std::string sentence(const char* format, Values... values) {
   return text;
 }
 
-/// A share as whole percents.
-inline std::string percent(double share) {
-  return sentence("%.0f%%", 100 * share);
-}
-
 }  // namespace atelier

@@ -556,7 +556,7 @@ Triangulation triangulate(const std::vector<Camera>& cameras, const Frames& dete
     if (ratio > 1) {
       scale[i] = ratio * ratio;
       char what[128];
-      std::snprintf(what, sizeof what, "reprojection error %.1f px, %.1f in the median camera",
+      std::snprintf(what, sizeof what, "reprojection error %.3g px, %.3g in the median camera",
                     result.camera_error[i], usual);
       result.findings.push_back({Severity::Warning, "camera-off", cameras[i].id, what,
                                  "it counts less; calibrate it again or leave it out"});

@@ -176,12 +176,6 @@ bool is_better(const Sound& a, const Sound& b) {
   return a.errors < b.errors;
 }
 
-/// "87%, with 2.4 px of error"
-std::string fit_text(const RigFit& fit) {
-  return fit.share > 0 ? sentence("%.0f%%, with %.1f px of error", 100 * fit.share, fit.error)
-                       : "none";
-}
-
 Finding wrong_correction(const Try& tried, const Sound& now, const Sound& then) {
   const std::string otherwise = tried.other_value ? "then " : "without it ";
   const bool by_fit = then.fit && now.fit && fits_better(*then.fit, *now.fit, share_of_less(tried));

@@ -1,16 +1,15 @@
 #include "capture/validate.h"
 
 #include <algorithm>
-#include <chrono>
 
 #include "capture/check_cameras.h"
+#include "capture/check_consent.h"
 #include "capture/check_keypoints.h"
 #include "capture/check_labels.h"
 #include "capture/sentence.h"
 #include "capture/settle_advice.h"
 #include "core/printable.h"
 #include "core/split_text.h"
-#include "core/store/consent.h"
 
 namespace atelier {
 namespace {
@@ -20,14 +19,7 @@ std::vector<Finding> check_consent(const Dataset& dataset) {
     return {{Severity::Warning, "consent-none", dataset.root.string(), "no consent is recorded",
              "state who, scope and until in a [[consent]] of capture.toml"}};
   }
-  const double now =
-      std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch()).count();
-  std::vector<Finding> findings;
-  for (const std::string& ended : ended_consent(dataset.info.consent, now)) {
-    findings.push_back({Severity::Warning, "consent-ended", dataset.root.string(), ended,
-                        "renew the consent, or remove the capture"});
-  }
-  return findings;
+  return check_ended_consent(dataset);
 }
 
 /// What no check of single cameras and frames sees: too few cameras, nothing to look at, frame

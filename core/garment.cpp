@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/quantity_text.h"
 
 namespace atelier {
 namespace {
@@ -17,7 +18,7 @@ void check_vertex(int vertex, Index count, const std::string& place, const std::
 void check_material(const Material& material, const std::string& file) {
   const auto positive = [&](double value, const char* what, bool zero_allowed) {
     if (!std::isfinite(value) || value < 0 || (value == 0 && !zero_allowed)) {
-      throw DataError(file, std::string("material ") + what, std::to_string(value),
+      throw DataError(file, std::string("material ") + what, short_number(value),
                       zero_allowed ? "zero or more" : "more than zero");
     }
   };

@@ -7,6 +7,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/quantity_text.h"
 
 namespace atelier {
 namespace {
@@ -154,7 +155,7 @@ bool has_topology(const SequenceHeader& header) {
 /// The fault of a header, or "".
 std::string header_fault(const SequenceHeader& header) {
   if (!std::isfinite(header.fps) || header.fps <= 0) {
-    return std::to_string(header.fps) + " frames per second";
+    return short_number(header.fps) + " frames per second";
   }
   for (std::size_t i = 0; i < header.frame_ids.size(); ++i) {
     if (header.frame_ids[i] < 0 || (i > 0 && header.frame_ids[i] <= header.frame_ids[i - 1])) {

@@ -25,6 +25,7 @@
 #include "core/io/mesh_file.h"
 #include "core/io/scene_file.h"
 #include "core/printable.h"
+#include "core/quantity_text.h"
 #include "core/render/contact_sheet.h"
 #include "core/render/framing.h"
 #include "core/render/scaled_pictures.h"

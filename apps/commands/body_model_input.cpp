@@ -1,7 +1,6 @@
 #include "apps/commands/body_model_input.h"
 
 #include <cmath>
-#include <cstdio>
 #include <filesystem>
 #include <iostream>
 #include <optional>
@@ -18,6 +17,7 @@
 #include "core/io/npz.h"
 #include "core/io/scene_file.h"
 #include "core/printable.h"
+#include "core/quantity_text.h"
 #include "core/usage_error.h"
 
 namespace atelier {
@@ -168,12 +168,6 @@ OptionTable describe(BodyOptions& options) {
   table.add("pictures", options.pictures, 1, 400, "",
             "Number of poses on the contact sheet of pose");
   return table.add(describe(options.picture));
-}
-
-std::string short_number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g", value);
-  return text;
 }
 
 void print(const std::vector<Finding>& findings) {

@@ -67,7 +67,4 @@ ShapedInput read_body_input(const BodyArguments& arguments, const BodyOptions& o
 /// Every finding as a line on standard error.
 void print(const std::vector<Finding>& findings);
 
-/// Four digits.
-std::string short_number(double value);
-
 }  // namespace atelier

@@ -4,6 +4,7 @@
 #include "apps/console/arguments.h"
 #include "apps/console/command.h"
 #include "apps/console/option_flags.h"
+#include "apps/console/tell_consent.h"
 #include "capture/calibration/calibration_report.h"
 #include "capture/input/board_pictures.h"
 #include "capture/input/keypoint_rig.h"
@@ -119,6 +120,7 @@ Calibration by_keypoints(const CalibrateArguments& arguments,
         "--calibration.poses=false finds them from images of a board, and --person.stature");
   }
   const Dataset capture = open_dataset(arguments.pictures);
+  tell_ended_consent(capture);
   std::vector<RigCamera> rig;
   for (std::size_t c = 0; c < capture.cameras.size(); ++c) {
     RigCamera camera;

@@ -8,6 +8,7 @@
 #include "apps/console/command.h"
 #include "apps/console/option_flags.h"
 #include "apps/console/standard_streams.h"
+#include "apps/console/tell_consent.h"
 #include "capture/layouts/open_dataset.h"
 #include "capture/sentence.h"
 #include "capture/surface/color_gains.h"
@@ -68,6 +69,7 @@ int run(const CalibrateColorArguments& arguments, const CalibrateColorOptions& o
   require_outside_input(arguments.out, arguments.capture, "--out", "CAPTURE");
   require_outside_captures(arguments.out, "--out");
   const Dataset dataset = open_dataset(arguments.capture, options.capture);
+  tell_ended_consent(dataset);
   if (!dataset.calibrated) {
     throw DataError(arguments.capture, "", "cameras without calibration",
                     "calibrated ones; atelier calibrate estimates them");

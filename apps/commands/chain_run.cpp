@@ -296,6 +296,7 @@ int ChainRun::plan() {
                   {"stage", one.stage},
                   {"state", words},
                   {"reasons", why},
+                  {"warnings", to_run ? foreseen_[i].warnings : std::vector<std::string>()},
                   {"expected_seconds", one.expected}});
       continue;
     }
@@ -307,6 +308,9 @@ int ChainRun::plan() {
     name.resize(std::max<std::size_t>(name.size(), 12), ' ');
     std::cout << "  " << name << " " << words << (why.front().empty() ? "" : printable(reasons))
               << "\n";
+    for (const std::string& warning : to_run ? foreseen_[i].warnings : std::vector<std::string>()) {
+      std::cout << "    warning: " << printable(warning) << "\n";
+    }
   }
   refuse_nothing();
   return std::any_of(foreseen_.begin(), foreseen_.end(),
@@ -418,6 +422,7 @@ void ChainRun::foresee() {
         request.workspace.clear();
       }
       require_startable(run_steps()[i]->stage, request);
+      one.warnings = previewed_warnings(run_steps()[i]->stage, request);
       anew = true;
     }
     foreseen_.push_back(std::move(one));

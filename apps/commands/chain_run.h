@@ -75,6 +75,7 @@ class ChainRun {
     std::vector<std::string> why;
     bool works = false;   ///< takes its time: unlikely to find its result as it is
     bool cannot = false;  ///< lacks what this run does not make
+    std::vector<std::string> warnings = {};  ///< of what its options name
   };
 
   void suggest(const std::string& name, const std::string& value, const std::string& why);

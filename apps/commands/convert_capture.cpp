@@ -7,6 +7,7 @@
 #include "apps/console/command.h"
 #include "apps/console/interrupt.h"
 #include "apps/console/option_flags.h"
+#include "apps/console/tell_consent.h"
 #include "capture/frame_reader.h"
 #include "capture/layouts/frame_files.h"
 #include "capture/layouts/join_datasets.h"
@@ -224,6 +225,7 @@ int run(const ConvertCaptureArguments& arguments, const DatasetOptions& options)
   for (const Finding& finding : dataset.findings) {
     std::cout << "  " << printable(to_string(finding)) << "\n";
   }
+  tell_ended_consent(dataset);
   const LayoutReport report = write_or_end(dataset, arguments.to, places.out);
   for (const std::string& sentence : report.lost) {
     std::cout << "  " << arguments.to << ": " << sentence << "\n";

@@ -8,6 +8,7 @@
 #include "apps/console/command.h"
 #include "apps/console/option_flags.h"
 #include "apps/console/standard_streams.h"
+#include "apps/console/tell_consent.h"
 #include "capture/layouts/colmap_dense.h"
 #include "capture/stereo/share_views.h"
 #include "capture/surface/reconstruct_scan.h"
@@ -183,6 +184,7 @@ int run(const DepthArguments& arguments, const DepthOptions& options) {
   }
   const Device device = arguments.device == "cuda" ? Device::Cuda : Device::Cpu;
   const Dataset dataset = stage_dataset(arguments.capture, options.capture);
+  tell_ended_consent(dataset);
   const std::vector<int> frames = frames_with_masks(dataset);
   if (frames.empty()) {
     throw DataError(arguments.capture, "", "no masks and no labels",

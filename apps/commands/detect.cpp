@@ -7,6 +7,7 @@
 #include "apps/console/arguments.h"
 #include "apps/console/command.h"
 #include "apps/console/option_flags.h"
+#include "apps/console/tell_consent.h"
 #include "capture/frame_reader.h"
 #include "capture/keypoint_schema.h"
 #include "capture/label_taxonomy.h"
@@ -127,6 +128,7 @@ int run(const DetectArguments& arguments, const DetectCommandOptions& options) {
         "--mean and --standard-deviation take three numbers each, as in [124, 116, 104]");
   }
   const Dataset dataset = open_dataset(arguments.capture, options.capture);
+  tell_ended_consent(dataset);
   const bool in_place = arguments.out.empty();
   if (in_place && dataset.layout != "native") {
     throw UsageError("CAPTURE has the layout " + dataset.layout +

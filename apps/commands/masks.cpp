@@ -7,6 +7,7 @@
 #include "apps/console/arguments.h"
 #include "apps/console/command.h"
 #include "apps/console/option_flags.h"
+#include "apps/console/tell_consent.h"
 #include "capture/frame_reader.h"
 #include "capture/layouts/frame_files.h"
 #include "capture/layouts/open_dataset.h"
@@ -20,7 +21,7 @@
 #include "core/io/json_text.h"
 #include "core/parallel.h"
 #include "core/printable.h"
-#include "core/saturating_cast.h"
+#include "core/quantity_text.h"
 #include "core/store/output_place.h"
 #include "core/store/unfinished_folder.h"
 #include "core/usage_error.h"
@@ -146,8 +147,8 @@ CameraMasks masks_of(const Dataset& dataset, std::size_t c, const MasksArguments
     if (moving.still_share > kDoubtful) {
       result.findings.push_back(
           {Severity::Warning, "mask-background-doubtful", id,
-           "in " + std::to_string(saturating_cast<int>(100 * moving.still_share)) +
-               "% of the image something stays or moves for half of the time",
+           "in " + percent(moving.still_share) +
+               " of the image something stays or moves for half of the time",
            "take clean plates (--plates), or frames in which the person walks about"});
     }
     background = moving.background;
@@ -199,8 +200,8 @@ CameraMasks masks_of(const Dataset& dataset, std::size_t c, const MasksArguments
   if (result.written > 0 && cut > kCut * result.written) {
     result.findings.push_back(
         {Severity::Warning, "mask-cuts-through", id,
-         "at " + std::to_string(saturating_cast<int>(100 * cut / result.written)) +
-             "% of the masks' outline both sides look alike: they cut through the person, or take "
+         "at " + percent(cut / result.written) +
+             " of the masks' outline both sides look alike: they cut through the person, or take "
              "background in, where the background was hardly ever seen",
          "take clean plates (--plates), or frames in which the person walks about"});
   }
@@ -238,6 +239,7 @@ int run(MasksArguments arguments, const MasksOptions& options) {
     throw UsageError("masks takes a CAPTURE: atelier masks CAPTURE --plates FOLDER");
   }
   const Dataset dataset = open_dataset(arguments.capture, options.capture);
+  tell_ended_consent(dataset);
   std::error_code error;
   if (arguments.out.empty()) {
     if (dataset.layout != "native") {

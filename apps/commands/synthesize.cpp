@@ -12,6 +12,7 @@
 #include "core/printable.h"
 #include "core/store/workspace_folder.h"
 #include "core/usage_error.h"
+#include "core/writable_place.h"
 #include "pipeline/synthesis/synthesis.h"
 
 namespace atelier {
@@ -60,8 +61,11 @@ int run(const std::string& folder, const SynthesisOptions& options, const std::s
   }
   const std::string out = workspace_place(folder).string();
   if (dry_run) {
-    require_synthesis(out, options);
+    const std::vector<Finding> findings = require_synthesis(out, options);
     require_folder_place(out);
+    for (const Finding& finding : findings) {
+      std::cout << printable(to_string(finding)) << "\n";
+    }
     std::cout << printable(out) << ": the options are valid\n";
     return kExitDone;
   }

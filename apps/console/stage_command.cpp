@@ -110,6 +110,8 @@ int work(const Stage& stage, const StageArguments& arguments, StageConsole& cons
       }
       if (plan.state != StagePlan::State::Done || !request.selection.everything()) {
         require_startable(stage, request);
+        const std::vector<std::string> more = previewed_warnings(stage, request);
+        plan.warnings.insert(plan.warnings.end(), more.begin(), more.end());
       }
       console.show_plan(plan, request.selection);
     } catch (const StopRequested&) {

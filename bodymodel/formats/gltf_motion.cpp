@@ -5,11 +5,13 @@
 #include "bodymodel/formats/gltf_body.h"
 #include "bodymodel/formats/gltf_skeleton.h"
 #include "bodymodel/formats/path_joint.h"
+#include "bodymodel/odd_frame_rate.h"
 #include "bodymodel/rotation.h"
 #include "core/error.h"
 #include "core/io/scene_file.h"
 #include "core/io/text_scanner.h"
 #include "core/nearest_name.h"
+#include "core/quantity_text.h"
 #include "core/saturating_cast.h"
 #include "core/unknown_value.h"
 
@@ -18,6 +20,7 @@ namespace {
 
 constexpr double kDefaultRate = 30;
 constexpr double kMaxRate = 1000;
+constexpr std::size_t kManyKeys = 8;     // evenly apart they are frames, and no animator's
 constexpr double kUnsaidStretch = 0.01;  // metres a bone may move unsaid
 
 Eigen::VectorXd key(const GltfChannel& channel, Index k) {
@@ -64,7 +67,7 @@ Eigen::VectorXd sampled(const GltfChannel& channel, double time) {
 }
 
 // The times of the keys where those of the channel with the most are even, else none.
-std::vector<double> even_times(const GltfAnimation& animation) {
+std::vector<double> even_keys(const GltfAnimation& animation) {
   const std::vector<double>* times = nullptr;
   for (const GltfChannel& channel : animation.channels) {
     if (times == nullptr || channel.times.size() > times->size()) {
@@ -75,13 +78,15 @@ std::vector<double> even_times(const GltfAnimation& animation) {
     return {};
   }
   const double step = (times->back() - times->front()) / static_cast<double>(times->size() - 1);
+  if (!(step > 0)) {
+    return {};
+  }
   for (std::size_t i = 1; i < times->size(); ++i) {
     if (std::abs((*times)[i] - (*times)[i - 1] - step) > 0.02 * step) {
       return {};
     }
   }
-  const double rate = frame_rate(step);
-  return rate >= 1 && rate <= kMaxRate ? *times : std::vector<double>{};
+  return *times;
 }
 
 double rate_of_even(const std::vector<double>& times) {
@@ -135,7 +140,10 @@ struct GltfFrames {
 GltfFrames frames_of(const GltfAnimation& animation, GltfTimeSpan span,
                      const MotionOptions& options, const Limits& limits, const std::string& file) {
   const auto [first, last] = span;
-  const std::vector<double> keys = even_times(animation);
+  std::vector<double> keys = even_keys(animation);
+  if (!keys.empty() && !(rate_of_even(keys) >= 1 && rate_of_even(keys) <= kMaxRate)) {
+    keys.clear();  // the poses between which an animator lets it go
+  }
   GltfFrames frames;
   frames.fps = options.fps > 0 ? options.fps : keys.empty() ? kDefaultRate : rate_of_even(keys);
   // At the keys themselves where these span the animation; times are rounded to float in the file,
@@ -145,7 +153,7 @@ GltfFrames frames_of(const GltfAnimation& animation, GltfTimeSpan span,
   const double count = at_keys ? static_cast<double>(keys.size())
                                : std::floor((last - first) * frames.fps + 1e-2) + 1;
   if (!(count >= 1 && count <= static_cast<double>(limits.frames))) {
-    throw DataError(file, "animation " + animation.name, std::to_string(last - first) + " seconds",
+    throw DataError(file, "animation " + animation.name, short_number(last - first) + " seconds",
                     "at most " + std::to_string(limits.frames) + " frames");
   }
   for (int frame = 0; frame < saturating_cast<int>(count); ++frame) {
@@ -302,6 +310,12 @@ MotionClip read_gltf_motion(const GltfScene& scene, const std::string& file,
                       "at most " + std::to_string(limits.joints) + " joints");
     }
   }
+  const std::vector<double> keys = even_keys(animation);
+  if (keys.size() >= kManyKeys) {
+    if (const auto odd = odd_frame_rate(rate_of_even(keys), RateStated::Keys, file)) {
+      clip.findings.push_back(*odd);
+    }
+  }
   const GltfSkeleton tree = gltf_skeleton(posed, skin, file);
   const GltfFrames frames =
       frames_of(animation, time_span(animation, tree, file), options, limits, file);
@@ -319,10 +333,9 @@ MotionClip read_gltf_motion(const GltfScene& scene, const std::string& file,
     clip.motion.poses.push_back(std::move(pose.pose));
   }
   if (stretch > kUnsaidStretch) {
-    clip.findings.push_back(
-        {Severity::Warning, "motion-stretch", file,
-         "bones change their length, by up to " + std::to_string(stretch) + " m",
-         "the bones keep the length of the bind pose"});
+    clip.findings.push_back({Severity::Warning, "motion-stretch", file,
+                             "bones change their length, by up to " + short_number(stretch) + " m",
+                             "the bones keep the length of the bind pose"});
   }
   check_motion_clip(clip, file);
   return clip;

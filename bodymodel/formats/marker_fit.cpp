@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <map>
 #include <numbers>
 #include <set>
@@ -19,6 +18,9 @@
 #include "bodymodel/human/human_rig.h"
 #include "bodymodel/rotation.h"
 #include "core/error.h"
+#include "core/median.h"
+#include "core/printable.h"
+#include "core/quantity_text.h"
 #include "core/unknown_value.h"
 
 namespace atelier {
@@ -563,21 +565,82 @@ std::vector<std::size_t> calibration_frames(const Recorded& all, int wanted) {
   return frames;
 }
 
-std::string formatted(double value, const char* format) {
-  char text[40];
-  std::snprintf(text, sizeof text, format, value);
-  return text;
+// How far a position of a frame's markers is from their middle, axis by axis, which one that is
+// anywhere does not move.
+std::vector<double> from_the_middle(const Points& positions, const std::vector<bool>& seen,
+                                    const std::vector<int>& columns) {
+  Eigen::RowVector3d middle;
+  for (int axis = 0; axis < 3; ++axis) {
+    std::vector<double> values;
+    for (const int m : columns) {
+      if (seen[static_cast<std::size_t>(m)]) {
+        values.push_back(positions(m, axis));
+      }
+    }
+    middle[axis] = median(std::move(values));
+  }
+  std::vector<double> distances;
+  distances.reserve(columns.size());
+  for (const int m : columns) {
+    distances.push_back(seen[static_cast<std::size_t>(m)] ? (positions.row(m) - middle).norm() : 0);
+  }
+  return distances;
+}
+
+// Takes for unseen what no part of the person reaches from the others, and tells whose it was.
+// `metre` is one of the person's, in the unit of the positions.
+std::optional<Finding> lose_markers_beyond_reach(const Subject& subject, double metre,
+                                                 MarkerClip& clip) {
+  constexpr double kReach = 2.5;  // m, of a person of 1.7 m; from foot to raised hand they are 2.2
+  constexpr std::size_t kNamed = 6;
+  std::map<int, int> frames;  // by column
+  double farthest = 0;
+  for (std::size_t f = 0; f < clip.positions.size(); ++f) {
+    const std::vector<double> distances =
+        from_the_middle(clip.positions[f], clip.seen[f], subject.columns);
+    for (std::size_t i = 0; i < distances.size(); ++i) {
+      if (distances[i] > kReach * metre) {
+        const int m = subject.columns[i];
+        farthest = std::max(farthest, distances[i]);
+        ++frames[m];
+        clip.seen[f][static_cast<std::size_t>(m)] = false;
+        clip.positions[f].row(m).setZero();
+      }
+    }
+  }
+  if (frames.empty()) {
+    return std::nullopt;
+  }
+  std::string names;
+  std::size_t named = 0;
+  for (const auto& [m, count] : frames) {
+    if (named++ < kNamed) {
+      names += (names.empty() ? "" : ", ") +
+               clip.markers[static_cast<std::size_t>(m)].substr(0, 40) + " in " +
+               counted(count, "frame");
+    }
+  }
+  if (named > kNamed) {
+    names += " and " + counted(static_cast<std::int64_t>(named - kNamed), "other marker");
+  }
+  return Finding{Severity::Warning, "motion-markers-reach", clip.name,
+                 "beyond a person's reach, up to " + short_number(farthest / metre) +
+                     " m from the other markers: " + names,
+                 "taken for not seen there; correct or blank them in the file"};
 }
 
 // Brings the clip to metres and Y up; says what was guessed.
 MarkerClip in_our_axes(MarkerClip clip, const Subject& subject, const MotionOptions& motion,
                        std::vector<Finding>& findings) {
   double factor = motion.metres_per_unit > 0 ? motion.metres_per_unit / clip.metres_per_unit : 1;
-  const Recorded all = recorded(clip, subject);
-  const double scale = mean_scale(all, subject) * factor;
+  const double metre = mean_scale(recorded(clip, subject), subject);
+  const double scale = metre * factor;
   if (!(scale > 0)) {
     throw DataError(clip.name, "markers", "no two of one limb seen together, or all in one place",
                     "a person's markers");
+  }
+  if (const auto far = lose_markers_beyond_reach(subject, metre, clip)) {
+    findings.push_back(*far);
   }
   if (motion.metres_per_unit == 0 && (scale < 0.4 || scale > 1.6)) {
     double best = 1 / scale;
@@ -588,11 +651,11 @@ MarkerClip in_our_axes(MarkerClip clip, const Subject& subject, const MotionOpti
     }
     factor *= best;
     findings.push_back({Severity::Warning, "motion-unit", clip.name,
-                        "the header's unit makes a person of " + formatted(1.7 * scale, "%.4g") +
-                            " m; positions are multiplied by " + formatted(best, "%.4g"),
+                        "the header's unit makes a person of " + short_number(1.7 * scale) +
+                            " m; positions are multiplied by " + short_number(best),
                         "correct Units in the file, or set --motion.metres-per-unit"});
   }
-  const char up = motion.up != 0 ? motion.up : guess_up(all, subject);
+  const char up = motion.up != 0 ? motion.up : guess_up(recorded(clip, subject), subject);
   if (motion.up == 0 && up != 'y') {
     findings.push_back({Severity::Note, "motion-up", clip.name, "z taken as up",
                         "--motion.up y if that is wrong"});
@@ -626,7 +689,7 @@ void level_head(const Recorded& all, const std::string& name, Subject& subject,
     places = levelled(places, band, pitch);
     findings.push_back({Severity::Note, "motion-markers-head", name,
                         "the markers on the head are aslant by " +
-                            formatted(std::abs(pitch) * 180 / std::numbers::pi, "%.0f") +
+                            short_number(std::abs(pitch) * 180 / std::numbers::pi, 2) +
                             " degrees on average",
                         "taken as worn so, by a person who looks ahead"});
   }
@@ -672,6 +735,19 @@ std::optional<Finding> subjects_finding(const MarkerClip& clip) {
                                            " subjects: " + listed(counts)
                                      : std::to_string(counts.size()) + " people: " + listed(counts),
                  choice_of(cast)};
+}
+
+std::optional<Finding> reach_finding(const MarkerClip& clip) {
+  MarkerFit fit;
+  std::vector<Finding> findings;
+  try {
+    MarkerClip person = one_person(clip, "", findings);
+    const Subject subject = recognised_subject(person, fit);
+    const double metre = mean_scale(recorded(person, subject), subject);
+    return metre > 0 ? lose_markers_beyond_reach(subject, metre, person) : std::nullopt;
+  } catch (const DataError&) {  // nobody's markers, of whom there is no reach
+    return std::nullopt;
+  }
 }
 
 MarkerFit fit_markers(const MarkerClip& original, const MotionOptions& motion,
@@ -740,7 +816,7 @@ MarkerFit fit_markers(const MarkerClip& original, const MotionOptions& motion,
   result.findings.push_back(
       {Severity::Note, "motion-markers", clip.name,
        std::to_string(fit.used.size()) + " of " + std::to_string(clip.markers.size()) +
-           " markers posed a person, " + formatted(1000 * rms, "%.3g") + " mm rms from them" +
+           " markers posed a person, " + short_number(1000 * rms, 3) + " mm rms from them" +
            (fit.unknown.empty() ? "" : "; not known: " + listed(fit.unknown)),
        fit.unknown.empty()
            ? "nothing to do"
@@ -748,7 +824,7 @@ MarkerFit fit_markers(const MarkerClip& original, const MotionOptions& motion,
   if (rms > kBad) {
     result.findings.push_back(
         {Severity::Warning, "motion-markers-far", clip.name,
-         "the pose misses the markers by " + formatted(1000 * rms, "%.3g") + " mm rms",
+         "the pose misses the markers by " + short_number(1000 * rms, 3) + " mm rms",
          "look for swapped sides or names of another marker set"});
   }
   if (blind > 0) {

@@ -36,10 +36,15 @@ struct MarkerFit {
 /// that names the people with their numbers of markers and how to ask for one. Nothing of one body.
 std::optional<Finding> subjects_finding(const MarkerClip& clip);
 
+/// The markers of the one person that are farther from the others than a person reaches, by name
+/// ("motion-markers-reach"); nothing where there is none, or nobody.
+std::optional<Finding> reach_finding(const MarkerClip& clip);
+
 /// Inverse kinematics of a recorded person, so that markers become a motion like any other:
 ///  - of several subjects ("Ada:LASI", "Ball:1") the one whose markers make a person is taken;
 ///  - names say where each marker is (marker_names.h); which axis is up and, where the header's
-///    unit gives no person, which unit, are guessed and said in the clip's findings;
+///    unit gives no person, which unit, are guessed and said in the clip's findings; markers beyond
+///    a person's reach are unseen, and said;
 ///  - on some frames bone lengths (equal left and right) and the places of skin markers are
 ///    solved by linear least squares, in turn with the poses;
 ///  - then every frame is posed by Levenberg-Marquardt within joint limits, starting from the frame

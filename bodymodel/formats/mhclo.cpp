@@ -8,6 +8,7 @@
 #include "core/io/file_bytes.h"
 #include "core/io/mesh_obj.h"
 #include "core/io/text_scanner.h"
+#include "core/quantity_text.h"
 
 namespace atelier {
 namespace {
@@ -76,7 +77,7 @@ class MhcloReader {
       }
       garment_.scale_lengths[axis] = scanner_.number("a length");
       if (!(garment_.scale_lengths[axis] > 0)) {
-        scanner_.fail("length " + std::to_string(garment_.scale_lengths[axis]), "more than 0");
+        scanner_.fail("length " + short_number(garment_.scale_lengths[axis]), "more than 0");
       }
     }
   }

@@ -14,6 +14,8 @@
 #include "core/check_bounded.h"
 #include "core/error.h"
 #include "core/io/npz.h"
+#include "core/printable.h"
+#include "core/quantity_text.h"
 
 namespace atelier {
 namespace {
@@ -45,10 +47,11 @@ double read_rate(const Npz& npz) {
   for (const char* name : {"mocap_framerate", "mocap_frame_rate", "mocap_fps", "fps"}) {
     if (npz.contains(name)) {
       const std::vector<double> values = doubles_of(npz.read(name), npz.file(), name);
-      if (values.size() != 1 || !(values[0] > 0 && values[0] < 1e5)) {
-        throw DataError(npz.file(), std::string("array '") + name + "'",
-                        values.empty() ? "nothing" : std::to_string(values[0]),
-                        "one frame rate, more than 0");
+      if (values.size() != 1 || !(values[0] > 0 && std::isfinite(values[0]))) {
+        throw DataError(
+            npz.file(), std::string("array '") + name + "'",
+            values.size() == 1 ? short_number(values[0]) : counted(std::ssize(values), "number"),
+            "one frame rate, more than 0");
       }
       return values[0];
     }
@@ -204,6 +207,18 @@ void doubt_up_axis(MotionClip& clip) {
   }
 }
 
+// Rotation vectors of several turns, which no joint makes: degrees.
+void doubt_radians(const RowMatrix& poses, MotionClip& clip) {
+  constexpr double kTurns = 4 * std::numbers::pi;
+  const double largest = poses.cwiseAbs().maxCoeff();
+  if (largest > kTurns) {
+    clip.findings.push_back({Severity::Warning, "motion-degrees", clip.name,
+                             "rotation vectors of up to " + short_number(largest) +
+                                 ": they look like degrees, and AMASS has radians",
+                             "multiply poses by 0.01745329"});
+  }
+}
+
 }  // namespace
 
 bool is_smpl_skeleton(const Skeleton& skeleton) {
@@ -271,6 +286,7 @@ MotionClip read_amass(const Npz& npz, const BodyModel* model, const Eigen::Vecto
     clip.motion.poses.push_back(std::move(pose));
     clip.motion.frame_ids.push_back(static_cast<int>(frame));
   }
+  doubt_radians(poses, clip);
   check_motion_clip(clip, npz.file());
   if (up == 0) {
     doubt_up_axis(clip);

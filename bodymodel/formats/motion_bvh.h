@@ -12,7 +12,7 @@ namespace atelier {
 
 /// Reads Biovision BVH. Channels in any order and number (rotation orders of one to three axes,
 /// joints with and without positions mixed): a joint's rotation is the product of its rotation
-/// channels in the order of the file. Words in any case, names with blanks, tabs, CRLF.
+/// channels in the order of the file. Words in any case, names with blanks, tabs, CRLF, CR.
 ///
 /// Positions of the root replace its OFFSET (as Blender reads them), unless they are zero in every
 /// frame. Positions of another joint are places in its parent or changes of its OFFSET, whichever

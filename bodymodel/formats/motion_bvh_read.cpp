@@ -8,11 +8,13 @@
 #include "bodymodel/euler.h"
 #include "bodymodel/formats/motion_bvh.h"
 #include "bodymodel/formats/path_joint.h"
+#include "bodymodel/humanoid.h"
 #include "bodymodel/rotation.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/text_scanner.h"
 #include "core/io/text_writer.h"
+#include "core/quantity_text.h"
 
 namespace atelier {
 namespace {
@@ -67,7 +69,7 @@ class Words {
     const std::string_view word = next(what);
     double value = 0;
     if (!parse_number(word, value)) {
-      scanner_.fail(in_quotes(word), std::string("a finite number for ") + what);
+      scanner_.fail(no_number(word), std::string("a finite number for ") + what);
     }
     return value;
   }
@@ -233,8 +235,8 @@ Eigen::MatrixXd read_frames(Words& words, TextScanner& scanner, Index channels,
   words.expect("Frame");
   words.expect("Time:");
   seconds_per_frame = words.number("the frame time");
-  if (!(seconds_per_frame > 1e-6 && seconds_per_frame < 1e4)) {
-    scanner.fail("frame time " + std::to_string(seconds_per_frame), "seconds, more than 0");
+  if (!(seconds_per_frame > 0 && std::isfinite(1 / seconds_per_frame))) {
+    scanner.fail("frame time " + short_number(seconds_per_frame), "seconds, more than 0");
   }
   // A value takes a digit and what parts it from the next.
   if (static_cast<std::uint64_t>(frames) * static_cast<std::uint64_t>(channels) * 2 >
@@ -256,7 +258,7 @@ Eigen::MatrixXd read_frames(Words& words, TextScanner& scanner, Index channels,
     Index column = 0;
     for (; !word.empty(); word = scanner.next_word(), ++column) {
       if (column < channels && !parse_number(word, values(frame, column))) {
-        scanner.fail("value " + std::to_string(column + 1) + " is " + in_quotes(word),
+        scanner.fail("value " + std::to_string(column + 1) + " is " + no_number(word),
                      "a finite number");
       }
     }
@@ -375,7 +377,7 @@ void report_stretch(const Hierarchy& tree, const Eigen::MatrixXd& values,
   if (stretched > 0) {
     clip.findings.push_back({Severity::Warning, "motion-stretch", clip.name,
                              std::to_string(stretched) + " bones change their length, by up to " +
-                                 std::to_string(100 * most / height) + "% of the height",
+                                 percent(most / height) + " of the height",
                              "the bones keep one length"});
   }
 }
@@ -430,6 +432,26 @@ void check_positions(const Hierarchy& tree, const Eigen::MatrixXd& values, const
   }
 }
 
+// Angles that are all below a turn in radians: of a person who moves they are radians.
+void doubt_degrees(const Hierarchy& tree, const Eigen::MatrixXd& values, MotionClip& clip) {
+  constexpr double kTurn = 2 * std::numbers::pi;
+  constexpr double kMoves = 0.5;  // a person in radians turns some joint by that
+  double largest = 0;
+  double widest = 0;
+  for (Index c = 0; c < values.cols(); ++c) {
+    if (tree.channels[static_cast<std::size_t>(c)].rotation) {
+      largest = std::max(largest, values.col(c).cwiseAbs().maxCoeff());
+      widest = std::max(widest, values.col(c).maxCoeff() - values.col(c).minCoeff());
+    }
+  }
+  if (largest < kTurn && widest > kMoves && find_humanoid(clip.skeleton)) {
+    clip.findings.push_back({Severity::Warning, "motion-radians", clip.name,
+                             "no angle is beyond " + short_number(largest) +
+                                 ": they look like radians, and BVH has degrees",
+                             "multiply them by 57.29578, unless the person hardly moves"});
+  }
+}
+
 }  // namespace
 
 MotionClip read_bvh(std::span<const std::byte> bytes, const std::string& name,
@@ -461,6 +483,7 @@ MotionClip read_bvh(std::span<const std::byte> bytes, const std::string& name,
   const int path = path_joint(clip.skeleton);
   report_stretch(tree, values, placements, path, clip);
 
+  doubt_degrees(tree, values, clip);
   clip.motion.fps = frame_rate(seconds_per_frame);
   for (Index frame = 0; frame < values.rows(); ++frame) {
     clip.motion.poses.push_back(

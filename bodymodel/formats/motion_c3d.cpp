@@ -8,6 +8,7 @@
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/polygon_mesh.h"
+#include "core/quantity_text.h"
 #include "core/saturating_cast.h"
 
 namespace atelier {
@@ -174,7 +175,7 @@ C3dLayout layout_of(const C3dFile& file, std::uint64_t held, const MarkerClip& c
                            ? header.scale
                            : file.number("POINT:SCALE").value_or(0);
   if (scale == 0 || !std::isfinite(scale)) {
-    throw DataError(clip.name, "header", "a scale of " + std::to_string(scale),
+    throw DataError(clip.name, "header", "a scale of " + short_number(scale),
                     "the size of one unit of the coordinates, or below 0 for real numbers");
   }
   C3dLayout layout;
@@ -214,7 +215,7 @@ void read_frames(C3dNumbers& numbers, const C3dLayout& layout, const C3dFrames& 
       }
       const Eigen::Vector3d metres = layout.scale * values.head<3>();
       if (!(metres.cwiseAbs().maxCoeff() < limits.mesh_coordinate)) {
-        in.fail("a coordinate of " + std::to_string(values.head<3>().cwiseAbs().maxCoeff()),
+        in.fail("a coordinate of " + short_number(values.head<3>().cwiseAbs().maxCoeff()),
                 "a finite number");
       }
       positions.row(static_cast<Index>(m)) = metres;
@@ -258,7 +259,7 @@ C3dSegments named_segments(const C3dFile& file, std::size_t used, const Limits& 
   const double ratio = std::round(file.number("ROTATION:RATIO").value_or(rate / clip.fps));
   constexpr double kMost = 1000;
   if (!(ratio >= 1 && ratio <= kMost)) {
-    throw DataError(clip.name, "ROTATION:RATIO", std::to_string(ratio), "1 to 1000");
+    throw DataError(clip.name, "ROTATION:RATIO", short_number(ratio), "1 to 1000");
   }
   segments.ratio = saturating_cast<int>(ratio);
   number_repeated_names(clip);
@@ -273,13 +274,13 @@ void read_segments(const C3dFile& file, std::span<const std::byte> bytes, const 
   constexpr double kMost = 65'535;  // of 16 bits
   const double segments_used = file.number("ROTATION:USED").value_or(0);
   if (!(segments_used >= 1 && segments_used <= kMost)) {
-    throw DataError(clip.name, "ROTATION:USED", std::to_string(segments_used), "1 to 65535");
+    throw DataError(clip.name, "ROTATION:USED", short_number(segments_used), "1 to 65535");
   }
   const auto used = saturating_cast<std::size_t>(segments_used);
   const C3dSegments segments = named_segments(file, used, limits, clip);
   const double block = file.number("ROTATION:DATA_START").value_or(0);
   if (!(block >= 1 && block <= kMost)) {
-    throw DataError(clip.name, "ROTATION:DATA_START", std::to_string(block), "a block of the file");
+    throw DataError(clip.name, "ROTATION:DATA_START", short_number(block), "a block of the file");
   }
   C3dNumbers numbers(bytes, clip.name, file.processor());
   ByteReader& in = numbers.reader();
@@ -335,7 +336,7 @@ MarkerClip read_c3d(std::span<const std::byte> bytes, const std::string& name,
   clip.findings = file.findings();
   clip.fps = file.number("POINT:RATE").value_or(file.header().fps);
   if (!(clip.fps > 0) || !std::isfinite(clip.fps)) {
-    throw DataError(name, "POINT:RATE", std::to_string(clip.fps), "more than 0");
+    throw DataError(name, "POINT:RATE", short_number(clip.fps), "more than 0");
   }
   const std::vector<std::string> units = file.texts("POINT:UNITS");
   const std::string unit = units.empty() || units[0].empty() ? "mm" : units[0];

@@ -5,6 +5,7 @@
 #include <cctype>
 #include <optional>
 
+#include "bodymodel/doubt_motion.h"
 #include "bodymodel/formats/body_archive.h"
 #include "bodymodel/formats/gltf_body.h"
 #include "bodymodel/formats/motion_amass.h"
@@ -13,6 +14,7 @@
 #include "bodymodel/formats/motion_c3d.h"
 #include "bodymodel/formats/motion_trc.h"
 #include "bodymodel/humanoid.h"
+#include "bodymodel/odd_frame_rate.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"
 #include "core/io/npz.h"
@@ -137,7 +139,17 @@ MotionClip read_by_extension(const std::filesystem::path& path, const MotionFile
 MotionClip read_motion_file(const std::filesystem::path& path, const MotionFileOptions& options,
                             const Limits& limits) {
   MotionClip clip = read_by_extension(path, options, limits);
+  const RateStated stated = extension_of(path) == ".bvh" ? RateStated::Time : RateStated::Rate;
+  const bool sampled = has_scene_extension(path);  // at a rate of the reader's or of `options`
+  const std::optional<Finding> odd = options.motion.fps > 0 || sampled
+                                         ? std::nullopt
+                                         : odd_frame_rate(clip.motion.fps, stated, path.string());
+  if (odd) {
+    clip.findings.push_back(*odd);
+  }
   check_on_stage(clip, path.string());
+  const std::vector<Finding> doubts = doubt_motion(clip);
+  clip.findings.insert(clip.findings.end(), doubts.begin(), doubts.end());
   return clip;
 }
 

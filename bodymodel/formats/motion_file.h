@@ -28,8 +28,10 @@ inline MotionFileOptions of_body(const BodyModel& body) {
 
 /// Reads a motion of any format, told by extension and content: .bvh; .npz of ours or of AMASS;
 /// .glb, .gltf and .fbx; .trc and .c3d, by fitting a person to their markers (marker_fit.h); .amc.
-/// Throws DataError for another extension, an .amc whose skeleton is not found, and what is beyond
-/// a stage (check_on_stage).
+/// Frame rates that no person is recorded at are findings or refused (odd_frame_rate), unless
+/// `options` set another; leaps and bones of no person are findings (doubt_motion). Throws
+/// DataError for another extension, an .amc whose skeleton is not found, and what is beyond a stage
+/// (check_on_stage).
 ///
 /// npz and glTF say their unit and axes; `options` still change them where they are set, and legs
 /// that no person has (0.15 to 1.5 m) are taken for another unit, with a finding ("motion-unit").

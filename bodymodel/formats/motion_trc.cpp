@@ -12,6 +12,7 @@
 #include "core/io/file_bytes.h"
 #include "core/io/polygon_mesh.h"
 #include "core/io/text_scanner.h"
+#include "core/quantity_text.h"
 #include "core/saturating_cast.h"
 
 namespace atelier {
@@ -84,7 +85,7 @@ bool is_unseen(std::string_view cell) {
 class Lines {
  public:
   Lines(std::span<const std::byte> bytes, const std::string& name, const Limits& limits)
-      : text_(as_text(bytes)), name_(name), limits_(limits) {
+      : text_(as_text(bytes)), name_(name), limits_(limits), line_end_(line_end_of(text_)) {
     at_ = text_.starts_with("\xEF\xBB\xBF") ? 3 : 0;  // a byte order mark, as spreadsheets write
   }
 
@@ -92,7 +93,7 @@ class Lines {
     if (at_ >= text_.size()) {
       return false;
     }
-    const std::size_t end = std::min(text_.find('\n', at_), text_.size());
+    const std::size_t end = std::min(text_.find(line_end_, at_), text_.size());
     line = text_.substr(at_, end - at_);
     at_ = end + 1;
     ++number_;
@@ -117,7 +118,7 @@ class Lines {
   double number(std::string_view cell, const char* what) const {
     double value = 0;
     if (!parse_number(cell, value)) {
-      fail(in_quotes(cell), std::string("a finite number for ") + what);
+      fail(no_number(cell), std::string("a finite number for ") + what);
     }
     return value;
   }
@@ -152,6 +153,7 @@ class Lines {
   std::string_view text_;
   const std::string& name_;
   const Limits& limits_;
+  char line_end_;
   std::size_t at_ = 0;
   std::int64_t number_ = 0;
 };
@@ -201,7 +203,7 @@ TrcHeader read_trc_header(Lines& lines, const Limits& limits) {
     }
   }
   if (!(header.fps >= 0)) {
-    lines.fail("DataRate " + std::to_string(header.fps), "more than 0");
+    lines.fail("DataRate " + short_number(header.fps), "more than 0");
   }
   if (header.frames == 0 || header.markers == 0) {
     lines.fail(header.frames == 0 ? "no NumFrames" : "no NumMarkers", "counts of both");

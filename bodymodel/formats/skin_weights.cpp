@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/quantity_text.h"
 
 namespace atelier {
 namespace {
@@ -93,7 +94,7 @@ PackedSkin pack_skin_weights(const std::vector<std::vector<Influence>>& influenc
   if (scaled > 0) {
     packed.findings.push_back({Severity::Warning, "skin-weights-sum", file,
                                std::to_string(scaled) + " vertices had weights that sum to " +
-                                   std::to_string(low) + " to " + std::to_string(high),
+                                   short_number(low) + " to " + short_number(high),
                                "they were scaled to sum to 1"});
   }
   if (negative > 0) {

@@ -7,6 +7,7 @@
 #include "core/check_bounded.h"
 #include "core/error.h"
 #include "core/io/npz.h"
+#include "core/quantity_text.h"
 
 namespace atelier {
 namespace {
@@ -136,7 +137,7 @@ Points regressed(const std::vector<JointRegressor>& regressor, const Points& ver
 void check_height(const Points& vertices, double metres_per_unit, const std::string& file) {
   const double height = metres_per_unit * (vertices.col(1).maxCoeff() - vertices.col(1).minCoeff());
   if (!(height > kMinHeight && height < kMaxHeight)) {
-    throw DataError(file, "array 'v_template'", "a body " + std::to_string(height) + " tall",
+    throw DataError(file, "array 'v_template'", "a body " + short_number(height) + " tall",
                     "metres, Y up: 0.3 to 3 (set metres_per_unit, 0.01 for centimetres, or turn "
                     "the file's vertices)");
   }

@@ -6,6 +6,8 @@
 
 #include "bodymodel/rotation.h"
 #include "core/error.h"
+#include "core/limits.h"
+#include "core/quantity_text.h"
 #include "core/saturating_cast.h"
 
 namespace atelier {
@@ -94,6 +96,12 @@ Motion resampled(const Motion& motion, double fps) {
   result.fps = fps;
   const double duration = static_cast<double>(motion.poses.size() - 1) / motion.fps;
   const int frames = saturating_cast<int>(std::floor(duration * fps + 1e-9) + 1);
+  if (frames > Limits{}.frames) {
+    throw DataError("", "motion",
+                    short_number(duration) + " s, which are " + std::to_string(frames) +
+                        " frames at " + short_number(fps) + " a second",
+                    "at most " + std::to_string(Limits{}.frames));
+  }
   for (int frame = 0; frame < frames; ++frame) {
     const double at = frame / fps * motion.fps;
     const std::size_t before =

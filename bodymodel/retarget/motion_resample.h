@@ -20,7 +20,8 @@ Pose interpolated_pose(const Pose& a, const Pose& b, double share);
 Pose smooth_pose(const Motion& motion, double seconds);
 
 /// The motion at another rate: same start, same duration, frame ids from 0. Rotations take the
-/// short way between frames; nothing is smoothed. Throws LogicError unless both rates are positive.
+/// short way between frames; nothing is smoothed. Throws LogicError unless both rates are positive,
+/// DataError for more than Limits::frames.
 Motion resampled(const Motion& motion, double fps);
 
 }  // namespace atelier

@@ -316,6 +316,8 @@ ContinuousMotion file_motion(const BodyModel& model, const std::string& path, do
     pose.root_translation.y() += ground;
   }
   ContinuousMotion motion;
+  motion.findings = clip.findings;
+  motion.findings.insert(motion.findings.end(), moved.findings.begin(), moved.findings.end());
   motion.duration = static_cast<double>(poses->size() - 1) / kRate;
   motion.pose = [poses](double seconds) {
     const double x = std::clamp(seconds * kRate, 0.0, static_cast<double>(poses->size() - 1));
@@ -413,7 +415,7 @@ ContinuousMotion facing_as(const BodyModel& model, const ContinuousMotion& motio
             pose.rotations.row(0) = rotation_vector(turned).transpose();
             return pose;
           },
-          motion.duration};
+          motion.duration, motion.findings};
 }
 
 Pose blended(const Pose& from, const Pose& to, double share) {

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "bodymodel/body_model.h"
+#include "core/finding.h"
 #include "core/options.h"
 #include "core/pose.h"
 
@@ -22,7 +23,8 @@ OptionTable describe(MotionChoice& choice);
 /// A pose for every second. Smooth; before 0 and after its end the subject stands.
 struct ContinuousMotion {
   std::function<Pose(double seconds)> pose;
-  double duration = 0;  ///< s
+  double duration = 0;                 ///< s
+  std::vector<Finding> findings = {};  ///< of the file that it was read from
 };
 
 /// Makes it for a body: directions of limbs in the body's own frame, so that any humanoid rest pose

@@ -20,7 +20,7 @@
 #include "core/listed_frames.h"
 #include "core/normals.h"
 #include "core/parallel.h"
-#include "core/saturating_cast.h"
+#include "core/quantity_text.h"
 
 namespace atelier {
 namespace {
@@ -183,8 +183,7 @@ class Personalizer {
     }
     if (!far.empty()) {
       findings_.push_back({Severity::Warning, "scan-far", "frames " + listed_frames(far),
-                           "up to " + std::to_string(saturating_cast<int>(100 * farthest)) +
-                               "% of the scan is no part of the person",
+                           "up to " + percent(farthest) + " of the scan is no part of the person",
                            "it does not count; look for a second person or wrong calibration"});
     }
     if (used_.empty()) {
@@ -441,11 +440,11 @@ class Personalizer {
       for (std::size_t i = 0; i < std::min<std::size_t>(5, worst.size()); ++i) {
         names += (i > 0 ? ", " : "") + worst[i].second;
       }
-      findings_.push_back({Severity::Warning, "surface-unseen", "person",
-                           std::to_string(saturating_cast<int>(std::round(100 * result.unseen))) +
-                               "% of the skin was never seen bare, most of it at " + names,
-                           "its shape there follows the parts around it and the other side of the "
-                           "body; frames that show it bare improve it"});
+      findings_.push_back(
+          {Severity::Warning, "surface-unseen", "person",
+           percent(result.unseen) + " of the skin was never seen bare, most of it at " + names,
+           "its shape there follows the parts around it and the other side of the "
+           "body; frames that show it bare improve it"});
     }
     check_personal_body(person);
     const std::optional<BodyMeasurements> usual = measures_of(model_);

@@ -5,6 +5,7 @@
 
 #include "core/error.h"
 #include "core/normals.h"
+#include "core/quantity_text.h"
 
 namespace atelier {
 namespace {
@@ -93,8 +94,8 @@ std::string scan_size_problem(const ScanPoints& scan, const Points& person) {
   if (size <= kFarUnit * person_size && size >= person_size / kFarUnit / 2) {
     return "";
   }
-  return "a scan of " + std::to_string(size).substr(0, 6) + " m of a person of " +
-         std::to_string(person_size).substr(0, 4) + " m";
+  return "a scan of " + short_number(size) + " m of a person of " + short_number(person_size, 3) +
+         " m";
 }
 
 ScanPoints sampled(const ScanPoints& scan, Index count, int turn) {

@@ -13,6 +13,7 @@
 #include "core/listed_frames.h"
 #include "core/normals.h"
 #include "core/parallel.h"
+#include "core/quantity_text.h"
 #include "core/saturating_cast.h"
 
 namespace atelier {
@@ -391,8 +392,7 @@ class Sequencer {
     if (!far.empty()) {
       const double most = *std::max_element(off.begin(), off.end());
       findings_.push_back({Severity::Warning, "scan-far", "frames " + listed_frames(far),
-                           "up to " + std::to_string(saturating_cast<int>(100 * most)) +
-                               "% of the scan is no part of the person",
+                           "up to " + percent(most) + " of the scan is no part of the person",
                            "it does not count; look for a second person or wrong calibration"});
     }
     if (!untrusted.empty()) {

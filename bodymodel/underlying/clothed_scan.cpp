@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/normals.h"
+#include "core/quantity_text.h"
 #include "core/topology.h"
 
 namespace atelier {
@@ -263,14 +264,14 @@ void check_scan_of_body(const ClothedScan& scan, const Points& body, const std::
   const double body_size = size(body);
   if (!(scan_size <= 3 * body_size && scan_size >= 0.1 * body_size)) {
     throw DataError(file, "vertices",
-                    "a scan of " + std::to_string(scan_size) + " m across for a body of " +
-                        std::to_string(body_size) + " m",
+                    "a scan of " + short_number(scan_size) + " m across for a body of " +
+                        short_number(body_size) + " m",
                     "metres; a scan in millimetres is to be scaled by 0.001");
   }
   const Eigen::RowVector3d apart = scan.mesh.vertices.colwise().mean() - body.colwise().mean();
   if (!(apart.norm() <= body_size)) {
     throw DataError(file, "vertices",
-                    "a scan " + std::to_string(apart.norm()) + " m away from the body",
+                    "a scan " + short_number(apart.norm()) + " m away from the body",
                     "scan and body in the same coordinates");
   }
 }

@@ -11,7 +11,7 @@
 #include "core/error.h"
 #include "core/normals.h"
 #include "core/parallel.h"
-#include "core/saturating_cast.h"
+#include "core/quantity_text.h"
 #include "core/topology.h"
 
 namespace atelier {
@@ -267,8 +267,7 @@ std::vector<Finding> underlying_findings(const ScanSurface& scan,
   constexpr double kHalf = 0.5;
   if (certificate.seen_rate < kHalf) {
     warn("little-seen",
-         "only " + std::to_string(saturating_cast<int>(std::round(100 * certificate.seen_rate))) +
-             "% of the body's surface has a scan near it",
+         "only " + percent(certificate.seen_rate) + " of the body's surface has a scan near it",
          "compare scan and pose in the report; the rest follows the personal body");
   }
   if (scan.skin.faces.rows() == 0) {

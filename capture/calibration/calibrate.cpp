@@ -11,6 +11,7 @@
 #include "capture/calibration/chain_poses.h"
 #include "capture/calibration/single_lens.h"
 #include "core/error.h"
+#include "core/quantity_text.h"
 #include "core/saturating_cast.h"
 
 namespace atelier {
@@ -256,18 +257,14 @@ void judge_lens(const Camera& camera, const CameraQuality& quality, const Calibr
                 std::vector<Finding>& findings) {
   const double open = quality.lens_deviation[0] / camera.fx;
   if (open > options.max_focal_deviation) {
-    findings.push_back(
-        error_of("focal-open", camera.id,
-                 "the views leave its focal length open by " +
-                     std::to_string(saturating_cast<int>(std::round(100 * open))) + "%",
-                 "show it the board from more sides, tilted by 30 degrees and more, or give its "
-                 "lens by --lenses"));
+    findings.push_back(error_of(
+        "focal-open", camera.id, "the views leave its focal length open by " + percent(open),
+        "show it the board from more sides, tilted by 30 degrees and more, or give its "
+        "lens by --lenses"));
   }
   if (quality.coverage < 0.3) {
     findings.push_back({Severity::Warning, "calibration-coverage", camera.id,
-                        "corners fall in " +
-                            std::to_string(static_cast<int>(100 * quality.coverage)) +
-                            "% of the image's cells",
+                        "corners fall in " + percent(quality.coverage) + " of the image's cells",
                         "show the board near the borders and corners of the image too"});
   }
   if (!is_invertible(camera)) {
@@ -389,7 +386,7 @@ void judge_adjustment(Calibration& result) {
   if (result.rms > (result.points > 0 ? 12 : 2)) {
     result.findings.push_back(
         {Severity::Warning, "calibration-residual", "",
-         (result.points > 0 ? "keypoints are " : "corners are ") + std::to_string(result.rms) +
+         (result.points > 0 ? "keypoints are " : "corners are ") + short_number(result.rms, 3) +
              " px (rms) off",
          result.points > 0
              ? "check that cameras are in step and stand still, and that the lenses are theirs"

@@ -89,7 +89,7 @@ std::vector<Camera> parse_actorshq_cameras(std::string_view text, const std::str
       const std::string& cell = cells[columns.at(column)];
       double value = 0;
       if (!parse_number(cell, value)) {
-        scanner.fail(in_quotes(cell), std::string(column) + ", a finite number");
+        scanner.fail(no_number(cell), std::string(column) + ", a finite number");
       }
       return value;
     };

@@ -309,8 +309,7 @@ double number_column(TextScanner& scanner, const char* what) {
   const std::string_view word = next_column(scanner);
   double value = 0;
   if (!parse_number(word, value)) {
-    scanner.fail(word.empty() ? "the line ends" : in_quotes(word),
-                 std::string(what) + ", a finite number");
+    scanner.fail(no_number(word), std::string(what) + ", a finite number");
   }
   return value;
 }

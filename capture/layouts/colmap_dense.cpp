@@ -10,6 +10,7 @@
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/image_file.h"
+#include "core/quantity_text.h"
 
 namespace atelier {
 namespace {
@@ -70,8 +71,7 @@ void require_range(const Image& map, const fs::path& file, float low, float high
                    const char* what) {
   for (std::size_t i = 0; i < map.data.size(); ++i) {
     if (!(map.data[i] >= low && map.data[i] <= high)) {
-      throw DataError(file.string(), "value " + std::to_string(i), std::to_string(map.data[i]),
-                      what);
+      throw DataError(file.string(), "value " + std::to_string(i), short_number(map.data[i]), what);
     }
   }
 }

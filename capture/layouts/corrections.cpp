@@ -38,20 +38,38 @@ std::string value_shown(std::string_view text) {
   return "'" + std::string(text.substr(0, kLongest)) + "'";
 }
 
+/// "cam1, cam2, cam3"; of many the first.
+std::string known_cameras(const Dataset& dataset) {
+  constexpr std::size_t kMost = 30;
+  std::string known;
+  for (std::size_t c = 0; c < std::min(kMost, dataset.cameras.size()); ++c) {
+    known += (known.empty() ? "" : ", ") + dataset.cameras[c].id;
+  }
+  return known + (dataset.cameras.size() > kMost ? ", ..." : "");
+}
+
 std::vector<std::size_t> cameras_named(const Dataset& dataset, const char* option,
                                        std::string_view name) {
   std::vector<std::size_t> found;
-  std::string known;
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
     if (name == kAllCameras || dataset.cameras[c].id == name) {
       found.push_back(c);
     }
-    known += (known.empty() ? "" : ", ") + dataset.cameras[c].id;
   }
   if (found.empty()) {
-    refuse(option, value_shown(name), "'all', or one of " + known);
+    refuse(option, value_shown(name), "'all', or one of " + known_cameras(dataset));
   }
   return found;
+}
+
+/// The same for options that take no 'all'.
+std::size_t camera_named(const Dataset& dataset, const char* option, std::string_view name,
+                         const char* expected) {
+  const Index found = camera_index(dataset, std::string(name));
+  if (found < 0) {
+    refuse(option, value_shown(name), expected + known_cameras(dataset));
+  }
+  return static_cast<std::size_t>(found);
 }
 
 std::vector<std::string_view> parts_of(std::string_view text) {
@@ -176,11 +194,10 @@ void renumber(FramePlaces& places, int by, const std::vector<int>& wanted) {
 void leave_out(Dataset& dataset, const std::string& names) {
   std::set<std::size_t> gone;
   for (const std::string_view name : cameras_in_list(names)) {
-    const auto cameras = cameras_named(dataset, "leave_out", name);
-    gone.insert(cameras.begin(), cameras.end());
+    gone.insert(camera_named(dataset, "leave_out", name, "some, but not all, of "));
   }
   if (gone.size() == dataset.cameras.size() && !gone.empty()) {
-    refuse("leave_out", "every camera", "some that remain");
+    refuse("leave_out", value_shown(names), "some, but not all, of " + known_cameras(dataset));
   }
   for (auto camera = gone.rbegin(); camera != gone.rend(); ++camera) {
     dataset.cameras.erase(dataset.cameras.begin() + static_cast<std::ptrdiff_t>(*camera));
@@ -190,14 +207,12 @@ void leave_out(Dataset& dataset, const std::string& names) {
 
 void exchange_calibrations(Dataset& dataset, const std::string& text) {
   const std::vector<Camera> as_read = dataset.cameras;
-  for (const Entry& entry : entries_of(dataset, "calibration_of", text)) {
-    const auto source = cameras_named(dataset, "calibration_of", entry.value);
-    if (source.size() != 1 || entry.cameras.size() != 1) {
-      refuse("calibration_of", "'all'", "one camera on each side");
-    }
-    Camera& camera = dataset.cameras[entry.cameras.front()];
+  constexpr const char* kOption = "calibration_of";
+  for (const Written& written : written_in(kOption, text)) {
+    const std::size_t source = camera_named(dataset, kOption, written.value, "one of ");
+    Camera& camera = dataset.cameras[camera_named(dataset, kOption, written.camera, "one of ")];
     const std::string id = camera.id;
-    camera = as_read[source.front()];
+    camera = as_read[source];
     camera.id = id;
   }
 }

@@ -9,6 +9,7 @@
 #include "capture/frame_number.h"
 #include "capture/keypoints2d.h"
 #include "capture/layouts/number_by_time.h"
+#include "capture/time_stamp.h"
 #include "capture/video_file.h"
 #include "core/error.h"
 #include "core/file_kind.h"
@@ -81,37 +82,16 @@ void refuse_file_for_folder(fs::path folder) {
   }
 }
 
-/// Nanoseconds of a name of seconds since 1970 with a fraction, "1305031102.175304.png", as ROS and
-/// TUM's recordings have them: its fraction alone is no frame's number.
-std::optional<std::int64_t> decimal_seconds(const std::string& name) {
-  constexpr std::size_t kSeconds = 10;  // digits, from 2001 to 2286
-  constexpr std::size_t kNanoseconds = 9;
-  const std::vector<std::string_view> runs = digit_runs(name);
-  if (runs.size() < 2 || runs[runs.size() - 2].size() != kSeconds ||
-      runs.back().size() > kNanoseconds) {
-    return std::nullopt;
-  }
-  const std::string_view seconds = runs[runs.size() - 2];
-  const char* end = seconds.data() + seconds.size();
-  if (*end != '.' || end + 1 != runs.back().data()) {
-    return std::nullopt;
-  }
-  std::string digits(seconds);
-  digits += runs.back();
-  digits.resize(kSeconds + kNanoseconds, '0');
-  return long_number(digits);
-}
-
 /// Places by the numbers of their names.
 /// @param place_of  of a name
 template <class PlaceOf>
 FramePlaces numbered(const std::vector<std::string>& names, const PlaceOf& place_of) {
   const std::size_t run = frame_run(names);
+  const std::vector<std::optional<std::int64_t>> stamps = time_stamps(names);
   std::vector<std::pair<int, std::uint32_t>> order;  // so that places are added by frame
   order.reserve(names.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const std::optional<int> number =
-        decimal_seconds(names[i]) ? std::nullopt : frame_number(names[i], run);
+    const std::optional<int> number = stamps[i] ? std::nullopt : frame_number(names[i], run);
     if (number) {
       order.emplace_back(*number, static_cast<std::uint32_t>(i));
     }
@@ -129,19 +109,6 @@ FramePlaces numbered(const std::vector<std::string>& names, const PlaceOf& place
     }
   }
   return frames;
-}
-
-/// Whether the digits at the end of a name are a camera's: "000012_cam04", "f12-view_3".
-bool is_camera_number(const std::string& name, std::string_view digits) {
-  const std::size_t at = name.rfind(digits);
-  std::string before = name.substr(0, at == std::string::npos ? 0 : at);
-  while (!before.empty() && (before.back() == '_' || before.back() == '-')) {
-    before.pop_back();
-  }
-  std::transform(before.begin(), before.end(), before.begin(), [](char c) {
-    return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
-  });
-  return before.ends_with("cam") || before.ends_with("camera") || before.ends_with("view");
 }
 
 /// Names of the files of a folder that frames may be in, sorted.
@@ -225,13 +192,15 @@ StampedFiles stamped_files(const fs::path& folder, const std::vector<std::string
   StampedFiles stamped;
   stamped.folder = folder;
   constexpr std::size_t kShortest = 10;  // digits: seconds since 1970
-  for (std::string& name : files_of_frames(folder, extensions, limits)) {
-    const std::vector<std::string_view> runs = digit_runs(name);
-    const auto stamp = decimal_seconds(name)                            ? decimal_seconds(name)
+  std::vector<std::string> names = files_of_frames(folder, extensions, limits);
+  const std::vector<std::optional<std::int64_t>> times = time_stamps(names);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const std::vector<std::string_view> runs = digit_runs(names[i]);
+    const auto stamp = times[i]                                         ? times[i]
                        : runs.empty() || runs.back().size() < kShortest ? std::nullopt
                                                                         : long_number(runs.back());
     if (stamp) {
-      stamped.files.push_back({*stamp, std::move(name)});
+      stamped.files.push_back({*stamp, std::move(names[i])});
     }
   }
   // Of two files of one stamp the first counts.

@@ -37,8 +37,8 @@ struct StampedFiles {
   std::vector<File> files;  ///< by stamp, each stamp once
 };
 
-/// The files of a folder whose last number has 10 digits and more, or is the fraction of seconds of
-/// 10 digits, in nanoseconds. Throws as numbered_files.
+/// The files of a folder whose names say times (time_stamp.h), in nanoseconds, or whose last number
+/// has 10 digits and more. Throws as numbered_files.
 StampedFiles stamped_files(const std::filesystem::path& folder,
                            const std::vector<std::string>& extensions = {},
                            const Limits& limits = {});

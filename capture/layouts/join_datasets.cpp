@@ -5,6 +5,7 @@
 #include <map>
 
 #include "core/error.h"
+#include "core/quantity_text.h"
 #include "core/usage_error.h"
 
 namespace atelier {
@@ -29,7 +30,7 @@ std::string difference(const Camera& a, const Camera& b) {
   }
   const double moved = (camera_center(a) - camera_center(b)).norm();
   if (moved > kRounding * std::max(1.0, camera_center(a).norm())) {
-    return "a place " + std::to_string(1e3 * moved) + " mm off";
+    return "a place " + short_number(1e3 * moved) + " mm off";
   }
   const double turned =
       (a.camera_from_world_rotation - b.camera_from_world_rotation).cwiseAbs().maxCoeff();

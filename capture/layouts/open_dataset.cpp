@@ -18,6 +18,7 @@
 #include "core/error.h"
 #include "core/file_kind.h"
 #include "core/limits.h"
+#include "core/quantity_text.h"
 #include "core/saturating_cast.h"
 #include "core/split_text.h"
 #include "core/store/consent_file.h"
@@ -381,7 +382,7 @@ void settle_rotation(Camera& camera, std::vector<Finding>& findings) {
   constexpr double kNoted = 1e-5;
   findings.push_back(
       {off > kNoted ? Severity::Warning : Severity::Note, "camera-rotation", camera.id,
-       "the rotation is off a rotation by " + std::to_string(off) + "; the nearest one is taken",
+       "the rotation is off a rotation by " + short_number(off) + "; the nearest one is taken",
        "write calibrations with all digits"});
 }
 

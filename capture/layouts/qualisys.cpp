@@ -30,7 +30,7 @@ double number_of(const XmlElement& element, const std::string& key, const std::s
   if (found == element.attributes.end() || !parse_number(found->second, value)) {
     throw DataError(file, "line " + std::to_string(element.line),
                     "<" + element.name + "> " + key + " = " +
-                        (found == element.attributes.end() ? "nothing" : in_quotes(found->second)),
+                        (found == element.attributes.end() ? "nothing" : no_number(found->second)),
                     "a finite number");
   }
   return value;

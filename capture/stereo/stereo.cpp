@@ -9,6 +9,7 @@
 #include "capture/stereo/stereo_levels.h"
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/quantity_text.h"
 
 namespace atelier {
 namespace {
@@ -35,10 +36,9 @@ void check_view(const std::vector<StereoView>& views, const StereoView& view) {
       continue;
     }
     if (!(near_depth > 0 && far_depth >= near_depth && std::isfinite(far_depth))) {
-      throw DataError(
-          "", view.camera.id + " pixel " + std::to_string(i),
-          "depth bounds " + std::to_string(near_depth) + " to " + std::to_string(far_depth),
-          "0 < near <= far");
+      throw DataError("", view.camera.id + " pixel " + std::to_string(i),
+                      "depth bounds " + short_number(near_depth) + " to " + short_number(far_depth),
+                      "0 < near <= far");
     }
   }
 }

@@ -12,7 +12,7 @@
 #include "capture/surface/stereo_image.h"
 #include "core/error.h"
 #include "core/median.h"
-#include "core/saturating_cast.h"
+#include "core/quantity_text.h"
 
 namespace atelier {
 namespace {
@@ -165,10 +165,8 @@ void leave_out_strays(std::vector<DepthMap>& maps, const FuseOptions& options,
     }
     left_out[worst] = 1;
     findings.push_back({Severity::Warning, "view-disagrees", maps[worst].camera.id,
-                        std::to_string(saturating_cast<int>(std::round(100 * least))) +
-                            "% of what it sees is confirmed by another view, " +
-                            std::to_string(saturating_cast<int>(std::round(100 * usual))) +
-                            "% is usual",
+                        percent(least) + " of what it sees is confirmed by another view, " +
+                            percent(usual) + " is usual",
                         maps.size() < kSure ? "its surface is left out; calibrate it again, or "
                                               "its neighbours: of so few views it is a guess"
                                             : "its surface is left out; calibrate it again"});

@@ -13,6 +13,7 @@
 #include "core/late_library.h"
 #include "core/median.h"
 #include "core/part_of_mesh.h"
+#include "core/quantity_text.h"
 #include "core/remesh/isotropic_remeshing.h"
 #include "core/topology.h"
 #include "core/tree.h"
@@ -157,7 +158,7 @@ Mesh surface_from_points(const Mesh& points, const SurfaceOptions& options) {
   }
   mesh = trimmed(mesh, supported);
   if (mesh.faces.rows() == 0) {
-    throw DataError("", "points", "no surface within " + std::to_string(trim) + " m",
+    throw DataError("", "points", "no surface within " + short_number(trim) + " m",
                     "points that lie on one; check their normals, or raise trim");
   }
   if (options.edge_length > 0) {

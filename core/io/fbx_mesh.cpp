@@ -16,6 +16,7 @@
 #include "core/error.h"
 #include "core/io/polygon_mesh.h"
 #include "core/io/text_scanner.h"
+#include "core/quantity_text.h"
 
 namespace atelier {
 namespace {
@@ -106,7 +107,7 @@ class FbxCorners {
                "below the " + std::to_string(mesh_.mNumVertices) + " of the mesh");
         }
         if (!std::isfinite(entry.mWeight) || entry.mWeight < 0) {
-          fail("weight " + std::to_string(entry.mWeight), "0 or more");
+          fail("weight " + short_number(entry.mWeight), "0 or more");
         }
         std::vector<Influence>& row = influences_[entry.mVertexId];
         if (entry.mWeight > 0) {

@@ -1,7 +1,9 @@
 #include "core/io/json.h"
 
 #include <algorithm>
+#include <array>
 #include <iterator>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <vector>
 
@@ -38,17 +40,30 @@ struct Cursor {
   bool operator==(const Cursor& other) const { return at == other.at; }
 };
 
+/// A word of Python's that is no JSON, and the number that stands in for it.
+struct StandIn {
+  std::string_view word;
+  std::string_view number;
+};
+constexpr std::array<StandIn, 4> kStandIns = {
+    {{"NaN", "0e0"}, {"-NaN", "-0e0"}, {"Infinity", "0e000000"}, {"-Infinity", "-0e000000"}}};
+
 /// Builds the value while judging it: nothing is stored that a ceiling forbids.
 class Builder : public nlohmann::json_sax<nlohmann::json> {
  public:
-  Builder(std::string_view text, const std::string& file, const Limits& limits)
-      : text_(text), file_(file), limits_(limits) {}
+  Builder(std::string_view text, const std::string& file, const Limits& limits, bool stand_ins)
+      : text_(text), file_(file), limits_(limits), stand_ins_(stand_ins) {}
 
   bool null() override { return add(nullptr); }
   bool boolean(bool value) override { return add(value); }
   bool number_integer(std::int64_t value) override { return add(value); }
   bool number_unsigned(std::uint64_t value) override { return add(value); }
-  bool number_float(double value, const std::string&) override { return add(value); }
+  bool number_float(double value, const std::string& digits) override {
+    const bool stands_in =
+        stand_ins_ && std::any_of(kStandIns.begin(), kStandIns.end(),
+                                  [&](const StandIn& one) { return one.number == digits; });
+    return add(stands_in ? std::numeric_limits<double>::quiet_NaN() : value);
+  }
   bool string(std::string& value) override {
     check_string(value);
     return add(std::move(value));
@@ -156,6 +171,7 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
   std::string_view text_;
   const std::string& file_;
   const Limits& limits_;
+  bool stand_ins_;
   std::size_t position_ = 0;
   nlohmann::json root_;
   std::vector<nlohmann::json*> open_;
@@ -163,20 +179,58 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
   std::int64_t values_ = 0;
 };
 
-}  // namespace
-
-nlohmann::json parse_json(std::string_view text, const std::string& file, const Limits& limits) {
-  if (static_cast<std::int64_t>(text.size()) > limits.text_file_bytes) {
-    throw DataError(file, "", std::to_string(text.size()) + " bytes of JSON",
-                    "at most " + std::to_string(limits.text_file_bytes) + " bytes");
+/// The text with numbers of the same length, which nobody writes, for NaN, Infinity and -Infinity
+/// outside of strings: places in it stay.
+std::string with_stand_ins(std::string_view text) {
+  std::string result(text);
+  bool quoted = false;
+  for (std::size_t at = 0; at < result.size(); ++at) {
+    const auto* pair = std::find_if(kStandIns.begin(), kStandIns.end(), [&](const StandIn& one) {
+      return !quoted && text.substr(at, one.word.size()) == one.word;
+    });
+    if (pair != kStandIns.end()) {
+      result.replace(at, pair->number.size(), pair->number);
+      at += pair->number.size() - 1;
+    } else if (quoted && text[at] == '\\') {
+      ++at;
+    } else {
+      quoted = (text[at] == '"') != quoted;
+    }
   }
+  return result;
+}
+
+nlohmann::json parsed(std::string_view text, const std::string& file, const Limits& limits,
+                      bool stand_ins) {
   // The parser would take a NUL byte for the end of the text.
   if (const std::size_t nul = text.find('\0'); nul != std::string_view::npos) {
     throw DataError(file, "byte " + std::to_string(nul), "a NUL byte", "JSON text");
   }
-  Builder builder(text, file, limits);
+  Builder builder(text, file, limits, stand_ins);
   nlohmann::json::sax_parse(builder.begin(), builder.end(), &builder);
   return builder.take();
+}
+
+void check_size(std::string_view text, const std::string& file, const Limits& limits) {
+  if (static_cast<std::int64_t>(text.size()) > limits.text_file_bytes) {
+    throw DataError(file, "", std::to_string(text.size()) + " bytes of JSON",
+                    "at most " + std::to_string(limits.text_file_bytes) + " bytes");
+  }
+}
+
+}  // namespace
+
+nlohmann::json parse_json(std::string_view text, const std::string& file, const Limits& limits) {
+  check_size(text, file, limits);
+  return parsed(text, file, limits, false);
+}
+
+nlohmann::json parse_python_json(std::string_view text, const std::string& file,
+                                 const Limits& limits) {
+  check_size(text, file, limits);
+  const bool any =
+      text.find("NaN") != std::string_view::npos || text.find("Infinity") != std::string_view::npos;
+  return any ? parsed(with_stand_ins(text), file, limits, true) : parsed(text, file, limits, false);
 }
 
 nlohmann::json read_json(const std::filesystem::path& path, const Limits& limits) {

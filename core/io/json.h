@@ -20,6 +20,11 @@ namespace atelier {
 nlohmann::json parse_json(std::string_view text, const std::string& file = "",
                           const Limits& limits = {});
 
+/// The same of what Python's json.dump writes: NaN, Infinity and -Infinity, which are no JSON,
+/// become numbers that are NaN, which JsonPlace::number refuses.
+nlohmann::json parse_python_json(std::string_view text, const std::string& file = "",
+                                 const Limits& limits = {});
+
 /// Reads and parses a file.
 nlohmann::json read_json(const std::filesystem::path& path, const Limits& limits = {});
 

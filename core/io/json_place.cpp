@@ -79,6 +79,9 @@ double JsonPlace::number() const {
   if (!value_->is_number()) {
     fail(value_->type_name(), "a number");
   }
+  if (!std::isfinite(value_->get<double>())) {
+    fail("NaN", "a finite number");
+  }
   return value_->get<double>();
 }
 

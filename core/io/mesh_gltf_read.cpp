@@ -14,6 +14,7 @@
 #include "core/io/text_scanner.h"
 #include "core/io/text_writer.h"
 #include "core/printable.h"
+#include "core/quantity_text.h"
 
 namespace atelier {
 namespace {
@@ -142,7 +143,7 @@ void GltfReader::read_nodes() {
     if (const auto rotation = place.find("rotation")) {
       node.rotation = fixed_numbers(*rotation, 4);
       if (std::abs(node.rotation.norm() - 1) > 0.01) {
-        rotation->fail("a quaternion of length " + std::to_string(node.rotation.norm()), "1");
+        rotation->fail("a quaternion of length " + short_number(node.rotation.norm(), 7), "1");
       }
       node.rotation.normalize();
     }
@@ -290,7 +291,7 @@ void GltfReader::read_influences(const JsonPlace& attributes, GltfPrimitive& pri
                    std::to_string(count) + " as POSITION");
     }
     if (count > 0 && more_weights.minCoeff() < 0) {
-      weights->fail("weight " + std::to_string(more_weights.minCoeff()), "0 or more");
+      weights->fail("weight " + short_number(more_weights.minCoeff()), "0 or more");
     }
     const Index before = primitive.joints.cols();
     primitive.joints.conservativeResize(count, before + 4);
@@ -503,7 +504,7 @@ GltfChannel GltfReader::read_channel(const JsonPlace& place,
   const Eigen::MatrixXd times = buffers_.read(input, {"SCALAR"}, limits_.frames);
   for (Index k = 0; k < times.rows(); ++k) {
     if (times(k, 0) < 0 || (k > 0 && times(k, 0) <= times(k - 1, 0))) {
-      input.fail("time " + std::to_string(times(k, 0)) + " of key " + std::to_string(k),
+      input.fail("time " + short_number(times(k, 0), 7) + " of key " + std::to_string(k),
                  "increasing times, from 0");
     }
     channel.times.push_back(times(k, 0));

@@ -11,6 +11,7 @@
 #include "core/io/text_scanner.h"
 #include "core/io/text_writer.h"
 #include "core/printable.h"
+#include "core/quantity_text.h"
 
 namespace atelier {
 namespace {
@@ -139,7 +140,7 @@ void ObjReader::read_vertex() {
   std::size_t count = 0;
   for (std::string_view word = scanner_.next_word(); !word.empty(); word = scanner_.next_word()) {
     if (count == values.size() || !parse_number(word, values[count])) {
-      scanner_.fail(in_quotes(word), "3 coordinates, or 6 with a colour, all finite");
+      scanner_.fail(no_number(word), "3 coordinates, or 6 with a colour, all finite");
     }
     ++count;
   }
@@ -159,7 +160,7 @@ void ObjReader::read_vertex() {
   }
   for (std::size_t i = 3; colored && i < 6; ++i) {
     if (values[i] < 0 || values[i] > 1) {
-      scanner_.fail("colour " + std::to_string(values[i]), "0 to 1");
+      scanner_.fail("colour " + short_number(values[i], 7), "0 to 1");
     }
     colors_.push_back(linear_from_srgb(static_cast<float>(values[i])));
   }
@@ -171,7 +172,7 @@ void ObjReader::read_texture() {
   double v = 0;
   const std::string_view word = scanner_.next_word();
   if (!word.empty() && !parse_number(word, v)) {
-    scanner_.fail(in_quotes(word), "v, a finite number");
+    scanner_.fail(no_number(word), "v, a finite number");
   }
   check_coordinate(u);
   check_coordinate(v);

@@ -14,6 +14,7 @@
 #include "core/io/srgb.h"
 #include "core/io/text_writer.h"
 #include "core/printable.h"
+#include "core/quantity_text.h"
 #include "core/saturating_cast.h"
 
 namespace atelier {
@@ -270,7 +271,7 @@ void PlyBody<Source>::read_vertices(const PlyElement& element) {
       if (has_[Red]) {
         const double color = value[Red + axis] / scale[Red + axis];
         if (color < 0 || color > 1) {
-          fail_row("vertex", row, "colour " + std::to_string(color), "0 to 1");
+          fail_row("vertex", row, "colour " + short_number(color, 7), "0 to 1");
         }
         mesh_.colors(v, axis) = linear_from_srgb(static_cast<float>(color));
       }
@@ -281,7 +282,7 @@ void PlyBody<Source>::read_vertices(const PlyElement& element) {
     if (has_[Label]) {
       const double label = value[Label];
       if (!(label >= 0 && label <= 255) || label != std::floor(label)) {
-        fail_row("vertex", row, "label " + std::to_string(label), "a whole number, 0 to 255");
+        fail_row("vertex", row, "label " + short_number(label, 7), "a whole number, 0 to 255");
       }
       mesh_.labels[row] = saturating_cast<std::uint8_t>(label);
     }

@@ -15,6 +15,7 @@
 #include "core/io/sequence_folder.h"
 #include "core/io/usd_mesh.h"
 #include "core/printable.h"
+#include "core/quantity_text.h"
 #include "core/sequence_archive.h"
 
 namespace atelier {
@@ -94,7 +95,7 @@ Triangles triangles_of(const Tensor& tensor, Index vertices, const std::string& 
       if (!(corner >= 0 && corner < static_cast<double>(vertices) &&
             corner == std::floor(corner))) {
         throw DataError(file, "faces[" + std::to_string(f) + "," + std::to_string(k) + "]",
-                        std::to_string(corner), "a vertex, 0 to " + std::to_string(vertices - 1));
+                        short_number(corner, 7), "a vertex, 0 to " + std::to_string(vertices - 1));
       }
     }
   }

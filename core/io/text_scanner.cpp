@@ -60,6 +60,25 @@ bool parse_integer(std::string_view word, std::int64_t& value) {
   return true;
 }
 
+char line_end_of(std::string_view text) {
+  const std::size_t newline = text.find('\n');
+  const bool none = newline == std::string_view::npos || newline + 1 == text.size();
+  return none && text.substr(0, newline - 1).find('\r') != std::string_view::npos ? '\r' : '\n';
+}
+
+std::string no_number(std::string_view word) {
+  const std::size_t comma = word.find(',');
+  double value = 0;
+  if (comma != std::string_view::npos) {
+    std::string with_point(word);
+    with_point[comma] = '.';
+    if (parse_number(with_point, value)) {
+      return in_quotes(word) + " (a decimal comma)";
+    }
+  }
+  return word.empty() ? "the line ends" : in_quotes(word);
+}
+
 std::string in_quotes(std::string_view word) {
   constexpr std::size_t kShown = 40;
   std::string text(word.substr(0, kShown));
@@ -73,7 +92,8 @@ TextScanner::TextScanner(std::string_view text, std::string file, std::int64_t m
     : text_(text),
       file_(std::move(file)),
       max_line_bytes_(static_cast<std::size_t>(max_line_bytes)),
-      continuation_(continuation) {
+      continuation_(continuation),
+      line_end_(line_end_of(text)) {
   if (text_.substr(0, 3) == "\xEF\xBB\xBF") {
     next_ = 3;
   }
@@ -91,7 +111,7 @@ bool TextScanner::next_line() {
   const std::size_t first = text_.find_first_not_of(" \t", cursor_);
   const bool comment = first != std::string_view::npos && text_[first] == '#';
   while (true) {
-    const std::size_t newline = text_.find('\n', next_);
+    const std::size_t newline = text_.find(line_end_, next_);
     end_ = std::min(newline, text_.size());
     next_ = newline == std::string_view::npos ? text_.size() : newline + 1;
     ++rows_;
@@ -124,7 +144,7 @@ std::string_view TextScanner::next_word() {
     while (j < end_ && text_[j] == '\r') {
       ++j;
     }
-    return j >= end_ || text_[j] == '\n';
+    return j >= end_ || text_[j] == '\n' || (line_end_ == '\r' && j > i + 1);
   };
   const auto blank = [&](std::size_t i) {
     return is_blank(text_[i]) || text_[i] == '\n' || joins(i);
@@ -161,7 +181,7 @@ double TextScanner::number(const char* what) {
   const std::string_view word = next_word();
   double value = 0;
   if (!parse_number(word, value)) {
-    fail(word.empty() ? "the line ends" : in_quotes(word), std::string(what) + ", a finite number");
+    fail(no_number(word), std::string(what) + ", a finite number");
   }
   return value;
 }

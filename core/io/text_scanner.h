@@ -9,9 +9,9 @@
 namespace atelier {
 
 /// Reads a text in memory line by line and word by word, and knows where it is, so that every error
-/// names the line. Numbers do not depend on the locale. CRLF, a UTF-8 byte order mark and a missing
-/// last newline are fine; a NUL byte or a line longer than the limit is refused with DataError. The
-/// text must outlive the scanner.
+/// names the line. Numbers do not depend on the locale. CRLF, CR alone, a UTF-8 byte order mark and
+/// a missing last newline are fine; a NUL byte or a line longer than the limit is refused with
+/// DataError. The text must outlive the scanner.
 class TextScanner {
  public:
   /// @param file            name for errors
@@ -52,6 +52,7 @@ class TextScanner {
   std::string file_;
   std::size_t max_line_bytes_;
   bool continuation_;
+  char line_end_;
   std::size_t next_ = 0;    // first byte behind this line
   std::size_t cursor_ = 0;  // first byte of this line that is not read yet
   std::size_t end_ = 0;     // behind the last byte of this line, without its newline
@@ -66,6 +67,14 @@ bool parse_number(std::string_view word, double& value);
 
 /// A word as a whole number that fits 64 bits: true if all of it is one.
 bool parse_integer(std::string_view word, std::int64_t& value);
+
+/// What ends the lines of a text: CR where it has no LF but at its very end, as old programs of
+/// Macs write, else LF.
+char line_end_of(std::string_view text);
+
+/// What stands in the place of a number, as an error message says it: "'left'", "'0,033' (a decimal
+/// comma)", "the line ends" of nothing.
+std::string no_number(std::string_view word);
 
 /// `word` as an error message shows it: in quotes, cut after 40 bytes, control bytes as '?'.
 std::string in_quotes(std::string_view word);

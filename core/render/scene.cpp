@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/quantity_text.h"
 
 namespace atelier {
 
@@ -16,7 +17,7 @@ namespace {
 void check_color(const Eigen::Vector3f& color, float max, const std::string& where) {
   for (int c = 0; c < 3; ++c) {
     if (!(color[c] >= 0 && color[c] <= max)) {
-      refuse(where, std::to_string(color[c]),
+      refuse(where, short_number(color[c], 7),
              max > 1 ? "a finite number that is not negative" : "a number in [0,1]");
     }
   }

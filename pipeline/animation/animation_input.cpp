@@ -7,7 +7,6 @@
 #include "bodymodel/formats/motion_file.h"
 #include "bodymodel/formats/personal_body.h"
 #include "bodymodel/formats/tracked_motion.h"
-#include "bodymodel/human/default_human.h"
 #include "bodymodel/humanoid.h"
 #include "bodymodel/kinematics.h"
 #include "bodymodel/retarget/retarget.h"
@@ -21,6 +20,7 @@
 #include "core/limits.h"
 #include "core/nearest_name.h"
 #include "core/printable.h"
+#include "core/quantity_text.h"
 #include "core/saturating_cast.h"
 #include "core/sequence_archive.h"
 #include "core/unknown_value.h"
@@ -148,9 +148,6 @@ BodyModel wearer_of(StageRun& run, const AnimationSource& source, const AnimateO
   if (options.body.empty()) {
     return source.person.model;
   }
-  if (options.body == "female" || options.body == "male") {
-    return default_human(options.body == "male" ? male_human() : female_human());
-  }
   BodyFile file = read_body_file(options.body);
   tell(run, file.findings);
   return std::move(file.model);
@@ -251,6 +248,13 @@ void set_frames(const AnimateOptions& options, bool own, Animation& animation) {
   animation.fps = options.fps > 0 ? options.fps : own ? motion.fps : std::min(motion.fps, kMaxRate);
   const double duration = static_cast<double>(motion.poses.size() - 1) / motion.fps;
   const auto count = saturating_cast<Index>(std::floor(duration * animation.fps + 1e-6) + 1);
+  if (count > Limits{}.frames) {
+    throw DataError(
+        options.motion, "duration",
+        short_number(duration) + " s, at " + short_number(animation.fps) + " frames a second " +
+            short_number(static_cast<double>(count)) + " frames",
+        "at most " + std::to_string(Limits{}.frames) + " frames; --seconds takes a part of them");
+  }
   for (Index i = 0; i < count; ++i) {
     animation.frame_ids.push_back(own && animation.fps == motion.fps
                                       ? motion.frame_ids[static_cast<std::size_t>(i)]
@@ -331,6 +335,33 @@ void require_named(const AnimateOptions& options, const fs::path& capture) {
       }
     }
   }
+}
+
+std::vector<Finding> preview_animation(const AnimateOptions& options, const fs::path& workspace) {
+  if (options.motion.empty() || is_procedural(options.motion)) {
+    return {};
+  }
+  require_motion(options);
+  const fs::path person = workspace / "personalize" / "current" / "person.npz";
+  Animation animation;
+  MovingBody& body = animation.body;
+  std::size_t first = 0;
+  if (!options.body.empty()) {
+    body.model = read_body_file(options.body).model;
+  } else if (!workspace.empty() && fs::exists(person)) {
+    body.model = read_personal_body(person).model;
+  } else {
+    MotionClip clip = read_motion_file(options.motion);
+    motion_part(clip.motion, options, first);
+    return std::move(clip.findings);
+  }
+  const MotionClip clip = read_motion_file(options.motion, of_body(body.model));
+  Retargeted moved = retarget(clip, body.model);
+  body.motion = motion_part(moved.motion, options, first);
+  set_frames(options, false, animation);
+  std::vector<Finding> findings = clip.findings;
+  findings.insert(findings.end(), moved.findings.begin(), moved.findings.end());
+  return findings;
 }
 
 Animation read_animation(StageRun& run) {

@@ -60,6 +60,13 @@ struct Animation {
 /// of what none is learnt of.
 void require_named(const AnimateOptions& options, const std::filesystem::path& capture);
 
+/// Reads the motion that the options name, puts it on the wearer, if that is known, and takes the
+/// part that is asked for: what a run would say of it. Nothing of the capture's own motion and of
+/// procedural ones. Throws DataError as read_animation.
+/// @param workspace  of the person; "": not known yet
+std::vector<Finding> preview_animation(const AnimateOptions& options,
+                                       const std::filesystem::path& workspace);
+
 /// Reads the workspace and what the options name; says what it assumes. Throws DataError for
 /// results or files that are missing or do not fit each other, with what would help.
 Animation read_animation(StageRun& run);

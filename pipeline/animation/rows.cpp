@@ -54,6 +54,11 @@ const StageRow& animate_row() {
           [](const StageRequest& request) {
             require_named(options_of<AnimateOptions>(request.options), request.input);
           },
+      .preview =
+          [](const StageRequest& request) {
+            return preview_animation(options_of<AnimateOptions>(request.options),
+                                     request.workspace);
+          },
       .chain = ChainPlace{.lacks = lacks_evidence,
                           .made_of = of_worn,
                           .cost = {.seconds = 1, .per_frame = 1},

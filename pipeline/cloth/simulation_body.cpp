@@ -111,6 +111,11 @@ BodyTrack moving_body(const ScenePaths& paths, double fps, double fall_in,
   RetargetOptions options;
   options.fps = fps;
   Retargeted moved = retarget(clip, *model, {}, options);
+  for (const Finding& finding : clip.findings) {
+    if (finding.severity != Severity::Note) {
+      notes.push_back(kWarning + finding.what + "; " + finding.advice);
+    }
+  }
   for (const Finding& finding : moved.findings) {
     notes.push_back(finding.what);
   }

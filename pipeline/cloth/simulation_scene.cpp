@@ -8,6 +8,7 @@
 #include "core/device.h"
 #include "core/error.h"
 #include "core/mesh_statistics.h"
+#include "core/quantity_text.h"
 #include "core/saturating_cast.h"
 #include "core/usage_error.h"
 #include "pipeline/cloth/captured_scene.h"
@@ -252,8 +253,8 @@ void warn_of_length(SimulationScene& scene, const SimulateOptions& options, bool
   if (options.length == 0 || !lost) {
     return;
   }
-  scene.notes.push_back(kWarning + "--length " + std::to_string(options.length) +
-                        " ends before --settle " + std::to_string(options.settle) + " is over" +
+  scene.notes.push_back(kWarning + "--length " + short_number(options.length) +
+                        " ends before --settle " + short_number(options.settle) + " is over" +
                         (moves ? ", so that the body does not move" : "") +
                         ": a smaller --settle, or a larger --length");
 }

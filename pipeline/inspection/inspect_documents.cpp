@@ -92,6 +92,7 @@ struct DocumentMark {
   bool in_list = false;        ///< keys of the first object in a list
   /// Reads it as well, and adds what its kind alone has.
   void (*add)(const std::string& text, const std::string& file, Inspection& inspection) = nullptr;
+  bool of_python = false;  ///< may hold NaN, as Python writes it
 };
 
 void add_pattern(const std::string& text, const std::string& file, Inspection& inspection) {
@@ -120,6 +121,10 @@ void add_pattern(const std::string& text, const std::string& file, Inspection& i
   }
 }
 
+void check_detections(const std::string& text, const std::string& file) {
+  parse_detection_frames(text, file);
+}
+
 const std::vector<DocumentMark>& document_marks() {
   static const std::vector<DocumentMark> marks = {
       {{"cameras", "pixel_origin"},
@@ -127,17 +132,41 @@ const std::vector<DocumentMark>& document_marks() {
        [](const std::string& text, const std::string& file) { parse_cameras_json(text, file); }},
       {{"people", "version"},
        "keypoints in an image, OpenPose",
-       [](const std::string& text, const std::string& file) { parse_openpose(text, file); }},
+       [](const std::string& text, const std::string& file) { parse_openpose(text, file); },
+       "",
+       false,
+       nullptr,
+       true},
       {{"instance_info"},
        "keypoints in images, MMPose",
-       [](const std::string& text, const std::string& file) {
-         parse_detection_frames(text, file);
-       }},
+       check_detections,
+       "",
+       false,
+       nullptr,
+       true},
+      {{"annotations", "images"},
+       "keypoints in images, COCO",
+       check_detections,
+       "",
+       false,
+       nullptr,
+       true},
+      {{"image_id", "keypoints"},
+       "keypoints in images, AlphaPose or COCO's results",
+       check_detections,
+       "",
+       true,
+       nullptr,
+       true},
       {{"annots"},
        "keypoints in an image, EasyMocap",
        [](const std::string& text, const std::string& file) {
          parse_easymocap_annotation(text, file);
-       }},
+       },
+       "",
+       false,
+       nullptr,
+       true},
       {{"id", "keypoints3d"},
        "keypoints in space",
        [](const std::string& text, const std::string& file) {
@@ -217,11 +246,26 @@ const DocumentMark* mark_of(const nlohmann::json& json, const std::filesystem::p
   return nullptr;
 }
 
+/// A JSON file; of the kinds that Python's programs write with NaN in it, too.
+nlohmann::json read_document(const std::filesystem::path& path, const Limits& limits) {
+  try {
+    return read_json(path, limits);
+  } catch (const DataError&) {
+    nlohmann::json json =
+        parse_python_json(read_file_text(path, limits.text_file_bytes), path.string(), limits);
+    const DocumentMark* mark = mark_of(json, path);
+    if (mark == nullptr || !mark->of_python) {
+      throw;
+    }
+    return json;
+  }
+}
+
 }  // namespace
 
 void inspect_json(const std::filesystem::path& path, Inspection& inspection) {
   const bool manifest = path.filename() == "manifest.json";
-  const nlohmann::json json = read_json(path, manifest ? manifest_limits() : Limits());
+  const nlohmann::json json = read_document(path, manifest ? manifest_limits() : Limits());
   if (json.is_object() && json.value("schema", nlohmann::json()) == "atelier-manifest") {
     inspect_manifest(path, inspection);
     return;

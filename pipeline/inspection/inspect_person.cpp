@@ -12,6 +12,7 @@
 #include "bodymodel/formats/personal_body.h"
 #include "bodymodel/formats/tailor_measurements.h"
 #include "bodymodel/kinematics.h"
+#include "bodymodel/odd_frame_rate.h"
 #include "core/io/lower_extension.h"
 #include "core/io/npz.h"
 #include "core/limits.h"
@@ -100,8 +101,15 @@ void inspect_markers(const std::filesystem::path& path, Inspection& inspection) 
   }
   box.tell(inspection);
   add_findings(clip.findings, inspection);
+  if (const std::optional<Finding> odd =
+          odd_frame_rate(clip.fps, RateStated::Rate, path.string())) {
+    inspection.findings.push_back(*odd);
+  }
   if (const std::optional<Finding> subjects = subjects_finding(clip)) {
     inspection.findings.push_back(*subjects);
+  }
+  if (const std::optional<Finding> far = reach_finding(clip)) {
+    inspection.findings.push_back(*far);
   }
   for (std::size_t m = 0; m < clip.markers.size(); ++m) {
     inspection.add_member(clip.markers[m],

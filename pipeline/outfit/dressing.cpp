@@ -17,6 +17,7 @@
 #include "core/limits.h"
 #include "core/nearest_name.h"
 #include "core/normals.h"
+#include "core/quantity_text.h"
 #include "core/saturating_cast.h"
 #include "core/tree.h"
 #include "core/unknown_value.h"
@@ -195,8 +196,8 @@ void check_worn(const std::string& name, const Garment& garment, const TailorMea
   const double low = garment.mesh.vertices.col(1).minCoeff();
   const double high = garment.mesh.vertices.col(1).maxCoeff();
   if (low < -0.1) {
-    refuse("it falls off while it is draped (from " + std::to_string(high) + " m down to " +
-           std::to_string(low) + " m)");
+    refuse("it falls off while it is draped (from " + short_number(high) + " m down to " +
+           short_number(low) + " m)");
   }
   const double hold = label == Label::Lower ? measures.hip.y() - 0.12 : measures.waist.y();
   if (high < hold) {

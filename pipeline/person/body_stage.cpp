@@ -20,7 +20,7 @@
 #include "core/io/mesh_sequence_file.h"
 #include "core/listed_frames.h"
 #include "core/normals.h"
-#include "core/saturating_cast.h"
+#include "core/quantity_text.h"
 #include "core/sequence_archive.h"
 #include "core/store/manifest.h"
 #include "core/store/output_sequences.h"
@@ -299,9 +299,8 @@ void certify(StageRun& run, const BodySource& source,
              "unreliable too");
   }
   if (!far.empty()) {
-    run.warn("scan-far [frames " + listed_frames(far) + "]: up to " +
-             std::to_string(saturating_cast<int>(std::round(100 * farthest))) +
-             "% of the scan is not part of the person and is ignored; check for a second person or "
+    run.warn("scan-far [frames " + listed_frames(far) + "]: up to " + percent(farthest) +
+             " of the scan is not part of the person and is ignored; check for a second person or "
              "a wrong calibration");
   }
   const auto mean = [&](const char* name, double sum, double count) {

@@ -13,6 +13,7 @@
 #include "core/io/json.h"
 #include "core/io/json_place.h"
 #include "core/io/text_writer.h"
+#include "core/quantity_text.h"
 #include "core/saturating_cast.h"
 #include "core/unknown_value.h"
 #include "pipeline/pictures/person_pictures.h"
@@ -69,9 +70,7 @@ void write_pictures(StageRun& run, const std::string& name, const BodyModel& mod
         static_cast<double>(tracked.region.size()) / static_cast<double>(vertex_count(model));
     output("pictures/" + name + "_region.png",
            region_picture(model, tracked.region,
-                          "clothing over this " +
-                              std::to_string(saturating_cast<int>(std::round(100 * share))) +
-                              "% of the body does not count"));
+                          "clothing over this " + percent(share) + " of the body does not count"));
   }
   const auto millimetres = [](const Eigen::VectorXd& metres) {
     std::vector<double> values(metres.data(), metres.data() + metres.size());

@@ -9,6 +9,7 @@
 #include "core/io/json.h"
 #include "core/io/json_place.h"
 #include "core/io/json_text.h"
+#include "core/quantity_text.h"
 #include "pipeline/pictures/report_folder.h"
 
 namespace atelier {
@@ -23,7 +24,7 @@ std::filesystem::path account_file(const std::filesystem::path& workspace) {
 double seconds_at(const JsonPlace& place) {
   const double seconds = place.number();
   if (!(seconds >= 0)) {
-    place.fail(std::to_string(seconds), "seconds, at least 0");
+    place.fail(short_number(seconds), "seconds, at least 0");
   }
   return seconds;
 }

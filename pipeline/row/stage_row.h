@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/finding.h"
 #include "core/measure.h"
 #include "core/store/stage.h"
 #include "core/store/stage_plan.h"
@@ -35,6 +36,12 @@ struct StageRow {
   /// by options exist. Quick; the stage may find other errors later. Null: no check. Throws
   /// DataError, EnvironmentError.
   void (*require_startable)(const StageRequest& request) = nullptr;
+
+  /// Reads what options name as a run would, where that takes seconds and not minutes, for a dry
+  /// run and before hours of other stages: what the run would say of it, without doing it. A
+  /// request without a workspace is one whose results are recomputed before. Null: nothing. Throws
+  /// what the run would.
+  std::vector<Finding> (*preview)(const StageRequest& request) = nullptr;
 
   /// Its place in the chain of `run`; none: `run` leaves it out.
   std::optional<ChainPlace> chain = {};

@@ -62,4 +62,17 @@ void require_startable(const Stage& stage, const StageRequest& request) {
   }
 }
 
+std::vector<std::string> previewed_warnings(const Stage& stage, const StageRequest& request) {
+  const StageRow* row = find_row(stage.name);
+  std::vector<std::string> warnings;
+  if (row != nullptr && row->preview != nullptr) {
+    for (const Finding& finding : row->preview(request)) {
+      if (finding.severity != Severity::Note) {
+        warnings.push_back(to_string(finding));
+      }
+    }
+  }
+  return warnings;
+}
+
 }  // namespace atelier

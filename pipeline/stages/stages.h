@@ -1,7 +1,9 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/store/stage.h"
 #include "core/store/stage_plan.h"
@@ -24,5 +26,9 @@ const StageRow* find_row(std::string_view stage);
 /// Quick, and not all that it may find wrong. Of a request without a workspace, whose results are
 /// recomputed before, nothing that those say. Throws DataError, EnvironmentError.
 void require_startable(const Stage& stage, const StageRequest& request);
+
+/// Warnings that a run would begin with of what its options name, each as a line
+/// (StageRow::preview). Throws what the run would.
+std::vector<std::string> previewed_warnings(const Stage& stage, const StageRequest& request);
 
 }  // namespace atelier

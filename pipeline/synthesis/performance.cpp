@@ -145,11 +145,11 @@ std::string motion_of(const SynthesisOptions& options) {
   return flies ? "spin" : "stride";
 }
 
-void require_cast(const SynthesisOptions& options) {
+std::vector<Finding> require_cast(const SynthesisOptions& options) {
   const BodyModel body =
       make_subject(options.subject, static_cast<std::uint64_t>(options.seed)).model;
   require_garments(body, options.outfit, options.subject.body);
-  clothed_motion(body, options);
+  return clothed_motion(body, options).findings;
 }
 
 Performance cast_performance(const SynthesisOptions& options,

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/finding.h"
 #include "core/io/ground_truth_archive.h"
 #include "pipeline/outfit/dressing.h"
 #include "pipeline/synthesis/performance_state.h"
@@ -41,9 +42,9 @@ struct Performance {
 Performance cast_performance(const SynthesisOptions& options,
                              const std::vector<GroundTruthGarment>& dressed = {});
 
-/// Makes the subject and reads what cast_performance would read, without draping anything. Throws
-/// as that does.
-void require_cast(const SynthesisOptions& options);
+/// Makes the subject and reads what cast_performance would read, without draping anything; returns
+/// what the motion's reader found. Throws as that does.
+std::vector<Finding> require_cast(const SynthesisOptions& options);
 
 /// The motion that the options name, "auto" by what is worn.
 std::string motion_of(const SynthesisOptions& options);

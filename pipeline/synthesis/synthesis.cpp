@@ -219,6 +219,9 @@ SynthesisStage played(const Work& work, const SynthesisOptions& options,
   const Performance performance = cast_performance(options);
   claim(work, key_of(options));
   events.say("subject: " + performance.subject.description);
+  for (const Finding& finding : performance.clothed.findings) {
+    events.say(to_string(finding));
+  }
   for (const GroundTruthGarment& garment : performance.outfit.garments) {
     events.say("worn: " + garment.garment.name + ", " +
                std::to_string(garment.garment.mesh.vertices.rows()) + " vertices");
@@ -271,15 +274,15 @@ void make_folders(const Work& work, const std::vector<Camera>& cameras,
 
 }  // namespace
 
-void require_synthesis(const fs::path& folder, const SynthesisOptions& options) {
+std::vector<Finding> require_synthesis(const fs::path& folder, const SynthesisOptions& options) {
   if (fs::is_directory(folder)) {
     check_free({folder, folder / kUnfinished}, key_of(options));
   }
   if (options.body_sequence.empty()) {
-    require_cast(options);
-  } else {
-    read_performance(options);
+    return require_cast(options);
   }
+  read_performance(options);
+  return {};
 }
 
 bool synthesize_capture(const fs::path& folder, const SynthesisOptions& options,

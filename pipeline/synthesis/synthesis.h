@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "core/finding.h"
 #include "pipeline/synthesis/synthesis_options.h"
 
 namespace atelier {
@@ -28,7 +29,8 @@ bool synthesize_capture(const std::filesystem::path& folder, const SynthesisOpti
 
 /// Refuses what synthesize_capture refuses before it makes anything: a folder that holds something
 /// else, names and files that cannot be used. Drapes nothing and writes nothing. Throws as that.
-void require_synthesis(const std::filesystem::path& folder, const SynthesisOptions& options);
+std::vector<Finding> require_synthesis(const std::filesystem::path& folder,
+                                       const SynthesisOptions& options);
 
 /// The options that a synthetic capture was made with. None where it does not say, or was made by a
 /// version from which the same options give another capture.

@@ -10,6 +10,7 @@
 
 #include "core/error.h"
 #include "core/io/json.h"
+#include "core/quantity_text.h"
 
 namespace atelier {
 namespace {
@@ -373,7 +374,7 @@ SewingPattern garment_pattern_from_json(std::string_view text, const std::string
   const double units =
       reader.number(reader.member(properties, "units_in_meter", "properties"), "units_in_meter");
   if (!(units > 0)) {
-    reader.refuse("units_in_meter", std::to_string(units), "more than 0");
+    reader.refuse("units_in_meter", short_number(units), "more than 0");
   }
   reader.metres_per_unit = 1 / units;
   const json& coordinates = reader.member(properties, "curvature_coords", "properties");

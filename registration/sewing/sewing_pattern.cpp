@@ -7,6 +7,7 @@
 
 #include "core/cross.h"
 #include "core/error.h"
+#include "core/quantity_text.h"
 
 namespace atelier {
 namespace {
@@ -114,7 +115,7 @@ void check_panel(const Panel& panel, const std::string& file) {
     }
     constexpr double kLargestBulge = 1e4;  // of a circle that is open by less than 0.03 degrees
     if (!(std::abs(edge.bulge) <= kLargestBulge) || (edge.bulge != 0 && !edge.controls.empty())) {
-      throw DataError(file, edge_place, "an arc of bulge " + std::to_string(edge.bulge),
+      throw DataError(file, edge_place, "an arc of bulge " + short_number(edge.bulge),
                       "less than a circle, without control points");
     }
     for (const Vector2& control : edge.controls) {
@@ -133,7 +134,7 @@ void check_panel(const Panel& panel, const std::string& file) {
   const std::vector<Vector2> loop = outline(panel, 32);
   const double area = signed_area(loop);
   if (!(area > 0)) {
-    throw DataError(file, place, "an area of " + std::to_string(area) + " m2",
+    throw DataError(file, place, "an area of " + short_number(area) + " m2",
                     "edges counter-clockwise round a positive area");
   }
   const std::size_t count = loop.size();

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/quantity_text.h"
 #include "core/saturating_cast.h"
 
 namespace atelier {
@@ -60,7 +61,7 @@ Grid grid_near(const Points& points, const Points& normals, const ThroughPointsO
   const Eigen::Vector3d extent = points.colwise().maxCoeff().transpose() - grid.low;
   const Eigen::Vector3d count = (extent / options.cell).array().ceil() + margin + 1;
   if (!(count.prod() <= kMaxCells)) {  // sides fit: each is at least 1
-    throw DataError("", "cell", std::to_string(options.cell) + " m",
+    throw DataError("", "cell", short_number(options.cell) + " m",
                     "larger cells for points that lie so far apart");
   }
   grid.size = count.cast<int>();  // and so do the places of points, which lie in the grid

@@ -450,6 +450,36 @@ TEST_F(Animate, BadMotions_AreRefused) {
   expect_refused(animate({"--sequence", "other"}), "--sequence cannot be 'other'", 2);
 }
 
+TEST_F(Animate, DryRun_SaysOfAMotionWhatTheRunWould) {
+  write_dressed_workspace(capture(), workspace());
+  const auto planned = [&](const std::string& file, std::vector<std::string> more = {}) {
+    more.insert(more.begin(), {"--motion", (root_ / file).string(), "--dry-run"});
+    return animate(more);
+  };
+  std::ofstream(root_ / "empty.bvh") << "";
+  expect_refused(planned("empty.bvh"), "empty.bvh");
+  std::ofstream(root_ / "text.c3d") << "no C3D";
+  expect_refused(planned("text.c3d"), "text.c3d");
+  MotionClip clip = person_clip();
+  clip.motion.fps = 1 / 33.3;
+  motion(clip);
+  const ChildResult odd = planned("motion.bvh", {"--seconds", "1"});
+  EXPECT_EQ(odd.exit_code, 0) << odd.err;
+  EXPECT_THAT(odd.out, AllOf(HasSubstr("it looks like milliseconds"),
+                             HasSubstr("--motion.fps 30 of body-model")));
+  EXPECT_THAT(planned("motion.bvh", {"--json"}).out, HasSubstr("it looks like milliseconds"));
+  expect_refused(planned("motion.bvh", {"--start", "4000"}), "--start cannot be '4000'", 2);
+  clip.motion.fps = 1e-9;
+  motion(clip);
+  expect_refused(planned("motion.bvh"), "1e-09 frames a second");
+  const ChildResult chain =
+      stage("run", {"--from", "animate", "--animate.pictures", "false", "--animate.motion",
+                    (root_ / "motion.bvh").string(), "--dry-run"});
+  EXPECT_EQ(chain.exit_code, 3);
+  EXPECT_THAT(chain.err, HasSubstr("1e-09 frames a second"));
+  EXPECT_FALSE(std::filesystem::exists(workspace() / "animate" / "current"));
+}
+
 TEST_F(Animate, RootFarFromTheStage_IsRefusedBeforeAnyWork) {
   write_dressed_workspace(capture(), workspace());
   const auto moved = [](double metres, std::size_t first) {

@@ -110,6 +110,18 @@ TEST(ConvertCapture, MissingConsent_IsReported) {
   EXPECT_FALSE(fs::exists(folder / "out" / "consent.toml"));
 }
 
+TEST(ConvertCapture, EndedConsent_IsReported) {
+  const TemporaryDirectory folder;
+  SmallCapture small;
+  small.consent = {{"P. Doe", "research", "2020-12-31"}};
+  write_small_capture(folder / "capture", small);
+  const ChildResult there =
+      convert({(folder / "capture").string(), (folder / "out").string(), "--to", "images"});
+  EXPECT_EQ(there.exit_code, 0);
+  EXPECT_THAT(there.err, HasSubstr("warning consent-ended ["));
+  EXPECT_THAT(there.err, HasSubstr("P. Doe"));
+}
+
 TEST(ConvertCapture, StoppedConversion_LeavesNoPartialCapture) {
   if (!can_inject()) {
     GTEST_SKIP() << "strace cannot trace here";

@@ -27,6 +27,7 @@ using fixtures::opensim_names;
 using fixtures::plug_in_gait_names;
 using ::testing::AllOf;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::ThrowsMessage;
 
 const Finding* finding(const MotionClip& clip, const std::string& code) {
@@ -187,6 +188,42 @@ TEST(MarkerFit, UnseenMarkersAndLostFrames_AreBridged) {
   EXPECT_LT(errors_of(fit, person).joints, 0.015);
   ASSERT_NE(finding(fit.clip, "motion-markers-unseen"), nullptr);
   EXPECT_EQ(fit.clip.motion.poses[27].rotations, fit.clip.motion.poses[26].rotations);
+}
+
+// As where a program writes a number of its own for what it did not see.
+TEST(MarkerFit, MarkersBeyondReach_AreLeftOutByName) {
+  const MarkedPerson person = marked_person(joint_centre_names());
+  for (const double far : {10'000.0, 1e6, 4.0}) {
+    MarkerClip clip = person.clip;
+    for (std::size_t f = 0; f < clip.positions.size(); ++f) {
+      clip.positions[f](2, 1) = far;  // RAnkle, in every frame
+      if (f % 5 == 0) {
+        clip.positions[f].row(0).setConstant(-far);  // RHip
+        clip.positions[f].row(12).setConstant(far);  // Neck
+      }
+    }
+    const MarkerFit fit = fit_markers(clip);
+    EXPECT_LT(errors_of(fit, person).joints, 0.03) << far;
+    EXPECT_EQ(finding(fit.clip, "motion-unit"), nullptr);
+    const Finding* told = finding(fit.clip, "motion-markers-reach");
+    ASSERT_NE(told, nullptr);
+    EXPECT_THAT(told->what, AllOf(HasSubstr("RAnkle in 30 frames"), HasSubstr("RHip in 6 frames"),
+                                  HasSubstr("Neck in 6 frames"), Not(HasSubstr("LHip"))));
+    EXPECT_EQ(to_string(*reach_finding(clip)), to_string(*told));
+  }
+  EXPECT_FALSE(reach_finding(person.clip));
+}
+
+TEST(MarkerFit, MarkersBeyondReachInAWrongUnit_LeaveTheUnitRight) {
+  MarkedPerson person = marked_person(joint_centre_names());
+  for (Points& at : person.clip.positions) {
+    at *= 1000;
+    at(2, 1) = 1e7;
+  }
+  const MarkerFit fit = fit_markers(person.clip);
+  EXPECT_LT(errors_of(fit, person).joints, 0.03);
+  ASSERT_NE(finding(fit.clip, "motion-unit"), nullptr);
+  EXPECT_THAT(finding(fit.clip, "motion-unit")->what, HasSubstr("multiplied by 0.001"));
 }
 
 TEST(MarkerFit, SwappedUnitsAndAxes_AreRepairedAndReported) {

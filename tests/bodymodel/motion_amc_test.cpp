@@ -169,6 +169,20 @@ std::string with_cells(const std::string& cells) {
   return text.replace(text.find("\t100\t200\t300"), 12, cells);
 }
 
+TEST(Trc, LinesThatEndInCrAlone_AreRead) {
+  std::string text = kTrc;
+  std::replace(text.begin(), text.end(), '\n', '\r');
+  const MarkerClip clip = parse_trc(text);
+  EXPECT_EQ(clip.markers, parse_trc(kTrc).markers);
+  EXPECT_EQ(clip.positions, parse_trc(kTrc).positions);
+}
+
+TEST(Trc, DecimalCommas_AreNamed) {
+  EXPECT_THAT(
+      [] { parse_trc(with_cells("\t100,5\t200,0\t300")); },
+      ThrowsMessage<DataError>(AllOf(HasSubstr("line 6"), HasSubstr("'100,5' (a decimal comma)"))));
+}
+
 TEST(Trc, EveryWordForNoNumber_IsUnseen) {
   for (const char* word :
        {"", "nan", "NaN", "NAN", "Nan", "-nan", "nan(ind)", "-1.#IND", "1.#QNAN", "NA", "null"}) {

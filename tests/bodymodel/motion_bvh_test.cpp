@@ -335,6 +335,38 @@ INSTANTIATE_TEST_SUITE_P(
     }),
     [](const auto& file) { return std::string(file.param.name); });
 
+TEST(Bvh, LineEndsOfAnyKind_ReadAlike) {
+  const MotionClip expected = parse_bvh(good_arm());
+  for (const char* end : {"\r\n", "\r"}) {
+    std::string text;
+    for (const char c : good_arm()) {
+      text += c == '\n' ? end : std::string(1, c);
+    }
+    const MotionClip clip = parse_bvh(text);
+    EXPECT_EQ(clip.skeleton.names, expected.skeleton.names);
+    ASSERT_EQ(clip.motion.poses.size(), 2U);
+    EXPECT_EQ(clip.motion.poses[1].rotations, expected.motion.poses[1].rotations);
+  }
+}
+
+TEST(Bvh, DecimalCommas_AreNamed) {
+  EXPECT_THAT([] { parse_bvh(replaced(good_arm(), "0.0083333", "0,0083333")); },
+              ThrowsMessage<DataError>(HasSubstr("'0,0083333' (a decimal comma)")));
+  EXPECT_THAT([] { parse_bvh(replaced(good_arm(), "90 0 0", "90,5 0 0")); },
+              ThrowsMessage<DataError>(HasSubstr("'90,5' (a decimal comma)")));
+  EXPECT_THAT([] { parse_bvh(replaced(good_arm(), "0.25", "0,25")); },
+              ThrowsMessage<DataError>(HasSubstr("'0,25' (a decimal comma)")));
+}
+
+// One OFFSET of a billion, which no unit makes a person's.
+TEST(Bvh, BonesOfNoUnit_AreRefusedWithTheNumber) {
+  EXPECT_THAT([] { parse_bvh(replaced(good_arm(), "0.3 0 0", "0 1e9 0"), {}); },
+              ThrowsMessage<DataError>(HasSubstr("no unit makes a person's")));
+  EXPECT_THAT([] { parse_bvh(replaced(good_arm(), "0.0083333", "1e-320")); },
+              ThrowsMessage<DataError>(HasSubstr("frame time 1e-320")));
+  EXPECT_EQ(parse_bvh(replaced(good_arm(), "0.0083333", "1e9")).motion.fps, 1e-9);
+}
+
 TEST(Bvh, MoreJointsThanTheLimit_AreRefused) {
   Limits limits;
   limits.joints = 1;

@@ -102,6 +102,14 @@ TEST(MotionClip, Resampling_KeepsTheMotion) {
   }
 }
 
+TEST(MotionClip, ResamplingToMoreFramesThanTheLimit_IsRefused) {
+  Motion motion;
+  motion.fps = 0.01;
+  motion.poses.resize(1000);  // 27 hours
+  EXPECT_THAT([&] { resampled(motion, 120); },
+              ::testing::ThrowsMessage<DataError>(HasSubstr("11988001 frames at 120 a second")));
+}
+
 TEST(MotionClip, Interpolation_TakesTheShortWay) {
   const Eigen::Vector3d half =
       interpolated_rotation({0, 0, 3}, {0, 0, -3}, 0.5);  // 180 degrees between, through pi

@@ -20,6 +20,7 @@
 #include "capture/layouts/write_layout.h"
 #include "capture/radial_fit.h"
 #include "capture/settle_advice.h"
+#include "capture/time_stamp.h"
 #include "capture/try_corrections.h"
 #include "capture/validate.h"
 #include "core/error.h"
@@ -370,7 +371,42 @@ TEST(PublicCases, FilesWithoutADetection_AreNamed) {
   ASSERT_NE(finding, nullptr);
   EXPECT_THAT(finding->what, HasSubstr("no detection"));
   FrameReader reader(dataset);
-  EXPECT_NO_THROW(validate(reader));
+  const Validation validation = validate(reader);
+  EXPECT_EQ(std::count_if(validation.findings.begin(), validation.findings.end(),
+                          [](const Finding& one) { return one.code == "keypoints-none"; }),
+            1);
+}
+
+TEST(PublicCases, ReadingOfAllCameras_IsAWholeSentence) {
+  Dataset dataset = open_dataset(case_folder("29-keypoints/good"));
+  for (Camera& camera : dataset.cameras) {
+    std::swap(camera.cx, camera.cy);
+  }
+  FrameReader reader(dataset);
+  const Validation validation = validate(reader);
+  const Finding* finding = finding_of(validation.findings, "principal-point-swapped");
+  ASSERT_NE(finding, nullptr);
+  EXPECT_THAT(finding->what, HasSubstr("x and y of each camera's principal point are"));
+}
+
+// Some detectors write -1 for what they did not find, and a confidence all the same.
+TEST(PublicCases, KeypointsBesideTheImage_AreNotTakenForShares) {
+  fixtures::TemporaryDirectory folder;
+  fs::copy(case_folder("29-keypoints/good"), folder / "capture", fs::copy_options::recursive);
+  for (const auto& entry : fs::recursive_directory_iterator(folder / "capture" / "pose")) {
+    if (entry.is_regular_file()) {
+      std::vector<PersonKeypoints> people =
+          parse_openpose(read_file_text(entry.path(), 1 << 20), "people.json");
+      for (PersonKeypoints& person : people) {
+        person.points.leftCols(2).setConstant(-1);
+      }
+      write_file_atomically(entry.path(), openpose_json(people));
+    }
+  }
+  FrameReader reader(open_dataset(folder / "capture"));
+  const Validation validation = validate(reader);
+  EXPECT_EQ(finding_of(validation.findings, "keypoints-scaled"), nullptr);
+  EXPECT_NE(finding_of(validation.findings, "keypoints-outside"), nullptr);
 }
 
 // kapture writes commas behind the columns, as the comment of COLMAP's own files has them.
@@ -383,6 +419,62 @@ TEST(ColmapText, CommasBehindColumns_AreRead) {
   EXPECT_EQ(images[0].id, 7U);
   EXPECT_EQ(images[0].camera_from_world_translation, Eigen::Vector3d(0.1, 0.2, 3));
   EXPECT_EQ(images[0].name, "right/frame_1, a.png");
+}
+
+TEST(Detections, NanAsPythonWritesIt_IsAKeypointNotFound) {
+  const Keypoints2d expected = (Keypoints2d(2, 3) << 0, 0, 0, 3.5, 4.5, 0.25).finished();
+  for (const char* text : {
+           R"({"people": [{"pose_keypoints_2d": [NaN, 2, 0.5, 3, 4, 0.25]}]})",
+           R"({"people": [{"pose_keypoints_2d": [1, 2, NaN, 3, 4, 0.25]}]})",
+           R"({"people": [{"pose_keypoints_2d": [Infinity, -Infinity, 0.5, 3, 4, 0.25]}]})",
+           R"([{"keypoints": [[1, NaN], [3, 4]], "keypoint_scores": [0.5, 0.25]}])",
+           R"([{"image_id": "NaN7.jpg", "keypoints": [NaN,NaN,NaN,3,4,0.25], "score": NaN}])",
+       }) {
+    const auto people = parse_detections(text, "d.json", 0.5);
+    ASSERT_EQ(people.size(), 1U) << text;
+    EXPECT_EQ(people[0].points, expected) << text;
+  }
+  EXPECT_EQ(parse_easymocap_annotation(R"([{"id": 1, "keypoints": [[NaN, 2, 0.5], [3, 4, 0.25]]}])",
+                                       "a.json")[0]
+                .points,
+            expected);
+  ATELIER_EXPECT_REFUSED(parse_detections(R"({"people": [{"person_id": [NaN],
+                         "pose_keypoints_2d": [1, 2, 0.5]}]})"),
+                         DataError, "person_id");
+  ATELIER_EXPECT_REFUSED(
+      parse_openpose(R"({"people": [{"pose_keypoints_2d": [NaN, 2, 0.5, null]}]})"), DataError,
+      "pose_keypoints_2d[3]: null");
+}
+
+TEST(Detections, DataSetOfCoco_IsReadByItsImages) {
+  const auto frames = parse_detection_frames(
+      R"({"info": {}, "images": [{"id": 70, "file_name": "cam/000003.jpg"},
+          {"id": 71, "file_name": "cam/000005.jpg"}, {"id": 72, "file_name": "cam/000006.jpg"}],
+          "annotations": [
+            {"id": 1, "image_id": 71, "category_id": 1, "keypoints": [1, 2, 2, 3, 4, 1],
+             "num_keypoints": 2},
+            {"id": 2, "image_id": 70, "category_id": 1, "keypoints": [5, 6, 2, 0, 0, 0]},
+            {"id": 3, "image_id": 70, "category_id": 1, "keypoints": [0, 0, 0, 0, 0, 0]},
+            {"id": 4, "image_id": 70, "category_id": 9, "bbox": [1, 2, 3, 4]}],
+          "categories": [{"id": 1, "keypoints": ["a", "b"]}]})");
+  ASSERT_EQ(frames.size(), 3U);
+  ASSERT_EQ(frames.at(3).size(), 1U);
+  EXPECT_EQ(frames.at(3)[0].points, (Keypoints2d(2, 3) << 5, 6, 1, 0, 0, 0).finished());
+  ASSERT_EQ(frames.at(5).size(), 1U);
+  EXPECT_EQ(frames.at(5)[0].points, (Keypoints2d(2, 3) << 1, 2, 1, 3, 4, 0.5).finished());
+  EXPECT_TRUE(frames.at(6).empty());
+  const auto scored = parse_detections(
+      R"({"images": [{"id": 1, "file_name": "1.jpg"}],
+          "annotations": [{"image_id": 1, "keypoints": [5, 6, 0.75]}]})");
+  ASSERT_EQ(scored.size(), 1U);
+  EXPECT_EQ(scored[0].points(0, 2), 0.75);
+  ATELIER_EXPECT_REFUSED(parse_detection_frames(R"({"images": [{"id": 1, "file_name": "a/1.jpg"},
+                             {"id": 2, "file_name": "b/1.jpg"}], "annotations": []})"),
+                         DataError, "frame 1 a second time");
+  ATELIER_EXPECT_REFUSED(
+      parse_detection_frames(
+          R"({"images": [], "annotations": [{"image_id": 5, "keypoints": []}]})"),
+      DataError, "image 5");
 }
 
 TEST(Detections, EveryProgramsFile_IsRead) {
@@ -615,6 +707,61 @@ TEST(FrameNames, SecondsWithAFraction_AreInOrderBeyondASecond) {
   }
   EXPECT_NEAR(dataset.info.sequences.front().fps, 10, 0.01);
   EXPECT_NE(finding_of(dataset.findings, "frames-by-time"), nullptr);
+}
+
+TEST(FrameNames, DatesAndTimes_AreInOrderBeyondASecond) {
+  const auto name_of = [](int style, int c, int milliseconds) {
+    const int second = milliseconds / 1000;
+    const int minute = 59 + second / 60;  // on from 14:59
+    char name[80];
+    const char* formats[] = {"2026-11-29_%02d-%02d-%02d.%03d.png", "20261129_%02d%02d%02d_%03d.png",
+                             "cam7_20261129%02d%02d%02d%03d.png",
+                             "2026-11-29T%02d:%02d:%02d.%03d000Z.png"};
+    std::snprintf(name, sizeof name, formats[style], 14 + minute / 60, minute % 60, second % 60,
+                  milliseconds % 1000 + c);
+    return std::string(name);
+  };
+  for (int style = 0; style < 4; ++style) {
+    SCOPED_TRACE(style);
+    fixtures::TemporaryDirectory folder;
+    constexpr int kFrames = 8;
+    for (int c = 0; c < 2; ++c) {
+      const fs::path camera = folder / "images" / ("cam" + std::to_string(c));
+      fs::create_directories(camera);
+      for (int f = 0; f < kFrames; ++f) {
+        write_image(camera / name_of(style, c, 59'600 + 100 * f), ByteImage(4, 4, 1));
+      }
+    }
+    const Dataset dataset = open_dataset(folder.path());
+    ASSERT_EQ(dataset.cameras.size(), 2U);
+    for (int c = 0; c < 2; ++c) {
+      const FramePlaces& images = dataset.frames[static_cast<std::size_t>(c)].images;
+      ASSERT_EQ(images.size(), std::size_t{kFrames});
+      for (int f = 0; f < kFrames; ++f) {
+        EXPECT_EQ(images.find(f)->file.filename().string(), name_of(style, c, 59'600 + 100 * f));
+      }
+    }
+    EXPECT_NEAR(dataset.info.sequences.front().fps, 10, 1e-6);
+    EXPECT_NE(finding_of(dataset.findings, "frames-by-time"), nullptr);
+  }
+}
+
+TEST(FrameNames, NumbersBehindADate_AreFrames) {
+  const auto stamped = [](const std::vector<std::string>& names) {
+    const auto stamps = time_stamps(names);
+    return std::any_of(stamps.begin(), stamps.end(), [](const auto& one) { return one; });
+  };
+  EXPECT_FALSE(stamped({"2026-11-29_000001.png", "2026-11-29_000002.png"}));
+  EXPECT_FALSE(stamped({"20261129_142601_0001.png", "20261129_142601_0002.png"}));
+  EXPECT_FALSE(stamped({"20261129_142601_001.png", "20261129_142601_002.png"}));
+  EXPECT_FALSE(stamped({"20261129_000001_003.png", "20261129_000002_003.png"}));  // a camera's
+  EXPECT_FALSE(stamped({"2026-13-29_14-26-01.000.png", "2026-13-29_14-26-02.000.png"}));
+  EXPECT_FALSE(stamped({"2026-11-29_14-26-01_cam3_000123.png"}));
+  EXPECT_FALSE(stamped({"000001.png", "000002.png"}));
+  EXPECT_TRUE(stamped({"2026-11-29_14-26-01.000_cam2.png", "2026-11-29_14-26-02.000_cam2.png"}));
+  EXPECT_TRUE(stamped({"2026-11-29_14-26-59.png", "2026-11-29_14-27-00.png"}));
+  EXPECT_EQ(time_stamps({"1970-01-02_00-00-01.5.png"})[0].value_or(0), 0);  // before any recording
+  EXPECT_EQ(time_stamps({"2026-11-29_14-26-01.5.png"})[0].value_or(0), 1'795'962'361'500'000'000);
 }
 
 TEST(Masks, AnotherSizeOfTheSameShape_IsScaled) {

@@ -139,7 +139,17 @@ TEST_F(SmallRig, CorrectionOfACameraThatIsNotThere_NamesTheFlagAsTyped) {
   DatasetOptions options;
   options.corrections.leave_out = "09";
   ATELIER_EXPECT_REFUSED(open_dataset(capture(), options), UsageError,
-                         "capture.leave_out cannot be '09': it takes 'all', or one of 00");
+                         "capture.leave_out cannot be '09': it takes some, but not all, of 00");
+  for (const char* all : {"all", "00,01,02", "02,00,01"}) {
+    options.corrections.leave_out = all;
+    ATELIER_EXPECT_REFUSED(open_dataset(capture(), options), UsageError,
+                           "capture.leave_out cannot be '" + std::string(all) +
+                               "': it takes some, but not all, of 00, 01, 02");
+  }
+  options.corrections = {};
+  options.corrections.calibration_of = "00=09";
+  ATELIER_EXPECT_REFUSED(open_dataset(capture(), options), UsageError,
+                         "capture.calibration_of cannot be '09': it takes one of 00, 01, 02");
   options.corrections = {};
   options.corrections.pixel_shift = "00=left";
   ATELIER_EXPECT_REFUSED(open_dataset(capture(), options), UsageError,

@@ -65,6 +65,19 @@ TEST(CheckCameras, FisheyeBeyond90Degrees_IsANoteUnlessItFolds) {
   EXPECT_EQ(findings[0].severity, Severity::Error);
 }
 
+TEST(CheckCameras, DistortionOfNoLens_IsDoubtedThoughItFoldsNowhere) {
+  std::vector<Camera> cameras = stage();
+  cameras[3].distortion_model = Distortion::Brown;
+  cameras[3].distortion = {-0.1, 0, 0, 0, 900};
+  std::vector<Finding> findings = check_cameras(cameras);
+  ASSERT_EQ(findings.size(), 1U);
+  EXPECT_EQ(findings[0].code, "camera-distortion");
+  EXPECT_EQ(findings[0].place, cameras[3].id);
+  EXPECT_THAT(findings[0].what, ::testing::HasSubstr("times as far from the centre"));
+  cameras[3].distortion = {0.3, 0.1};  // a strong pincushion
+  EXPECT_TRUE(check_cameras(cameras).empty());
+}
+
 struct CameraDefect {
   const char* code;
   const char* place;
