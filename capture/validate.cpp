@@ -9,6 +9,7 @@
 #include "capture/sentence.h"
 #include "capture/settle_advice.h"
 #include "core/printable.h"
+#include "core/seal/minisign.h"
 #include "core/split_text.h"
 #include "core/store/consent.h"
 
@@ -26,6 +27,17 @@ std::vector<Finding> check_consent(const Dataset& dataset) {
   for (const std::string& ended : ended_consent(dataset.info.consent, now)) {
     findings.push_back({Severity::Warning, "consent-ended", dataset.root.string(), ended,
                         "renew the consent, or remove the capture"});
+  }
+  for (const Consent& one : dataset.info.consent) {
+    if (one.key.empty() && one.signature.empty()) {
+      continue;
+    }
+    const std::string problem = signature_problem(consent_statement(one), one.signature, one.key);
+    if (!problem.empty()) {
+      findings.push_back({Severity::Error, "consent-signature", dataset.root.string(),
+                          "the consent of " + one.who + " (" + one.scope + ") " + problem,
+                          "sign it as it stands now (atelier sign), or put back what was signed"});
+    }
   }
   return findings;
 }

@@ -12,6 +12,7 @@
 #include "core/printable.h"
 #include "core/store/workspace_folder.h"
 #include "core/usage_error.h"
+#include "core/writable_place.h"
 #include "pipeline/synthesis/synthesis.h"
 
 namespace atelier {
