@@ -123,11 +123,11 @@ class HeaderLines {
 };
 
 AgeStanza parse_stanza(std::string_view line, HeaderLines& lines) {
-  AgeStanza stanza;
-  std::string_view rest = line.substr(2);
   if (!line.starts_with("->")) {
     lines.fail("no stanza", "'-> ' and a recipient, or '---' and the end of the header");
   }
+  AgeStanza stanza;
+  std::string_view rest = line.substr(2);
   while (!rest.empty()) {
     const std::size_t end = std::min(rest.find(' ', 1), rest.size());
     const std::string_view word = rest.substr(1, end - 1);

@@ -11,7 +11,7 @@
 namespace atelier {
 namespace {
 
-constexpr std::size_t kChunk = std::size_t{64} << 10;
+constexpr std::size_t kAgeChunk = std::size_t{64} << 10;
 constexpr std::size_t kTag = crypto_aead_chacha20poly1305_ietf_ABYTES;
 constexpr std::size_t kNonce = 16;
 constexpr std::size_t kKeyBytes = 16;
@@ -30,7 +30,7 @@ std::array<std::uint8_t, crypto_aead_chacha20poly1305_ietf_NPUBBYTES> chunk_nonc
 }  // namespace
 
 AgeWriter::AgeWriter(const AgeRecipients& to, ByteSink sink)
-    : sink_(std::move(sink)), chunk_(kChunk), sealed_(kChunk + kTag) {
+    : sink_(std::move(sink)), chunk_(kAgeChunk), sealed_(kAgeChunk + kTag) {
   Secret file_key(kKeyBytes);
   randombytes_buf(file_key.data(), file_key.size());
   sink_(bytes_of(new_age_header(to, file_key)));
@@ -51,10 +51,10 @@ void AgeWriter::seal_chunk(bool last) {
 void AgeWriter::write(Bytes bytes) {
   while (!bytes.empty()) {
     if (filled_ ==
-        kChunk) {  // only once more follows: the last chunk is full, or the only one empty
+        kAgeChunk) {  // only once more follows: the last chunk is full, or the only one empty
       seal_chunk(false);
     }
-    const std::size_t count = std::min(bytes.size(), kChunk - filled_);
+    const std::size_t count = std::min(bytes.size(), kAgeChunk - filled_);
     std::copy_n(bytes.begin(), count, chunk_.data() + filled_);
     filled_ += count;
     bytes = bytes.subspan(count);
@@ -66,7 +66,7 @@ void AgeWriter::finish() {
 }
 
 AgeReader::AgeReader(ByteSource source, const AgeKeys& keys, std::string file)
-    : source_(std::move(source)), file_(std::move(file)), plain_(kChunk) {
+    : source_(std::move(source)), file_(std::move(file)), plain_(kAgeChunk) {
   std::string start;
   std::size_t end = 0;
   std::array<std::uint8_t, 4096> piece{};
@@ -98,7 +98,7 @@ std::size_t AgeReader::take(std::span<std::uint8_t> buffer) {
 
 void AgeReader::open_chunk() {
   // One byte more tells the last chunk, which alone may be short.
-  std::vector<std::uint8_t> sealed(kChunk + kTag + 1);
+  std::vector<std::uint8_t> sealed(kAgeChunk + kTag + 1);
   const std::size_t got = take(sealed);
   const bool last = got < sealed.size();
   const std::size_t size = last ? got : got - 1;

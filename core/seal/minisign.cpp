@@ -18,7 +18,7 @@ constexpr std::string_view kUntrusted = "untrusted comment: ";
 constexpr std::string_view kTrusted = "trusted comment: ";
 constexpr std::size_t kId = 8;
 constexpr std::size_t kPublic = 2 + kId + crypto_sign_PUBLICKEYBYTES;
-constexpr std::size_t kSignature = 2 + kId + crypto_sign_BYTES;
+constexpr std::size_t kSignatureBytes = 2 + kId + crypto_sign_BYTES;
 constexpr std::size_t kMaxFile = 16'384;
 
 // Of the file of a secret key: algorithms, salt, scrypt's two limits, and what may be encrypted.
@@ -37,7 +37,7 @@ constexpr std::uint64_t kMaxKeyWork = std::uint64_t{1} << 26;
 }
 
 /// The lines of a text; the last may end without a line end.
-std::vector<std::string_view> lines_of(std::string_view text) {
+std::vector<std::string_view> file_lines(std::string_view text) {
   std::vector<std::string_view> lines;
   while (!text.empty()) {
     const std::size_t end = std::min(text.find('\n'), text.size());
@@ -81,7 +81,7 @@ std::array<std::uint8_t, 64> hashed(std::string_view text) {
 /// The bytes of a secret key's file; nothing for what is none.
 std::optional<Secret> secret_file_bytes(std::string_view text) {
   start_sodium();
-  const std::vector<std::string_view> lines = lines_of(text.substr(0, kMaxFile));
+  const std::vector<std::string_view> lines = file_lines(text.substr(0, kMaxFile));
   const auto is_ascii = [](char c) { return c > 0; };
   if (lines.size() != 2 || !lines[0].starts_with(kUntrusted) ||
       !std::all_of(lines[1].begin(), lines[1].end(), is_ascii)) {
@@ -125,7 +125,7 @@ std::string signature_key_text(const SignatureKey& key) {
 }
 
 SignatureKey parse_signature_key(std::string_view text, const std::string& file) {
-  std::vector<std::string_view> lines = lines_of(text.substr(0, kMaxFile));
+  std::vector<std::string_view> lines = file_lines(text.substr(0, kMaxFile));
   if (!lines.empty() && lines[0].starts_with(kUntrusted)) {
     lines.erase(lines.begin());
   }
@@ -233,7 +233,7 @@ std::string sign_text(std::string_view text, const SigningKey& key, const std::s
 }
 
 std::string signature_line(std::string_view signature, const std::string& file) {
-  const std::vector<std::string_view> lines = lines_of(signature.substr(0, kMaxFile));
+  const std::vector<std::string_view> lines = file_lines(signature.substr(0, kMaxFile));
   if (lines.size() != 4 || !lines[2].starts_with(kTrusted)) {
     fail(file, "no signature", "the four lines that minisign -S writes");
   }
@@ -257,11 +257,11 @@ std::string signature_of_line(std::string_view line) {
 std::string check_signature(std::string_view text, std::string_view signature,
                             const SignatureKey& key, const std::string& file) {
   start_sodium();
-  const std::vector<std::string_view> lines = lines_of(signature.substr(0, kMaxFile));
+  const std::vector<std::string_view> lines = file_lines(signature.substr(0, kMaxFile));
   if (lines.size() != 4 || !lines[0].starts_with(kUntrusted) || !lines[2].starts_with(kTrusted)) {
     fail(file, "no signature", "the four lines that minisign -S writes");
   }
-  const auto bytes = line_bytes(lines[1], kSignature);
+  const auto bytes = line_bytes(lines[1], kSignatureBytes);
   const auto global = line_bytes(lines[3], crypto_sign_BYTES);
   const bool prehashed = bytes && (*bytes)[0] == 'E' && (*bytes)[1] == 'D';
   if (!bytes || !global || (*bytes)[0] != 'E' || (!prehashed && (*bytes)[1] != 'd')) {
@@ -274,7 +274,7 @@ std::string check_signature(std::string_view text, std::string_view signature,
   const Bytes body = Bytes(*bytes).subspan(2 + kId);
   const auto hash = hashed(text);
   const Bytes message = prehashed ? Bytes(hash) : bytes_of(text);
-  const std::string comment(lines[2].substr(kTrusted.size()));
+  std::string comment(lines[2].substr(kTrusted.size()));
   const std::string both = under_global(body, comment);
   if (crypto_sign_verify_detached(body.data(), message.data(), message.size(), key.key.data()) !=
           0 ||

@@ -13,14 +13,14 @@
 namespace atelier {
 namespace {
 
-constexpr std::int64_t kBlock = 512;
+constexpr std::int64_t kTarBlock = 512;
 constexpr std::int64_t kMaxEntries = 4'000'000;
 constexpr std::int64_t kMaxExtended = 16'384;             ///< bytes of an extended header
 constexpr std::int64_t kMaxSize = std::int64_t{1} << 50;  ///< bytes of a file
 constexpr std::int64_t kMaxOctal = 077777777777;          ///< what 11 octal digits say
 constexpr std::string_view kCurrent = "current";
 
-using Block = std::array<std::uint8_t, kBlock>;
+using Block = std::array<std::uint8_t, kTarBlock>;
 
 /// Where a field lies in a header.
 struct Field {
@@ -30,17 +30,17 @@ struct Field {
 constexpr Field kName{0, 100};
 constexpr Field kMode{100, 8};
 constexpr Field kOwner{108, 8};
-constexpr Field kGroup{116, 8};
+constexpr Field kTarGroup{116, 8};
 constexpr Field kSize{124, 12};
 constexpr Field kTime{136, 12};
 constexpr Field kSum{148, 8};
 constexpr std::size_t kType = 156;
 constexpr Field kTarget{157, 100};
-constexpr Field kMagic{257, 6};
+constexpr Field kTarMagic{257, 6};
 constexpr Field kVersion{263, 2};
-constexpr Field kPrefix{345, 155};
+constexpr Field kPathPrefix{345, 155};
 
-void put(Block& block, Field field, std::string_view text) {
+void put_text(Block& block, Field field, std::string_view text) {
   std::copy_n(text.begin(), std::min(text.size(), field.size),
               block.begin() + static_cast<std::ptrdiff_t>(field.offset));
 }
@@ -50,10 +50,10 @@ void put_octal(Block& block, Field field, std::int64_t value) {
   for (std::size_t i = digits.size(); i-- > 0; value >>= 3) {
     digits[i] = static_cast<char>('0' + (value & 7));
   }
-  put(block, field, digits);
+  put_text(block, field, digits);
 }
 
-std::string text_at(Bytes block, Field field) {
+std::string field_text(Bytes block, Field field) {
   const Bytes bytes = block.subspan(field.offset, field.size);
   const auto end = std::find(bytes.begin(), bytes.end(), 0);
   return {bytes.begin(), end};
@@ -61,7 +61,7 @@ std::string text_at(Bytes block, Field field) {
 
 /// Octal digits up to a space or a zero; nothing for anything else.
 std::optional<std::int64_t> octal_at(Bytes block, Field field) {
-  std::string text = text_at(block, field);
+  std::string text = field_text(block, field);
   text.erase(0, text.find_first_not_of(' '));
   text.erase(text.find_last_not_of(' ') + 1);
   std::int64_t value = 0;
@@ -81,7 +81,7 @@ std::int64_t sum_of(Bytes block) {
 }
 
 std::int64_t to_block(std::int64_t size) {
-  return (kBlock - size % kBlock) % kBlock;
+  return (kTarBlock - size % kTarBlock) % kTarBlock;
 }
 
 /// A path in the two fields of a header: prefix and name; nothing where it does not fit.
@@ -90,26 +90,26 @@ std::optional<std::pair<std::string, std::string>> split_path(const std::string&
     return std::pair<std::string, std::string>("", path);
   }
   const std::size_t slash = path.find('/', path.size() - kName.size - 1);
-  if (slash == std::string::npos || slash > kPrefix.size || slash + 1 == path.size()) {
+  if (slash == std::string::npos || slash > kPathPrefix.size || slash + 1 == path.size()) {
     return std::nullopt;
   }
   return std::pair(path.substr(0, slash), path.substr(slash + 1));
 }
 
-Block header_of(char type, const std::pair<std::string, std::string>& path, std::int64_t size,
-                const std::string& target) {
+Block tar_header(char type, const std::pair<std::string, std::string>& path, std::int64_t size,
+                 const std::string& target) {
   Block block{};
-  put(block, kPrefix, path.first);
-  put(block, kName, path.second);
+  put_text(block, kPathPrefix, path.first);
+  put_text(block, kName, path.second);
   put_octal(block, kMode, type == '5' ? 0700 : 0600);
   put_octal(block, kOwner, 0);
-  put_octal(block, kGroup, 0);
+  put_octal(block, kTarGroup, 0);
   put_octal(block, kSize, size);
   put_octal(block, kTime, 0);
   block[kType] = static_cast<std::uint8_t>(type);
-  put(block, kTarget, target);
-  put(block, kMagic, "ustar");  // and a zero
-  put(block, kVersion, "00");
+  put_text(block, kTarget, target);
+  put_text(block, kTarMagic, "ustar");  // and a zero
+  put_text(block, kVersion, "00");
   const std::int64_t sum = sum_of(block);
   put_octal(block, {kSum.offset, 7}, sum);  // a zero, then a space
   block[kSum.offset + 7] = ' ';
@@ -197,11 +197,11 @@ void TarWriter::add(const TarEntry& entry) {
     extended += record("size", std::to_string(size));
   }
   if (!extended.empty()) {
-    emit(header_of('x', {"", "extended"}, static_cast<std::int64_t>(extended.size()), ""));
+    emit(tar_header('x', {"", "extended"}, static_cast<std::int64_t>(extended.size()), ""));
     emit(bytes_of(extended));
     pad();
   }
-  emit(header_of(folder ? '5' : link ? '2' : '0', *path, std::min(size, kMaxOctal), entry.target));
+  emit(tar_header(folder ? '5' : link ? '2' : '0', *path, std::min(size, kMaxOctal), entry.target));
   left_ = size;
 }
 
@@ -217,7 +217,7 @@ void TarWriter::write(Bytes bytes) {
 void TarWriter::finish() {
   ATELIER_CHECK(left_ == 0, "an entry that is not whole");
   static constexpr std::array<std::uint8_t, 65'536> kZeros{};
-  const std::int64_t all = padded_size(written_ + 2 * kBlock);
+  const std::int64_t all = padded_size(written_ + 2 * kTarBlock);
   const std::int64_t blocks = all + to_block(all);
   while (written_ < blocks) {
     const std::int64_t count = std::min(blocks - written_, std::ssize(kZeros));
@@ -299,7 +299,7 @@ void TarReader::read_extended(std::int64_t size) {
 std::optional<TarEntry> TarReader::parse(Bytes block) {
   const auto sum = octal_at(block, kSum);
   const auto size = octal_at(block, kSize);
-  if (!sum || *sum != sum_of(block) || text_at(block, kMagic).substr(0, 5) != "ustar") {
+  if (!sum || *sum != sum_of(block) || field_text(block, kTarMagic).substr(0, 5) != "ustar") {
     fail("no header of a tar archive", "what atelier seal packs");
   }
   if (!size) {
@@ -311,11 +311,12 @@ std::optional<TarEntry> TarReader::parse(Bytes block) {
     return std::nullopt;
   }
   TarEntry entry;
-  const std::string prefix = text_at(block, kPrefix);
-  entry.path = !long_path_.empty() ? std::exchange(long_path_, "")
-                                   : (prefix.empty() ? "" : prefix + "/") + text_at(block, kName);
+  const std::string prefix = field_text(block, kPathPrefix);
+  entry.path = !long_path_.empty()
+                   ? std::exchange(long_path_, "")
+                   : (prefix.empty() ? "" : prefix + "/") + field_text(block, kName);
   entry.size = large_size_ ? *std::exchange(large_size_, std::nullopt) : *size;
-  entry.target = text_at(block, kTarget);
+  entry.target = field_text(block, kTarget);
   switch (type) {
     case '0':
     case '\0':

@@ -22,7 +22,7 @@ namespace atelier {
 namespace {
 
 constexpr std::size_t kMaxLine = 4096;
-constexpr std::size_t kFields = 5;
+constexpr std::size_t kLogFields = 5;
 
 [[noreturn]] void fail(const std::filesystem::path& path, const std::string& action) {
   const int error = errno;
@@ -139,10 +139,10 @@ AccessLog parse_access_log(std::string_view text, const std::string& file) {
       throw DataError(file, where, "a line that is not whole", "five fields and a line end");
     }
     const std::string_view line = text.substr(0, end);
-    std::array<std::string, kFields> fields;
+    std::array<std::string, kLogFields> fields;
     std::size_t at = 0;
-    for (std::size_t i = 0; i < kFields; ++i) {
-      const std::size_t tab = i + 1 < kFields ? line.find('\t', at) : line.size();
+    for (std::size_t i = 0; i < kLogFields; ++i) {
+      const std::size_t tab = i + 1 < kLogFields ? line.find('\t', at) : line.size();
       if (tab == std::string_view::npos) {
         throw DataError(file, where, "a line with fewer fields", "five, with tabs between");
       }

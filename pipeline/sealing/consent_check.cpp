@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t kIdDigits = 16;
 
 /// The words of a scope in lower case.
-std::vector<std::string> words_of(const std::string& scope) {
+std::vector<std::string> scope_words(const std::string& scope) {
   std::vector<std::string> words(1);
   for (const char c : scope) {
     const char lower = c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
@@ -39,7 +39,7 @@ std::string named(const Consent& consent) {
 }
 
 void ask_scope(const Consent& consent, const std::string& purpose, ConsentAnswer& answer) {
-  const std::vector<std::string> words = words_of(consent.scope);
+  const std::vector<std::string> words = scope_words(consent.scope);
   if (has(words, "any") || has(words, purpose)) {
     return;
   }

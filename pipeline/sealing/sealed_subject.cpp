@@ -11,6 +11,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
+/// Whether there is something that may be looked at: a capture may have been somebody else's.
+bool can_be_seen(const fs::path& path) {
+  try {
+    return file_kind(path) != fs::file_type::not_found;
+  } catch (const EnvironmentError&) {
+    return false;
+  }
+}
+
 bool is_workspace(const fs::path& folder, std::span<const Stage> stages) {
   return std::any_of(stages.begin(), stages.end(), [&](const Stage& stage) {
     return link_kind(folder / stage.name / "current") == fs::file_type::symlink;
@@ -39,7 +48,7 @@ std::vector<Consent> consent_of(const StageStatus& status) {
   }
   add_consent(all, status.manifest->consent);
   for (const ManifestInput& input : status.manifest->inputs) {
-    if (input.stage.empty() && file_kind(input.path) != fs::file_type::not_found) {
+    if (input.stage.empty() && can_be_seen(input.path)) {
       add_consent(all, read_consent(input.path));
     }
   }
@@ -57,6 +66,9 @@ SealingNote sealed_subject(const fs::path& folder, std::span<const Stage> stages
     return note;
   }
   for (const fs::path& path : list_folder(folder)) {
+    if (file_kind(path) != fs::file_type::directory) {
+      continue;
+    }
     if (file_kind(path / "consent.txt") == fs::file_type::regular) {
       note.kind = "export";
     }

@@ -10,7 +10,7 @@
 namespace atelier {
 
 /// The consent of a result, as its manifest has it and as its inputs from outside state it today,
-/// where they are still there.
+/// where they are still there and may be looked at.
 std::vector<Consent> consent_of(const StageStatus& status);
 
 /// The note of a folder that is to be sealed, without time, purpose and reason: a workspace with
