@@ -72,7 +72,7 @@ void check_capture_info(const CaptureInfo& info, const std::string& file) {
   }
   for (const Consent& consent : info.consent) {
     if (consent.who.empty() || consent.scope.empty() ||
-        !is_printable_utf8(consent.who + consent.scope + consent.until)) {
+        !is_printable_utf8(consent.who + consent.scope + consent.until + consent.revocation)) {
       refuse("consent", "no who or no scope, or no printable text", "whose consent, and for what");
     }
   }

@@ -9,6 +9,7 @@
 #include "capture/sentence.h"
 #include "capture/settle_advice.h"
 #include "core/printable.h"
+#include "core/seal/minisign.h"
 #include "core/split_text.h"
 
 namespace atelier {
@@ -19,7 +20,19 @@ std::vector<Finding> check_consent(const Dataset& dataset) {
     return {{Severity::Warning, "consent-none", dataset.root.string(), "no consent is recorded",
              "state who, scope and until in a [[consent]] of capture.toml"}};
   }
-  return check_ended_consent(dataset);
+  std::vector<Finding> findings = check_ended_consent(dataset);
+  for (const Consent& one : dataset.info.consent) {
+    if (one.key.empty() && one.signature.empty()) {
+      continue;
+    }
+    const std::string problem = signature_problem(consent_statement(one), one.signature, one.key);
+    if (!problem.empty()) {
+      findings.push_back({Severity::Error, "consent-signature", dataset.root.string(),
+                          "the consent of " + one.who + " (" + one.scope + ") " + problem,
+                          "sign it as it stands now (atelier sign), or put back what was signed"});
+    }
+  }
+  return findings;
 }
 
 /// What no check of single cameras and frames sees: too few cameras, nothing to look at, frame

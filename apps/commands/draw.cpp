@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 
+#include "apps/commands/opened_workspace.h"
 #include "apps/console/arguments.h"
 #include "apps/console/command.h"
 #include "apps/console/interrupt.h"
@@ -38,6 +39,8 @@
 #include "pipeline/pictures/paint_scene.h"
 #include "pipeline/pictures/picture_size.h"
 #include "pipeline/pictures/straight_alpha.h"
+#include "pipeline/sealing/consent_check.h"
+#include "pipeline/sealing/sealed_subject.h"
 #include "pipeline/stages/stages.h"
 
 namespace atelier {
@@ -52,6 +55,7 @@ struct DrawArguments {
   std::vector<std::string> garments;
   std::string capture;
   std::string camera;
+  KeyArguments keys;
 };
 
 struct DrawOptions {
@@ -66,6 +70,7 @@ struct DrawOptions {
   VideoOptions video;
   PaintOptions paint;
   Device device = Device::Cpu;
+  ConsentUse use;
 };
 
 OptionTable describe(DrawOptions& options) {
@@ -100,6 +105,7 @@ OptionTable describe(DrawOptions& options) {
   table.add(describe(options.paint));
   table.add("device", options.device, {{"cpu", Device::Cpu}, {"cuda", Device::Cuda}},
             "Device of the networks");
+  table.add(describe(options.use));
   return table;
 }
 
@@ -476,7 +482,18 @@ void require_use(const DrawArguments& arguments, const OptionTable& table) {
   }
 }
 
-int run(const DrawArguments& arguments, const OptionSet& set) {
+/// Refuses a workspace of people who have not consented to the use. Throws ConsentRefused.
+void require_consent_to(const fs::path& workspace, const ConsentUse& use) {
+  std::vector<Consent> all;
+  for (const StageStatus& status : workspace_status(all_stages(), workspace)) {
+    add_consent(all, consent_of(status));
+  }
+  for (const std::string& doubt : require_consent(all, use)) {
+    std::cout << "warning: " << printable(doubt) << std::endl;
+  }
+}
+
+int run(DrawArguments arguments, const OptionSet& set) {
   const auto& options = options_of<DrawOptions>(set);
   if (arguments.workspace.empty() || arguments.out.empty()) {
     throw UsageError(
@@ -513,6 +530,8 @@ int run(const DrawArguments& arguments, const OptionSet& set) {
     throw UsageError("a video has no alpha channel: leave out --alpha, or choose a folder");
   }
   require_use(options, set.table, video);
+  const OpenedWorkspace opened(arguments.workspace, arguments.keys);
+  arguments.workspace = opened.path();
   catch_interrupts();
   require_new_place(arguments.out, "--out");
   require_outside_results(arguments.out, arguments.workspace, all_stages(), "--out");
@@ -522,6 +541,7 @@ int run(const DrawArguments& arguments, const OptionSet& set) {
   video ? require_file_place(arguments.out) : require_folder_place(arguments.out);
   const std::optional<Camera> captured = captured_camera(arguments, options);
   Cast cast = whole_cast(arguments, options);
+  require_consent_to(arguments.workspace, options.use);
   for (const std::string& one : outdated_results(arguments.workspace, {options.networks})) {
     std::cout << "warning: " << printable(one) << std::endl;
   }
@@ -554,6 +574,7 @@ int run(const DrawArguments& arguments, const OptionSet& set) {
     folder.reset();
     end_by_signal();
   }
+  opened.log("render --neural", arguments.out + ", for " + options.use.purpose);
   if (writer) {
     writer->finish();
   } else {
@@ -570,7 +591,9 @@ OptionSet draw_options() {
 
 Action add_draw(CLI::App& parser) {
   auto arguments = std::make_shared<DrawArguments>();
-  add_option(parser, "WORKSPACE", arguments->workspace, "Workspace with the networks").required();
+  add_option(parser, "WORKSPACE", arguments->workspace,
+             "Workspace with the networks, or a sealed one")
+      .required();
   add_option(parser, "--out", arguments->out,
              "New folder for images (000012.png ...), or a new video (.mp4)")
       .type_name("FOLDER|VIDEO")
@@ -586,6 +609,7 @@ Action add_draw(CLI::App& parser) {
              "Capture whose camera is used [a camera around the subject]")
       .type_name("CAPTURE");
   add_option(parser, "--camera", arguments->camera, "Camera of --capture").type_name("ID");
+  add_key_arguments(parser, arguments->keys);
   const OptionReader options = add_option_flags(parser, draw_options());
   return [arguments, options] { return run(*arguments, options()); };
 }

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 
+#include "apps/commands/opened_workspace.h"
 #include "apps/console/arguments.h"
 #include "apps/console/command.h"
 #include "apps/console/option_flags.h"
@@ -30,6 +31,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct EvaluateArguments {
+  KeyArguments keys;
   std::string workspace;
   std::string truth;
   std::string masks;
@@ -121,6 +123,8 @@ int run(EvaluateArguments arguments) {
   if (arguments.complete && !arguments.check) {
     throw UsageError("--complete does nothing without --check");
   }
+  const OpenedWorkspace opened(arguments.workspace, arguments.keys);
+  arguments.workspace = opened.path();
   std::error_code missing;
   const bool of_capture = fs::equivalent(arguments.workspace, arguments.truth, missing);
   if (!of_capture) {
@@ -225,6 +229,7 @@ Action add_evaluate(CLI::App& parser) {
   add_option(parser, "WORKSPACE", arguments->workspace,
              "Folder of results; the capture itself evaluates its detections only")
       .required();
+  add_key_arguments(parser, arguments->keys);
   add_option(parser, "--ground-truth,--truth", arguments->truth,
              "Synthetic capture that the results were made from")
       .type_name("CAPTURE")

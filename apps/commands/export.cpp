@@ -1,5 +1,6 @@
 #include <cerrno>
 #include <cstdio>
+#include <ctime>
 #include <iostream>
 #include <memory>
 #include <set>
@@ -7,11 +8,11 @@
 
 #include <unistd.h>
 
+#include "apps/commands/opened_workspace.h"
 #include "apps/console/arguments.h"
 #include "apps/console/command.h"
 #include "apps/console/option_flags.h"
 #include "apps/console/stage_console.h"
-#include "apps/console/standard_streams.h"
 #include "capture/layouts/open_dataset.h"
 #include "capture/layouts/write_layout.h"
 #include "core/archive.h"
@@ -27,6 +28,8 @@
 #include "core/printable.h"
 #include "core/regular_file.h"
 #include "core/sequence_archive.h"
+#include "core/store/consent_file.h"
+#include "core/store/consent_refused.h"
 #include "core/store/output_place.h"
 #include "core/store/result.h"
 #include "core/store/workspace_folder.h"
@@ -35,6 +38,8 @@
 #include "core/usage_error.h"
 #include "core/writable_place.h"
 #include "pipeline/animation/export_motion.h"
+#include "pipeline/sealing/consent_check.h"
+#include "pipeline/sealing/sealed_subject.h"
 #include "pipeline/stages/stages.h"
 
 namespace atelier {
@@ -52,6 +57,7 @@ enum class ExportFormat { Ply, Obj, Glb, Usda, Hdf5 };
 struct ExportArguments {
   std::string workspace;
   std::string out;
+  KeyArguments keys;
 };
 
 struct ExportOptions {
@@ -59,6 +65,7 @@ struct ExportOptions {
   ExportFormat format = ExportFormat::Ply;
   std::string cameras = kNone;  ///< a layout of captures, or none
   bool ended_consent = false;   ///< export what is of people whose consent is over
+  ConsentUse use;
 };
 
 /// Layouts that cameras are exported in.
@@ -88,7 +95,8 @@ OptionTable describe(ExportOptions& options) {
            "Layout in which the capture's cameras and the images of one instant are exported too; "
            "the capture must still be at its place")
       .add("ended_consent", options.ended_consent,
-           "Export of results whose consent has ended, which is refused otherwise");
+           "Export of results whose consent has ended, which is refused otherwise")
+      .add(describe(options.use));
 }
 
 /// Of single meshes, which USD files are not written of.
@@ -252,25 +260,24 @@ std::string consent_warnings(const StageStatus& status) {
   return lines;
 }
 
-/// Refuses results of people whose consent is over, a line each; true unless that is allowed.
-bool consent_allows(const std::vector<const StageStatus*>& chosen, const ExportOptions& options) {
-  std::set<std::string> ended;
+/// Refuses results of people who have not consented to the use, or whose consent is over unless
+/// that is allowed. Throws ConsentRefused.
+void require_consent_to(const std::vector<const StageStatus*>& chosen,
+                        const ExportOptions& options) {
+  std::vector<Consent> all;
   for (const StageStatus* status : chosen) {
-    for (const Finding& finding : status->findings) {
-      if (finding.code == "consent-ended") {
-        ended.insert(finding.what);
-      }
-    }
+    add_consent(all, consent_of(*status));
   }
-  for (const std::string& sentence : options.ended_consent ? std::set<std::string>() : ended) {
-    standard_error() << "error: " << printable(sentence) << "; nothing is exported\n";
+  const double now = options.ended_consent ? 0 : static_cast<double>(std::time(nullptr));
+  ConsentAnswer answer = ask_consent(all, options.use, now);
+  if (!answer.refusals.empty()) {
+    answer.refusals.emplace_back(
+        "nothing is exported; what has ended only is, all the same, with --ended-consent");
+    throw ConsentRefused(answer.refusals);
   }
-  if (!ended.empty() && !options.ended_consent) {
-    standard_error()
-        << "Renew the consent where the capture states it and run the stages again, or "
-           "export all the same with --ended-consent.\n";
+  for (const std::string& doubt : answer.doubts) {
+    std::cout << "warning: " << printable(doubt) << "\n";
   }
-  return ended.empty() || options.ended_consent;
 }
 
 /// Motions as BVH and TRC too, and what `animate` made as one scene.
@@ -346,6 +353,9 @@ void export_result(const StageStatus& status, const fs::path& workspace, const f
   guard.add(place);
   make_private_directory(place);
   write_file_atomically(place / "consent.txt", "consent: " + consent + "\n" + warnings);
+  if (!manifest.consent.empty()) {
+    write_file_atomically(place / kConsentFile, consent_toml(manifest.consent));
+  }
   std::set<fs::path> rest;
   for (const ManifestOutput& output : manifest.outputs) {
     rest.insert(output.path);
@@ -404,10 +414,12 @@ std::vector<const StageStatus*> chosen_results(const std::vector<StageStatus>& a
   return chosen;
 }
 
-int run(const ExportArguments& arguments, const ExportOptions& options) {
+int run(ExportArguments arguments, const ExportOptions& options) {
   if (arguments.workspace.empty() || arguments.out.empty()) {
     throw UsageError("export takes a WORKSPACE and a folder: atelier export WORKSPACE OUT");
   }
+  const OpenedWorkspace opened(arguments.workspace, arguments.keys);
+  arguments.workspace = opened.path();
   const fs::path out = workspace_place(arguments.out);
   const std::vector<StageStatus> all =
       workspace_status(all_stages(), arguments.workspace, Check::Digests);
@@ -419,9 +431,7 @@ int run(const ExportArguments& arguments, const ExportOptions& options) {
   require_outside_captures(out, "OUT");
   const std::vector<const StageStatus*> chosen =
       chosen_results(all, arguments.workspace, options.stage);
-  if (!consent_allows(chosen, options)) {
-    return kExitCheckFailed;
-  }
+  require_consent_to(chosen, options);
   // Whatever would be refused is, before any work.
   for (const StageStatus* status : chosen) {
     require_new_place(out / status->stage, "OUT");
@@ -442,6 +452,7 @@ int run(const ExportArguments& arguments, const ExportOptions& options) {
   if (!capture.empty()) {
     export_cameras(capture, cameras, options.cameras, guard);
   }
+  opened.log("export", out.string() + ", for " + options.use.purpose);
   guard.release();
   return kExitDone;
 }
@@ -454,9 +465,11 @@ OptionSet export_options() {
 
 Action add_export(CLI::App& parser) {
   auto arguments = std::make_shared<ExportArguments>();
-  add_option(parser, "WORKSPACE", arguments->workspace, "Folder of results").required();
+  add_option(parser, "WORKSPACE", arguments->workspace, "Folder of results, or a sealed one")
+      .required();
   add_option(parser, "OUT", arguments->out, "Folder to write to, with one folder for each stage")
       .required();
+  add_key_arguments(parser, arguments->keys);
   const OptionReader options = add_option_flags(parser, export_options());
   return [arguments, options] { return run(*arguments, options_of<ExportOptions>(options())); };
 }

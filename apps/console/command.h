@@ -44,6 +44,8 @@ OptionSet drape_options();
 OptionSet synthesize_options();
 OptionSet export_options();
 OptionSet report_options();
+OptionSet seal_options();
+OptionSet verify_options();
 
 Action add_run(CLI::App& parser);  // only with capture
 Action add_status(CLI::App& parser);
@@ -64,6 +66,11 @@ Action add_synthesize(CLI::App& parser);
 Action add_evaluate(CLI::App& parser);
 Action add_export(CLI::App& parser);
 Action add_report(CLI::App& parser);
+Action add_key(CLI::App& parser);
+Action add_seal(CLI::App& parser);
+Action add_sign(CLI::App& parser);
+Action add_unseal(CLI::App& parser);
+Action add_verify(CLI::App& parser);
 Action add_options(CLI::App& parser);
 Action add_completion(CLI::App& parser);
 

@@ -74,6 +74,23 @@ constexpr std::array kCommands = {
     Command{"report", "one HTML page on a workspace: warnings, figures, images", add_report,
             report_options},
 #endif
+#ifdef ATELIER_COMMAND_KEY
+    Command{"key", "a key pair of one to whom is sealed", add_key},
+#endif
+#ifdef ATELIER_COMMAND_SEAL
+    Command{"seal", "a workspace or an export in one file that recipients alone can open", add_seal,
+            seal_options},
+#endif
+#ifdef ATELIER_COMMAND_SIGN
+    Command{"sign", "a signature under the consent of a capture", add_sign},
+#endif
+#ifdef ATELIER_COMMAND_UNSEAL
+    Command{"unseal", "what a sealed file holds, in a new folder", add_unseal},
+#endif
+#ifdef ATELIER_COMMAND_VERIFY
+    Command{"verify", "who may open a file, who has consented to what, and the log of a workspace",
+            add_verify, verify_options},
+#endif
     Command{"options", "list of all options of all stages and commands", add_options},
 #ifdef ATELIER_COMMAND_COMPLETION
     Command{"completion", "completion script for bash", add_completion},

@@ -11,6 +11,7 @@
 #include "core/exit_code.h"
 #include "core/file_kind.h"
 #include "core/not_converged.h"
+#include "core/store/consent_refused.h"
 #include "core/system_reason.h"
 #include "core/unknown_value.h"
 #include "core/usage_error.h"
@@ -51,6 +52,9 @@ Failure failure_of(const std::exception& error) {
   if (dynamic_cast<const UsageError*>(&error) != nullptr) {
     const std::string text = with_typed_flags(error.what());
     return {text, kExitUsage, "", "", text, ""};
+  }
+  if (dynamic_cast<const ConsentRefused*>(&error) != nullptr) {
+    return {error.what(), kExitCheckFailed, "", "", error.what(), ""};
   }
   if (dynamic_cast<const NotConverged*>(&error) != nullptr) {
     return {error.what(), kExitNotConverged, "", "", error.what(), ""};

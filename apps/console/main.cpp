@@ -51,7 +51,8 @@ int main(int argc, char** argv) {
     return fail(kExitUsage, error.what());
   } catch (const std::exception& error) {
     const Failure failure = failure_of(error);
+    // An options file may have several mistakes, and several people may not have consented.
     return fail(failure.exit_code, failure.text,
-                failure.exit_code == kExitUsage);  // an options file may have several mistakes
+                failure.exit_code == kExitUsage || failure.exit_code == kExitCheckFailed);
   }
 }

@@ -28,6 +28,7 @@ class ActiveRun : public StageRun {
 
   const std::filesystem::path& input(std::string_view kind) const override;
   bool has_input(std::string_view kind) const override;
+  std::vector<Consent> consent() const override { return plan_.manifest.consent; }
   Device device() const override { return request_.device; }
   using StageRun::each_frame;
   bool each_frame(const std::vector<FrameFiles>& files, const std::vector<int>& frame_ids,

@@ -6,11 +6,17 @@
 
 namespace atelier {
 
+std::string consent_statement(const Consent& consent) {
+  return "consent to the use of a likeness\nwho: " + consent.who + "\nscope: " + consent.scope +
+         "\nuntil: " + consent.until + "\nrevocation: " + consent.revocation + "\n";
+}
+
 std::string to_string(const std::vector<Consent>& consent) {
   std::string text;
   for (const Consent& one : consent) {
     text += (text.empty() ? "" : "; ") + one.who + ", " + one.scope +
-            (one.until.empty() ? "" : ", until " + one.until);
+            (one.until.empty() ? "" : ", until " + one.until) +
+            (one.signature.empty() ? "" : ", signed by " + one.key);
   }
   return text.empty() ? "none recorded" : text;
 }

@@ -11,11 +11,19 @@ struct Consent {
   std::string who;    ///< the person, by name or pseudonym
   std::string scope;  ///< what the recording may be used for
   std::string until;  ///< last day, "2030-12-31", or "" for no end
+  /// List of revoked consents: a file, or an address (https://); "" where there is none.
+  std::string revocation = std::string();
+  /// Who signed it: an Ed25519 public key, "RW..."; "" where nobody has (core/seal/minisign.h).
+  std::string key = std::string();
+  std::string signature = std::string();  ///< of `consent_statement`, in one line
 
   bool operator==(const Consent&) const = default;
 };
 
-/// "P. Doe, research, until 2030-12-31"; "none recorded" for an empty list.
+/// The text that a signature of a consent signs: a line for each field but those of the signature.
+std::string consent_statement(const Consent& consent);
+
+/// "P. Doe, research, until 2030-12-31, signed by RWQ..."; "none recorded" for an empty list.
 std::string to_string(const std::vector<Consent>& consent);
 
 /// Adds those of `more` that are not in `all`.

@@ -1,5 +1,7 @@
 #include "core/store/consent_file.h"
 
+#include <algorithm>
+#include <array>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -15,6 +17,17 @@ namespace atelier {
 namespace {
 
 constexpr std::string_view kTable = "consent";
+
+/// Of a table; those from the fourth on are written where they say something.
+constexpr std::array<std::pair<std::string_view, std::string Consent::*>, 6> kFields = {{
+    {"who", &Consent::who},
+    {"scope", &Consent::scope},
+    {"until", &Consent::until},
+    {"revocation", &Consent::revocation},
+    {"key", &Consent::key},
+    {"signature", &Consent::signature},
+}};
+constexpr std::size_t kAlways = 3;
 
 const char* kind_name(TomlEntry::Kind kind) {
   switch (kind) {
@@ -36,8 +49,11 @@ const char* kind_name(TomlEntry::Kind kind) {
 void set_field(Consent& consent, const std::string& field, const TomlEntry& entry,
                const std::string& file) {
   const std::string place = "line " + std::to_string(entry.line) + ", " + entry.name;
-  if (field != "who" && field != "scope" && field != "until") {
-    throw DataError(file, place, "a field that consent does not have", "who, scope and until");
+  const auto known = std::find_if(kFields.begin(), kFields.end(),
+                                  [&](const auto& one) { return field == one.first; });
+  if (known == kFields.end()) {
+    throw DataError(file, place, "a field that consent does not have",
+                    "who, scope and until, and where they are there revocation, key and signature");
   }
   if (entry.kind != TomlEntry::Kind::Text) {
     throw DataError(file, place, kind_name(entry.kind), "a string");
@@ -45,16 +61,10 @@ void set_field(Consent& consent, const std::string& field, const TomlEntry& entr
   if (!is_printable_utf8(entry.text)) {
     throw DataError(file, place, "no printable text", "a string without control characters");
   }
-  if (field == "who") {
-    consent.who = entry.text;
-  } else if (field == "scope") {
-    consent.scope = entry.text;
-  } else {
-    if (!entry.text.empty() && !seconds_of_utc(entry.text + "T00:00:00Z")) {
-      throw DataError(file, place, "'" + entry.text.substr(0, 40) + "'", "a day: 2030-12-31");
-    }
-    consent.until = entry.text;
+  if (field == "until" && !entry.text.empty() && !seconds_of_utc(entry.text + "T00:00:00Z")) {
+    throw DataError(file, place, "'" + entry.text.substr(0, 40) + "'", "a day: 2030-12-31");
   }
+  consent.*known->second = entry.text;
 }
 
 std::vector<Consent> consent_of(const std::vector<TomlEntry>& entries, const std::string& file) {
@@ -156,8 +166,13 @@ std::string consent_toml(const std::vector<Consent>& consent) {
   };
   std::string text;
   for (const Consent& one : consent) {
-    text += (text.empty() ? "[[consent]]\nwho = " : "\n[[consent]]\nwho = ") + quoted(one.who) +
-            "\nscope = " + quoted(one.scope) + "\nuntil = " + quoted(one.until) + "\n";
+    text += text.empty() ? "[[consent]]\n" : "\n[[consent]]\n";
+    for (std::size_t i = 0; i < kFields.size(); ++i) {
+      const std::string& value = one.*kFields[i].second;
+      if (i < kAlways || !value.empty()) {
+        text += std::string(kFields[i].first) + " = " + quoted(value) + "\n";
+      }
+    }
   }
   return text;
 }

@@ -1,6 +1,7 @@
 #include "core/store/manifest.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -15,7 +16,21 @@ namespace atelier {
 namespace {
 
 constexpr const char* kSchema = "atelier-manifest";
-constexpr int kSchemaVersion = 3;  // 1: without warnings, 2: without sketches
+constexpr int kSchemaVersion = 4;    // 1: without warnings, 2: without sketches
+constexpr int kUnsignedVersion = 3;  // what is written where no consent has a field of the fourth
+
+/// Fields of a consent that the fourth version has, where they say something.
+constexpr std::array<std::pair<const char*, std::string Consent::*>, 3> kSignedConsent = {
+    {{"revocation", &Consent::revocation},
+     {"key", &Consent::key},
+     {"signature", &Consent::signature}}};
+
+bool needs_newest(const Manifest& manifest) {
+  return std::any_of(manifest.consent.begin(), manifest.consent.end(), [](const Consent& one) {
+    return std::any_of(kSignedConsent.begin(), kSignedConsent.end(),
+                       [&](const auto& field) { return !(one.*field.second).empty(); });
+  });
+}
 constexpr const char* kSelf = "manifest_sha256";
 
 /// One JSON object that is read field by field, each asked for by name and type.
@@ -36,6 +51,7 @@ class ObjectReader {
     }
   }
 
+  bool has(const char* name) const { return object_.contains(name); }
   std::string text(const char* name) {
     const nlohmann::json& value = field(name);
     if (!value.is_string()) {
@@ -93,7 +109,6 @@ class ObjectReader {
     }
     return value;
   }
-  bool has(const char* name) const { return object_.contains(name); }
   const nlohmann::json& field(const char* name) {
     asked_.insert(name);
     const auto found = object_.find(name);
@@ -120,7 +135,7 @@ class ObjectReader {
 nlohmann::json to_json(const Manifest& manifest) {
   nlohmann::json json;
   json["schema"] = kSchema;
-  json["schema_version"] = kSchemaVersion;
+  json["schema_version"] = needs_newest(manifest) ? kSchemaVersion : kUnsignedVersion;
   json["stage"] = manifest.stage;
   json["stage_version"] = manifest.stage_version;
   json["device"] = manifest.device;
@@ -153,6 +168,11 @@ nlohmann::json to_json(const Manifest& manifest) {
   for (const Consent& consent : manifest.consent) {
     json["consent"].push_back(
         {{"who", consent.who}, {"scope", consent.scope}, {"until", consent.until}});
+    for (const auto& [name, field] : kSignedConsent) {
+      if (!(consent.*field).empty()) {
+        json["consent"].back()[name] = consent.*field;
+      }
+    }
   }
   json["metrics"] = nlohmann::json::object();
   for (const auto& [name, value] : manifest.metrics) {
@@ -262,6 +282,11 @@ std::vector<Consent> consent_of(ObjectReader& manifest, const std::string& file)
     one.who = reader.text("who");
     one.scope = reader.text("scope");
     one.until = reader.text("until");
+    for (const auto& [name, field] : kSignedConsent) {
+      if (reader.has(name)) {
+        one.*field = reader.text(name);
+      }
+    }
     return one;
   });
 }

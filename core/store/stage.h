@@ -13,6 +13,7 @@
 #include "core/device.h"
 #include "core/finding.h"
 #include "core/options.h"
+#include "core/store/consent.h"
 
 namespace atelier {
 
@@ -34,6 +35,9 @@ class StageRun {
 
   /// Whether an input of this kind exists: always true, except for the row's optional inputs.
   virtual bool has_input(std::string_view kind) const = 0;
+
+  /// Consent of everybody whom the inputs are of; empty: none is recorded.
+  virtual std::vector<Consent> consent() const { return {}; }
 
   template <class Options>
   const Options& options() const {

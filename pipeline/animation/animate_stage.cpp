@@ -442,6 +442,9 @@ void tell_faults(StageRun& run, const Animation& animation,
 
 void run_animate(StageRun& run) {
   const auto& options = run.options<AnimateOptions>();
+  for (const std::string& doubt : require_consent(run.consent(), options.use)) {
+    run.warn(doubt);
+  }
   if (options.pictures) {
     require_picture_size(options.view.picture);
   }

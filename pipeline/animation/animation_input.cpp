@@ -310,6 +310,7 @@ OptionTable describe(AnimateOptions& options) {
   table.add("settle", options.settle, 0, 60, "s", "Time that cloth hangs before the body moves");
   table.add("pictures", options.pictures, "Rendering of images and a video");
   table.add(describe(options.view));
+  table.add(describe(options.use));
   return table;
 }
 

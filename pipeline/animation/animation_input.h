@@ -13,6 +13,7 @@
 #include "pipeline/outfit/held_cloth.h"
 #include "pipeline/outfit/worn_cloth.h"
 #include "pipeline/pictures/animation_pictures.h"
+#include "pipeline/sealing/consent_check.h"
 #include "simulation/material/resolve_material.h"
 
 namespace atelier {
@@ -32,6 +33,7 @@ struct AnimateOptions {
   double settle = 0.5;  ///< s that cloth hangs before the body begins to move, 0 to 60
   bool pictures = true;
   AnimationViewOptions view;
+  ConsentUse use;
 };
 OptionTable describe(AnimateOptions& options);
 

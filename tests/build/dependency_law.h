@@ -20,8 +20,8 @@ struct LawSource {
 ///   includes tests, bench, examples or fuzz, which may include everything.
 /// - A room is the folder of a file; a folder `late`, whose file is a shared object loaded on
 ///   demand, counts as the one that it is in. Rooms do not include each other in a cycle.
-/// - core's own files use none of its rooms; core/render and core/store use core/io alone, core/io
-///   and core/remesh neither of the others.
+/// - core's own files use none of its rooms; core/render and core/store use core/io alone, core/io,
+///   core/remesh and core/seal none of the others.
 /// - pipeline includes neither CLI11 nor a header of streams (<iostream>, <fstream>, <sstream>).
 /// - A heavy package is included in .cpp files alone, or in a header that says
 ///   "Private to <folder>" and that no other folder includes. apps, which nobody includes, may do

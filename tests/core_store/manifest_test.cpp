@@ -196,7 +196,7 @@ TEST(Manifest, OtherSchema_IsRefused) {
 }
 
 TEST(Manifest, NewerSchemaVersion_IsRefused) {
-  EXPECT_THAT(refusal(changed([](auto& j) { j["schema_version"] = 4; })),
+  EXPECT_THAT(refusal(changed([](auto& j) { j["schema_version"] = 5; })),
               HasSubstr("a newer atelier wrote it"));
 }
 

@@ -1,0 +1,356 @@
+// `key`, `seal` and `unseal`: who can open a workspace, and what is left of a failure.
+
+#include <algorithm>
+#include <fstream>
+#include <set>
+
+#include <signal.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "core/exit_code.h"
+#include "tests/apps/statistics_fixture.h"
+#include "tests/support/outside_judge.h"
+
+namespace atelier::fixtures {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+namespace fs = std::filesystem;
+
+class Seal : public StatisticsFixture {
+ protected:
+  void SetUp() override { write_boxes(input(), 2); }
+
+  std::string place(const std::string& name) const { return (root_ / name).string(); }
+  void make_workspace(const std::string& scope = "research",
+                      const std::string& until = "2999-12-31") const {
+    if (!scope.empty()) {
+      std::ofstream(root_ / "consent.toml")
+          << "[consent]\nwho = 'P. Doe'\nscope = '" << scope << "'\nuntil = '" << until << "'\n";
+    }
+    ASSERT_EQ(run_child(statistics()).exit_code, 0);
+  }
+  /// A new key; its recipient.
+  std::string key(const std::string& name) const {
+    const ChildResult result = run({"key", "--out", place(name)});
+    EXPECT_EQ(result.exit_code, 0) << result.err;
+    return result.out.substr(0, result.out.find('\n'));
+  }
+  ChildResult seal(std::vector<std::string> more) const {
+    more.insert(more.begin(), {"seal", workspace().string(), "--out", place("p.sealed")});
+    return run(more);
+  }
+  ChildResult unseal(const std::string& key, const std::string& out) const {
+    return run({"unseal", place("p.sealed"), place(out), "--identity", place(key)});
+  }
+  std::string bytes(const std::string& name) const { return read_file_text(root_ / name, 1 << 24); }
+  /// Whether nothing but these lies beside the input, the workspace and the consent.
+  std::vector<std::string> others(const std::set<std::string>& known) const {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(root_.path())) {
+      const std::string name = entry.path().filename().string();
+      if (!known.contains(name) && name != "boxes" && name != "work" && name != "consent.toml") {
+        names.push_back(name);
+      }
+    }
+    return names;
+  }
+};
+
+TEST_F(Seal, TwoRecipients_OpenItAndAThirdDoesNot) {
+  make_workspace();
+  const std::string one = key("one");
+  const std::string two = key("two");
+  key("three");
+  const ChildResult sealed = seal({"--to", one, "--to", two});
+  ASSERT_EQ(sealed.exit_code, 0) << sealed.err;
+  EXPECT_THAT(sealed.out, AllOf(HasSubstr("2 recipients"), HasSubstr("P. Doe, research")));
+  for (const std::string& name : {std::string("one"), std::string("two")}) {
+    const ChildResult opened = unseal(name, "out_" + name);
+    ASSERT_EQ(opened.exit_code, 0) << opened.err;
+    EXPECT_EQ(digests_in(root_ / ("out_" + name) / "statistics/current"),
+              digests_in(stage_folder() / "current"));
+    EXPECT_THAT(run({"status", place("out_" + name), "--check", "--digests"}).exit_code, 0);
+  }
+  const ChildResult refused = unseal("three", "out_three");
+  EXPECT_EQ(refused.exit_code, kExitBadData);
+  EXPECT_THAT(refused.err, HasSubstr("sealed to others"));
+  EXPECT_FALSE(fs::exists(root_ / "out_three"));
+}
+
+TEST_F(Seal, SealedFile_LeaksNoNamesAndIsItsOwnersAlone) {
+  make_workspace();
+  ASSERT_EQ(seal({"--to", key("one")}).exit_code, 0);
+  EXPECT_THAT(bytes("p.sealed"), AllOf(Not(HasSubstr("statistics")), Not(HasSubstr("P. Doe")),
+                                       Not(HasSubstr("manifest"))));
+  for (const char* name : {"one", "p.sealed"}) {
+    struct stat status {};
+    ASSERT_EQ(stat(place(name).c_str(), &status), 0);
+    EXPECT_EQ(status.st_mode & 0777, 0600U) << name;
+  }
+}
+
+TEST_F(Seal, Age_OpensItAndTarUnpacksIt) {
+  ATELIER_NEEDS_PROGRAM("age");
+  make_workspace();
+  ASSERT_EQ(seal({"--to", key("one")}).exit_code, 0);
+  fs::create_directories(root_ / "by_age");
+  const ChildResult opened = run_child(
+      {"sh", "-c",
+       "age -d -i " + place("one") + " " + place("p.sealed") + " | tar -x -C " + place("by_age")});
+  EXPECT_EQ(opened.exit_code, 0) << opened.err;
+  EXPECT_EQ(digests_in(root_ / "by_age/statistics/current"),
+            digests_in(stage_folder() / "current"));
+}
+
+TEST_F(Seal, ChangedOrCutFile_LeavesNothing) {
+  make_workspace();
+  ASSERT_EQ(seal({"--to", key("one")}).exit_code, 0);
+  const std::string good = bytes("p.sealed");
+  const std::vector<std::string> before = others({});
+  for (const std::size_t at : {std::size_t{30}, good.size() / 2, good.size() - 1}) {
+    std::string wrong = good;
+    wrong[at] = static_cast<char>(wrong[at] ^ 4);
+    std::ofstream(root_ / "p.sealed", std::ios::binary) << wrong;
+    EXPECT_EQ(unseal("one", "out").exit_code, kExitBadData) << at;
+    std::ofstream(root_ / "p.sealed", std::ios::binary) << good.substr(0, at);
+    EXPECT_EQ(unseal("one", "out").exit_code, kExitBadData) << at;
+  }
+  EXPECT_EQ(others({}), before);
+}
+
+TEST_F(Seal, Passphrase_ComesFromAFile) {
+  make_workspace();
+  std::ofstream(root_ / "words") << "correct horse\n";
+  const ChildResult sealed = seal({"--passphrase-file", place("words")});
+  ASSERT_EQ(sealed.exit_code, 0) << sealed.err;
+  EXPECT_EQ(run({"unseal", place("p.sealed"), place("out"), "--passphrase-file", place("words")})
+                .exit_code,
+            0);
+  std::ofstream(root_ / "words") << "another\n";
+  const ChildResult wrong =
+      run({"unseal", place("p.sealed"), place("again"), "--passphrase-file", place("words")});
+  EXPECT_EQ(wrong.exit_code, kExitBadData);
+  EXPECT_THAT(wrong.err, AllOf(HasSubstr("another passphrase"), Not(HasSubstr("horse"))));
+}
+
+TEST_F(Seal, ConsentThatEnded_IsRefused) {
+  make_workspace("research", "2020-01-01");
+  const ChildResult refused = seal({"--to", key("one")});
+  EXPECT_EQ(refused.exit_code, kExitCheckFailed);
+  EXPECT_THAT(refused.err, AllOf(HasSubstr("ended with 2020-01-01"), HasSubstr("renew")));
+  EXPECT_FALSE(fs::exists(root_ / "p.sealed"));
+}
+
+TEST_F(Seal, PurposeOutsideOfTheScope_IsRefused) {
+  make_workspace("internal research");
+  const std::string one = key("one");
+  const ChildResult refused = seal({"--to", one, "--purpose", "product"});
+  EXPECT_EQ(refused.exit_code, kExitCheckFailed);
+  EXPECT_THAT(refused.err, HasSubstr("does not cover product"));
+  EXPECT_EQ(seal({"--to", one, "--purpose", "internal"}).exit_code, 0);
+}
+
+TEST_F(Seal, NoConsent_IsSealedOnlyWithAReason) {
+  make_workspace("");
+  const std::string one = key("one");
+  const ChildResult refused = seal({"--to", one});
+  EXPECT_EQ(refused.exit_code, kExitUsage);
+  EXPECT_THAT(refused.err, HasSubstr("no consent is recorded"));
+  EXPECT_EQ(seal({"--to", one, "--consent", "none-needed"}).exit_code, kExitUsage);
+  const ChildResult sealed = seal({"--to", one, "--consent", "none-needed", "boxes are nobody"});
+  EXPECT_EQ(sealed.exit_code, 0) << sealed.err;
+  EXPECT_THAT(sealed.out, HasSubstr("none needed: boxes are nobody"));
+}
+
+TEST_F(Seal, OtherFolderAndWrongArguments_AreRefused) {
+  make_workspace();
+  const std::string one = key("one");
+  EXPECT_EQ(run({"seal", input().string(), "--to", one, "--out", place("b")}).exit_code,
+            kExitBadData);
+  EXPECT_EQ(seal({}).exit_code, kExitUsage);
+  EXPECT_EQ(seal({"--to", "age1nobody"}).exit_code, kExitBadData);
+  EXPECT_EQ(
+      run({"seal", workspace().string(), "--to", one, "--out", (workspace() / "p.sealed").string()})
+          .exit_code,
+      kExitUsage);
+  EXPECT_EQ(run({"key", "--out", place("one")}).exit_code, kExitUsage) << "a key is not replaced";
+}
+
+TEST_F(Seal, SealedWorkspace_IsExportedWithoutBeingUnsealed) {
+  make_workspace();
+  ASSERT_EQ(seal({"--to", key("one")}).exit_code, 0);
+  ASSERT_EQ(run({"export", workspace().string(), place("open")}).exit_code, 0);
+  const ChildResult exported =
+      run({"export", place("p.sealed"), place("out"), "--identity", place("one")});
+  ASSERT_EQ(exported.exit_code, 0) << exported.err;
+  EXPECT_EQ(digests_in(root_ / "out/statistics"), digests_in(root_ / "open/statistics"));
+  EXPECT_EQ(run({"export", place("p.sealed"), place("again")}).exit_code, kExitUsage);
+  EXPECT_EQ(
+      run({"export", workspace().string(), place("again"), "--identity", place("one")}).exit_code,
+      kExitUsage);
+  key("two");
+  EXPECT_EQ(
+      run({"export", place("p.sealed"), place("again"), "--identity", place("two")}).exit_code,
+      kExitBadData);
+  EXPECT_FALSE(fs::exists(root_ / "again"));
+}
+
+TEST_F(Seal, SealedWorkspaceWhoseConsentEnded_IsRefused) {
+  make_workspace("internal");
+  ASSERT_EQ(seal({"--to", key("one"), "--purpose", "internal"}).exit_code, 0);
+  const ChildResult refused =
+      run({"export", place("p.sealed"), place("out"), "--identity", place("one")});
+  EXPECT_EQ(refused.exit_code, kExitCheckFailed);
+  EXPECT_THAT(refused.err, HasSubstr("does not cover research"));
+  EXPECT_EQ(run({"verify", place("p.sealed"), "--identity", place("one")}).exit_code,
+            kExitCheckFailed);
+}
+
+TEST_F(Seal, Verify_SaysWhatAFileIs) {
+  make_workspace();
+  ASSERT_EQ(seal({"--to", key("one")}).exit_code, 0);
+  const ChildResult closed = run({"verify", place("p.sealed")});
+  EXPECT_EQ(closed.exit_code, 0) << closed.err;
+  EXPECT_THAT(closed.out, AllOf(HasSubstr("to 1 recipient"), Not(HasSubstr("P. Doe"))));
+  const ChildResult open = run({"verify", place("p.sealed"), "--identity", place("one")});
+  EXPECT_EQ(open.exit_code, 0) << open.err;
+  EXPECT_THAT(open.out, AllOf(HasSubstr("whole; workspace"), HasSubstr("P. Doe, research"),
+                              HasSubstr("research: covered")));
+  EXPECT_LE(std::count(open.out.begin(), open.out.end(), '\n'), 5);
+  const std::string good = bytes("p.sealed");
+  std::ofstream(root_ / "p.sealed", std::ios::binary) << good.substr(0, good.size() - 1);
+  EXPECT_EQ(run({"verify", place("p.sealed"), "--identity", place("one")}).exit_code, kExitBadData);
+}
+
+TEST_F(Seal, SignedConsent_IsCarriedAndRefusedOnceChanged) {
+  make_workspace("research");
+  const ChildResult made = run({"key", "--signing", "--out", place("signer")});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const std::string signer = made.out.substr(0, made.out.find('\n'));
+  const ChildResult signed_now = run({"sign", input().string(), "--key", place("signer")});
+  ASSERT_EQ(signed_now.exit_code, 0) << signed_now.err;
+  EXPECT_THAT(run({"status", workspace().string()}).out, HasSubstr("consent-changed"));
+  ASSERT_EQ(run_child(statistics()).exit_code, 0);
+  EXPECT_THAT(run({"status", workspace().string()}).out,
+              AllOf(HasSubstr("signed by " + signer), Not(HasSubstr("consent-changed"))));
+  const std::string one = key("one");
+  ASSERT_EQ(seal({"--to", one}).exit_code, 0);
+  EXPECT_THAT(run({"verify", place("p.sealed"), "--identity", place("one")}).out,
+              HasSubstr("signed by " + signer));
+  std::string text = bytes("consent.toml");
+  text.replace(text.find("2999"), 4, "3999");
+  std::ofstream(root_ / "consent.toml") << text;
+  fs::remove(root_ / "p.sealed");
+  const ChildResult refused = seal({"--to", one});
+  EXPECT_EQ(refused.exit_code, kExitCheckFailed);
+  EXPECT_THAT(refused.err, HasSubstr("is signed wrongly"));
+}
+
+TEST_F(Seal, RevokedConsent_IsRefused) {
+  make_workspace();
+  const std::string told = run({"verify", workspace().string()}).out;
+  const std::string id = told.substr(told.find("consent: ") + 9, 16);
+  std::ofstream(root_ / "revoked.txt") << id << " P. Doe\n";
+  const ChildResult refused = seal({"--to", key("one"), "--revoked", place("revoked.txt")});
+  EXPECT_EQ(refused.exit_code, kExitCheckFailed);
+  EXPECT_THAT(refused.err, HasSubstr("was revoked"));
+}
+
+TEST_F(Seal, Log_SaysWhoDidWhat) {
+  make_workspace();
+  const std::string one = key("one");
+  ASSERT_EQ(run({"export", workspace().string(), place("files")}).exit_code, 0);
+  ASSERT_EQ(seal({"--to", one}).exit_code, 0);
+  const ChildResult log = run({"verify", "--log", workspace().string()});
+  EXPECT_EQ(log.exit_code, 0) << log.err;
+  EXPECT_THAT(log.out, AllOf(HasSubstr("export"), HasSubstr("files, for research"), HasSubstr(one),
+                             HasSubstr("unbroken: 2 lines")));
+  const std::string head = log.out.substr(log.out.find("head ") + 5, 64);
+  EXPECT_EQ(run({"verify", "--log", workspace().string(), "--head", head}).exit_code, 0);
+  std::string text = bytes("work/access.log");
+  std::ofstream(workspace() / "access.log") << text.substr(0, text.find('\n') + 1);
+  EXPECT_EQ(run({"verify", "--log", workspace().string(), "--head", head}).exit_code,
+            kExitCheckFailed);
+  std::ofstream(workspace() / "access.log") << text.substr(text.find('\n') + 1);
+  EXPECT_EQ(run({"verify", "--log", workspace().string()}).exit_code, kExitBadData);
+}
+
+TEST_F(Seal, FullDisk_LeavesNothing) {
+  make_workspace();
+  const std::string one = key("one");
+  ASSERT_EQ(seal({"--to", one}).exit_code, 0);
+  const std::vector<std::string> before = others({});
+  // Files of at most 1 KiB: every larger one fails as on a full disk.
+  const auto limited = [&](const std::string& command) {
+    return run_child(
+        {"bash", "-c", "ulimit -f 1; exec " + std::string(program_path()) + " " + command});
+  };
+  EXPECT_EQ(
+      limited("unseal " + place("p.sealed") + " " + place("out") + " --identity " + place("one"))
+          .exit_code,
+      kExitEnvironment);
+  EXPECT_EQ(limited("seal " + workspace().string() + " --to " + one + " --out " + place("q.sealed"))
+                .exit_code,
+            kExitEnvironment);
+  EXPECT_EQ(others({}), before);
+}
+
+/// Folders below one that hold a file of this text.
+std::vector<std::string> places_with(const std::string& text, const fs::path& below) {
+  std::vector<std::string> found;
+  std::error_code ignored;
+  for (auto entry = fs::recursive_directory_iterator(
+           below, fs::directory_options::skip_permission_denied, ignored);
+       !ignored && entry != fs::recursive_directory_iterator(); entry.increment(ignored)) {
+    std::error_code gone;
+    if (entry->is_regular_file(gone) && entry->file_size(gone) < (1U << 20)) {
+      std::ifstream file(entry->path(), std::ios::binary);
+      const std::string bytes(std::istreambuf_iterator<char>(file), {});
+      if (bytes.find(text) != std::string::npos) {
+        found.push_back(entry->path().string());
+      }
+    }
+  }
+  return found;
+}
+
+TEST_F(Seal, KilledCommand_LeavesNoPlainData) {
+  const std::string name = "Z. Nobody-" + std::to_string(getpid());
+  std::ofstream(root_ / "consent.toml")
+      << "[consent]\nwho = '" << name << "'\nscope = 'research'\n";
+  ASSERT_EQ(run_child(statistics()).exit_code, 0);
+  ASSERT_EQ(seal({"--to", key("one")}).exit_code, 0);
+  fs::remove_all(workspace());
+  fs::remove(root_ / "consent.toml");
+  const fs::path out = root_ / "out";
+  const fs::path temporary = fs::temp_directory_path();
+  ASSERT_THAT(places_with(name, temporary), ::testing::IsEmpty());
+  for (int i = 0; i < 20; ++i) {
+    ChildProcess child(
+        atelier({"export", place("p.sealed"), out.string(), "--identity", place("one")}));
+    usleep(static_cast<useconds_t>(i * 15'000));
+    child.kill(SIGKILL);
+    child.wait();
+    fs::remove_all(out);  // what was asked for may be there
+    EXPECT_THAT(places_with(name, temporary), ::testing::IsEmpty()) << i;
+    EXPECT_THAT(places_with(name, "/dev/shm"), ::testing::IsEmpty()) << i;
+  }
+}
+
+TEST_F(Seal, Export_IsSealedWithItsConsent) {
+  make_workspace();
+  ASSERT_EQ(run({"export", workspace().string(), place("files")}).exit_code, 0);
+  const ChildResult sealed =
+      run({"seal", place("files"), "--to", key("one"), "--out", place("p.sealed")});
+  ASSERT_EQ(sealed.exit_code, 0) << sealed.err;
+  EXPECT_THAT(sealed.out, HasSubstr("P. Doe, research"));
+  EXPECT_EQ(unseal("one", "out").exit_code, 0);
+}
+
+}  // namespace
+}  // namespace atelier::fixtures
