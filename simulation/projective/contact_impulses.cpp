@@ -17,12 +17,8 @@ constexpr int kSweeps = 2;       ///< of an iteration over contacts of cloth, up
 constexpr int kMostLevels = 64;  ///< more are solved as one
 constexpr int kMostColours = 64;  ///< of a level; what is left is solved one after the other
 
-Vec3d relative_velocity(const TouchedCloth& contact, const std::vector<Vec4<double>>& v) {
-  Vec3d sum{};
-  for (int k = 0; k < 4; ++k) {
-    sum += contact.weight[k] * xyz(v[contact.particle[k]]);
-  }
-  return sum;
+Vec3d relative_velocity(const TouchedCloth& touch, const std::vector<Vec4<double>>& v) {
+  return relative_velocity(touch, [&](int i) { return xyz(v[i]); });
 }
 
 /// Levels of contacts: 0 where a particle is on the body or held, one more on each layer above;
@@ -154,10 +150,8 @@ void ContactImpulses::hold_batch(std::size_t batch, std::vector<Vec4<double>>& v
   parallel_for(count, shares_[batch] != 0 ? count : kImpulseGrain, [&](Index begin, Index end) {
     for (Index k = first + begin; k < first + end; ++k) {
       ClothImpulse& c = cloth_[k];
-      const Vec3d lacks = lacking_velocity(relative_velocity(c.contact, velocity), c.contact.normal,
-                                           c.contact.least);
-      const Vec3d next =
-          coulomb_impulse(c.impulse + c.mass * lacks, c.contact.normal, friction_.cloth);
+      const Vec3d next = touch_impulse(c.contact, c.impulse, c.mass,
+                                       relative_velocity(c.contact, velocity), friction_.cloth);
       const Vec3d change = next - c.impulse;
       c.impulse = next;
       for (int i = 0; i < 4; ++i) {

@@ -21,8 +21,6 @@ namespace atelier {
 namespace {
 
 constexpr Index kParticleGrain = 2048;
-/// Of the distances that impulses hold: what iterations left nearer is moved out.
-constexpr double kGuardShare = 0.9;
 /// Passes of keeping back what would pass, at most: XPBD's and four rounds more of its last ones,
 /// since longer substeps press more together.
 constexpr int kKeeps = kSelfKeeps + 4 * kSelfStays;
