@@ -14,6 +14,7 @@ namespace {
 
 constexpr Index kImpulseGrain = 512;
 constexpr int kSweeps = 2;       ///< of an iteration over contacts of cloth, up the levels and down
+constexpr int kTurns = 4;        ///< of a particle's two contacts with the body
 constexpr int kMostLevels = 64;  ///< more are solved as one
 constexpr int kMostColours = 64;  ///< of a level; what is left is solved one after the other
 
@@ -62,6 +63,7 @@ void ContactImpulses::begin_step(const std::vector<TouchedBody>& body,
   friction_ = friction;
   inverse_mass_ = inverse_mass;
   body_.clear();
+  across_.clear();
   for (const TouchedBody& contact : body) {
     const bool gentle = !gentle_.empty() && gentle_[contact.particle] != 0;
     body_.push_back({contact, 1 / inverse_mass[contact.particle], {}, gentle});
@@ -119,20 +121,40 @@ void ContactImpulses::sort_into_batches(const std::vector<TouchedCloth>& cloth) 
   }
 }
 
+int ContactImpulses::add_across(const std::vector<TouchedBody>& body) {
+  std::vector<char> has(inverse_mass_.size(), 0);
+  for (const BodyImpulse& c : across_) {
+    has[c.contact.particle] = 1;
+  }
+  int added = 0;
+  for (const TouchedBody& contact : body) {
+    if (has[contact.particle] == 0) {
+      const bool gentle = !gentle_.empty() && gentle_[contact.particle] != 0;
+      across_.push_back({contact, 1 / inverse_mass_[contact.particle], {}, gentle});
+      ++added;
+    }
+  }
+  return added;
+}
+
 /// Impulses of gentle contacts, which stay so in the iteration.
 void ContactImpulses::begin_gently(const std::vector<Vec4<double>>& now) {
-  for (BodyImpulse& c : body_) {
-    if (c.gentle) {
-      const Vec3d v = xyz(now[c.contact.particle]);
-      c.impulse = bound_impulse(c.contact.bound, c.impulse, c.mass, v, friction_.body);
+  for (std::vector<BodyImpulse>* contacts : {&body_, &across_}) {
+    for (BodyImpulse& c : *contacts) {
+      if (c.gentle) {
+        const Vec3d v = xyz(now[c.contact.particle]);
+        c.impulse = bound_impulse(c.contact.bound, c.impulse, c.mass, v, friction_.body);
+      }
     }
   }
 }
 
-void ContactImpulses::hold_body(std::vector<Vec4<double>>& velocity) {
-  parallel_for(static_cast<Index>(body_.size()), kImpulseGrain, [&](Index begin, Index end) {
+/// In `contacts` a particle comes once.
+void ContactImpulses::hold_each(std::vector<BodyImpulse>& contacts,
+                                std::vector<Vec4<double>>& velocity) const {
+  parallel_for(std::ssize(contacts), kImpulseGrain, [&](Index begin, Index end) {
     for (Index k = begin; k < end; ++k) {
-      BodyImpulse& c = body_[k];
+      BodyImpulse& c = contacts[k];
       if (c.gentle) {
         continue;
       }
@@ -142,6 +164,14 @@ void ContactImpulses::hold_body(std::vector<Vec4<double>>& velocity) {
       c.impulse = next;
     }
   });
+}
+
+void ContactImpulses::hold_body(std::vector<Vec4<double>>& velocity) {
+  hold_each(body_, velocity);
+  for (int turn = 0; turn < kTurns && !across_.empty(); ++turn) {
+    hold_each(across_, velocity);
+    hold_each(body_, velocity);
+  }
 }
 
 void ContactImpulses::hold_batch(std::size_t batch, std::vector<Vec4<double>>& velocity) {
@@ -167,9 +197,11 @@ void ContactImpulses::hold(std::vector<Vec4<double>>& velocity,
                            const std::vector<Vec4<double>>& now) {
   begin_gently(now);
   // Where the last iteration left off.
-  for (const BodyImpulse& c : body_) {
-    Vec4<double>& v = velocity[c.contact.particle];
-    v = with_w(xyz(v) + (1 / c.mass) * c.impulse, v.w);
+  for (const std::vector<BodyImpulse>* contacts : {&body_, &across_}) {
+    for (const BodyImpulse& c : *contacts) {
+      Vec4<double>& v = velocity[c.contact.particle];
+      v = with_w(xyz(v) + (1 / c.mass) * c.impulse, v.w);
+    }
   }
   for (const ClothImpulse& c : cloth_) {
     for (int i = 0; i < 4; ++i) {
@@ -193,16 +225,27 @@ void ContactImpulses::hold(std::vector<Vec4<double>>& velocity,
 
 double ContactImpulses::body_residual(const std::vector<Vec4<double>>& implied,
                                       const std::vector<Vec4<double>>& v, double weight) const {
-  double sum = 0;
-  for (const BodyImpulse& c : body_) {
-    const int particle = c.contact.particle;
-    const VelocityBound& bound = c.contact.bound;
-    const Vec3d beyond = -lacking_velocity(bound, xyz(v[particle]));
-    const double one =
-        coulomb_residual(xyz(implied[particle]), beyond, bound.normal, friction_.body, c.mass);
-    sum += one * one;
+  // Of a particle with two contacts each has what the other leaves.
+  std::vector<Vec3d> known(v.size(), Vec3d{});
+  for (const std::vector<BodyImpulse>* contacts : {&body_, &across_}) {
+    for (const BodyImpulse& c : *contacts) {
+      known[c.contact.particle] += c.impulse;
+    }
   }
-  return body_.empty() ? 0 : std::sqrt(sum / static_cast<double>(body_.size())) / weight;
+  double sum = 0;
+  std::size_t count = 0;
+  for (const std::vector<BodyImpulse>* contacts : {&body_, &across_}) {
+    for (const BodyImpulse& c : *contacts) {
+      const int particle = c.contact.particle;
+      const VelocityBound& bound = c.contact.bound;
+      const Vec3d beyond = -lacking_velocity(bound, xyz(v[particle]));
+      const Vec3d own = xyz(implied[particle]) - (known[particle] - c.impulse);
+      const double one = coulomb_residual(own, beyond, bound.normal, friction_.body, c.mass);
+      sum += one * one;
+      ++count;
+    }
+  }
+  return count == 0 ? 0 : std::sqrt(sum / static_cast<double>(count)) / weight;
 }
 
 double ContactImpulses::cloth_residual(const std::vector<Vec4<double>>& v, double weight) const {
