@@ -79,7 +79,7 @@ void ContactImpulses::sort_into_batches(const std::vector<TouchedCloth>& cloth) 
   const std::vector<int> level = contact_levels(cloth, on_body, inverse_mass_);
   // Batches by level and colour; `taken` are the colours around each particle in its level.
   constexpr int kColumns = kMostColours + 1;
-  std::vector<std::vector<int>> batches(static_cast<std::size_t>((kMostLevels + 1) * kColumns));
+  std::vector<std::vector<int>> batches(static_cast<std::size_t>(kMostLevels + 1) * kColumns);
   std::vector<std::uint64_t> taken(inverse_mass_.size());
   std::vector<int> taken_in(inverse_mass_.size(), -1);
   std::vector<int> by_level(cloth.size());
@@ -99,7 +99,7 @@ void ContactImpulses::sort_into_batches(const std::vector<TouchedCloth>& cloth) 
                  (colour < kMostColours ? std::uint64_t{1} << colour : 0);
       taken_in[p] = level[c];
     }
-    batches[static_cast<std::size_t>(level[c] * kColumns + colour)].push_back(c);
+    batches[static_cast<std::size_t>(level[c]) * kColumns + colour].push_back(c);
   }
   cloth_.clear();
   batch_begin_ = {0};
