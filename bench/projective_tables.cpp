@@ -258,8 +258,8 @@ void print_convergence() {
 
 // --- speed
 
-/// Of the clock, the median and the least, and of the processor: others on the machine do not change
-/// the last two much.
+/// Of the clock, the median and the least, and of the processor: others on the machine do not
+/// change the last two much.
 struct StepTime {
   double ms, least_ms, processor_ms;
 };
@@ -322,8 +322,8 @@ void print_speed(int side, int steps) {
       options.report = true;
       ClothSolver reporter(cloth, ball.faces, xpbd_options(options));
       reporter.set_state(xpbd.state());
-      std::printf("| xpbd | %s | %d | %.1f | %.1f | %.1f | - | - | %.0f |\n", self ? "yes" : "no", threads,
-                  time.ms, time.least_ms, time.processor_ms,
+      std::printf("| xpbd | %s | %d | %.1f | %.1f | %.1f | - | - | %.0f |\n", self ? "yes" : "no",
+                  threads, time.ms, time.least_ms, time.processor_ms,
                   1e6 * reporter.advance(at_rest(ball)).spring_residual);
     }
   }
