@@ -69,6 +69,19 @@ ATELIER_HOST_DEVICE inline void offer_face(const SelfView<T>& cloth, int i, int 
   found(SelfPair<T>{i, face, min_of(rule.thickness, apart)});
 }
 
+/// True if the segments p q and r s are more than `within` apart along the line through their
+/// midpoints: most pairs of edges whose boxes meet are, and that is soon found.
+template <class T>
+ATELIER_HOST_DEVICE inline bool midpoints_part(Vec3<T> p, Vec3<T> q, Vec3<T> r, Vec3<T> s,
+                                               T within) {
+  const Vec3<T> between_middles = T(0.5) * ((r + s) - (p + q));
+  const T squared = squared_norm(between_middles);
+  const T reach = T(0.5) * (std::abs(dot(q - p, between_middles)) +
+                            std::abs(dot(s - r, between_middles)));
+  const T gap = squared - reach;  // both times the distance of the midpoints
+  return gap > T(0) && gap * gap > within * within * squared;
+}
+
 /// Calls `found(pair)` if edges `e` < `o`, which share no particle, may meet within the swept
 /// motion.
 template <class T, class Found>
@@ -80,13 +93,15 @@ ATELIER_HOST_DEVICE inline void offer_edge(const SelfView<T>& cloth, int e, int 
   const FlyingPoint<T> q = flying(cloth, edge.b);
   const FlyingPoint<T> r = flying(cloth, other.a);
   const FlyingPoint<T> s = flying(cloth, other.b);
-  const SegmentShares<T> near = nearest_on_segments(p.at, q.at, r.at, s.at);
-  const T squared = squared_norm(between(p.at, q.at, near.s) - between(r.at, s.at, near.t));
   const T motion = max_of(max_of(squared_norm(p.on - r.on), squared_norm(p.on - s.on)),
                           max_of(squared_norm(q.on - r.on), squared_norm(q.on - s.on)));
   const T within = rule.thickness + edge_slack(cloth, edge, rule) + edge_slack(cloth, other, rule) +
                    std::sqrt(motion);
-  if (squared > within * within) {
+  if (midpoints_part(p.at, q.at, r.at, s.at, within)) {
+    return;
+  }
+  const SegmentShares<T> near = nearest_on_segments(p.at, q.at, r.at, s.at);
+  if (squared_norm(between(p.at, q.at, near.s) - between(r.at, s.at, near.t)) > within * within) {
     return;
   }
   T apart = rule.thickness;

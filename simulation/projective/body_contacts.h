@@ -34,6 +34,16 @@ class BodyContacts {
   const std::vector<TouchedBody>& find(int s, double h, std::vector<Vec4<double>>& x,
                                        const std::vector<Vec4<double>>& flight);
 
+  /// Those of the last `find`.
+  const std::vector<TouchedBody>& found() const { return contacts_; }
+  /// Further contacts of particles in `known`, contacts of substep `s`, which the iterations so far
+  /// move from `x` by `h` times `v` m/s: with surfaces that lie across their own contact's and that
+  /// they would pass. One contact holds a particle that lies on the body, but not one that parts of
+  /// it pinch, where the cloth pulls it off the one and through the other.
+  std::vector<TouchedBody> find_across(int s, double h, const std::vector<TouchedBody>& known,
+                                       const std::vector<Vec4<double>>& x,
+                                       const std::vector<Vec4<double>>& v) const;
+
   /// Keeps what went from `start` to `x` in substep `s` out of the body: where a step passed
   /// through it or ended in it, `x` is moved out. Returns whether the particle touches.
   bool keep_out(int s, int particle, BodyParticle<double>& p);

@@ -14,15 +14,12 @@ namespace {
 
 constexpr Index kImpulseGrain = 512;
 constexpr int kSweeps = 2;       ///< of an iteration over contacts of cloth, up the levels and down
+constexpr int kTurns = 4;        ///< of a particle's two contacts with the body
 constexpr int kMostLevels = 64;  ///< more are solved as one
 constexpr int kMostColours = 64;  ///< of a level; what is left is solved one after the other
 
-Vec3d relative_velocity(const TouchedCloth& contact, const std::vector<Vec4<double>>& v) {
-  Vec3d sum{};
-  for (int k = 0; k < 4; ++k) {
-    sum += contact.weight[k] * xyz(v[contact.particle[k]]);
-  }
-  return sum;
+Vec3d relative_velocity(const TouchedCloth& touch, const std::vector<Vec4<double>>& v) {
+  return relative_velocity(touch, [&](int i) { return xyz(v[i]); });
 }
 
 /// Levels of contacts: 0 where a particle is on the body or held, one more on each layer above;
@@ -66,6 +63,7 @@ void ContactImpulses::begin_step(const std::vector<TouchedBody>& body,
   friction_ = friction;
   inverse_mass_ = inverse_mass;
   body_.clear();
+  across_.clear();
   for (const TouchedBody& contact : body) {
     const bool gentle = !gentle_.empty() && gentle_[contact.particle] != 0;
     body_.push_back({contact, 1 / inverse_mass[contact.particle], {}, gentle});
@@ -81,7 +79,7 @@ void ContactImpulses::sort_into_batches(const std::vector<TouchedCloth>& cloth) 
   const std::vector<int> level = contact_levels(cloth, on_body, inverse_mass_);
   // Batches by level and colour; `taken` are the colours around each particle in its level.
   constexpr int kColumns = kMostColours + 1;
-  std::vector<std::vector<int>> batches(static_cast<std::size_t>((kMostLevels + 1) * kColumns));
+  std::vector<std::vector<int>> batches(static_cast<std::size_t>(kMostLevels + 1) * kColumns);
   std::vector<std::uint64_t> taken(inverse_mass_.size());
   std::vector<int> taken_in(inverse_mass_.size(), -1);
   std::vector<int> by_level(cloth.size());
@@ -101,7 +99,7 @@ void ContactImpulses::sort_into_batches(const std::vector<TouchedCloth>& cloth) 
                  (colour < kMostColours ? std::uint64_t{1} << colour : 0);
       taken_in[p] = level[c];
     }
-    batches[static_cast<std::size_t>(level[c] * kColumns + colour)].push_back(c);
+    batches[static_cast<std::size_t>(level[c]) * kColumns + colour].push_back(c);
   }
   cloth_.clear();
   batch_begin_ = {0};
@@ -123,20 +121,40 @@ void ContactImpulses::sort_into_batches(const std::vector<TouchedCloth>& cloth) 
   }
 }
 
+int ContactImpulses::add_across(const std::vector<TouchedBody>& body) {
+  std::vector<char> has(inverse_mass_.size(), 0);
+  for (const BodyImpulse& c : across_) {
+    has[c.contact.particle] = 1;
+  }
+  int added = 0;
+  for (const TouchedBody& contact : body) {
+    if (has[contact.particle] == 0) {
+      const bool gentle = !gentle_.empty() && gentle_[contact.particle] != 0;
+      across_.push_back({contact, 1 / inverse_mass_[contact.particle], {}, gentle});
+      ++added;
+    }
+  }
+  return added;
+}
+
 /// Impulses of gentle contacts, which stay so in the iteration.
 void ContactImpulses::begin_gently(const std::vector<Vec4<double>>& now) {
-  for (BodyImpulse& c : body_) {
-    if (c.gentle) {
-      const Vec3d v = xyz(now[c.contact.particle]);
-      c.impulse = bound_impulse(c.contact.bound, c.impulse, c.mass, v, friction_.body);
+  for (std::vector<BodyImpulse>* contacts : {&body_, &across_}) {
+    for (BodyImpulse& c : *contacts) {
+      if (c.gentle) {
+        const Vec3d v = xyz(now[c.contact.particle]);
+        c.impulse = bound_impulse(c.contact.bound, c.impulse, c.mass, v, friction_.body);
+      }
     }
   }
 }
 
-void ContactImpulses::hold_body(std::vector<Vec4<double>>& velocity) {
-  parallel_for(static_cast<Index>(body_.size()), kImpulseGrain, [&](Index begin, Index end) {
+/// In `contacts` a particle comes once.
+void ContactImpulses::hold_each(std::vector<BodyImpulse>& contacts,
+                                std::vector<Vec4<double>>& velocity) const {
+  parallel_for(std::ssize(contacts), kImpulseGrain, [&](Index begin, Index end) {
     for (Index k = begin; k < end; ++k) {
-      BodyImpulse& c = body_[k];
+      BodyImpulse& c = contacts[k];
       if (c.gentle) {
         continue;
       }
@@ -148,16 +166,22 @@ void ContactImpulses::hold_body(std::vector<Vec4<double>>& velocity) {
   });
 }
 
+void ContactImpulses::hold_body(std::vector<Vec4<double>>& velocity) {
+  hold_each(body_, velocity);
+  for (int turn = 0; turn < kTurns && !across_.empty(); ++turn) {
+    hold_each(across_, velocity);
+    hold_each(body_, velocity);
+  }
+}
+
 void ContactImpulses::hold_batch(std::size_t batch, std::vector<Vec4<double>>& velocity) {
   const Index first = batch_begin_[batch];
   const Index count = batch_begin_[batch + 1] - first;
   parallel_for(count, shares_[batch] != 0 ? count : kImpulseGrain, [&](Index begin, Index end) {
     for (Index k = first + begin; k < first + end; ++k) {
       ClothImpulse& c = cloth_[k];
-      const Vec3d lacks = lacking_velocity(relative_velocity(c.contact, velocity), c.contact.normal,
-                                           c.contact.least);
-      const Vec3d next =
-          coulomb_impulse(c.impulse + c.mass * lacks, c.contact.normal, friction_.cloth);
+      const Vec3d next = touch_impulse(c.contact, c.impulse, c.mass,
+                                       relative_velocity(c.contact, velocity), friction_.cloth);
       const Vec3d change = next - c.impulse;
       c.impulse = next;
       for (int i = 0; i < 4; ++i) {
@@ -173,9 +197,11 @@ void ContactImpulses::hold(std::vector<Vec4<double>>& velocity,
                            const std::vector<Vec4<double>>& now) {
   begin_gently(now);
   // Where the last iteration left off.
-  for (const BodyImpulse& c : body_) {
-    Vec4<double>& v = velocity[c.contact.particle];
-    v = with_w(xyz(v) + (1 / c.mass) * c.impulse, v.w);
+  for (const std::vector<BodyImpulse>* contacts : {&body_, &across_}) {
+    for (const BodyImpulse& c : *contacts) {
+      Vec4<double>& v = velocity[c.contact.particle];
+      v = with_w(xyz(v) + (1 / c.mass) * c.impulse, v.w);
+    }
   }
   for (const ClothImpulse& c : cloth_) {
     for (int i = 0; i < 4; ++i) {
@@ -199,16 +225,27 @@ void ContactImpulses::hold(std::vector<Vec4<double>>& velocity,
 
 double ContactImpulses::body_residual(const std::vector<Vec4<double>>& implied,
                                       const std::vector<Vec4<double>>& v, double weight) const {
-  double sum = 0;
-  for (const BodyImpulse& c : body_) {
-    const int particle = c.contact.particle;
-    const VelocityBound& bound = c.contact.bound;
-    const Vec3d beyond = -lacking_velocity(bound, xyz(v[particle]));
-    const double one =
-        coulomb_residual(xyz(implied[particle]), beyond, bound.normal, friction_.body, c.mass);
-    sum += one * one;
+  // Of a particle with two contacts each has what the other leaves.
+  std::vector<Vec3d> known(v.size(), Vec3d{});
+  for (const std::vector<BodyImpulse>* contacts : {&body_, &across_}) {
+    for (const BodyImpulse& c : *contacts) {
+      known[c.contact.particle] += c.impulse;
+    }
   }
-  return body_.empty() ? 0 : std::sqrt(sum / static_cast<double>(body_.size())) / weight;
+  double sum = 0;
+  std::size_t count = 0;
+  for (const std::vector<BodyImpulse>* contacts : {&body_, &across_}) {
+    for (const BodyImpulse& c : *contacts) {
+      const int particle = c.contact.particle;
+      const VelocityBound& bound = c.contact.bound;
+      const Vec3d beyond = -lacking_velocity(bound, xyz(v[particle]));
+      const Vec3d own = xyz(implied[particle]) - (known[particle] - c.impulse);
+      const double one = coulomb_residual(own, beyond, bound.normal, friction_.body, c.mass);
+      sum += one * one;
+      ++count;
+    }
+  }
+  return count == 0 ? 0 : std::sqrt(sum / static_cast<double>(count)) / weight;
 }
 
 double ContactImpulses::cloth_residual(const std::vector<Vec4<double>>& v, double weight) const {

@@ -49,6 +49,10 @@ class ContactImpulses {
   void begin_step(const std::vector<TouchedBody>& body, const std::vector<TouchedCloth>& cloth,
                   const Frictions& friction, const std::vector<double>& inverse_mass);
 
+  /// Adds contacts with the body across others of the same particles (BodyContacts::find_across),
+  /// of particles that have none yet. Returns how many.
+  int add_across(const std::vector<TouchedBody>& body);
+
   /// Sets impulses and adds what they do to the velocities [V] that particles have without; `now`
   /// [V]: those of the iteration, which gentle contacts look at.
   void hold(std::vector<Vec4<double>>& velocity, const std::vector<Vec4<double>>& now);
@@ -62,15 +66,18 @@ class ContactImpulses {
   double cloth_residual(const std::vector<Vec4<double>>& v, double weight) const;
 
   const std::vector<BodyImpulse>& with_body() const { return body_; }
+  const std::vector<BodyImpulse>& across() const { return across_; }
   const std::vector<ClothImpulse>& with_cloth() const { return cloth_; }
 
  private:
   void sort_into_batches(const std::vector<TouchedCloth>& cloth);
   void begin_gently(const std::vector<Vec4<double>>& now);
   void hold_body(std::vector<Vec4<double>>& velocity);
+  void hold_each(std::vector<BodyImpulse>& contacts, std::vector<Vec4<double>>& velocity) const;
   void hold_batch(std::size_t batch, std::vector<Vec4<double>>& velocity);
 
   std::vector<BodyImpulse> body_;
+  std::vector<BodyImpulse> across_;
   std::vector<ClothImpulse> cloth_;  ///< batch after batch
   std::vector<int> batch_begin_;     ///< [batches + 1] in `cloth_`
   std::vector<char> shares_;         ///< [batches] 1: its contacts share particles

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/cuda_buffer.cuh"
+#include "simulation/projective/cloth_touch_math.h"
 #include "simulation/projective/elastic_math.h"
 #include "simulation/projective/inverse_factor.h"
 #include "simulation/projective/velocity_bound_math.h"
@@ -75,6 +76,34 @@ struct ElasticView {
   const double* weight;
 };
 
+/// A contact between pieces of cloth. All are solved at once: each sees of a particle's mass the
+/// share that the number of its contacts leaves it (mass splitting, Tonge, Benevolenski and
+/// Voroshilov 2012), so that together they do not overshoot.
+struct ClothTouch {
+  TouchedCloth bound;
+  double mass;  ///< kg that resists along a direction
+  int owner;    ///< which of its particles, from 0, keeps its impulse
+};
+
+/// Contacts between pieces of cloth in a substep, and for each particle those that it has a part
+/// in, in an order that only depends on where the cloth is.
+struct TouchesView {
+  ClothTouch* touches;        ///< [room], null: no contact with itself
+  Vec4<double>* impulses[2];  ///< [room] N s, which sweeps read and write by turns
+  int* counts;                ///< [2] contacts, and entries that are given away
+  int* begin;                 ///< [V] of a particle in `entries`
+  int* degree;                ///< [V] how many it has; 0: fixed
+  int* filled;                ///< [V]
+  int* entries;               ///< [4 room] 4 touch + which of its particles
+  int room;
+  double friction;
+  Vec4<double>* alone;       ///< [V] velocities without impulses
+  Vec4<double>* reached[2];  ///< [V] and with them, by turns
+};
+
+/// Sweeps over contacts between pieces of cloth in an iteration.
+constexpr int kTouchSweeps = 2;
+
 /// Everything the steps of a frame need, by value to the kernels.
 struct ProjectiveFrame {
   int count;     ///< particles
@@ -108,6 +137,7 @@ struct ProjectiveFrame {
   int* touched;               ///< null: no body
   Vec4<double>* self_origin;  ///< null: no contact with itself
   Vec4<double>* self_carry;
+  TouchesView touches;
 
   // [unknowns]
   Vec4<float>* right;    ///< and a few zeros behind
@@ -130,7 +160,9 @@ struct ProjectiveFrame {
 /// The steps of a substep, each one launch. `k` counts iterations.
 void launch_projective_begin(const ProjectiveFrame& frame, int s, cudaStream_t stream);
 void launch_projective_find(const ProjectiveFrame& frame, int s, cudaStream_t stream);
-void launch_projective_forces(const ProjectiveFrame& frame, cudaStream_t stream);
+/// `k`: the iteration, `j`: the sweep over contacts between pieces of cloth in it.
+void launch_projective_forces(const ProjectiveFrame& frame, int k, cudaStream_t stream);
+void launch_projective_hold(const ProjectiveFrame& frame, int k, int j, cudaStream_t stream);
 void launch_projective_rows(const ProjectiveFrame& frame, cudaStream_t stream);
 void launch_projective_columns(const ProjectiveFrame& frame, int k, cudaStream_t stream);
 void launch_projective_next(const ProjectiveFrame& frame, int k, cudaStream_t stream);
@@ -140,8 +172,11 @@ void launch_projective_finish(const ProjectiveFrame& frame, cudaStream_t stream)
 
 struct SelfClock;
 
-/// Body and cloth after the iterations of substep `s`, by the passes of XPBD. `clock`: one, on the
-/// device.
+/// What pieces of cloth may touch in substep `s`; `flight.x`: room for where they would go.
+/// `clock`: one, on the device.
+void launch_projective_touches(const CudaFrame<double>& flight, const ProjectiveFrame& frame, int s,
+                               SelfClock* clock, cudaStream_t stream);
+/// Body and cloth after the iterations, by the passes of XPBD.
 void launch_projective_self(const CudaFrame<double>& frame, int s, SelfClock* clock,
                             cudaStream_t stream);
 /// Bytes of the clock.

@@ -165,6 +165,42 @@ ElasticView DeviceProjective::elastic(const ElasticRows& of) const {
           begin.data(),  row.data(),         weight.data()};
 }
 
+DeviceTouches::DeviceTouches(std::size_t n)
+    : alone_(n), flight_(n), counts_(2), begin_(n), degree_(n), filled_(n) {
+  for (CudaBuffer<Vec4<double>>& one : reached_) {
+    one = CudaBuffer<Vec4<double>>(n);
+  }
+}
+
+void DeviceTouches::make_room(int room) {
+  const std::size_t n = static_cast<std::size_t>(room);
+  // The old ones go first: there may not be memory for both.
+  room_ = 0;
+  touches_ = CudaBuffer<ClothTouch>();
+  touches_ = CudaBuffer<ClothTouch>(n);
+  for (CudaBuffer<Vec4<double>>& one : impulses_) {
+    one = CudaBuffer<Vec4<double>>();
+    one = CudaBuffer<Vec4<double>>(n);
+  }
+  entries_ = CudaBuffer<int>();
+  entries_ = CudaBuffer<int>(4 * n);
+  room_ = room;
+}
+
+TouchesView DeviceTouches::view(double friction) {
+  return {touches_.data(),
+          {impulses_[0].data(), impulses_[1].data()},
+          counts_.data(),
+          begin_.data(),
+          degree_.data(),
+          filled_.data(),
+          entries_.data(),
+          room_,
+          friction,
+          alone_.data(),
+          {reached_[0].data(), reached_[1].data()}};
+}
+
 MovingProjective::MovingProjective(std::size_t n, std::size_t unknowns,
                                    const DeviceInverse& inverse, std::size_t window, bool with_body)
     : bounds(n),

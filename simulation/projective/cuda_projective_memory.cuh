@@ -79,6 +79,27 @@ struct DeviceProjective {
   DeviceInverse inverse;
 };
 
+/// Contacts between pieces of cloth.
+class DeviceTouches {
+ public:
+  /// Among `n` particles; no contacts.
+  explicit DeviceTouches(std::size_t n);
+
+  /// For `room` contacts, all of which are forgotten.
+  void make_room(int room);
+  int room() const { return room_; }
+  TouchesView view(double friction);
+  /// [V] where cloth would go without contact.
+  Vec4<double>* flight() { return flight_.data(); }
+
+ private:
+  int room_ = 0;
+  CudaBuffer<ClothTouch> touches_;
+  CudaBuffer<Vec4<double>> impulses_[2], reached_[2];
+  CudaBuffer<Vec4<double>> alone_, flight_;
+  CudaBuffer<int> counts_, begin_, degree_, filled_, entries_;
+};
+
 /// What changes.
 struct MovingProjective {
   static constexpr int kAllFinite = std::numeric_limits<int>::max();

@@ -42,6 +42,9 @@ __global__ void begin_kernel(const __grid_constant__ ProjectiveFrame f, int s) {
   f.bounds[i].holds = 0;
   f.impulses[i] = Lane{};
   if (f.self_origin != nullptr) {
+    if (!is_free) {
+      f.touches.reached[0][i] = f.touches.reached[1][i] = with_w(velocity, 0.0);
+    }
     // Before the body moves old overlaps out: that may not pass other cloth either.
     f.self_origin[i] = x;
     f.self_carry[i] = Lane{};
@@ -67,12 +70,49 @@ __device__ inline Vec3d row_force(const ElasticView& e, int r, const Lane* at, c
   return second ? forces.v : forces.u;
 }
 
-/// The right hand side of an iteration: what momentum lacks, with the impulse of contact. A team of
-/// threads a particle.
-__global__ void forces_kernel(const __grid_constant__ ProjectiveFrame f) {
-  namespace cg = cooperative_groups;
-  const cg::thread_block_tile<kRowTeam> team =
-      cg::tiled_partition<kRowTeam>(cg::this_thread_block());
+using RowTeam = cooperative_groups::thread_block_tile<kRowTeam>;
+__device__ inline RowTeam row_team() {
+  return cooperative_groups::tiled_partition<kRowTeam>(cooperative_groups::this_thread_block());
+}
+
+/// In every thread of a team: the sum over its threads.
+__device__ inline Vec3d sum_in_team(const RowTeam& team, Vec3d sum) {
+  for (int step = kRowTeam / 2; step > 0; step /= 2) {
+    sum +=
+        Vec3d{team.shfl_xor(sum.x, step), team.shfl_xor(sum.y, step), team.shfl_xor(sum.z, step)};
+  }
+  return sum;
+}
+
+/// The impulse of the body on free particle `i`, whose velocity without it is `v`. One that is held
+/// gently has its own for the iteration (`renews`: in the first sweep of one).
+__device__ inline Vec3d impulse_of_body(const ProjectiveFrame& f, int i, Vec3d v, bool renews) {
+  const VelocityBound bound = f.bounds[i];
+  if (bound.holds == 0) {
+    return {};
+  }
+  const bool gentle = f.gentle[i] != 0;
+  if (gentle && !renews) {
+    return xyz(f.impulses[i]);
+  }
+  const Vec3d impulse = bound_impulse(bound, gentle ? xyz(f.impulses[i]) : Vec3d{}, f.mass[i],
+                                      gentle ? xyz(f.v[i]) : v, f.friction);
+  f.impulses[i] = with_w(impulse, 0.0);
+  return impulse;
+}
+
+/// The right hand side of an iteration for free particle `i`: the momentum between the velocity
+/// that it leaves the step with and the iteration's.
+__device__ inline void set_right(const ProjectiveFrame& f, int i, Vec3d reached) {
+  const Vec3d right = f.mass[i] * (reached - xyz(f.v[i]));
+  f.right[f.place[i]] = {static_cast<float>(right.x), static_cast<float>(right.y),
+                         static_cast<float>(right.z), 0.0f};
+}
+
+/// The right hand side of iteration `k`, with impulses of contact: those of the body, and those of
+/// other cloth as they are. A team of threads a particle.
+__global__ void forces_kernel(const __grid_constant__ ProjectiveFrame f, int k) {
+  const RowTeam team = row_team();
   const int i = thread_index() / kRowTeam;
   const int place = i < f.count ? f.place[i] : -1;
   if (place < 0) {
@@ -85,26 +125,67 @@ __global__ void forces_kernel(const __grid_constant__ ProjectiveFrame f) {
   for (int e = begin + static_cast<int>(team.thread_rank()); e < end; e += kRowTeam) {
     sum += f.elastic.weight[e] * row_force(f.elastic, f.elastic.row[e], f.at, f.v);
   }
-  for (int step = kRowTeam / 2; step > 0; step /= 2) {
-    sum +=
-        Vec3d{team.shfl_xor(sum.x, step), team.shfl_xor(sum.y, step), team.shfl_xor(sum.z, step)};
+  sum = sum_in_team(team, sum);
+  const TouchesView& t = f.touches;
+  const int touches = t.touches != nullptr ? t.degree[i] : 0;
+  Vec3d of_cloth{};
+  if (touches > 0) {
+    const Lane* const impulses = t.impulses[k * kTouchSweeps % 2];
+    for (int e = static_cast<int>(team.thread_rank()); e < touches; e += kRowTeam) {
+      const int entry = t.entries[t.begin[i] + e];
+      of_cloth += t.touches[entry / 4].bound.weight[entry % 4] * xyz(impulses[entry / 4]);
+    }
+    of_cloth = sum_in_team(team, of_cloth);
   }
   if (team.thread_rank() != 0) {
     return;
   }
-  const double mass = f.mass[i];
-  const Vec3d momentum = mass * xyz(f.wish[i]) + f.h * sum;
-  Vec3d right = momentum - mass * xyz(f.v[i]);
-  const VelocityBound bound = f.bounds[i];
-  if (bound.holds != 0) {
-    const bool gentle = f.gentle[i] != 0;
-    const Vec3d impulse = bound_impulse(bound, gentle ? xyz(f.impulses[i]) : Vec3d{}, mass,
-                                        gentle ? xyz(f.v[i]) : (1 / mass) * momentum, f.friction);
-    f.impulses[i] = with_w(impulse, 0.0);
-    right += impulse;
+  const double share = 1 / f.mass[i];
+  const Vec3d alone = xyz(f.wish[i]) + (f.h * share) * sum;
+  const Vec3d held = alone + share * of_cloth;
+  const Vec3d reached = held + share * impulse_of_body(f, i, held, true);
+  if (touches > 0) {
+    t.alone[i] = with_w(alone, 0.0);
+    t.reached[0][i] = with_w(reached, 0.0);
   }
-  f.right[place] = {static_cast<float>(right.x), static_cast<float>(right.y),
-                    static_cast<float>(right.z), 0.0f};
+  set_right(f, i, reached);
+}
+
+/// Sweep `j` of iteration `k` over contacts between pieces of cloth: every one anew, all at once;
+/// then the body. A team of threads a particle, each of which works out all of its own contacts.
+__global__ void hold_kernel(const __grid_constant__ ProjectiveFrame f, int k, int j) {
+  const RowTeam team = row_team();
+  const TouchesView& t = f.touches;
+  const int i = thread_index() / kRowTeam;
+  wait_for_kernels_before();
+  const int touches = i < f.count ? t.degree[i] : 0;
+  if (touches == 0) {
+    return;
+  }
+  const int turn = k * kTouchSweeps + j;
+  const Lane* const before = t.impulses[turn % 2];
+  const Lane* const reached = t.reached[j % 2];
+  Vec3d of_cloth{};
+  for (int e = static_cast<int>(team.thread_rank()); e < touches; e += kRowTeam) {
+    const int entry = t.entries[t.begin[i] + e];
+    const ClothTouch touch = t.touches[entry / 4];
+    const Vec3d relative = relative_velocity(touch.bound, [&](int p) { return xyz(reached[p]); });
+    const Vec3d impulse =
+        touch_impulse(touch.bound, xyz(before[entry / 4]), touch.mass, relative, t.friction);
+    if (entry % 4 == touch.owner) {
+      t.impulses[(turn + 1) % 2][entry / 4] = with_w(impulse, 0.0);
+    }
+    of_cloth += touch.bound.weight[entry % 4] * impulse;
+  }
+  of_cloth = sum_in_team(team, of_cloth);
+  if (team.thread_rank() != 0) {
+    return;
+  }
+  const double share = 1 / f.mass[i];
+  const Vec3d held = xyz(t.alone[i]) + share * of_cloth;
+  const Vec3d next = held + share * impulse_of_body(f, i, held, false);
+  t.reached[(j + 1) % 2][i] = with_w(next, 0.0);
+  set_right(f, i, next);
 }
 
 /// Particles go where the iterations have led them; tethers hold them.
@@ -159,9 +240,14 @@ void launch_projective_begin(const ProjectiveFrame& frame, int s, cudaStream_t s
   ATELIER_CUDA_LAUNCHED(begin_kernel);
 }
 
-void launch_projective_forces(const ProjectiveFrame& frame, cudaStream_t stream) {
+void launch_projective_forces(const ProjectiveFrame& frame, int k, cudaStream_t stream) {
   launch_in_chain(forces_kernel, cuda_blocks(frame.count, kCudaBlock / kRowTeam), kCudaBlock,
-                  stream, frame);
+                  stream, frame, k);
+}
+
+void launch_projective_hold(const ProjectiveFrame& frame, int k, int j, cudaStream_t stream) {
+  launch_in_chain(hold_kernel, cuda_blocks(frame.count, kCudaBlock / kRowTeam), kCudaBlock, stream,
+                  frame, k, j);
 }
 
 void launch_projective_leave(const ProjectiveFrame& frame, cudaStream_t stream) {

@@ -21,8 +21,6 @@ namespace atelier {
 namespace {
 
 constexpr Index kParticleGrain = 2048;
-/// Of the distances that impulses hold: what iterations left nearer is moved out.
-constexpr double kGuardShare = 0.9;
 /// Passes of keeping back what would pass, at most: XPBD's and four rounds more of its last ones,
 /// since longer substeps press more together.
 constexpr int kKeeps = kSelfKeeps + 4 * kSelfStays;
@@ -160,6 +158,19 @@ struct ProjectiveSolver::Scene {
     impulses.begin_step(on_body, on_cloth, {body.friction(), self_friction()}, inverse_mass);
   }
 
+  /// Iterations before which contacts are looked for once more, where the cloth pulls by then.
+  bool looks_again(int k) const {
+    const int all = options.projective.iterations;
+    return k > 0 && !body.empty() && (k == all / 4 || k == all / 2);
+  }
+
+  /// Contacts of substep `s` across those of the same particles.
+  void find_across(int s) {
+    if (impulses.add_across(body.find_across(s, h, body.found(), x, v)) > 0) {
+      anderson.begin(solved.size(), options.projective.acceleration);  // it is another equation now
+    }
+  }
+
   double self_friction() const { return self != nullptr ? self->rule().friction : 0; }
 
   void substep(int s) {
@@ -182,6 +193,9 @@ struct ProjectiveSolver::Scene {
     });
     anderson.begin(solved.size(), options.projective.acceleration);
     for (int k = 0; k < options.projective.iterations; ++k) {
+      if (looks_again(k)) {
+        find_across(s);
+      }
       iterate();
     }
     start = x;
@@ -233,6 +247,11 @@ struct ProjectiveSolver::Scene {
     std::fill(touched.begin(), touched.end(), 0);
     for (const ContactImpulses::BodyImpulse& c : impulses.with_body()) {
       touched[c.contact.particle] = squared_norm(c.impulse) > 0 ? 1 : 0;
+    }
+    for (const ContactImpulses::BodyImpulse& c : impulses.across()) {
+      if (squared_norm(c.impulse) > 0) {
+        touched[c.contact.particle] = 1;
+      }
     }
     if (!prepared.tether_anchor.empty()) {
       for_particles([&](Index i) {

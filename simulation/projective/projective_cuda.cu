@@ -36,10 +36,12 @@ struct ProjectiveCudaSolver::Scene {
         body(body_faces),
         moving(prepared.place.size(), prepared.particle.size(), device.inverse,
                static_cast<std::size_t>(options.projective.acceleration), !body.empty()),
+        touches(options.self_contact ? prepared.place.size() : 0),
         rules(bound_rules(options, cloth.material, options.projective.substeps)),
         counted(counted_cloth(cloth, body_faces, shared)) {
     if (options.self_contact && cloth.faces.rows() > 0) {
       self = std::make_unique<CudaSelf<double>>(cloth, prepared.particles, shared, 1);
+      self->push_nearer(kGuardShare);
       clock = CudaBuffer<unsigned char>(projective_clock_size());
       arrived = CudaBuffer<unsigned>(2);
       arrived.clear();
@@ -191,6 +193,10 @@ struct ProjectiveCudaSolver::Scene {
     self->describe(g);
     f.self_origin = g.self.origin;
     f.self_carry = g.self.carry;
+    if (touches.room() != g.self.room) {
+      touches.make_room(g.self.room);
+    }
+    f.touches = touches.view(self->rule().friction);
     return g;
   }
 
@@ -200,15 +206,24 @@ struct ProjectiveCudaSolver::Scene {
     if (f.body.face_count > 0) {
       launch_projective_find(f, s, stream);
     }
+    SelfClock* const pairs_clock = reinterpret_cast<SelfClock*>(clock.data());
+    if (self != nullptr) {
+      CudaFrame<double> flight = g;
+      flight.x = touches.flight();
+      launch_projective_touches(flight, f, s, pairs_clock, stream);
+    }
     for (int k = 0; k < f.iterations && f.unknowns > 0; ++k) {
-      launch_projective_forces(f, stream);
+      launch_projective_forces(f, k, stream);
+      for (int j = 0; j < kTouchSweeps && self != nullptr; ++j) {
+        launch_projective_hold(f, k, j, stream);
+      }
       launch_projective_rows(f, stream);
       launch_projective_columns(f, k, stream);
       launch_projective_next(f, k, stream);
     }
     launch_projective_leave(f, stream);
     if (self != nullptr) {
-      launch_projective_self(g, s, reinterpret_cast<SelfClock*>(clock.data()), stream);
+      launch_projective_self(g, s, pairs_clock, stream);
     } else if (f.body.face_count > 0) {
       launch_projective_guard(f, s, stream);
     }
@@ -347,6 +362,7 @@ struct ProjectiveCudaSolver::Scene {
   DeviceProjective device;
   CudaBody<double> body;
   MovingProjective moving;
+  DeviceTouches touches;
   BoundRules rules;
   std::optional<bool> closed;              ///< asked when the body is first seen
   std::unique_ptr<CudaSelf<double>> self;  ///< null: no contact with itself

@@ -7,6 +7,9 @@
 
 namespace atelier {
 
+/// Of the distances that impulses hold: what iterations left nearer is moved out.
+constexpr double kGuardShare = 0.9;
+
 /// A bound on the velocity of a particle that may touch the body within a step.
 struct VelocityBound {
   Vec3d normal;  ///< outwards, unit
@@ -36,7 +39,7 @@ inline BoundRules bound_rules(const CommonSolverOptions& options, const Material
   constexpr double kLeastMargin = 5e-4;  // m
   out.wide.thickness = kept.thickness + max_of(kLeastMargin, kept.thickness);
   out.wide.reach = max_of(kept.reach, out.wide.thickness);
-  out.guard.thickness = 0.9 * kept.thickness;
+  out.guard.thickness = kGuardShare * kept.thickness;
   out.guard.friction = 0;
   return out;
 }

@@ -58,6 +58,7 @@ template <class T>
 struct CudaSelfFrame {
   SelfView<T> cloth;
   SelfRule<T> rule;
+  T gap_share;     ///< of their gap that pushes leave pairs
   Vec4<T>* start;  ///< of `cloth`
   Vec4<T>* end;
   int* tangled;

@@ -72,7 +72,8 @@ CudaSelf<T>::CudaSelf(const Cloth& cloth, const PreparedCloth<T>& prepared,
                       const XpbdOptions& options, int scenes)
     : scenes_(scenes),
       particles_(prepared.count),
-      rule_(self_rule<T>(cloth, options, usual_interval(scenes))) {
+      rule_(self_rule<T>(cloth, options, usual_interval(scenes))),
+      push_friction_(rule_.friction) {
   const PreparedSurface<T> surface = prepare_surface(cloth, prepared);
   face_count_ = static_cast<int>(surface.faces.size());
   edge_count_ = static_cast<int>(surface.edges.size());
@@ -153,6 +154,8 @@ void CudaSelf<T>::describe(CudaFrame<T>& frame) {
                 tangled_.data(),
                 slack_.data()};
   self.rule = rule_;
+  self.rule.friction = push_friction_;
+  self.gap_share = gap_share_;
   self.start = start_.data();
   self.end = end_.data();
   self.tangled = tangled_.data();

@@ -13,6 +13,12 @@ class CudaSelf {
   CudaSelf(const Cloth& cloth, const PreparedCloth<T>& prepared, const XpbdOptions& options,
            int scenes);
 
+  /// See SelfContactCpu.
+  void push_nearer(T share) {
+    gap_share_ = share;
+    push_friction_ = T(0);
+  }
+  const SelfRule<T>& rule() const { return rule_; }
   /// Tells the frame where everything is, and begins to count.
   void describe(CudaFrame<T>& frame);
   /// Waits for the frame. True if a list of pairs was too short: the frame has to be done again,
@@ -46,6 +52,8 @@ class CudaSelf {
   int room_ = 0;    ///< of the lists
   int needed_ = 0;  ///< by the last frame
   SelfRule<T> rule_;
+  T gap_share_ = T(1);
+  T push_friction_;
   CudaBuffer<FaceIndices> faces_;
   CudaBuffer<ClothEdge> edges_;
   CudaBuffer<int> across_, ring_begin_, ring_;

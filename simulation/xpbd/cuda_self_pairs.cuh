@@ -212,7 +212,8 @@ struct SelfWork {
     };
     int active = 0;
     bool presses = false;
-    visit_pairs([&](const SelfPair<T>& pair, bool edges) {
+    visit_pairs([&](SelfPair<T> pair, bool edges) {
+      pair.gap *= frame.self.gap_share;
       const PairState state = edges ? push_edge_edge(cloth, pair, rule, motion, level, add)
                                     : push_vertex_face(cloth, pair, rule, motion, level, add);
       active += counted && state != PairState::Apart && !found_again(pair, edges) ? 1 : 0;

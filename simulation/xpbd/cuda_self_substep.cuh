@@ -61,6 +61,40 @@ __device__ inline void move_particle(const SelfWork<T>& work, int i, int s, Meet
   work.watch(i, xyz(p.x), clock);
 }
 
+/// At a substep's start: pairs grow older, and whether what is crossed is looked for.
+__device__ inline void begin_pairs(SelfClock& clock, const SelfCounts& counts, bool first) {
+  if (clock.age >= 0 && ++clock.age > clock.ahead) {
+    clock.age = -1;
+  }
+  const bool due = clock.passed || __ldcg(&counts.crossings) > 0;
+  clock.crossings = first ? Wanted::All : due ? Wanted::Part : Wanted::None;
+  clock.passed = false;
+}
+
+/// Begins the frame for particle `i` (`first`), or marks it where contacts moved it since the last
+/// look for crossings: in the substep before, or in an earlier iteration of this one.
+template <class T>
+__device__ inline void note_stirred(const SelfWork<T>& work, int i, int s, int iteration,
+                                    bool first) {
+  if (first) {
+    const CudaFrame<T>& frame = work.frame;
+    const int offset = work.scene * frame.count;
+    __stcg(work.support + i, 0);
+    frame.self.slack[offset + i] = frame.self.rule.slack;
+    const bool out = frame.body.face_count > 0 && comes_out(work.cloth, frame.outlook + offset, i);
+    frame.self.emerges[offset + i] = out ? 1 : 0;
+    __stcg(work.stirred + i, 0);
+  } else {
+    const bool was_stirred = __ldcg(&work.sums[i].used) != 0;
+    // The first search of a frame has not said yet what is crossed.
+    const bool was_tangled = iteration == 0 && work.cloth.tangled[i] != 0;
+    if (was_stirred || was_tangled) {
+      work.stir(i, was_stirred && iteration > 0 ? s : s - 1);
+    }
+  }
+  __stcg(&work.sums[i].used, 0);
+}
+
 /// Tethers, then the body, before cloth meets cloth.
 template <class T, CudaBarrier kBarrier>
 __device__ __noinline__ void touch_before_pairs(const CudaFrame<T>& frame, int blocks, int s,
@@ -69,45 +103,21 @@ __device__ __noinline__ void touch_before_pairs(const CudaFrame<T>& frame, int b
   const SelfWork<T> work(frame, blocks);
   const auto wait = [&] { scene_barrier<kBarrier>(arrived, goal, static_cast<unsigned>(blocks)); };
   ++clock.serial;
-  if (iteration == 0 && clock.age >= 0 && ++clock.age > clock.ahead) {
-    clock.age = -1;
-  }
   const int pass = s * frame.iterations + iteration;
   const bool first = s == 0 && iteration == 0;
   if (iteration == 0) {
-    const bool due = clock.passed || __ldcg(&work.counts->crossings) > 0;
-    clock.crossings = first ? Wanted::All : due ? Wanted::Part : Wanted::None;
-    clock.passed = false;
+    begin_pairs(clock, *work.counts, first);
   }
   hold_and_list(frame, blocks, s, pass);
   for (int i = work.thread; i < frame.count; i += work.threads) {
-    int* const emerges = frame.self.emerges + work.scene * frame.count + i;
-    if (first) {
-      __stcg(work.support + i, 0);
-      frame.self.slack[static_cast<std::int64_t>(work.scene) * frame.count + i] =
-          frame.self.rule.slack;
-      *emerges = frame.body.face_count > 0 &&
-                         comes_out(work.cloth, frame.outlook + work.scene * frame.count, i)
-                     ? 1
-                     : 0;
-    }
-    if (*emerges != 0) {
+    note_stirred(work, i, s, iteration, first);
+    if (frame.self.emerges[work.scene * frame.count + i] != 0) {
       const Vec4<T> carry = work.load_carry(i);
       store_shared_cache(work.carry + i, with_w(xyz(carry), T(1)));
     }
     if (pushed_before(frame, work.scene * frame.count + i) != 0) {
       __stcg(work.support + i, kSupportLevels);
     }
-    // Of the substep before, or of an iteration before in this one.
-    const bool was_stirred = __ldcg(&work.sums[i].used) != 0;
-    // The first search of a frame has not said yet what is crossed.
-    const bool was_tangled = !first && iteration == 0 && work.cloth.tangled[i] != 0;
-    if (first) {
-      __stcg(work.stirred + i, 0);
-    } else if (was_stirred || was_tangled) {
-      work.stir(i, was_stirred && iteration > 0 ? s : s - 1);
-    }
-    __stcg(&work.sums[i].used, 0);
     work.watch(i, xyz(work.load(i)), clock);
   }
   wait();

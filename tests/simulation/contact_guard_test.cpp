@@ -10,6 +10,7 @@
 
 #include "core/random.h"
 #include "simulation/contact/crossings.h"
+#include "simulation/projective/projective.h"
 #include "simulation/solver.h"
 #include "tests/simulation/cloth_fixtures.h"
 #include "tests/simulation/test_bodies.h"
@@ -98,8 +99,8 @@ bool never(int /*frame*/) {
 
 /// Runs `frames` frames of a body that is `at(frame)` and checks the guard every `every` frames.
 /// `grips(frame)`: whether a fold of it holds the cloth.
-template <class At, class Grips = bool (*)(int)>
-Course run(ClothSolver& solver, const Triangles& faces, int frames, int every, const At& at,
+template <class AnySolver, class At, class Grips = bool (*)(int)>
+Course run(AnySolver& solver, const Triangles& faces, int frames, int every, const At& at,
            const Grips& grips = never) {
   Course course;
   for (int i = 0; i < frames; ++i) {
@@ -143,29 +144,54 @@ double ramp(int frame, int from, int to) {
   return std::clamp((frame - from) / double(to - from), 0.0, 1.0);
 }
 
-TEST(ContactGuard, ArmLaidToTheTrunk_PinchesAndReleasesCloth) {
+/// A trunk with an arm that is laid to it and lifted again.
+struct ArmAndTrunk {
   Limbs body;
-  body.add(capsule(0.12, 0.4, {0, 0, 0}));
-  const Eigen::RowVector3d shoulder(0.13, 0.2, 0);
-  body.add(capsule(0.05, 0.4, shoulder - Eigen::RowVector3d(0, 0.2, 0)));
-  const auto at = [&](int frame) {
+  Eigen::RowVector3d shoulder{0.13, 0.2, 0};
+
+  ArmAndTrunk() {
+    body.add(capsule(0.12, 0.4, {0, 0, 0}));
+    body.add(capsule(0.05, 0.4, shoulder - Eigen::RowVector3d(0, 0.2, 0)));
+  }
+  Points at(int frame) const {
     const double down = ramp(frame, 30, 60) - ramp(frame, 75, 105);
     return body.turned((80 - 75 * down) * std::numbers::pi / 180, shoulder);
-  };
+  }
+};
+
+/// Runs `solver` of a sheet that falls over both, and checks it.
+template <class AnySolver>
+void pinch_and_release(AnySolver& solver, const Cloth& cloth, const ArmAndTrunk& scene) {
+  const Course course =
+      run(solver, scene.body.faces, 125, 5, [&](int frame) { return scene.at(frame); });
+  EXPECT_LT(course.deepest, kDeepest);
+  EXPECT_LT(course.fastest, 6);
+  EXPECT_LT(course.max_strain, 0.2);
+  EXPECT_EQ(course.last.excused, 0) << "nothing is left between arm and trunk";
+  EXPECT_EQ(count_crossings(course.end.positions, cloth.faces), 0);
+  expect_no_contact_is_missed(course);
+}
+
+TEST(ContactGuard, ArmLaidToTheTrunk_PinchesAndReleasesCloth) {
+  const ArmAndTrunk scene;
+  const Cloth cloth = make_cloth(sheet_at(44, 0.6, 0.36));
   for (Device device : fixtures::devices()) {
     XpbdOptions options;
     options.self_contact = true;
     options.substeps = 20;  // finer cloth takes more
-    const Cloth cloth = make_cloth(sheet_at(44, 0.6, 0.36));
-    ClothSolver solver(cloth, body.faces, options, device);
-    const Course course = run(solver, body.faces, 125, 5, at);
-    EXPECT_LT(course.deepest, kDeepest);
-    EXPECT_LT(course.fastest, 6);
-    EXPECT_LT(course.max_strain, 0.2);
-    EXPECT_EQ(course.last.excused, 0) << "nothing is left between arm and trunk";
-    EXPECT_EQ(count_crossings(course.end.positions, cloth.faces), 0);
-    expect_no_contact_is_missed(course);
+    ClothSolver solver(cloth, scene.body.faces, options, device);
+    pinch_and_release(solver, cloth, scene);
   }
+}
+
+TEST(ProjectiveGuard, ArmLaidToTheTrunk_PinchesAndReleasesCloth) {
+  const ArmAndTrunk scene;
+  const Cloth cloth = make_cloth(sheet_at(44, 0.6, 0.36));
+  SolverOptions options;  // 5 substeps
+  options.name = "projective-friction";
+  options.self_contact = true;
+  ProjectiveSolver solver(cloth, scene.body.faces, options);
+  pinch_and_release(solver, cloth, scene);
 }
 
 TEST(ContactGuard, KneeFoldedOverCloth_ReleasesIt) {

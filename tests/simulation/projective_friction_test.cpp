@@ -221,6 +221,33 @@ TEST(ProjectiveCapstan, Line_SlipsAtTheExponentialOfTheAngle) {
   }
 }
 
+// A spring pulls a particle down one wall of a groove and through the other: it ends where both
+// hold it.
+TEST(ProjectiveGroove, ParticleBetweenTwoWalls_RestsInTheGroove) {
+  Mesh groove;
+  groove.vertices.resize(6, 3);
+  groove.vertices << -1, 1, -1, -1, 1, 1, 0, 0, -1, 0, 0, 1, 1, 1, -1, 1, 1, 1;
+  groove.faces.resize(4, 3);
+  groove.faces << 0, 1, 2, 1, 3, 2, 2, 3, 4, 3, 5, 4;
+  Points x(2, 3);
+  x << 0.03, -0.05, 0, -0.02, 0.0215, 0;
+  const Cloth cloth = make_spring_net(x, {0.001, 0.001}, {{0, 1, 0.01, 2000}}, {0});
+  SolverOptions options;
+  options.name = "projective-friction";
+  options.thickness = 1e-3;
+  options.friction = 0;
+  options.report = false;
+  ProjectiveSolver solver(cloth, groove.faces, options);
+  for (int i = 0; i < 60; ++i) {
+    solver.advance(fixtures::still(groove.vertices));
+  }
+  const ClothState end = solver.state();
+  const Eigen::RowVector3d bottom(0, std::numbers::sqrt2 * 1e-3, 0);
+  EXPECT_LT((end.positions.row(1) - bottom).norm(), 1e-6) << end.positions.row(1);
+  EXPECT_LT(end.velocities.row(1).norm(), 1e-6);
+  EXPECT_LT(solver.residual().contact, 1e-6);
+}
+
 TEST(CoulombImpulse, Impulse_StaysInTheCone) {
   const Vec3d up{0, 1, 0};
   const auto at = [&](double x, double y, double friction) {

@@ -231,6 +231,22 @@ TEST(ProjectiveSelfResidual, CoulombsLaw_IsMetWithIterations) {
   EXPECT_LT(last, 1e-2);
 }
 
+// Two walls at a right angle, without friction: each takes its half.
+TEST(ContactImpulses, TwoWalls_HoldAParticleTogether) {
+  const double s = std::numbers::sqrt2 / 2;
+  ContactImpulses impulses;
+  impulses.begin_step({{0, {{s, s, 0}, {}, 0, 1}}}, {}, {0, 0}, {0.5});
+  EXPECT_EQ(impulses.add_across({{0, {{-s, s, 0}, {}, 0, 1}}}), 1);
+  EXPECT_EQ(impulses.add_across({{0, {{-s, s, 0}, {}, 0, 1}}}), 0) << "it has one already";
+  std::vector<Vec4<double>> v{{0, -1, 0, 0}};
+  impulses.hold(v, v);
+  EXPECT_NEAR(v[0].x, 0, 1e-12);
+  EXPECT_NEAR(v[0].y, 0, 1e-12);
+  EXPECT_NEAR(impulses.with_body()[0].impulse.y, 1, 1e-12);
+  EXPECT_NEAR(impulses.across()[0].impulse.y, 1, 1e-12);
+  EXPECT_NEAR(impulses.body_residual({{0, 2, 0, 0}}, v, 1), 0, 1e-12);
+}
+
 // Two particles on one another and the lower one on the ground: each impulse by hand.
 TEST(ContactImpulses, Levels_CarryTheLoadDown) {
   const Vec3d up{0, 1, 0};
