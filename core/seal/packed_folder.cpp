@@ -37,7 +37,8 @@ class Packer {
       if (name.starts_with('.') || stopped(stop_)) {
         continue;
       }
-      const std::string entry = (inside.empty() ? "" : inside + "/") + name;
+      std::string entry = inside.empty() ? std::string() : inside + "/";
+      entry += name;
       if (!is_safe_tar_path(entry)) {
         throw DataError(path.string(), "", "a name that an archive cannot hold",
                         "printable UTF-8 of at most 255 bytes");
