@@ -27,7 +27,7 @@ fs::path goliath_calibration(const fs::path& path) {
                                                                                    : fs::path();
 }
 
-std::string id_of(const JsonPlace& place) {
+std::string camera_id_of(const JsonPlace& place) {
   return place.value().is_string() ? place.text() : std::to_string(place.integer(0, 1'000'000'000));
 }
 
@@ -58,7 +58,7 @@ std::vector<Camera> parse_goliath_cameras(std::string_view text, const std::stri
   std::vector<Camera> cameras;
   for (const JsonPlace& entry : items) {
     OpencvCamera camera;
-    camera.id = id_of(entry.at("cameraId"));
+    camera.id = camera_id_of(entry.at("cameraId"));
     camera.matrix = matrix3_of(entry.at("K")).transpose();
     const JsonPlace place = entry.at("T");
     // Without a pose every number of it is 0, which leaves the camera out.

@@ -23,7 +23,7 @@ namespace {
 constexpr std::uint64_t kMaxFaceCorners = 1024;  // ear clipping costs the square
 
 /// Meaning of a vertex property.
-enum Role { X, Y, Z, Nx, Ny, Nz, Red, Green, Blue, U, V, Label, Confidence, Roles };
+enum Role { X, Y, Z, Nx, Ny, Nz, Red, Green, Blue, U, V, LabelId, Confidence, Roles };
 constexpr int kSkipped = Roles;
 
 int role_of(std::string_view name) {
@@ -49,7 +49,7 @@ int role_of(std::string_view name) {
                                         {"v", V},
                                         {"texture_u", U},
                                         {"texture_v", V},
-                                        {"label", Label},
+                                        {"label", LabelId},
                                         {"confidence", Confidence},
                                         {"diffuse_red", Red},
                                         {"diffuse_green", Green},
@@ -243,7 +243,7 @@ void PlyBody<Source>::read_vertices(const PlyElement& element) {
   mesh_.vertex_normals.resize(all(Nx, 3) ? rows : 0, 3);
   mesh_.colors.resize(all(Red, 3) ? rows : 0, 3);
   mesh_.uvs.resize(all(U, 2) ? rows : 0, 2);
-  mesh_.labels.resize(has_[Label] ? count : 0);
+  mesh_.labels.resize(has_[LabelId] ? count : 0);
   mesh_.confidence.resize(has_[Confidence] ? rows : 0);
 
   std::array<double, Roles + 1> value{};
@@ -279,8 +279,8 @@ void PlyBody<Source>::read_vertices(const PlyElement& element) {
     if (has_[U]) {
       mesh_.uvs.row(v) << value[U], value[V];
     }
-    if (has_[Label]) {
-      const double label = value[Label];
+    if (has_[LabelId]) {
+      const double label = value[LabelId];
       if (!(label >= 0 && label <= 255) || label != std::floor(label)) {
         fail_row("vertex", row, "label " + short_number(label, 7), "a whole number, 0 to 255");
       }
