@@ -76,8 +76,8 @@ ATELIER_HOST_DEVICE inline bool midpoints_part(Vec3<T> p, Vec3<T> q, Vec3<T> r, 
                                                T within) {
   const Vec3<T> between_middles = T(0.5) * ((r + s) - (p + q));
   const T squared = squared_norm(between_middles);
-  const T reach = T(0.5) * (std::abs(dot(q - p, between_middles)) +
-                            std::abs(dot(s - r, between_middles)));
+  const T reach =
+      T(0.5) * (std::abs(dot(q - p, between_middles)) + std::abs(dot(s - r, between_middles)));
   const T gap = squared - reach;  // both times the distance of the midpoints
   return gap > T(0) && gap * gap > within * within * squared;
 }

@@ -1,8 +1,7 @@
 #include "pipeline/avatar/face_displacements.h"
 
-#include <cmath>
-
 #include <Eigen/Geometry>
+#include <cmath>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
