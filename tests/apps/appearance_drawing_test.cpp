@@ -192,7 +192,8 @@ TEST_F(AppearanceDrawing, FramesMissingFromSome_AreLeftOutWithAWarning) {
 TEST_F(AppearanceDrawing, NormalsOfChosenFrames_AreDrawnWithoutNetworks) {
   const ChildResult normals = drawn("normals", {"--normals", "--frames", "[1, 3]"});
   ASSERT_EQ(normals.exit_code, 0) << normals.err;
-  EXPECT_EQ(normals.out, "frame 000001\nframe 000003\n");
+  EXPECT_THAT(normals.out, ::testing::EndsWith("frame 000001\nframe 000003\n"));
+  EXPECT_THAT(normals.out, ::testing::Not(::testing::HasSubstr("frame 000002")));
   ASSERT_EQ(drawn("learnt", {"--frames", "[3]"}).exit_code, 0);
   EXPECT_FALSE(fs::exists(out("learnt") / "000001.png"));
   const ByteImage image = read_byte_image(out("normals") / "000003.png");

@@ -41,7 +41,7 @@ TEST_F(WorkspaceCommand, ResultOfANewerVersion_IsLeftAlone) {
   std::string text = read_file_text(path, 1 << 20);
   const std::string version = "\"schema_version\": 3";
   ASSERT_NE(text.find(version), std::string::npos);
-  text.replace(text.find(version), version.size(), "\"schema_version\": 4");
+  text.replace(text.find(version), version.size(), "\"schema_version\": 5");
   std::ofstream(path) << text;
   const ChildResult status = run({"status", workspace().string(), "--check"});
   EXPECT_EQ(status.exit_code, kExitCheckFailed);
