@@ -4,6 +4,8 @@
 #include <cmath>
 #include <vector>
 
+#include "core/saturating_cast.h"
+
 namespace atelier {
 namespace {
 
@@ -69,7 +71,7 @@ Mesh shoe_sole(const Points& points, const ShoeAxes& axes) {
     return {};
   }
   const std::vector<Slice> slices =
-      slices_of(own, low[0], static_cast<std::size_t>(std::ceil(size[0] / kStep)));
+      slices_of(own, low[0], saturating_cast<std::size_t>(std::ceil(size[0] / kStep)));
   constexpr int kColumns = 9;
   const Eigen::Vector3d across = axes.down.cross(axes.along);
   std::vector<Eigen::Vector3d> vertices;
