@@ -133,6 +133,7 @@ MarkerClip some_markers(const MarkerClip& clip, const std::vector<std::size_t>& 
 std::vector<std::optional<MarkerPlace>> places_of(const MarkerClip& clip,
                                                   const std::vector<std::size_t>& columns) {
   std::vector<std::string> names;
+  names.reserve(columns.size());
   for (const std::size_t m : columns) {
     names.push_back(clip.markers[m]);
   }

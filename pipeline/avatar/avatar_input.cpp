@@ -93,6 +93,7 @@ std::map<int, Pose> tracked_poses(StageRun& run, const fs::path& tracked, Index 
   }
   if (!doubtful.empty()) {
     std::vector<int> ids;
+    ids.reserve(doubtful.size());
     for (const auto& [id, pose] : doubtful) {
       ids.push_back(id);
     }

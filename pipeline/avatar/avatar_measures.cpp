@@ -69,6 +69,7 @@ struct ShownPerson {
 /// The same with what poses do to the surface of these frames.
 void pose_person(ShownPerson& person, const std::vector<int>& frames) {
   std::vector<Points> bodies;
+  bodies.reserve(frames.size());
   for (const int id : frames) {
     bodies.push_back(person.body(id));
   }

@@ -31,7 +31,7 @@ std::vector<Index> steady_points(const Keypoints3d& face) {
     all[k] = static_cast<Index>(k);
   }
   if (face.rows() == kIbug) {
-    const std::vector<Index> stiff = found_among(face, {27, 28, 29, 30, 36, 39, 42, 45});
+    std::vector<Index> stiff = found_among(face, {27, 28, 29, 30, 36, 39, 42, 45});
     if (stiff.size() >= kFewest) {
       return stiff;
     }
