@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <optional>
-#include <set>
 #include <string>
 #include <utility>
 
 #include "bodymodel/humanoid.h"
+#include "pipeline/avatar/moved_vertices.h"
 
 namespace atelier {
 namespace {
@@ -19,26 +19,6 @@ struct Detail {
   std::string name;
   std::vector<Index> vertices;
 };
-
-/// The vertices that a joint or one below it moves most.
-std::vector<Index> moved_below(const BodyModel& model, int joint) {
-  std::set<int> joints = {joint};
-  const std::vector<int>& parents = model.skeleton.parents;
-  for (std::size_t j = 0; j < parents.size(); ++j) {
-    if (joints.contains(parents[j])) {
-      joints.insert(static_cast<int>(j));
-    }
-  }
-  std::vector<Index> vertices;
-  for (Index v = 0; v < model.skin.weights.rows(); ++v) {
-    Index most = 0;
-    model.skin.weights.row(v).maxCoeff(&most);
-    if (joints.contains(model.skin.joints(v, most))) {
-      vertices.push_back(v);
-    }
-  }
-  return vertices;
-}
 
 std::vector<Detail> details_of(const BodyModel& model) {
   const std::optional<Humanoid> person = find_humanoid(model.skeleton);
@@ -54,7 +34,7 @@ std::vector<Detail> details_of(const BodyModel& model) {
        {"right foot", person->legs[1].ankle}}};
   for (const auto& [name, joint] : places) {
     if (joint >= 0) {
-      details.push_back({name, moved_below(model, joint)});
+      details.push_back({name, vertices_moved_below(model, joint)});
     }
   }
   return details;

@@ -4,6 +4,7 @@
 #include <set>
 #include <string>
 
+#include "bodymodel/humanoid.h"
 #include "capture/capture_info.h"
 #include "capture/frame_reader.h"
 #include "capture/keypoint_schema.h"
@@ -15,6 +16,7 @@
 #include "core/sequence_archive.h"
 #include "core/store/manifest.h"
 #include "pipeline/avatar/face_displacements.h"
+#include "pipeline/avatar/moved_vertices.h"
 #include "pipeline/person/tracked_take.h"
 
 namespace atelier {
@@ -160,7 +162,7 @@ void choose_frames(StageRun& run, AvatarKind kind, AvatarInput& input) {
 
 /// How the face differs from its mean in the frames; nothing without keypoints of it.
 void read_faces(StageRun& run, AvatarInput& input) {
-  if (input.dataset.info.keypoint_schema.empty()) {
+  if (input.dataset.info.keypoint_schema.empty() || head_vertices(input.person.model).empty()) {
     return;
   }
   constexpr std::int64_t kMaxText = 64 << 20;
@@ -229,6 +231,11 @@ AvatarInput avatar_input(StageRun& run, AvatarKind kind, const DatasetOptions& o
   read_faces(run, input);
   input.fps = rate_of(info, input.frame_ids.front());
   return input;
+}
+
+std::vector<Index> head_vertices(const BodyModel& model) {
+  const auto person = find_humanoid(model.skeleton);
+  return person ? vertices_moved_below(model, person->neck.back()) : std::vector<Index>{};
 }
 
 Points body_of_frame(const AvatarInput& input, int frame_id) {

@@ -38,7 +38,8 @@ struct AvatarInput {
   std::filesystem::path scans;      ///< folder
   std::optional<Sequence> bodies;   ///< surfaces under the clothes, of clothed frames
   std::optional<WornSubject> worn;  ///< registered garments, of clothed frames
-  /// face_displacements of the frames, [3K] each, where the capture has keypoints of the face.
+  /// face_displacements of the frames, [3K] each, where the capture has keypoints of the face and
+  /// the person a head.
   std::map<int, std::vector<float>> faces;
 };
 
@@ -46,6 +47,9 @@ struct AvatarInput {
 /// clothed ones are taken. Throws DataError where neither is there, or nothing but clothed frames
 /// without label images, of which nobody knows what is skin.
 AvatarInput avatar_input(StageRun& run, AvatarKind kind, const DatasetOptions& options);
+
+/// The vertices of the head; none where nobody can tell.
+std::vector<Index> head_vertices(const BodyModel& model);
 
 /// The body of a frame, which the seen surface is displaced from: the posed person, under clothes
 /// the surface of `body`. [V,3] m

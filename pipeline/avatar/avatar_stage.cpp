@@ -6,7 +6,6 @@
 
 #include "appearance/psnr.h"
 #include "appearance/static_fit.h"
-#include "bodymodel/humanoid.h"
 #include "bodymodel/surface_frames.h"
 #include "capture/frame_reader.h"
 #include "core/io/child_program.h"
@@ -160,15 +159,6 @@ PersonalBody seen_person(const AvatarInput& input, const PackedAtlas& atlas,
   return seen;
 }
 
-/// The part that the head moves with; -1 where nobody can tell.
-int head_part(const BodyModel& model, const std::vector<int>& joints, const BodyParts& parts) {
-  const auto person = find_humanoid(model.skeleton);
-  const auto of_head =
-      person ? std::find(joints.begin(), joints.end(), person->neck.back()) : joints.end();
-  return of_head == joints.end() ? -1
-                                 : parts.part[static_cast<std::size_t>(of_head - joints.begin())];
-}
-
 /// What the network is conditioned on, and what each frame's surface is off the mean one.
 BodyShapes body_shapes(const AvatarInput& input, const PersonalBody& seen,
                        const std::vector<OuterSurface>& surfaces) {
@@ -181,7 +171,8 @@ BodyShapes body_shapes(const AvatarInput& input, const PersonalBody& seen,
   }
   BodyShapes shapes;
   shapes.parts = body_parts(model.mesh.vertices, joints, model.skeleton.parents);
-  if (const int head = head_part(model, joints, shapes.parts); head >= 0 && !input.faces.empty()) {
+  if (!input.faces.empty()) {
+    const int head = shapes.parts.part[static_cast<std::size_t>(head_vertices(model).front())];
     shapes.parts = with_face(std::move(shapes.parts), head,
                              static_cast<int>(input.faces.begin()->second.size() / 3));
   }
@@ -219,7 +210,7 @@ DressedSubject subject_of(const AvatarInput& input, const std::vector<OuterSurfa
     subject.names.insert(subject.names.end(), worn.names.begin() + 1, worn.names.end());
     subject.faces.insert(subject.faces.end(), worn.faces.begin() + 1, worn.faces.end());
   }
-  if (!input.faces.empty() && find_humanoid(input.person.model.skeleton)) {
+  if (!input.faces.empty()) {
     subject.face = [&input](int frame_id) { return input.faces.at(frame_id); };
   }
   subject.load = [&input, &surfaces](int frame_id) {

@@ -2,35 +2,15 @@
 
 #include <Eigen/SVD>
 #include <array>
-#include <set>
 #include <vector>
 
 #include "bodymodel/humanoid.h"
 #include "bodymodel/underlying/shoe_sole.h"
 #include "core/label.h"
+#include "pipeline/avatar/moved_vertices.h"
 
 namespace atelier {
 namespace {
-
-/// Vertices that the ankle or a joint below it moves most.
-std::vector<Index> foot_vertices(const BodyModel& person, int ankle) {
-  std::set<int> joints = {ankle};
-  const std::vector<int>& parents = person.skeleton.parents;
-  for (std::size_t j = 0; j < parents.size(); ++j) {
-    if (joints.contains(parents[j])) {
-      joints.insert(static_cast<int>(j));
-    }
-  }
-  std::vector<Index> vertices;
-  for (Index v = 0; v < person.skin.weights.rows(); ++v) {
-    Index most = 0;
-    person.skin.weights.row(v).maxCoeff(&most);
-    if (joints.contains(person.skin.joints(v, most))) {
-      vertices.push_back(v);
-    }
-  }
-  return vertices;
-}
 
 Points rows_of(const Points& all, const std::vector<Index>& which) {
   Points rows(static_cast<Index>(which.size()), 3);
@@ -80,7 +60,7 @@ void add_soles(ClothedScan& scan, const BodyModel& person, const Points& body) {
   std::array<std::vector<Index>, 2> feet;
   std::array<Points, 2> posed;
   for (std::size_t side = 0; side < 2; ++side) {
-    feet[side] = foot_vertices(person, legs->legs[side].ankle);
+    feet[side] = vertices_moved_below(person, legs->legs[side].ankle);
     posed[side] = rows_of(body, feet[side]);
     if (feet[side].empty()) {
       return;

@@ -9,6 +9,7 @@
 #include "core/limits.h"
 #include "core/seal/minisign.h"
 #include "core/sha256.h"
+#include "core/split_text.h"
 #include "core/store/consent_refused.h"
 
 namespace atelier {
@@ -118,10 +119,10 @@ std::string consent_id(const Consent& consent) {
 
 std::vector<std::string> parse_revocations(std::string_view text, const std::string& file) {
   std::vector<std::string> ids;
-  for (int number = 1; !text.empty(); ++number) {
-    const std::size_t end = std::min(text.find('\n'), text.size());
-    std::string_view line = text.substr(0, end);
-    text.remove_prefix(std::min(end + 1, text.size()));
+  int number = 0;
+  for (const std::string& text_line : split_text(text, '\n')) {
+    std::string_view line = text_line;
+    ++number;
     if (line.ends_with('\r')) {
       line.remove_suffix(1);
     }
