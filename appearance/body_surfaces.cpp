@@ -27,7 +27,7 @@ Archive archive_of_surfaces(const std::vector<FloatRows>& surfaces) {
 }
 
 std::vector<FloatRows> surfaces_of(const Archive& archive, const std::string& file) {
-  constexpr float kFar = 1e6F;  // m
+  constexpr float kFarthest = 1e6F;  // m
   check_units(archive, file);
   check_names(archive, file, [](const std::string& name) { return name == kRows; });
   const Tensor& tensor = array_at(archive, kRows, file);
@@ -35,7 +35,7 @@ std::vector<FloatRows> surfaces_of(const Archive& archive, const std::string& fi
   const std::span<const float> values = floats_at(
       archive, kRows, rows_of_three ? tensor.shape : std::vector<std::int64_t>{-1, -1, 3}, file);
   for (const float value : values) {
-    if (!(value >= -kFar && value <= kFar)) {
+    if (!(value >= -kFarthest && value <= kFarthest)) {
       throw DataError(file, kRows, short_number(value), "metres, within 1000 km");
     }
   }

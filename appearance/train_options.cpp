@@ -54,6 +54,11 @@ OptionTable describe(TrainOptions& options) {
            "Training steps between checkpoints; 0: 100, or as many as keep saving below a "
            "twentieth of the time")
       .not_keyed();
+  table
+      .add("processes", options.processes, 1, kMostProcesses, "",
+           "Number of processes on this machine that train together, on a GPU each: each takes "
+           "steps of its own, and all are of one update")
+      .not_keyed();
   table.add("seed", options.seed, 0, 1e15, "",
             "Seed of the initial weights and of the order of views");
   return table;

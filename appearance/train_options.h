@@ -22,6 +22,9 @@ struct BodyCodeOptions {
   CodeLosses losses = {};
 };
 
+/// Most processes that a machine trains a network with.
+inline constexpr int kMostProcesses = 64;
+
 struct TrainOptions {
   TrainSetting setting = TrainSetting::Auto;
   int resolution = 0;        ///< texels a side, a power of 2 from 16 to 2048; 0: as the setting
@@ -42,6 +45,9 @@ struct TrainOptions {
   /// Iterations from save to save, up to 1,000,000; 0: 100, or as many more as keep saving below a
   /// twentieth of the time. Does not change the result.
   int checkpoint_every = 0;
+  /// That take a step each at once, on a GPU each, 1..kMostProcesses: of a training that takes a
+  /// P-th of the time, the updates are fewer by as much.
+  int processes = 1;
   std::int64_t seed = 0;
   BodyCodeOptions code = {};  ///< of a body
 };

@@ -50,6 +50,9 @@ std::map<std::string, std::string> texts_of(const Training& training) {
   std::map<std::string, std::string> texts = texts_of(training.model);
   texts["training"] = kTrainingSchema;
   texts["iteration"] = std::to_string(training.iteration);
+  if (training.updates != training.iteration) {
+    texts["updates"] = std::to_string(training.updates);
+  }
   texts["options"] = training.options;
   texts["data"] = training.data;
   texts[kDigestText] = content_digest(tensors_of(training), texts);  // of the moments, too
@@ -81,15 +84,18 @@ Training training_of(const std::map<std::string, Tensor>& tensors,
   std::map<std::string, std::string> texts_of_model = texts;
   texts_of_model.erase(kDigestText);  // which is of the moments, too
   training.model = appearance_model_of(of_model, texts_of_model, file);
-  int iteration = 0;
-  OptionTable number;
-  number.add("iteration", iteration, 0, std::numeric_limits<int>::max(), "",
-             "Number of training steps done");
-  if (const std::string wrong = set_option(number, "iteration", text("iteration"));
-      !wrong.empty()) {
-    throw DataError(file, "iteration", wrong, "a number of steps");
-  }
+  const auto count = [&](const char* name, int most) {
+    int steps = 0;
+    OptionTable number;
+    number.add(name, steps, 0, most, "", "Number of training steps done");
+    if (const std::string wrong = set_option(number, name, text(name)); !wrong.empty()) {
+      throw DataError(file, name, wrong, "a number of steps");
+    }
+    return steps;
+  };
+  const int iteration = count("iteration", std::numeric_limits<int>::max());
   training.iteration = iteration;
+  training.updates = texts.contains("updates") ? count("updates", iteration) : iteration;
   training.options = text("options");
   training.data = text("data");
   const std::size_t moments = iteration > 0 ? 2 * training.model.parameters.size() : 0;

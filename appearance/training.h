@@ -14,6 +14,8 @@ struct Training {
   AppearanceModel model;
   std::map<std::string, Tensor> moments;  ///< "m.<parameter>", "v.<parameter>"
   std::int64_t iteration = 0;             ///< steps done
+  std::int64_t updates = 0;               ///< of the parameters: fewer where processes take
+                                          ///< several steps at once
   std::string options;                    ///< training_text of its options
   std::string data;                       ///< SHA-256 of what it learns from
 };

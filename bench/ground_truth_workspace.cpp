@@ -17,6 +17,7 @@
 #include "bodymodel/formats/personal_body.h"
 #include "bodymodel/formats/tracked_motion.h"
 #include "bodymodel/kinematics.h"
+#include "capture/ground_truth_scan.h"
 #include "capture/layouts/open_dataset.h"
 #include "core/garment_archive.h"
 #include "core/io/ground_truth_archive.h"
@@ -191,6 +192,20 @@ void run_register(StageRun& run) {
 }
 
 constexpr std::array kTruthStages = {
+    Stage{.name = "reconstruct",
+          .summary = "the ground-truth surfaces",
+          .inputs = {"capture"},
+          .outputs = {"scans"},
+          .options = option_set<GroundTruthOptions>,
+          .run =
+              [](StageRun& run) {
+                const Truth truth = read_truth(run.input("capture"));
+                for (const GroundTruthFrame& frame : truth.frames) {
+                  const Mesh scan = ground_truth_scan(truth.fixed, frame);
+                  run.output("scans/" + frame_name(frame.frame_id) + ".h5",
+                             [&](const auto& file) { write_mesh_archive(file, scan); });
+                }
+              }},
     Stage{.name = "personalize",
           .summary = "the true body",
           .inputs = {"capture"},

@@ -75,10 +75,16 @@ inline void write_log_plot(const std::string& file, const std::string& x_title,
       std::snprintf(text, sizeof text, "%.1f,%.1f ", across(x[i]), down(line.y[i]));
       points += text;
     }
-    const std::string style = "fill=\"none\" stroke=\"" + line.colour + "\" stroke-width=\"2\"" +
-                              (line.dashed ? " stroke-dasharray=\"6 4\"" : "");
+    std::string style = "fill=\"none\" stroke=\"";
+    style += line.colour;
+    style +=
+        line.dashed ? "\" stroke-width=\"2\" stroke-dasharray=\"6 4\"" : "\" stroke-width=\"2\"";
     const double y = kTop + 14 + 22 * static_cast<double>(k);
-    svg += "<polyline points=\"" + points + "\" " + style + "/>\n";
+    svg += "<polyline points=\"";
+    svg += points;
+    svg += "\" ";
+    svg += style;
+    svg += "/>\n";
     add("<path d=\"M%.1f %.1fh30\" %s/>\n", kLeft + kWide + 16, y, style.c_str());
     add("<text x=\"%.1f\" y=\"%.1f\">%s</text>\n", kLeft + kWide + 54, y + 4, line.name.c_str());
   }

@@ -2,6 +2,7 @@
 //
 //   projective_tables residual       what is left of Coulomb's law, by iterations; --plot FILE.svg
 //   projective_tables convergence    to implicit Euler with iterations, to XPBD with steps
+//   projective_tables drape          Cusick's test by iterations and rings, XPBD beside
 //   projective_tables speed          ms a step of ten iterations, one and two threads, XPBD beside
 //   projective_tables rest FILE      rest shape: flat panel, or 3D template
 //   projective_tables other FILE     beside the cloth of the method's authors' program
@@ -25,10 +26,12 @@
 #include "bench/log_plot.h"
 #include "core/parallel.h"
 #include "simulation/contact/crossings.h"
+#include "simulation/material/fabric.h"
 #include "simulation/projective/projective.h"
 #include "simulation/xpbd/xpbd.h"
 #include "tests/simulation/cloth_fixtures.h"
-#include "tests/simulation/foreign_skirt.h"
+#include "tests/simulation/cusick_drape.h"
+#include "tests/simulation/foreign/foreign_skirt.h"
 #include "tests/simulation/implicit_euler.h"
 
 namespace atelier {
@@ -256,6 +259,37 @@ void print_convergence() {
   std::printf("\n");
 }
 
+// --- drape
+
+/// Cusick's coefficient of a fabric by either solver; its substeps grow with the rings squared, so
+/// that none of them is softer by its solver.
+void print_drape(const std::string& fabric, const std::vector<int>& rings,
+                 const std::vector<int>& iterations) {
+  std::printf("%s, coefficient in %% (fastest vertex at the end in mm/s).\n\n", fabric.c_str());
+  std::printf("| solver | iterations |");
+  for (const int count : rings) {
+    std::printf(" %d rings |", count);
+  }
+  std::printf("\n|---|---|");
+  for (std::size_t i = 0; i < rings.size(); ++i) {
+    std::printf("---|");
+  }
+  std::printf("\n");
+  for (const std::string solver : {"xpbd", "projective-friction"}) {
+    for (const int count : iterations) {
+      std::printf("| %s | %d |", solver.c_str(), count);
+      for (const int of : rings) {
+        CusickOptions options{.rings = of, .solver = solver, .iterations = count};
+        options.substeps = 30 * of * of / (15 * 15);
+        const CusickDrape drape = cusick_drape(fabric_material(fabric), options);
+        std::printf(" %.2f (%.1f) |", drape.coefficient, 1e3 * drape.rest_speed);
+        std::fflush(stdout);
+      }
+      std::printf("\n");
+    }
+  }
+}
+
 // --- speed
 
 /// Of the clock, the median and the least, and of the processor: others on the machine do not
@@ -369,6 +403,7 @@ void print_forces(const ForeignSequence& sequence) {
         sequence.garment.rest.row(sequence.garment.rest_faces(i / 3, i % 3)).norm();
   }
   std::vector<UnitForces> forces;
+  forces.reserve(x.size());
   for (const Points& frame : x) {
     forces.push_back(unit_forces(cloth, frame));
   }
@@ -505,6 +540,9 @@ int main(int argc, char** argv) {
   double spring = atelier::fixtures::kForeignSpring;
   std::string file;
   std::string plot;
+  std::string fabric = "wool";
+  std::vector<int> rings{15};
+  std::vector<int> iterations{20, 60};
   CLI::App app("Tables of projective dynamics with dry friction");
   app.require_subcommand(1);
   CLI::App* forces = app.add_subcommand("forces", "Stiffnesses of the authors' cloth");
@@ -512,6 +550,11 @@ int main(int argc, char** argv) {
   residual->add_option("--plot", plot, "SVG of the table");
   const CLI::App* convergence =
       app.add_subcommand("convergence", "To implicit Euler with iterations, to XPBD with steps");
+  CLI::App* drape = app.add_subcommand("drape", "Cusick's drape coefficient");
+  drape->add_option("--fabric", fabric, "Fabric of the specimen");
+  drape->add_option("--rings", rings, "Rings of triangles, several")->check(CLI::Range(6, 200));
+  drape->add_option("--iterations", iterations, "Iterations a substep, several")
+      ->check(CLI::Range(1, 1000));
   CLI::App* speed = app.add_subcommand("speed", "ms a step");
   speed->add_option("--side", side, "Vertices of a side of the sheet")->check(CLI::Range(4, 1000));
   speed->add_option("--steps", steps, "Steps that are timed")->check(CLI::Range(1, 10000));
@@ -530,6 +573,8 @@ int main(int argc, char** argv) {
       atelier::print_residuals(plot);
     } else if (*convergence) {
       atelier::print_convergence();
+    } else if (*drape) {
+      atelier::print_drape(fabric, rings, iterations);
     } else if (*speed) {
       atelier::print_speed(side, steps);
     } else if (*forces) {

@@ -70,6 +70,15 @@ Camera camera_of(const OpencvCamera& source, const std::string& file) {
   return camera;
 }
 
+Finding camera_left_out(const std::string& id, const std::string& why) {
+  return {Severity::Warning,
+          "camera-left-out",
+          id,
+          why + "; the camera is left out",
+          "calibrate it if it is needed; to be told no more, leave it out",
+          "--capture.leave-out " + id};
+}
+
 void check_numbers(const Camera& camera, const std::string& file) {
   bool finite = camera.camera_from_world_rotation.allFinite() &&
                 camera.camera_from_world_translation.allFinite();
@@ -164,8 +173,8 @@ std::array<double, 5> five_distortion(const Camera& camera, std::vector<std::str
 
 Eigen::Matrix3d rotation_of_vector(const Eigen::Vector3d& vector) {
   const double angle = vector.norm();
-  return angle > 0 ? Eigen::AngleAxisd(angle, vector / angle).toRotationMatrix()
-                   : Eigen::Matrix3d::Identity();
+  return angle == 0 ? Eigen::Matrix3d::Identity()
+                    : Eigen::AngleAxisd(angle, vector / angle).toRotationMatrix();
 }
 
 Eigen::Vector3d vector_of_rotation(const Eigen::Matrix3d& rotation) {

@@ -7,6 +7,7 @@
 
 #include "capture/dataset.h"
 #include "core/camera.h"
+#include "core/finding.h"
 
 namespace atelier {
 
@@ -30,6 +31,9 @@ struct OpencvCamera {
 /// length, another last row) and for a number of coefficients that OpenCV does not have.
 Camera camera_of(const OpencvCamera& camera, const std::string& file);
 
+/// The warning of a camera that is left out of a capture because `why`: "it has no pose".
+Finding camera_left_out(const std::string& id, const std::string& why);
+
 /// DataError (`file`, camera) for a number that is not finite, as computing with hostile ones
 /// gives.
 void check_numbers(const Camera& camera, const std::string& file);
@@ -52,7 +56,7 @@ std::vector<double> polynomial_radial(const Camera& camera, int count,
 /// out.
 std::array<double, 5> five_distortion(const Camera& camera, std::vector<std::string>& lost);
 
-/// Rotation vector (axis times angle, radians) and back.
+/// Rotation vector (axis times angle, radians) and back; of one that is not finite NaN.
 Eigen::Matrix3d rotation_of_vector(const Eigen::Vector3d& vector);
 Eigen::Vector3d vector_of_rotation(const Eigen::Matrix3d& rotation);
 

@@ -65,8 +65,36 @@ constexpr std::array kReadings = {
             "left and right of its keypoints are in each other's place"},
 };
 
-[[noreturn]] void refuse(std::string_view option, std::string_view value,
-                         const std::string& expected) {
+constexpr std::array kTurnedKeypoints = {
+    Reading{"keypoints", "turned_180", "keypoints-turned",
+            "its keypoints are of the images turned by 180 degrees"},
+    Reading{"keypoints", "turned_90", "keypoints-turned",
+            "its keypoints are of the images turned by 90 degrees clockwise"},
+    Reading{"keypoints", "turned_270", "keypoints-turned",
+            "its keypoints are of the images turned by 270 degrees clockwise"},
+};
+
+/// Quarters of "turned_90"; 0 of another value.
+int quarters_in(std::string_view value) {
+  return value == "turned_90" ? 1 : value == "turned_180" ? 2 : value == "turned_270" ? 3 : 0;
+}
+
+/// The pixel of an image that was turned clockwise by quarters, in the image as it was.
+Eigen::Vector2d turned_back(const Eigen::Vector2d& pixel, int quarters, int width, int height) {
+  switch (quarters) {
+    case 1:
+      return {pixel.y(), height - pixel.x()};
+    case 2:
+      return {width - pixel.x(), height - pixel.y()};
+    case 3:
+      return {width - pixel.y(), pixel.x()};
+    default:
+      return pixel;
+  }
+}
+
+[[noreturn]] void refuse_reading(std::string_view option, std::string_view value,
+                                 const std::string& expected) {
   refuse_correction(option, "'" + std::string(value.substr(0, 60)) + "'", expected);
 }
 
@@ -74,7 +102,7 @@ double number_of(std::string_view option, std::string_view text, const std::stri
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value)) {
-    refuse(option, text, expected);
+    refuse_reading(option, text, expected);
   }
   return value;
 }
@@ -84,7 +112,7 @@ double factor_of(std::string_view option, std::string_view text, const std::stri
   const std::string range = expected + ", above 0.000001 and below 1000000, such as 0.5";
   const double value = number_of(option, text, range);
   if (!(value > 1 / kMost) || !(value < kMost)) {
-    refuse(option, text, range);
+    refuse_reading(option, text, range);
   }
   return value;
 }
@@ -110,7 +138,7 @@ void read_extrinsics_as(Camera& camera, std::string_view value) {
     rotation.bottomRows<2>() *= -1;
     translation.tail<2>() *= -1;
   } else {
-    refuse("extrinsics", value, "inverse, transposed, position, opengl or inverse_opengl");
+    refuse_reading("extrinsics", value, "inverse, transposed, position, opengl or inverse_opengl");
   }
 }
 
@@ -129,7 +157,7 @@ void read_distortion_as(Camera& camera, std::string_view value) {
       coefficient *= value == "negated" ? -1 : value == "by_64" ? 1 / kQtm : kQtm;
     }
   } else {
-    refuse("distortion", value, "none, k3_third, times_64, by_64 or negated");
+    refuse_reading("distortion", value, "none, k3_third, times_64, by_64 or negated");
   }
 }
 
@@ -143,6 +171,10 @@ void refuse_correction(std::string_view option, const std::string& found,
 
 std::span<const Reading> all_readings() {
   return kReadings;
+}
+
+std::span<const Reading> turned_keypoint_readings() {
+  return kTurnedKeypoints;
 }
 
 Camera read_as(Camera camera, std::string_view option, std::string_view value) {
@@ -182,9 +214,13 @@ KeypointReading keypoint_reading(std::string_view value, int width, int height) 
     reading.swapped_sides = true;
   } else if (value == "percent") {
     reading.confidence = 0.01;
+  } else if (quarters_in(value) != 0) {
+    reading.turn = quarters_in(value);
   } else {
-    reading.scale_x = reading.scale_y = factor_of(
-        "keypoints", value, "shares, mirrored, upside_down, swapped_sides, percent or a factor");
+    reading.scale_x = reading.scale_y =
+        factor_of("keypoints", value,
+                  "shares, mirrored, upside_down, swapped_sides, turned_90, turned_180, "
+                  "turned_270, percent or a factor");
   }
   return reading;
 }
@@ -197,6 +233,8 @@ Keypoints2d read_as(Keypoints2d points, const KeypointReading& reading,
     }
     points(k, 0) *= reading.scale_x;
     points(k, 1) *= reading.scale_y;
+    points.row(k).head<2>() =
+        turned_back(points.row(k).head<2>().transpose(), reading.turn, width, height).transpose();
     points(k, 0) = reading.mirrored ? width - points(k, 0) : points(k, 0);
     points(k, 1) = reading.upside_down ? height - points(k, 1) : points(k, 1);
     points(k, 2) *= reading.confidence;

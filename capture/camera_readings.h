@@ -31,6 +31,11 @@ struct Reading {
 /// Every reading that is looked for, the likelier first.
 std::span<const Reading> all_readings();
 
+/// Those of keypoints that were found in images turned otherwise than the files hold them, as
+/// programs that follow EXIF turn them: looked for behind turns of the images themselves, which
+/// look the same where both are square or turned by half.
+std::span<const Reading> turned_keypoint_readings();
+
 /// A camera of the layout's own world (in_file_world) under a value of "extrinsics" (inverse,
 /// transposed, position, opengl, inverse_opengl), "distortion" (none, k3_third, times_64, by_64),
 /// "intrinsics" (swapped_centre, or a factor on all four), "baseline" (a factor on the translation)
@@ -38,7 +43,8 @@ std::span<const Reading> all_readings();
 Camera read_as(Camera camera, std::string_view option, std::string_view value);
 
 /// The reading that a value of "keypoints" stands for: shares, mirrored, upside_down,
-/// swapped_sides, percent, or a factor on the pixels. Throws UsageError for another value.
+/// swapped_sides, turned_90, turned_180 or turned_270 (found in images that are turned clockwise by
+/// that), percent, or a factor on the pixels. Throws UsageError for another value.
 KeypointReading keypoint_reading(std::string_view value, int width, int height);
 
 /// Detections as they are meant; what was not found stays 0, 0, 0.

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "capture/camera_conventions.h"
-#include "capture/camera_readings.h"
+#include "capture/rig_convention.h"
 #include "capture/sentence.h"
 #include "core/quantity_text.h"
 
@@ -17,10 +17,6 @@ namespace {
 
 constexpr double kDegrees = 3.14159265358979323846 / 180;
 constexpr double kTwins = 1e-4;  // m: cameras nearer to each other stand in one place
-
-Eigen::Vector3d axis_of(const Camera& camera) {
-  return camera.camera_from_world_rotation.row(2).transpose();
-}
 
 /// How far the corners of the image are from its principal point, over how far they would be
 /// without distortion; the most. 1 where no ray is.
@@ -113,60 +109,6 @@ void check_lens(const Camera& camera, std::vector<Finding>& findings) {
                       "are the coefficients in OpenCV's order (k1 k2 p1 p2 k3), not scaled?"});
 }
 
-/// Where most cameras look: of all pairs the place that most axes pass.
-struct Gaze {
-  Eigen::Vector3d place = Eigen::Vector3d::Zero();
-  std::vector<double> angle = {};  ///< of each camera off it
-  int agreeing = 0;
-  bool side_by_side = true;  ///< all look the same way, as cameras on a bar do
-};
-
-constexpr double kLooksAt = 35 * kDegrees;
-
-double angle_off(const Camera& camera, const Eigen::Vector3d& place) {
-  const Eigen::Vector3d to = place - camera_center(camera);
-  return std::atan2(axis_of(camera).cross(to).norm(), axis_of(camera).dot(to));
-}
-
-Gaze gaze_of(const std::vector<Camera>& cameras) {
-  Gaze best;
-  double best_sum = 1e300;
-  for (std::size_t i = 0; i < cameras.size(); ++i) {
-    for (std::size_t j = i + 1; j < cameras.size(); ++j) {
-      const Eigen::Vector3d a = axis_of(cameras[i]);
-      const Eigen::Vector3d b = axis_of(cameras[j]);
-      const Eigen::Vector3d offset = camera_center(cameras[j]) - camera_center(cameras[i]);
-      const double cosine = a.dot(b);
-      const double sine2 = 1 - cosine * cosine;
-      constexpr double kParallel = 0.01;
-      if (sine2 < kParallel) {
-        best.side_by_side = best.side_by_side && cosine > 0;
-        continue;
-      }
-      best.side_by_side = false;
-      const double s = (offset.dot(a) - offset.dot(b) * cosine) / sine2;
-      const double t = (offset.dot(a) * cosine - offset.dot(b)) / sine2;
-      if (s <= 0 || t <= 0) {
-        continue;
-      }
-      const Eigen::Vector3d place =
-          0.5 * (camera_center(cameras[i]) + s * a + camera_center(cameras[j]) + t * b);
-      Gaze gaze{place, {}, 0, false};
-      double sum = 0;
-      for (const Camera& camera : cameras) {
-        gaze.angle.push_back(angle_off(camera, place));
-        gaze.agreeing += gaze.angle.back() < kLooksAt ? 1 : 0;
-        sum += std::min(gaze.angle.back(), kLooksAt);
-      }
-      if (sum < best_sum) {
-        best_sum = sum;
-        best = std::move(gaze);
-      }
-    }
-  }
-  return best;
-}
-
 /// The one unit among the usual that makes it some metres, or no setting.
 std::string unit_setting(double distance) {
   std::string setting;
@@ -179,60 +121,79 @@ std::string unit_setting(double distance) {
   return setting;
 }
 
-/// The convention of extrinsics under which nearly all cameras look at one place, and are apart;
-/// "" if there is none.
-std::string reading_that_meets(const std::vector<Camera>& cameras, const FileWorld& world) {
-  std::string best;
-  int most = static_cast<int>(4 * cameras.size() / 5) - 1;  // 80% at least
-  for (const Reading& reading : all_readings()) {
-    if (reading.option != "extrinsics") {
-      continue;
-    }
-    std::vector<Camera> meant = cameras;
-    for (Camera& camera : meant) {
-      camera =
-          in_our_world(read_as(in_file_world(camera, world), reading.option, reading.value), world);
-    }
-    double extent = 0;
-    for (const Camera& camera : meant) {
-      extent = std::max(extent, (camera_center(camera) - camera_center(meant[0])).norm());
-    }
-    const Gaze gaze = gaze_of(meant);
-    if (extent > kTwins && !gaze.side_by_side && gaze.agreeing > most) {
-      most = gaze.agreeing;
-      best = std::string(reading.value);
-    }
+/// "opengl" or, of several, "inverse or transposed" of conventions; "" are those as read.
+std::string listed_values(const std::vector<std::string>& values) {
+  std::string text;
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const char* between = i == 0 ? "" : i + 1 == values.size() ? " or " : ", ";
+    text += between + (values[i].empty() ? "as they are" : "all=" + values[i]);
   }
-  return best;
+  return text;
 }
 
-void check_gaze(const std::vector<Camera>& cameras, const FileWorld& world,
-                std::vector<Finding>& findings) {
+constexpr const char* kTells =
+    "2D keypoints or masks of the person would tell (atelier detect, masks)";
+
+/// What is said of the convention of all extrinsics, as far as cameras alone tell, and the cameras
+/// under the one that is advised.
+std::vector<Camera> check_convention(const std::vector<Camera>& cameras, const FileWorld& world,
+                                     std::vector<Finding>& findings) {
+  const std::vector<RigReading> readings = rig_readings(cameras, world);
+  const std::vector<std::string> likely = likely_values(readings);
+  const bool as_read = std::find(likely.begin(), likely.end(), "") != likely.end();
+  const bool possible = std::any_of(readings.begin(), readings.end(), [](const RigReading& one) {
+    return one.value.empty() && one.possible;
+  });
   const Gaze gaze = gaze_of(cameras);
-  if (cameras.size() < 3 || gaze.side_by_side) {
-    return;
+  if (as_read && likely.size() == 1) {
+    return cameras;
   }
-  if (gaze.agreeing * 2 <= static_cast<int>(cameras.size())) {
-    const std::string reading = reading_that_meets(cameras, world);
-    findings.push_back(
-        {Severity::Error, "cameras-apart", "", "the cameras look at no common place",
-         reading.empty() ? "are extrinsics world-to-camera, is the layout another "
-                           "(--capture.layout)? no other convention of extrinsics makes them look "
-                           "at one"
-                         : "read so, they look at one; --capture.layout, if the layout is another",
-         reading.empty() ? "" : "--capture.extrinsics all=" + reading});
-    return;
+  if (as_read) {
+    std::vector<std::string> others = likely;
+    std::erase(others, "");
+    findings.push_back({Severity::Warning, "extrinsics-untold", "",
+                        "the cameras look at one place as they are read, and about as well with "
+                        "--capture.extrinsics " +
+                            listed_values(others) + ": they alone do not tell which is meant",
+                        kTells});
+    return cameras;
   }
-  for (std::size_t i = 0; i < cameras.size(); ++i) {
-    if (gaze.angle[i] >= kLooksAt) {
-      findings.push_back({Severity::Warning, "camera-looks-away", cameras[i].id,
-                          sentence("it looks %.0f degrees past the place that %d of %zu cameras "
-                                   "look at",
-                                   gaze.angle[i] / kDegrees, gaze.agreeing, cameras.size()),
-                          "is its extrinsic inverted or transposed, or its translation the "
-                          "camera's position?"});
+  if (likely.empty()) {
+    if (!possible && !gaze.side_by_side) {
+      findings.push_back({Severity::Error, "cameras-apart", "",
+                          "the cameras look at no common place",
+                          "are extrinsics world-to-camera, is the layout another "
+                          "(--capture.layout)? no other convention of extrinsics makes them look "
+                          "at one"});
     }
+    return cameras;
   }
+  const std::string now = possible ? "another convention of extrinsics than the one they are read "
+                                     "in fits the cameras far better"
+                          : gaze.side_by_side || 2 * gaze.agreeing > std::ssize(cameras)
+                              ? "the cameras stand in one place or look past each other"
+                              : "the cameras look at no common place";
+  const Severity severity = possible ? Severity::Warning : Severity::Error;
+  const char* code = possible ? "extrinsics-doubtful" : "cameras-apart";
+  if (likely.size() > 1) {
+    findings.push_back({severity, code, "",
+                        now + "; they do with --capture.extrinsics " + listed_values(likely),
+                        std::string("try each: ") + kTells});
+    return cameras;
+  }
+  findings.push_back({severity, code, "", now,
+                      "read so, they look at one, upright; --capture.layout, if the layout is "
+                      "another",
+                      "--capture.extrinsics all=" + likely.front()});
+  std::vector<Camera> meant;
+  for (const Camera& camera : cameras) {
+    meant.push_back(extrinsics_read_as(camera, world, likely.front()));
+  }
+  return meant;
+}
+
+void check_size(const std::vector<Camera>& cameras, const Gaze& gaze, const FileWorld& world,
+                std::vector<Finding>& findings) {
   std::vector<double> distances;
   distances.reserve(cameras.size());
   for (const Camera& camera : cameras) {
@@ -246,6 +207,32 @@ void check_gaze(const std::vector<Camera>& cameras, const FileWorld& world,
                         "which unit is the calibration in? --capture.metres-per-unit says so",
                         unit_setting(distance / world.metres_per_unit)});
   }
+}
+
+/// @return  the cameras under the convention that is advised
+std::vector<Camera> check_gaze(const std::vector<Camera>& cameras, const FileWorld& world,
+                               std::vector<Finding>& findings) {
+  if (cameras.size() < 2) {
+    return cameras;
+  }
+  std::vector<Camera> meant = check_convention(cameras, world, findings);
+  const Gaze gaze = gaze_of(meant);
+  constexpr std::size_t kFew = 3;  // two axes nearly always meet somewhere
+  if (meant.size() < kFew || gaze.side_by_side || gaze.agreeing * 2 <= std::ssize(meant)) {
+    return meant;
+  }
+  for (std::size_t i = 0; i < meant.size(); ++i) {
+    if (gaze.angle[i] >= kLooksAt) {
+      findings.push_back({Severity::Warning, "camera-looks-away", meant[i].id,
+                          sentence("it looks %.0f degrees past the place that %d of %zu cameras "
+                                   "look at",
+                                   gaze.angle[i] / kDegrees, gaze.agreeing, meant.size()),
+                          "is its extrinsic inverted or transposed, or its translation the "
+                          "camera's position?"});
+    }
+  }
+  check_size(meant, gaze, world, findings);
+  return meant;
 }
 
 /// The axis of the files' world that is nearest to a direction of ours.
@@ -266,11 +253,27 @@ void check_up(const std::vector<Camera>& cameras, const FileWorld& world,
     return;  // cameras above and below, or turned: they do not say
   }
   const double off = std::acos(std::clamp(up.normalized().y(), -1.0, 1.0)) / kDegrees;
-  if (off > 45) {
+  if (off <= 45) {
+    return;
+  }
+  const std::string axis = axis_name(up, world);
+  const Eigen::Vector3d in_file = y_up_from(world.up).transpose() * up.normalized();
+  const double then = std::acos(std::clamp(in_file.cwiseAbs().maxCoeff(), 0.0, 1.0)) / kDegrees;
+  const std::string what = sentence("the cameras' mean up direction is %.0f degrees off Y", off);
+  constexpr double kNear = 35;
+  constexpr double kAround = 135;
+  if (then > kNear) {
     findings.push_back({Severity::Error, "stage-up", "",
-                        sentence("the cameras' mean up direction is %.0f degrees off Y", off),
-                        "which axis of the calibration points up?",
-                        "--capture.up " + axis_name(up, world)});
+                        what + sentence(", and %.0f off the nearest axis of the calibration", then),
+                        "turn the calibration so that one of its axes points up"});
+  } else if (gaze_of(cameras).side_by_side && off > kAround) {
+    findings.push_back({Severity::Error, "stage-up", "", what,
+                        "say --capture.up " + axis +
+                            ", or --capture.extrinsics all=opengl if the cameras' y axes point up: "
+                            "cameras side by side do not tell which"});
+  } else {
+    findings.push_back({Severity::Error, "stage-up", "", what,
+                        "which axis of the calibration points up?", "--capture.up " + axis});
   }
 }
 
@@ -290,8 +293,7 @@ std::vector<Finding> check_cameras(const std::vector<Camera>& cameras, const Fil
       }
     }
   }
-  check_gaze(cameras, world, findings);
-  check_up(cameras, world, findings);
+  check_up(check_gaze(cameras, world, findings), world, findings);
   return findings;
 }
 

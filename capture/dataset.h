@@ -22,6 +22,7 @@ struct KeypointReading {
   bool mirrored = false;       ///< the detector was given the mirrored image
   bool upside_down = false;    ///< rows were counted from below
   bool swapped_sides = false;  ///< left and right are exchanged
+  int turn = 0;  ///< quarter turns, clockwise, of the images that the detector was given
 
   bool operator==(const KeypointReading&) const = default;
 };
@@ -35,8 +36,9 @@ struct CameraFrames {
   KeypointReading reading;      ///< of the keypoints
   bool inverted_masks = false;  ///< the masks are set in the background
   int turn = 0;  ///< quarter turns, clockwise, that images were given after the calibration
-  int view_rotation = 0;  ///< degrees by which the recorder says that it turned them; 0: none
-  int image_width = 0;    ///< pixels of the first readable image; 0: none
+  bool turn_said = false;  ///< by --capture.turned, also if it is none
+  int view_rotation = 0;   ///< degrees by which the recorder says that it turned them; 0: none
+  int image_width = 0;     ///< pixels of the first readable image; 0: none
   int image_height = 0;
   int image_orientation = 1;  ///< of its EXIF; 1: shown as it is stored
 };
@@ -48,6 +50,7 @@ enum class KeypointFile { OpenPose, EasyMocap, Rows };
 struct FileWorld {
   double metres_per_unit = 0;  ///< 0: the layout does not say
   std::string up;              ///< "y", "z", "-y", ...; "": the layout does not say
+  bool up_guessed = false;     ///< nobody says it; y is taken
 };
 
 /// Index of a capture in any layout. `open_dataset` (layouts/open_dataset.h) reads calibrations and

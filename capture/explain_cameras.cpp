@@ -265,6 +265,11 @@ Explanation explain_calibration(const SeenPerson& seen, std::size_t c, const Tri
              setting_of("turned", id, degrees)});
     }
   }
+  for (const Reading& reading : turned_keypoint_readings()) {
+    offer(point_errors(seen.cameras[c], seen, c, found, all, 0, &reading),
+          {Severity::Error, std::string(reading.code), id, std::string(reading.what),
+           "read them so", setting_of(reading.option, id, reading.value)});
+  }
   for (std::size_t d = 0; d < seen.cameras.size(); ++d) {
     if (d != c) {
       offer(point_errors(seen.cameras[d], seen, c, found, all),

@@ -171,6 +171,9 @@ std::optional<Finding> explain_all(const SeenPerson& seen, const TriangulationOp
         "its images were turned by " + degrees + " degrees clockwise since the calibration";
     offer({"turned", degrees, "camera-turned", what}, meant);
   }
+  for (const Reading& reading : turned_keypoint_readings()) {
+    offer(reading, all_read_as(some, reading));
+  }
   return best;
 }
 

@@ -16,7 +16,7 @@ constexpr std::size_t kMinFrames = 6;
 constexpr double kMinScatter = 0.002;      // m, of a distance that bodies keep
 constexpr double kSigmaOfMedian = 1.4826;  // standard deviation by the median deviation
 constexpr double kMinDeviation = 0.0005;   // m, of a point in space
-constexpr int kSteps = 4;
+constexpr int kRefinements = 4;
 
 struct KeptDistance {
   std::size_t a, b;  // points of the schema
@@ -49,7 +49,8 @@ std::vector<PointPair> kept_pairs(const KeypointSchema& schema) {
     join(side + "hip", side + "knee");
     join(side + "knee", side + "ankle");
     join("neck", side + "shoulder");
-    join_all({side + "ankle", side + "heel", side + "big_toe", side + "small_toe"});
+    join_all(
+        {side + "ankle", side + "heel", side + "big_toe", side + "small_toe", side + "foot_index"});
   }
   join_all({"left_hip", "mid_hip", "right_hip"});
   join_all({"nose", "left_eye", "right_eye", "left_ear", "right_ear"});
@@ -123,7 +124,7 @@ void settle(SpacePose& pose, const std::vector<KeptDistance>& distances) {
     return Eigen::Vector3d(pose.points[k].place + moved.segment<3>(column[k]));
   };
   Eigen::MatrixXd normal;
-  for (int step = 0; step < kSteps; ++step) {
+  for (int step = 0; step < kRefinements; ++step) {
     normal = certain;
     Eigen::VectorXd right = -certain * moved;
     for (const KeptDistance& distance : distances) {

@@ -123,6 +123,27 @@ std::vector<std::string> wholebody_points() {
   return points;
 }
 
+/// BlazePose's order (Bazarevsky et al. 2020); knuckles under the names of COCO-WholeBody.
+std::vector<std::string> blazepose_points() {
+  std::vector<std::string> points = {"nose",
+                                     "left_eye_inner",
+                                     "left_eye",
+                                     "left_eye_outer",
+                                     "right_eye_inner",
+                                     "right_eye",
+                                     "right_eye_outer",
+                                     "left_ear",
+                                     "right_ear",
+                                     "left_mouth_corner",
+                                     "right_mouth_corner"};
+  for (const char* part : {"shoulder", "elbow", "wrist", "little_1", "index_1", "thumb_2", "hip",
+                           "knee", "ankle", "heel", "foot_index"}) {
+    points.push_back(std::string("left_").append(part));
+    points.push_back(std::string("right_").append(part));
+  }
+  return points;
+}
+
 /// In the order in which a number of points alone decides.
 const std::vector<KeypointSchema>& all_schemas() {
   static const std::vector<KeypointSchema> schemas = {
@@ -142,7 +163,8 @@ const std::vector<KeypointSchema>& all_schemas() {
       make_schema("coco_19", {"neck", "nose", "mid_hip", "left_shoulder", "left_elbow",
                               "left_wrist", "left_hip", "left_knee", "left_ankle", "right_shoulder",
                               "right_elbow", "right_wrist", "right_hip", "right_knee",
-                              "right_ankle", "left_eye", "left_ear", "right_eye", "right_ear"})};
+                              "right_ankle", "left_eye", "left_ear", "right_eye", "right_ear"}),
+      make_schema("blazepose_33", blazepose_points())};
   return schemas;
 }
 

@@ -25,7 +25,8 @@ const KeypointSchema& coco_wholebody_schema();
 
 /// Every schema by name: "body_25", "body_25b" (OpenPose's later order of as many points),
 /// "coco_17", "coco_18" (OpenPose's COCO: with a neck), "halpe_26" (pose2sim, RTMPose),
-/// "coco_wholebody" and "coco_19" (CMU Panoptic, in space).
+/// "coco_wholebody", "coco_19" (CMU Panoptic, in space) and "blazepose_33" (the built-in detector,
+/// MediaPipe).
 const std::vector<std::string>& keypoint_schema_names();
 
 /// By name. Throws DataError for an unknown one, with the nearest.

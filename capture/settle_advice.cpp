@@ -88,6 +88,13 @@ std::optional<std::string> both(std::string_view option, const std::string& set,
     const double value = adds ? a + b : a * b;
     return value == (adds ? 0 : 1) ? "" : number_text(value);
   }
+  constexpr std::string_view kTurned = "turned_";
+  if (option == "keypoints" && set.starts_with(kTurned) && advised.starts_with(kTurned) &&
+      parse_number(set.substr(kTurned.size()), a) &&
+      parse_number(advised.substr(kTurned.size()), b)) {
+    const double degrees = std::fmod(a + b, 360);
+    return degrees == 0 ? "" : std::string(kTurned) + number_text(degrees);
+  }
   if (option == "turned" && parse_number(set, a) && parse_number(advised, b)) {
     const double degrees = std::fmod(a + b, 360);
     return degrees == 0 ? "" : number_text(degrees);

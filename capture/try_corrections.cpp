@@ -11,6 +11,7 @@
 #include "capture/explain_rig.h"
 #include "capture/seen_person.h"
 #include "capture/sentence.h"
+#include "capture/validate.h"
 #include "core/error.h"
 #include "core/printable.h"
 #include "core/split_text.h"
@@ -44,6 +45,20 @@ std::string comma_joined(const std::vector<std::string>& parts) {
     text += (text.empty() ? "" : ",") + part;
   }
   return text;
+}
+
+/// Parts of both lists, of one camera the later: "cam3=-4,cam5=2".
+std::string joined_parts(const std::string& set, const std::string& more) {
+  std::vector<std::string> parts = split_text(more, ',');
+  const auto camera_of = [](const std::string& part) { return part.substr(0, part.find('=')); };
+  for (const std::string& part : split_text(set, ',')) {
+    if (!part.empty() && std::none_of(parts.begin(), parts.end(), [&](const std::string& other) {
+          return camera_of(other) == camera_of(part);
+        })) {
+      parts.push_back(part);
+    }
+  }
+  return comma_joined(parts);
 }
 
 Try try_of(const Corrections& set, const std::string& option, std::vector<std::string> parts,
@@ -177,12 +192,13 @@ bool is_better(const Sound& a, const Sound& b) {
 }
 
 Finding wrong_correction(const Try& tried, const Sound& now, const Sound& then) {
-  const std::string otherwise = tried.other_value ? "then " : "without it ";
+  const std::string otherwise = tried.other_value ? "with " + tried.rest + " " : "without it ";
   const bool by_fit = then.fit && now.fit && fits_better(*then.fit, *now.fit, share_of_less(tried));
   const std::string what = by_fit ? "of the detections " + fit_text(*now.fit) +
                                         ", agree with it, " + otherwise + fit_text(*then.fit)
-                                  : counted(now.errors, "error") + " in the calibration with it, " +
-                                        otherwise + std::to_string(then.errors);
+                                  : "the calibration has " + counted(now.errors, "error") +
+                                        " with it, " + otherwise +
+                                        (then.errors > 0 ? std::to_string(then.errors) : "none");
   std::string advice = "leave it out";
   if (tried.other_value) {
     advice = "say " + tried.rest + " instead";
@@ -242,6 +258,20 @@ Finding idle_correction(const Try& tried) {
           "leave it out",    ""};
 }
 
+/// Corrections with those that findings advise.
+Corrections advised_corrections(Corrections set, const std::vector<Finding>& findings) {
+  constexpr std::string_view kPrefix = "--capture.";
+  for (const std::string& setting : settings_of(findings)) {
+    const std::size_t space = setting.find(' ');
+    std::string option = setting.substr(0, space).substr(kPrefix.size());
+    std::replace(option.begin(), option.end(), '-', '_');
+    if (option == "leave_out" || setting.find('=') != std::string::npos) {  // of cameras
+      set[option] = joined_parts(set[option], setting.substr(space + 1));
+    }
+  }
+  return set;
+}
+
 }  // namespace
 
 Dataset without_wrong_corrections(Dataset dataset, const Reopen& reopen,
@@ -259,7 +289,9 @@ Dataset without_wrong_corrections(Dataset dataset, const Reopen& reopen,
     for (const Try& tried : tries_of(dataset.corrections)) {
       try {
         Dataset without = reopen(tried.corrections);
-        if (!tried.other_value && read_alike(without, dataset)) {
+        // One that silences what the files say otherwise is not idle.
+        if (!tried.other_value && read_alike(without, dataset) &&
+            without.findings.size() <= dataset.findings.size()) {
           idle.push_back(idle_correction(tried));
           continue;
         }
@@ -281,6 +313,46 @@ Dataset without_wrong_corrections(Dataset dataset, const Reopen& reopen,
   wrong.insert(wrong.end(), idle.begin(), idle.end());
   dataset.findings.insert(dataset.findings.begin(), wrong.begin(), wrong.end());
   return dataset;
+}
+
+std::vector<Finding> with_advice_that_joins(std::vector<Finding> findings, const Dataset& dataset,
+                                            const Reopen& reopen,
+                                            const TriangulationOptions& options) {
+  const Corrections all = advised_corrections(dataset.corrections, findings);
+  if (all == dataset.corrections) {
+    return findings;
+  }
+  const std::vector<int> frames = frames_to_try(dataset);
+  const Sound now = soundness(dataset, frames, options);
+  const auto joins = [&](const Corrections& some) {
+    try {
+      const Sound then = soundness(reopen(some), frames, options);
+      // Errors are of images 1000 rows high, which a turn changes: only the share tells of both.
+      constexpr double kFewer = 0.1;
+      return now.fit && then.fit ? then.fit->share >= now.fit->share - kFewer
+                                 : then.errors <= now.errors;
+    } catch (const DataError&) {
+    } catch (const UsageError&) {
+    }
+    return false;
+  };
+  if (joins(all)) {
+    return findings;
+  }
+  Corrections set = dataset.corrections;
+  for (Finding& finding : findings) {
+    const Corrections more = advised_corrections(set, {finding});
+    if (more == set) {
+      continue;
+    }
+    if (joins(more)) {
+      set = more;
+    } else {
+      finding.advice += "; not beside the other settings: give those, and validate again";
+      finding.setting.clear();
+    }
+  }
+  return findings;
 }
 
 }  // namespace atelier

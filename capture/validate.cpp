@@ -1,13 +1,17 @@
 #include "capture/validate.h"
 
 #include <algorithm>
+#include <set>
+#include <string>
 
 #include "capture/check_cameras.h"
 #include "capture/check_consent.h"
 #include "capture/check_keypoints.h"
 #include "capture/check_labels.h"
+#include "capture/join_alike.h"
 #include "capture/sentence.h"
 #include "capture/settle_advice.h"
+#include "capture/settle_convention.h"
 #include "core/printable.h"
 #include "core/seal/minisign.h"
 #include "core/split_text.h"
@@ -30,6 +34,57 @@ std::vector<Finding> check_consent(const Dataset& dataset) {
       findings.push_back({Severity::Error, "consent-signature", dataset.root.string(),
                           "the consent of " + one.who + " (" + one.scope + ") " + problem,
                           "sign it as it stands now (atelier sign), or put back what was signed"});
+    }
+  }
+  return findings;
+}
+
+/// Cameras whose frames have numbers of their own: no frame is in two of them.
+std::vector<Finding> check_common_frames(const Dataset& dataset) {
+  std::vector<std::size_t> filmed;
+  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
+    if (!dataset.frames[c].images.empty()) {
+      filmed.push_back(c);
+    }
+  }
+  std::set<int> seen;
+  for (const std::size_t c : filmed) {
+    for (const auto& [frame, place] : dataset.frames[c].images) {
+      if (!seen.insert(frame).second) {
+        return {};
+      }
+    }
+  }
+  if (filmed.size() < 2) {
+    return {};
+  }
+  const auto first = [&](std::size_t c) { return dataset.frames[c].images.begin()->first; };
+  std::string shifts;
+  for (const std::size_t c : filmed) {
+    if (c != filmed.front()) {
+      shifts += (shifts.empty() ? "" : ",") + dataset.cameras[c].id + "=" +
+                std::to_string(first(filmed.front()) - first(c));
+    }
+  }
+  return {{Severity::Error, "frames-apart", dataset.root.string(),
+           "no frame number is in two cameras: each counts its own",
+           "number the images alike, or, if the cameras began together, move their numbers",
+           "--capture.sync " + shifts}};
+}
+
+/// Sequences of which every frame is held out, beside others.
+std::vector<Finding> check_held_out_sequences(const Dataset& dataset) {
+  std::vector<Finding> findings;
+  const std::set<int> held(dataset.info.held_out_frames.begin(),
+                           dataset.info.held_out_frames.end());
+  for (const CaptureSequence& sequence : dataset.info.sequences) {
+    if (dataset.info.sequences.size() > 1 && !sequence.frame_ids.empty() &&
+        std::all_of(sequence.frame_ids.begin(), sequence.frame_ids.end(),
+                    [&](int frame) { return held.contains(frame); })) {
+      findings.push_back({Severity::Warning, "sequence-held-out", dataset.root.string(),
+                          "every frame of the sequence " + printable(sequence.name) +
+                              " is held out: what is made of it has none to learn from",
+                          "take some from held_out_frames in capture.toml"});
     }
   }
   return findings;
@@ -67,6 +122,9 @@ std::vector<Finding> check_rig(const Dataset& dataset) {
                             " are held out, so that no stage may open an image",
                         "take some from held_out_frames in capture.toml"});
   }
+  for (const auto& more : {check_common_frames(dataset), check_held_out_sequences(dataset)}) {
+    findings.insert(findings.end(), more.begin(), more.end());
+  }
   const bool any =
       std::any_of(dataset.frames.begin(), dataset.frames.end(), [](const CameraFrames& frames) {
         return !frames.images.empty() || !frames.keypoints.empty();
@@ -102,7 +160,9 @@ void merge(std::vector<Finding>& findings) {
   std::vector<Finding> kept;
   for (const Finding& finding : findings) {
     const bool guess = finding.code == "camera-looks-away" || finding.code == "cameras-apart" ||
-                       finding.code == "camera-focal" || finding.code == "camera-principal-point";
+                       finding.code == "extrinsics-untold" ||
+                       finding.code == "extrinsics-doubtful" || finding.code == "camera-focal" ||
+                       finding.code == "camera-principal-point";
     const bool twice = std::any_of(kept.begin(), kept.end(), [&](const Finding& other) {
       return other.code == finding.code &&
              (other.place == finding.place || other.place.starts_with(finding.place + " "));
@@ -130,6 +190,146 @@ void settle_doubts(std::vector<Finding>& findings, const KeypointCheck& keypoint
                           return other.severity != Severity::Note && other.place == finding.place;
                         });
   });
+}
+
+/// Whether a camera has detections, and none of them says anything against its calibration.
+bool is_proven(const Dataset& dataset, const KeypointCheck& keypoints, std::size_t c) {
+  constexpr double kConfident = 0.3;
+  const bool detects =
+      std::any_of(keypoints.detections.begin(), keypoints.detections.end(),
+                  [&](const std::vector<Keypoints2d>& cameras) {
+                    return cameras[c].rows() > 0 && cameras[c].col(2).maxCoeff() > kConfident;
+                  });
+  return keypoints.calibration_fits && detects &&
+         std::none_of(
+             keypoints.findings.begin(), keypoints.findings.end(), [&](const Finding& finding) {
+               return finding.severity != Severity::Note && finding.place == dataset.cameras[c].id;
+             });
+}
+
+/// The turn that a setting such as "--capture.turned cam3=90" asks for a camera; 0: none.
+int degrees_in(const std::string& setting, const std::string& camera) {
+  for (const std::string& part : split_text(setting.substr(setting.find(' ') + 1), ',')) {
+    if (part.starts_with(camera + "=")) {
+      return part == camera + "=90" ? 90 : part == camera + "=180" ? 180 : 270;
+    }
+  }
+  return 0;
+}
+
+/// The turn of keypoints that findings advise for a camera, or for all; 0: none.
+int advised_keypoint_turn(const std::vector<Finding>& findings, const std::string& camera) {
+  for (const Finding& finding : findings) {
+    for (const std::string& whose : {camera, std::string("all")}) {
+      const std::string start = "--capture.keypoints " + whose + "=turned_";
+      if (finding.code == "keypoints-turned" && finding.setting.starts_with(start)) {
+        const std::string degrees = finding.setting.substr(start.size());
+        return degrees == "90" ? 90 : degrees == "180" ? 180 : 270;
+      }
+    }
+  }
+  return 0;
+}
+
+/// Keypoints of images that were turned since the calibration are turned against it as well: where
+/// sizes say so, the turn of the images alone is advised, and the way round that the keypoints
+/// tell.
+void explain_by_images(std::vector<Finding>& findings, const Dataset& dataset) {
+  std::set<std::string> explained;
+  for (Finding& finding : findings) {
+    const Index c = camera_index(dataset, finding.place);
+    if (finding.code != "image-turned" || finding.severity != Severity::Error || c < 0 ||
+        dataset.frames[static_cast<std::size_t>(c)].turn % 4 != 0) {
+      continue;
+    }
+    const int told = advised_keypoint_turn(findings, finding.place);
+    if (told % 180 != 0 && finding.setting.empty()) {
+      finding.setting = "--capture.turned " + finding.place + "=" + std::to_string(told);
+      finding.advice = "say so, or write the images as they were calibrated";
+    }
+    if (told != 0 && told == degrees_in(finding.setting, finding.place)) {
+      explained.insert(finding.place);
+    }
+  }
+  std::erase_if(findings, [&](const Finding& finding) {
+    const bool all = finding.setting.starts_with("--capture.keypoints all=");
+    return finding.code == "keypoints-turned" &&
+           (explained.contains(finding.place) ||
+            (all && explained.size() == dataset.cameras.size()));
+  });
+}
+
+/// What keypoints say of turns of images. Those that fit a calibration of images that were turned
+/// since are of the images as they were calibrated: with the images' turn theirs must be said.
+/// Those that fit turned as it was set prove that turn. Of half a turn that EXIF says, of a camera
+/// that was calibrated hanging on its head, the keypoints are of the images as they are shown.
+void settle_turns(std::vector<Finding>& findings, const Dataset& dataset,
+                  const KeypointCheck& keypoints) {
+  const auto hangs = [&](std::size_t c) {
+    constexpr double kUp = 0.7;
+    return dataset.frames[c].image_orientation == 3 &&
+           dataset.cameras[c].camera_from_world_rotation(1, 1) > kUp;
+  };
+  std::size_t hanging = 0;
+  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
+    hanging += hangs(c) ? 1 : 0;
+  }
+  const auto blame_keypoints = [](Finding& finding, const std::string& cameras) {
+    finding.code = "keypoints-turned";
+    finding.what = std::string(cameras == "all" ? "all" : "its") +
+                   " keypoints are of the images as their EXIF says to show them, turned by "
+                   "180 degrees";
+    finding.advice = "read them so";
+    finding.setting = "--capture.keypoints " + cameras + "=turned_180";
+  };
+  std::vector<Finding> settled;
+  for (Finding& finding : findings) {
+    if (finding.code == "camera-turned" && finding.setting == "--capture.turned all=180" &&
+        hanging == dataset.cameras.size()) {
+      blame_keypoints(finding, "all");
+      settled.push_back(std::move(finding));
+      continue;
+    }
+    const Index c = camera_index(dataset, finding.place);
+    if (c < 0 || (finding.code != "image-turned" && finding.code != "camera-turned")) {
+      settled.push_back(std::move(finding));
+      continue;
+    }
+    const CameraFrames& frames = dataset.frames[static_cast<std::size_t>(c)];
+    const Camera& camera = dataset.cameras[static_cast<std::size_t>(c)];
+    if (finding.code == "camera-turned") {
+      if (hangs(static_cast<std::size_t>(c)) &&
+          finding.setting == "--capture.turned " + camera.id + "=180") {
+        blame_keypoints(finding, camera.id);
+      }
+      settled.push_back(std::move(finding));
+      continue;
+    }
+    const bool proven = is_proven(dataset, keypoints, static_cast<std::size_t>(c));
+    if (proven && frames.turn % 4 != 0 && finding.setting.empty()) {
+      continue;
+    }
+    const std::string setting = finding.setting;
+    settled.push_back(std::move(finding));
+    if (proven && frames.turn % 4 == 0 && setting.starts_with("--capture.turned ")) {
+      const int back = 360 - degrees_in(setting, camera.id);
+      settled.push_back({Severity::Error, "keypoints-turned", camera.id,
+                         "its keypoints fit the calibration as it is: they are of the images as "
+                         "they were calibrated, which the files hold turned",
+                         "say both turns: that of the images and that of the keypoints",
+                         "--capture.keypoints " + camera.id + "=turned_" + std::to_string(back)});
+    } else if (proven && frames.turn % 4 == 0 && settled.back().severity == Severity::Error) {
+      settled.back().advice +=
+          "; its keypoints fit the calibration as it is, so that theirs is to be said as well: "
+          "--capture.keypoints " +
+          camera.id + "=turned_270 beside 90, turned_90 beside 270";
+    }
+  }
+  if (hanging > 0 && hanging == dataset.cameras.size()) {
+    // EXIF knows which way up they were: the rig is not upside down, its cameras are.
+    std::erase_if(settled, [](const Finding& finding) { return finding.code == "stage-up"; });
+  }
+  findings = std::move(settled);
 }
 
 }  // namespace
@@ -195,9 +395,12 @@ Validation validate(FrameReader& reader, const ValidateOptions& options,
   add(validation.keypoints.findings);
   const LabelCheck labels = check_labels(reader, validation.keypoints);
   settle_doubts(findings, validation.keypoints, labels);
+  explain_by_images(findings, dataset);
+  settle_turns(findings, dataset, validation.keypoints);
+  settle_convention(findings, reader, validation.keypoints);
   add(labels.findings);
   merge(findings);
-  findings = settle_advice(std::move(findings), dataset);
+  findings = join_alike(settle_advice(std::move(findings), dataset), dataset);
   std::stable_sort(findings.begin(), findings.end(), [](const Finding& a, const Finding& b) {
     return static_cast<int>(a.severity) > static_cast<int>(b.severity);
   });

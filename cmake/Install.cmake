@@ -26,6 +26,9 @@ if(TARGET atelier)
       \"-DPREFIX=\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}\" -P \"${CMAKE_SOURCE_DIR}/cmake/install_pages.cmake\"
       COMMAND_ERROR_IS_FATAL ANY)" COMPONENT program)
 endif()
+# `atelier run --workflow` finds it in the same place of the build folder.
+configure_file(workflow/Snakefile "${CMAKE_BINARY_DIR}/share/atelier/workflow/Snakefile" COPYONLY)
+install(FILES workflow/Snakefile DESTINATION share/atelier/workflow COMPONENT program)
 install(FILES LICENSE CHANGELOG.md docs/reference/dependencies.md DESTINATION share/doc/atelier COMPONENT program)
 
 # The libraries of core and the domains; those of the pipeline are the program's own.

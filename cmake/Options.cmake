@@ -14,6 +14,7 @@ option(ATELIER_COVERAGE "Instrument for gcov" OFF)
 option(ATELIER_QUICK_CUDA "Compile kernels in half the time, to slower ones" OFF)
 option(ATELIER_TESTS "Build the tests" ON)
 option(ATELIER_BENCH "Build the benchmarks" ON)
+option(ATELIER_PYTHON "Build the Python package, where pybind11 is found" ON)
 set(ATELIER_LEAVE_OUT "" CACHE STRING "Commands (files of apps/commands) that are not built, nor what they alone need")
 
 # Optimised but quick to link: line tables are enough for a stack trace.

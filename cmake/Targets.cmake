@@ -12,6 +12,7 @@
 #   folder pipeline/<name>; it is left out where one that it needs is missing. STAGES: those whose rows it
 #   has, each a function `const StageRow& <stage>_row()`; they are listed behind those of the rooms before,
 #   or before those of a room that it needs
+# atelier_viewer_page(target)   compiles the viewer's page, from the folder viewer, into a library
 # atelier_stage_table(name [ROOMS ...])   the object that lists the stages of rooms (pipeline/row/stage_row.h), of
 #   those that are there, in this order; without ROOMS of every room so far
 # atelier_executable(name DIRECTORY dir [EXCEPT ...] PRIVATE ... [OPTIONAL ...])
@@ -325,6 +326,20 @@ function(atelier_room name)
   elseif(name STREQUAL "statistics")
     atelier_precompiled(pipeline_${name} pipeline/precompiled.h)
   endif()
+endfunction()
+
+function(atelier_viewer_page target)
+  if(NOT TARGET ${target})
+    return()
+  endif()
+  set(out "${CMAKE_BINARY_DIR}/generated/view_assets.cpp")
+  file(GLOB files CONFIGURE_DEPENDS "${CMAKE_SOURCE_DIR}/viewer/*.js" "${CMAKE_SOURCE_DIR}/viewer/*.html"
+    "${CMAKE_SOURCE_DIR}/viewer/*.css" "${CMAKE_SOURCE_DIR}/viewer/*.txt")
+  set(embed "${CMAKE_SOURCE_DIR}/cmake/embed_viewer.cmake")
+  add_custom_command(OUTPUT "${out}" DEPENDS ${files} "${embed}"
+    COMMAND "${CMAKE_COMMAND}" "-DVIEWER=${CMAKE_SOURCE_DIR}/viewer" "-DOUT=${out}" -P "${embed}" VERBATIM)
+  target_sources(${target} PRIVATE "${out}")
+  set_source_files_properties("${out}" PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON SKIP_PRECOMPILE_HEADERS ON)
 endfunction()
 
 function(atelier_stage_table name)

@@ -3,6 +3,25 @@
 #include <algorithm>
 
 namespace atelier {
+namespace {
+
+/// All of it but the severity.
+std::string described(const Finding& finding) {
+  std::string text = finding.code;
+  if (!finding.place.empty()) {
+    text += " [" + finding.place + "]";
+  }
+  text += ": " + finding.what;
+  if (!finding.advice.empty()) {
+    text += "; " + finding.advice;
+  }
+  if (!finding.setting.empty()) {
+    text += " -> " + finding.setting;
+  }
+  return text;
+}
+
+}  // namespace
 
 const char* severity_name(Severity severity) {
   switch (severity) {
@@ -22,19 +41,11 @@ bool has_errors(const std::vector<Finding>& findings) {
 }
 
 std::string to_string(const Finding& finding) {
-  std::string text = severity_name(finding.severity);
-  text += " " + finding.code;
-  if (!finding.place.empty()) {
-    text += " [" + finding.place + "]";
-  }
-  text += ": " + finding.what;
-  if (!finding.advice.empty()) {
-    text += "; " + finding.advice;
-  }
-  if (!finding.setting.empty()) {
-    text += " -> " + finding.setting;
-  }
-  return text;
+  return severity_name(finding.severity) + (" " + described(finding));
+}
+
+std::string warning_text(const Finding& finding) {
+  return finding.severity == Severity::Warning ? described(finding) : to_string(finding);
 }
 
 }  // namespace atelier

@@ -28,4 +28,7 @@ bool has_errors(const std::vector<Finding>& findings);
 /// One readable line: "error camera-rotation [cam3]: what; advice -> setting".
 std::string to_string(const Finding& finding);
 
+/// The same as what stands behind "warning: ": without the word, where that is all its severity.
+std::string warning_text(const Finding& finding);
+
 }  // namespace atelier

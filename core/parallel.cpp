@@ -4,8 +4,10 @@
 #include <exception>
 #include <memory>
 #include <mutex>
+#include <utility>
 
 #include "core/error.h"
+#include "core/loop_check.h"
 
 #ifdef ATELIER_HAS_TBB
 #include <oneapi/tbb/global_control.h>
@@ -17,6 +19,19 @@
 #endif
 
 namespace atelier {
+namespace {
+
+// Of a thread: workers of a loop have none.
+thread_local const std::function<void()>* loop_check = nullptr;
+
+}  // namespace
+
+LoopCheck::LoopCheck(const std::function<void()>& check)
+    : outer_(std::exchange(loop_check, &check)) {}
+
+LoopCheck::~LoopCheck() {
+  loop_check = outer_;
+}
 
 #ifdef ATELIER_HAS_TBB
 namespace {
@@ -74,7 +89,12 @@ void parallel_for(Index n, Index grain, const std::function<void(Index, Index)>&
     return;
   }
   const Index chunks = (n + grain - 1) / grain;
-  const auto run = [&](Index chunk) { body(chunk * grain, std::min(n, (chunk + 1) * grain)); };
+  const auto run = [&](Index chunk) {
+    if (loop_check != nullptr) {
+      (*loop_check)();
+    }
+    body(chunk * grain, std::min(n, (chunk + 1) * grain));
+  };
 #ifdef ATELIER_HAS_TBB
   if (chunks > 1) {
     std::mutex mutex;

@@ -7,6 +7,7 @@
 
 #include "core/io/mesh_file.h"
 #include "core/topology.h"
+#include "registration/drafting/draft_pattern.h"
 #include "registration/flattening/find_seams.h"
 #include "registration/flattening/flat_pattern.h"
 #include "registration/flattening/pattern_pieces.h"

@@ -10,6 +10,7 @@
 #include "appearance/network/code_frames.h"
 #include "appearance/network/device_memory.h"
 #include "appearance/network/layers.h"
+#include "appearance/network/peer_tensors.h"
 #include "appearance/network/recording.h"
 #include "appearance/psnr.h"
 #include "core/error.h"
@@ -51,6 +52,7 @@ struct AppearanceNetwork::State {
   struct Rates {
     torch::Tensor step, decay, spread;  // [] each: see update
     torch::Tensor divergence;           // [] share of its weight
+    torch::Tensor part;                 // [] share of a step's pixels that this process has
   };
 
   Layers layers;
@@ -70,13 +72,15 @@ struct AppearanceNetwork::State {
   CodeLosses code_losses;
   std::vector<Example> examples;  // a view each
   Rates rates;
-  Recording recording;          // of update, on `places`
-  std::vector<Example> places;  // as many as a batch has, each with room for the largest view
-  AdamStep recorded;            // with these constants
-  torch::Tensor recorded_loss;  // [2]
-  torch::Tensor noise;          // [B,L] of a step's latent codes, at one place in memory
-  Parts fixed;                  // parts_of for drawing, until the next step
-  torch::Tensor shown;          // of texture_on_device
+  Peers* peers = nullptr;           // with whom steps are taken
+  Recording recording;              // of a step, on `places`; with peers of its gradient alone
+  std::vector<Example> places;      // as many as a batch has, each with room for the largest view
+  AdamStep recorded;                // with these constants
+  torch::Tensor recorded_loss;      // [2]
+  torch::Tensor recorded_gradient;  // [N], with peers
+  torch::Tensor noise;              // [B,L] of a step's latent codes, at one place in memory
+  Parts fixed;                      // parts_of for drawing, until the next step
+  torch::Tensor shown;              // of texture_on_device
 
   const Parts& parts_for_drawing() {
     if (fixed.empty()) {
@@ -247,11 +251,17 @@ struct AppearanceNetwork::State {
   torch::Tensor gradient_of(const torch::Tensor& losses) const {
     return torch::autograd::grad({losses[0]}, {values})[0];
   }
+  /// What this process has of the gradient of a step that is taken with others: pixels count alike,
+  /// whoever has them, and so do the codes of the views, as many in each process.
+  torch::Tensor own_gradient_of(const torch::Tensor& losses) const {
+    const torch::Tensor beside = losses[0] - losses[1];
+    return torch::autograd::grad({rates.part * losses[1] + beside / peers->size()}, {values})[0];
+  }
 
   void set_rates(const AdamStep& by) {
     if (!rates.step.defined()) {
       const auto number = [&] { return torch::zeros({}, torch::device(device)); };
-      rates = {number(), number(), number(), number()};
+      rates = {number(), number(), number(), number(), number()};
     }
     const auto t = static_cast<double>(steps);
     rates.step.fill_(by.learning_rate / (1 - std::pow(by.beta1, t)));
@@ -259,7 +269,27 @@ struct AppearanceNetwork::State {
     rates.spread.fill_(1 - std::pow(by.beta2, t));
     rates.divergence.fill_(by.divergence);
   }
-  /// New noise, which seed and step alone decide.
+  /// The views that this process has of a step's, and what share of the pixels they hold.
+  std::vector<int> own_of(const std::vector<int>& views) {
+    if (peers == nullptr) {
+      return views;
+    }
+    const auto processes = static_cast<std::size_t>(peers->size());
+    ATELIER_CHECK(views.size() % processes == 0, "each process has as many views of a step");
+    const std::size_t count = views.size() / processes;
+    const auto from = views.begin() + static_cast<std::ptrdiff_t>(count) * peers->rank();
+    std::vector<int> own(from, from + static_cast<std::ptrdiff_t>(count));
+    const auto pixels = [&](const std::vector<int>& of) {
+      std::int64_t sum = 0;
+      for (const int view : of) {
+        sum += examples.at(static_cast<std::size_t>(view)).counted.size(0);
+      }
+      return static_cast<double>(sum);
+    };
+    rates.part.fill_(pixels(own) / std::max(1.0, pixels(views)));
+    return own;
+  }
+  /// New noise for this process's views, which seed and step alone decide.
   void set_noise(std::size_t count, std::uint64_t seed) {
     if (layers.options.latent == 0) {
       return;
@@ -267,11 +297,13 @@ struct AppearanceNetwork::State {
     const std::vector<std::int64_t> shape = {static_cast<std::int64_t>(count),
                                              layers.options.latent};
     Random random{seed, static_cast<std::uint64_t>(steps)};
-    std::vector<float> numbers(count * static_cast<std::size_t>(layers.options.latent));
+    const std::size_t own = count * static_cast<std::size_t>(layers.options.latent);
+    const std::size_t before = peers != nullptr ? own * static_cast<std::size_t>(peers->rank()) : 0;
+    std::vector<float> numbers(before + own);
     for (float& number : numbers) {
       number = static_cast<float>(normal(random));
     }
-    const torch::Tensor drawn = on_device(numbers.data(), shape, device);
+    const torch::Tensor drawn = on_device(numbers.data() + before, shape, device);
     if (noise.defined() && noise.sizes() == drawn.sizes()) {
       noise.copy_(drawn);
     } else {
@@ -281,13 +313,21 @@ struct AppearanceNetwork::State {
   /// The losses before, and a step of AdamW.
   torch::Tensor update(const std::vector<Example>& batch, const AdamStep& by) {
     const torch::Tensor loss = batch_loss(batch, noise);
-    const torch::Tensor gradient = gradient_of(loss);
+    if (peers == nullptr) {
+      descend(gradient_of(loss), by);
+    } else {
+      torch::Tensor gradient = own_gradient_of(loss);
+      sum_over(*peers, gradient);
+      descend(gradient, by);
+    }
+    return loss.detach();
+  }
+  void descend(const torch::Tensor& gradient, const AdamStep& by) {
     const torch::NoGradGuard no_gradients;
     first.mul_(by.beta1).add_(gradient, 1 - by.beta1);
     second.mul_(by.beta2).addcmul_(gradient, gradient, 1 - by.beta2);
     values.mul_(1 - rates.decay * decays);
     values.sub_(first / (second / rates.spread).sqrt_().add_(by.epsilon) * rates.step);
-    return loss.detach();
   }
 
   /// Room for a batch of any views, at the same place in memory in every step.
@@ -334,11 +374,24 @@ struct AppearanceNetwork::State {
       make_places(batch.size());
       fill_places(batch);
       recorded = by;
-      recording.record([&] { gradient_of(batch_loss(places, noise)); },
-                       [&] { recorded_loss = update(places, by); });
+      if (peers == nullptr) {
+        recording.record([&] { gradient_of(batch_loss(places, noise)); },
+                         [&] { recorded_loss = update(places, by); });
+      } else {
+        recording.record([&] { own_gradient_of(batch_loss(places, noise)); },
+                         [&] {
+                           const torch::Tensor loss = batch_loss(places, noise);
+                           recorded_gradient = own_gradient_of(loss);
+                           recorded_loss = loss.detach();
+                         });
+      }
     }
     fill_places(batch);
     recording.repeat();
+    if (peers != nullptr) {
+      sum_over(*peers, recorded_gradient);
+      descend(recorded_gradient, by);
+    }
     return recorded_loss.clone();
   }
 
@@ -524,13 +577,30 @@ std::map<std::string, Tensor> AppearanceNetwork::loss_gradient(
   return gradient;
 }
 
+void AppearanceNetwork::join(Peers& peers) {
+  State& state = *state_;
+  const torch::NoGradGuard no_gradients;
+  if (peers.rank() > 0) {
+    state.values.zero_();
+    state.first.zero_();
+    state.second.zero_();
+  }
+  for (torch::Tensor* of_first : {&state.values, &state.first, &state.second}) {
+    torch::Tensor numbers = of_first->detach();
+    sum_over(peers, numbers);
+  }
+  state.peers = &peers;
+  state.recording = {};
+}
+
 void AppearanceNetwork::step(const std::vector<int>& views, const AdamStep& options) {
   State& state = *state_;
   state.fixed.clear();
   ++state.steps;
   state.set_rates(options);
-  state.set_noise(views.size(), options.seed);
-  const std::vector<State::Example> batch = state.batch_of(views);
+  const std::vector<int> own = state.own_of(views);
+  state.set_noise(own.size(), options.seed);
+  const std::vector<State::Example> batch = state.batch_of(own);
   const bool repeats = state.device.is_cuda() && Recording::possible();
   state.new_losses.push_back(repeats ? state.repeated_update(batch, options)
                                      : state.update(batch, options));
@@ -539,7 +609,11 @@ void AppearanceNetwork::step(const std::vector<int>& views, const AdamStep& opti
 std::vector<NetworkLoss> AppearanceNetwork::losses() {
   std::vector<NetworkLoss> all;
   if (!state_->new_losses.empty()) {
-    const torch::Tensor values = torch::stack(state_->new_losses).to(torch::kCPU, torch::kFloat64);
+    torch::Tensor own = torch::stack(state_->new_losses);
+    if (state_->peers != nullptr) {
+      own = gathered(*state_->peers, own).transpose(0, 1).reshape({-1, 2});
+    }
+    const torch::Tensor values = own.to(torch::kCPU, torch::kFloat64);
     for (std::int64_t i = 0; i < values.size(0); ++i) {
       all.push_back({values[i][0].item<double>(), psnr_of(values[i][1].item<double>())});
     }

@@ -13,6 +13,8 @@
 
 namespace atelier {
 
+class Peers;
+
 /// The loss of a batch: the mean squared difference in sRGB, over pixels and channels, and for a
 /// network with a code what CodeLosses weighs.
 struct NetworkLoss {
@@ -67,11 +69,17 @@ class AppearanceNetwork {
   NetworkLoss loss(const std::vector<int>& views) const;
   std::map<std::string, Tensor> loss_gradient(const std::vector<int>& views) const;
 
+  /// From now on each step is taken together with other processes, each on its part of the views;
+  /// all have the first one's parameters. Before the first step.
+  /// @param peers  outlives this network
+  void join(Peers& peers);
   /// One step of AdamW, asynchronous on a GPU, which records the first step (recording.h) and
   /// repeats it while batches have the same length.
+  /// @param views  of all processes, as many for each, by their ranks
   void step(const std::vector<int>& views, const AdamStep& options);
-  /// Losses of the steps since the last call, each evaluated before its step; waits for the device.
-  /// After a loss that is not finite, parameters may not be finite either.
+  /// Losses of the steps since the last call, each evaluated before its step, of each process one,
+  /// by their ranks; waits for the device. After a loss that is not finite, parameters may not be
+  /// finite either.
   std::vector<NetworkLoss> losses();
 
   /// Shifts the latent codes so that their mean over the training frames is 0, where drawing has

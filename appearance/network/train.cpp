@@ -31,12 +31,15 @@ bool all_finite(const std::map<std::string, Tensor>& tensors) {
 /// long as a hundred steps of a GPU, stays below a twentieth of the time.
 class SaveTimes {
  public:
-  explicit SaveTimes(int every) : every_(every) {}
-  bool due(std::int64_t step) const {
+  /// @param at_once  steps from one that may be asked for to the next
+  SaveTimes(int every, std::int64_t at_once) : every_(every), at_once_(at_once) {}
+  /// Whether it may be time, which clocks do not change: processes agree on it.
+  bool may(std::int64_t step) const {
     constexpr int kMinEvery = 100;
-    return every_ > 0 ? step % every_ == 0
-                      : step % kMinEvery == 0 && Clock::now() - last_ >= 20 * took_;
+    const std::int64_t every = every_ > 0 ? every_ : kMinEvery;
+    return step / every > (step - at_once_) / every;
   }
+  bool due() const { return every_ > 0 || Clock::now() - last_ >= 20 * took_; }
   /// Calls what saves.
   template <class Save>
   void save(const Save& save_now) {
@@ -49,6 +52,7 @@ class SaveTimes {
  private:
   using Clock = std::chrono::steady_clock;
   int every_;
+  std::int64_t at_once_;
   Clock::time_point last_ = Clock::now();
   Clock::duration took_{};
 };
@@ -82,62 +86,73 @@ void require_same_training(const Training& training, const AppearanceData& data,
 }
 
 TrainResult train(Training training, const AppearanceData& data, const TrainOptions& options,
-                  Device device, const TrainHooks& hooks) {
+                  Device device, const TrainHooks& hooks, Peers* peers) {
   const TrainOptions known = resolved(options);
   TrainResult result;
   result.training = std::move(training);
   AppearanceNetwork network(result.training.model, device, known.half);
   network.learn_from(data, known.code.losses);
   if (result.training.iteration > 0) {
-    network.resume(result.training.moments, result.training.iteration);
+    network.resume(result.training.moments, result.training.updates);
   }
+  if (peers != nullptr) {
+    network.join(*peers);
+  }
+  const bool first = peers == nullptr || peers->rank() == 0;
+  const std::int64_t at_once = peers == nullptr ? 1 : peers->size();  // steps of an update
+  // The schedule of one process with batches as large as those of all.
+  TrainOptions paced = known;
+  paced.iterations = static_cast<int>((known.iterations + at_once - 1) / at_once);
   /// The network's state into the result; false if it is not all numbers.
-  const auto keep = [&] {
+  const auto keep = [&](std::int64_t iteration) {
     std::map<std::string, Tensor> parameters = network.parameters();
     if (!all_finite(parameters)) {
       return false;
     }
     result.training.model.parameters = std::move(parameters);
     result.training.moments = network.moments();
-    result.training.iteration = network.steps();
+    result.training.iteration = iteration;
+    result.training.updates = network.steps();
     return true;
   };
   // A GPU works on while the next steps are asked for, and only then says how these went.
-  const std::int64_t at_once = device == Device::Cuda ? 20 : 1;
+  const std::int64_t asked_ahead = device == Device::Cuda ? 20 : 1;
   const auto view_count = static_cast<int>(data.views.size());
   std::vector<double> rates;
-  SaveTimes saves(known.checkpoint_every);
-  for (std::int64_t i = result.training.iteration; i < known.iterations && !result.stopped;) {
+  SaveTimes saves(known.checkpoint_every, at_once);
+  std::int64_t i = result.training.iteration;
+  for (std::int64_t said = i; i < known.iterations && !result.stopped;) {
     std::vector<int> batch;
-    batch.reserve(static_cast<std::size_t>(known.batch));
-    for (int k = 0; k < known.batch; ++k) {
+    batch.reserve(static_cast<std::size_t>(known.batch * at_once));
+    for (std::int64_t k = 0; k < known.batch * at_once; ++k) {
       batch.push_back(training_view(known.seed, view_count, i * known.batch + k));
     }
     AdamStep step;
-    step.learning_rate = learning_rate_at(known, static_cast<int>(i));
+    step.learning_rate = learning_rate_at(paced, static_cast<int>(i / at_once));
     step.weight_decay = known.weight_decay;
     step.seed = static_cast<std::uint64_t>(known.seed);
-    step.divergence = divergence_share_at(known, static_cast<int>(i));
+    step.divergence = divergence_share_at(paced, static_cast<int>(i / at_once));
     network.step(batch, step);
     rates.push_back(step.learning_rate);
-    ++i;
-    const bool save = saves.due(i);
-    if (!save && i % at_once != 0 && i < known.iterations) {
+    i = std::min<std::int64_t>(i + at_once, known.iterations);
+    const bool may_save = saves.may(i);
+    if (!may_save && i / at_once % asked_ahead != 0 && i < known.iterations) {
       continue;
     }
-    std::int64_t done = i - static_cast<std::int64_t>(rates.size());
+    std::size_t taken = 0;
     for (const NetworkLoss& loss : network.losses()) {
       result.finite = result.finite && std::isfinite(loss.value);
-      if (hooks.step) {
-        hooks.step(done + 1, loss, rates[rates.size() - static_cast<std::size_t>(i - done)]);
+      if (hooks.step && first && said < i) {
+        hooks.step(++said, loss, rates[taken / static_cast<std::size_t>(at_once)]);
       }
-      ++done;
+      ++taken;
     }
     rates.clear();
-    result.stopped = hooks.stop && hooks.stop();
-    if (result.finite && (save || result.stopped)) {
+    const bool stop = hooks.stop && hooks.stop();
+    result.stopped = peers == nullptr ? stop : peers->any(stop);
+    if (result.finite && first && (result.stopped || (may_save && saves.due()))) {
       saves.save([&] {
-        result.finite = keep();
+        result.finite = keep(i);
         if (result.finite && hooks.checkpoint) {
           hooks.checkpoint(result.training);
         }
@@ -150,7 +165,7 @@ TrainResult train(Training training, const AppearanceData& data, const TrainOpti
   if (!result.stopped) {
     network.center_codes();
   }
-  result.finite = keep();
+  result.finite = keep(i);
   return result;
 }
 

@@ -3,6 +3,7 @@
 #include <functional>
 
 #include "appearance/network/network.h"
+#include "appearance/network/peers.h"
 #include "appearance/train_options.h"
 #include "appearance/training.h"
 
@@ -31,7 +32,12 @@ struct TrainResult {
 /// Trains until `iterations`, by AdamW on the loss of NetworkLoss, with batches of views in an
 /// order determined by the seed. On the CPU, results are the same to the bit for the same data,
 /// options, kind of machine and number of threads, also when a training is interrupted and resumed.
+///
+/// P processes take P steps at once, each a batch, and update the parameters once by all of them:
+/// the weights are those of one process with P times the batch and a P-th of the iterations, but
+/// for rounding. Checkpoints go on with any number of processes. The hooks are called in the first
+/// process alone, but for `stop`, which any may say.
 TrainResult train(Training training, const AppearanceData& data, const TrainOptions& options,
-                  Device device, const TrainHooks& hooks = {});
+                  Device device, const TrainHooks& hooks = {}, Peers* peers = nullptr);
 
 }  // namespace atelier

@@ -11,6 +11,8 @@
 #include <filesystem>
 #include <fstream>
 #include <iostream>
+#include <mutex>
+#include <optional>
 #include <set>
 #include <sstream>
 #include <string>
@@ -18,12 +20,16 @@
 #include <thread>
 #include <vector>
 
+#include <sys/prctl.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include "appearance/appearance_colors.h"
 #include "appearance/body_surfaces.h"
 #include "appearance/learnt.h"
 #include "appearance/network/painter.h"
+#include "appearance/network/peer_place.h"
+#include "appearance/network/peers.h"
 #include "appearance/network/train.h"
 #include "appearance/painted_picture.h"
 #include "appearance/static_fit.h"
@@ -35,6 +41,7 @@
 #include "core/error.h"
 #include "core/exit_code.h"
 #include "core/file_kind.h"
+#include "core/io/child_program.h"
 #include "core/io/safetensors.h"
 #include "core/not_converged.h"
 #include "core/renamed_options.h"
@@ -52,6 +59,8 @@ constexpr const char* kHelp =
     "    Trains a garment's network on data that `atelier appearance` has prepared. Goes on where\n"
     "    FILE stands, if it is there. Prints 'begin DONE OF', then 'step DONE OF LOSS PSNR' "
     "lines.\n"
+    "    --processes N trains on N GPUs of this machine; torchrun and srun start processes on\n"
+    "    several, with --launcher: docs/guide/several_gpus.md.\n"
     "atelier-appearance predict MODEL DATA COLORS [--device cpu|cuda]\n"
     "    Draws every view of the data: linear colours of its pixels, without gain.\n"
     "atelier-appearance shape MODEL SURFACES OFFSETS [--device cpu|cuda]\n"
@@ -65,6 +74,9 @@ constexpr const char* kNoMemory =
 
 volatile std::sig_atomic_t stopping = 0;
 
+/// Who starts the processes that train together.
+enum class Launcher { Self, Torchrun, Slurm };
+
 /// The arguments on the command line.
 struct Arguments {
   std::vector<std::string> places;
@@ -74,6 +86,9 @@ struct Arguments {
   TrainOptions options;
   PaintOptions paint;
   int ahead = 0;
+  Launcher launcher = Launcher::Self;
+  int rank = -1;
+  std::string rendezvous;
 };
 
 /// The options that a command takes: one of another command would do nothing.
@@ -84,6 +99,14 @@ OptionTable options_of(const std::string& command, Arguments& arguments) {
               "File of the checkpoint kept while training");
     table.add("log", arguments.log, std::vector<std::string>{},
               "CSV file with a line for every training step");
+    table.add(
+        "launcher", arguments.launcher,
+        {{"self", Launcher::Self}, {"torchrun", Launcher::Torchrun}, {"slurm", Launcher::Slurm}},
+        "Program that starts the processes: this one, torchrun, or Slurm's srun");
+    table.add("rank", arguments.rank, -1, kMostProcesses - 1, "",
+              "Number of this process among those that train together; below 0: it starts them");
+    table.add("rendezvous", arguments.rendezvous, std::vector<std::string>{},
+              "File through which processes with a rank find each other");
   }
   table.add("device", arguments.device, {{"cpu", Device::Cpu}, {"cuda", Device::Cuda}},
             "Device of the networks");
@@ -277,7 +300,146 @@ void write_rows(std::ofstream& log, const std::string& path) {
   }
 }
 
-int run_training(const Arguments& arguments) {
+/// Where this process stands among those that train together; nothing where it trains alone.
+std::optional<PeerPlace> peer_place_of(const Arguments& arguments) {
+  const EnvironmentVariables environment = [](const std::string& name) {
+    const char* value = std::getenv(name.c_str());
+    return std::string(value == nullptr ? "" : value);
+  };
+  if (arguments.launcher != Launcher::Self) {
+    if (arguments.options.processes > 1 || arguments.rank >= 0) {
+      throw UsageError("--processes and --rank are said by the launcher; leave them out");
+    }
+    return arguments.launcher == Launcher::Slurm ? slurm_place(environment)
+                                                 : torchrun_place(environment);
+  }
+  if (arguments.rank < 0) {
+    return std::nullopt;
+  }
+  if (arguments.rank >= arguments.options.processes || arguments.rendezvous.empty()) {
+    throw UsageError("--rank is below --processes, and has a --rendezvous");
+  }
+  return PeerPlace{arguments.rank, arguments.options.processes, arguments.rank,
+                   arguments.rendezvous};
+}
+
+/// Chooses this process's GPU before CUDA begins, and its share of the processor.
+void take_place(const PeerPlace& place, const Arguments& arguments) {
+  if (arguments.device == Device::Cuda) {
+    const char* all = std::getenv("CUDA_VISIBLE_DEVICES");
+    std::istringstream listed(all == nullptr ? "" : all);
+    std::string own = std::to_string(place.local_rank);
+    for (int k = 0; all != nullptr && k <= place.local_rank; ++k) {
+      own.clear();
+      std::getline(listed, own, ',');
+    }
+    if (own.empty()) {
+      throw EnvironmentError("CUDA_VISIBLE_DEVICES", std::string(all) + " has no GPU for process " +
+                                                         std::to_string(place.local_rank) +
+                                                         "; start fewer");
+    }
+    setenv("CUDA_VISIBLE_DEVICES", own.c_str(), 1);
+  }
+  if (arguments.launcher == Launcher::Self && std::getenv("OMP_NUM_THREADS") == nullptr) {
+    const unsigned threads =
+        std::thread::hardware_concurrency() / static_cast<unsigned>(arguments.options.processes);
+    setenv("OMP_NUM_THREADS", std::to_string(std::max(1U, threads)).c_str(), 1);
+  }
+}
+
+std::string lost_text(int rank, int processes) {
+  return "process " + std::to_string(rank) + " of " + std::to_string(processes) +
+         " is lost, and a checkpoint goes on with any number of them";
+}
+
+/// An empty file for processes to find each other, gone in the end.
+struct Rendezvous {
+  std::string path = (fs::temp_directory_path() / "atelier-XXXXXX").string();
+
+  Rendezvous() {
+    const int file = mkstemp(path.data());
+    if (file < 0) {
+      throw EnvironmentError(path, "cannot be made");
+    }
+    close(file);
+  }
+  ~Rendezvous() { unlink(path.c_str()); }
+  Rendezvous(const Rendezvous&) = delete;
+  Rendezvous& operator=(const Rendezvous&) = delete;
+};
+
+/// Starts the processes that train together and waits for them: what the first one prints is
+/// printed, and of errors the first.
+int run_together(const std::vector<std::string>& words, int processes) {
+  const Rendezvous rendezvous;
+  std::mutex mutex;
+  std::exception_ptr error;  // of the process that ended first
+  bool whole = true;
+  std::vector<std::thread> threads;
+  for (int rank = 0; rank < processes; ++rank) {
+    std::vector<std::string> own = words;
+    own.insert(own.end(), {"--rank", std::to_string(rank), "--rendezvous", rendezvous.path});
+    threads.emplace_back([&, own, rank] {
+      try {
+        const bool done = run_child_program(
+            "atelier-appearance", own, "",
+            [&](const std::string& line) {
+              if (rank == 0) {
+                std::cout << line << "\n" << std::flush;
+              }
+            },
+            [&] {
+              const std::lock_guard lock(mutex);
+              return stopping != 0 || error != nullptr;
+            });
+        const std::lock_guard lock(mutex);
+        whole = whole && done;
+      } catch (const EnvironmentError& lost) {
+        const bool killed = lost.reason.starts_with("ended by signal");
+        const std::lock_guard lock(mutex);
+        error =
+            error != nullptr ? error
+            : killed
+                ? std::make_exception_ptr(EnvironmentError(lost_text(rank, processes), lost.reason))
+                : std::current_exception();
+      } catch (...) {
+        const std::lock_guard lock(mutex);
+        error = error == nullptr ? std::current_exception() : error;
+      }
+    });
+  }
+  for (std::thread& thread : threads) {
+    thread.join();
+  }
+  if (error != nullptr) {
+    std::rethrow_exception(error);
+  }
+  return whole ? kExitDone : kExitNotConverged;
+}
+
+/// Ends this process because another is lost, whatever it is at.
+void end_lost(const std::string& message) {
+  if (!message.empty()) {
+    std::cerr << "atelier-appearance: " << message << std::endl;
+  }
+  std::_Exit(kExitEnvironment);
+}
+
+/// Refuses a process that would train something else than the first.
+void require_alike(Peers& peers, const Training& training) {
+  const auto begin = [&](const std::string& digest) {
+    return static_cast<std::int64_t>(std::stoull(digest.substr(0, 12), nullptr, 16));
+  };
+  const bool same_step = peers.of_first(training.iteration) == training.iteration;
+  const bool same_data = peers.of_first(begin(training.data)) == begin(training.data);
+  if (!same_step || !same_data) {
+    throw EnvironmentError("process " + std::to_string(peers.rank()),
+                           std::string(same_data ? "its checkpoint" : "its data") +
+                               " differs from the first process's; let all see the same files");
+  }
+}
+
+int run_training(const Arguments& arguments, const std::vector<std::string>& words) {
   if (arguments.places.size() != 2) {
     throw UsageError("train takes DATA and MODEL");
   }
@@ -295,7 +457,14 @@ int run_training(const Arguments& arguments) {
   if (const std::string problem = training_problem(options, arguments.device); !problem.empty()) {
     throw UsageError(problem);
   }
+  const std::optional<PeerPlace> place = peer_place_of(arguments);
+  if (place) {
+    take_place(*place, arguments);
+  }
   check_device(arguments.device);
+  if (!place && arguments.options.processes > 1) {
+    return run_together(words, arguments.options.processes);
+  }
   const AppearanceData data = read_appearance_data(arguments.places[0]);
   Training training;
   if (!arguments.checkpoint.empty() && fs::exists(arguments.checkpoint)) {
@@ -303,15 +472,23 @@ int run_training(const Arguments& arguments) {
   } else {
     training = start_training(data, options);
   }
+  std::optional<Peers> peers;
+  if (place) {
+    peers.emplace(*place, arguments.device, end_lost);
+    require_alike(*peers, training);
+  }
+  const bool first = !place || place->rank == 0;
   const std::int64_t judged_from =
       judged_after(options.iterations, static_cast<int>(data.views.size()), options.batch);
   std::string rows = resumed_training_log(logged, training.iteration);  // with all that are judged
   std::ofstream log;
-  if (!arguments.log.empty()) {
+  if (first && !arguments.log.empty()) {
     write_file_atomically(arguments.log, rows);
     log.open(arguments.log, std::ios::app);
   }
-  std::cout << "begin " << training.iteration << " " << options.iterations << "\n" << std::flush;
+  if (first) {
+    std::cout << "begin " << training.iteration << " " << options.iterations << "\n" << std::flush;
+  }
   TrainHooks hooks;
   hooks.step = [&](std::int64_t iteration, const NetworkLoss& loss, double learning_rate) {
     char text[160];
@@ -324,14 +501,26 @@ int run_training(const Arguments& arguments) {
                   options.iterations, loss.value, loss.psnr);
     std::cout << text << std::flush;
   };
-  hooks.stop = [] { return stopping != 0; };
+  const pid_t starter = getppid();
+  hooks.stop = [&] { return stopping != 0 || (arguments.rank >= 0 && getppid() != starter); };
   hooks.checkpoint = [&](const Training& state) {
     write_rows(log, arguments.log);
     if (!arguments.checkpoint.empty()) {
       write_tensors(arguments.checkpoint, tensors_of(state), texts_of(state));
     }
   };
-  const TrainResult result = train(std::move(training), data, options, arguments.device, hooks);
+  const auto begin = std::chrono::steady_clock::now();
+  const TrainResult result =
+      train(std::move(training), data, options, arguments.device, hooks, peers ? &*peers : nullptr);
+  if (peers) {
+    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begin;
+    const double sums = peers->seconds();
+    peers->finish();
+    if (!first) {
+      return result.stopped ? kExitNotConverged : kExitDone;
+    }
+    std::cout << "sums " << sums << " s of " << took.count() << "\n" << std::flush;
+  }
   if (result.stopped) {
     return kExitNotConverged;
   }
@@ -480,7 +669,7 @@ int run(const std::vector<std::string>& words) {
     return kExitDone;
   }
   if (words[0] == "train") {
-    return run_training(parsed(words));
+    return run_training(parsed(words), words);
   }
   if (words[0] == "shape") {
     return run_shaping(parsed(words));
@@ -495,6 +684,17 @@ bool lacks_memory(const std::exception& error) {
          what.find("can't allocate memory") != std::string::npos;
 }
 
+/// Where whoever started this program may write no core dump, as one that has opened a sealed file,
+/// no other process of the user may read this one's memory, either, and it ends with the other,
+/// however that ends.
+void share_parents_secrecy() {
+  rlimit core{};
+  if (getrlimit(RLIMIT_CORE, &core) == 0 && core.rlim_max == 0) {
+    prctl(PR_SET_DUMPABLE, 0);
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
+  }
+}
+
 int fail(int code, const char* what) {
   std::cerr << "atelier-appearance: " << what << std::endl;
   return code;
@@ -503,6 +703,7 @@ int fail(int code, const char* what) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  share_parents_secrecy();
   std::signal(SIGTERM, [](int) { stopping = 1; });
   std::signal(SIGINT, [](int) { stopping = 1; });
   try {

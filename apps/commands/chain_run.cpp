@@ -23,10 +23,13 @@
 #include "core/store/result.h"
 #include "core/store/run_stage.h"
 #include "core/store/utc_time.h"
+#include "core/usage_error.h"
 #include "pipeline/chain/outdated_results.h"
 #include "pipeline/chain/run_options.h"
 #include "pipeline/chain/time_left.h"
+#include "pipeline/stages/option_rules.h"
 #include "pipeline/stages/stages.h"
+#include "simulation/material/fabric.h"
 
 namespace atelier {
 namespace {
@@ -53,6 +56,31 @@ std::size_t place_of(const std::string& stage, std::size_t without) {
 
 void show_event(const nlohmann::json& json) {
   std::cout << json_text(json) << std::endl;
+}
+
+bool writes_report(const RunArguments& arguments) {
+  return !arguments.without_report && arguments.selection.everything();
+}
+
+void set_material(OptionSet& options, const std::string& fabric) {
+  if (const std::string problem = one_of(fabric_names())(fabric); !problem.empty()) {
+    throw UsageError("--material: " + problem);  // "fitted" is what a search does without it
+  }
+  for (const StageRow* step : run_steps()) {
+    const ChainPlace& place = *step->chain;
+    if (place.fabric.empty() || !place.fabric_from.empty()) {
+      continue;
+    }
+    const std::string problem =
+        set_option(options.table, std::string(step->stage.name) + "." + std::string(place.fabric),
+                   fabric, "--material");
+    if (!problem.empty()) {
+      throw UsageError("--material: " + problem);
+    }
+  }
+  if (const std::vector<std::string> problems = broken_rules(options.table); !problems.empty()) {
+    throw UsageError(problems);
+  }
 }
 
 ChainRun::ChainRun(const RunArguments& arguments, const OptionSet& options)
@@ -125,14 +153,20 @@ void ChainRun::announce() {
   }
   const std::string time =
       "about " + duration_text(seconds) + " on " + counted(thread_count(), "core");
-  if (working == 0) {
-    std::cout << "run: every result of " << counted(stages, "stage") << " is there; "
-              << (arguments_.dry_run ? "a run would write the report alone again, "
-                                     : "they are checked, and the report is written again, ")
-              << time << std::endl;
+  const bool reports = writes_report(arguments_);
+  if (working > 0) {
+    std::cout << "run: " << working << " of " << counted(stages, "stage") << " to run"
+              << (reports ? ", then the report: " : ": ") << time << std::endl;
   } else {
-    std::cout << "run: " << working << " of " << counted(stages, "stage") << " to run, then the "
-              << "report: " << time << std::endl;
+    std::cout << "run: every result of " << counted(stages, "stage") << " is there; ";
+    if (!reports) {
+      std::cout << (arguments_.dry_run ? "a run would check them" : "they are checked")
+                << std::endl;
+    } else {
+      std::cout << (arguments_.dry_run ? "a run would write the report alone again, "
+                                       : "they are checked, and the report is written again, ")
+                << time << std::endl;
+    }
   }
   for (const RunStageAccount& one : account_.stages) {
     if (one.end == "skipped" && !arguments_.dry_run) {  // whose plan lists them
@@ -209,9 +243,12 @@ void ChainRun::learn_times() {
   }
 }
 
-/// Expected of the report on the results that are there at the end. Stages that take longer than
-/// expected say nothing of it.
+/// Expected of the report on the results that are there at the end, if this run writes it. Stages
+/// that take longer than expected say nothing of it.
 double ChainRun::report_seconds() const {
+  if (!writes_report(arguments_)) {
+    return 0;
+  }
   std::vector<std::string> shown;
   for (const RunStageAccount& one : account_.stages) {
     const bool to_come = one.end.empty() && works(one.stage);
@@ -504,6 +541,7 @@ StageRequest ChainRun::request_of(std::size_t i, bool make_input) const {
   request.input =
       input != nullptr && make_input ? input(arguments_.places) : arguments_.places.capture;
   request.options = stage_options(options_, std::string(row.name));
+  request.selection = arguments_.selection;
   request.jobs = arguments_.jobs;
   request.device = arguments_.device == "cuda" && row.has_cuda ? Device::Cuda : Device::Cpu;
   return request;
@@ -572,6 +610,12 @@ void ChainRun::show_end(StageConsole& console, const StageReport& report,
     return;
   }
   console.clear_line();
+  if (report.end == StageReport::End::Partial) {
+    std::cout << "run: " << to_string(arguments_.selection) << " of " << one.stage << " is done, "
+              << report.frames_done << " of " << counted(report.frames_total, "frame") << " in all"
+              << std::endl;
+    return;
+  }
   std::cout << "run: " << one.stage << " is " << one.end;
   if (report.end == StageReport::End::Done) {
     std::cout << ", " << duration_text(one.seconds) << ", "

@@ -11,6 +11,7 @@
 #include "capture/layouts/capture_facts.h"
 #include "core/exit_code.h"
 #include "core/options.h"
+#include "core/store/frame_selection.h"
 #include "core/store/stage_plan.h"
 #include "pipeline/chain/run_chain.h"
 #include "pipeline/pictures/run_account.h"
@@ -23,13 +24,24 @@ struct RunArguments {
   std::string from;
   std::string to;
   int jobs = 0;
+  int threads = 0;  ///< 0: one for each processor core
   std::string device = "cpu";
   std::string material;
+  FrameSelection selection;  ///< of the one stage that it does
+  bool without_report = false;
+  std::string workflow;  ///< who does it as jobs: "local", a profile of Snakemake; "": this process
   bool replace = false;
   std::vector<std::string> set_aside;  ///< stages whose results count as not there
   bool dry_run = false;
   bool json = false;
 };
+
+/// Whether the run ends with a report: on whole stages, unless it is not asked for.
+bool writes_report(const RunArguments& arguments);
+
+/// One fabric for every stage that takes one; none is then searched for. Throws UsageError.
+/// @param options  as `run_options` makes them
+void set_material(OptionSet& options, const std::string& fabric);
 
 /// One run of the chain, and its account. Exceptions of a stage are printed and kept in the
 /// account: the stages that do not read its result go on, unless it was the surroundings that

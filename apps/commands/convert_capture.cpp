@@ -235,6 +235,14 @@ int run(const ConvertCaptureArguments& arguments, const DatasetOptions& options)
   for (const std::filesystem::path& folder : report.folders) {
     std::cout << printable(folder.string()) << "\n";
   }
+  const auto errors =
+      std::count_if(dataset.findings.begin(), dataset.findings.end(),
+                    [](const Finding& finding) { return finding.severity == Severity::Error; });
+  if (errors > 0) {
+    std::cout << "written as it was read, with " << counted(errors, "error")
+              << " in it: what they advise puts it right\n";
+    return kExitBadData;
+  }
   return kExitDone;
 }
 

@@ -12,6 +12,9 @@
 #include "capture/keypoint_schema.h"
 #include "capture/label_taxonomy.h"
 #include "capture/layouts/open_dataset.h"
+#include "capture/people/detect_people.h"
+#include "capture/people/person_mask.h"
+#include "capture/people/second_look.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/exit_code.h"
@@ -33,6 +36,7 @@ constexpr std::int64_t kMaxModelBytes = 2'000'000'000;  // protobuf holds no mor
 struct DetectArguments {
   std::string capture;
   std::string model;
+  std::string networks;
   std::string out;
 };
 
@@ -41,6 +45,10 @@ struct DetectCommandOptions {
   std::string schema = "auto";
   std::string taxonomy = "auto";
   DetectOptions network;
+  FindPeopleOptions people;
+  bool views = true;   ///< look again where calibrated cameras disagree
+  bool masks = false;  ///< of the built-in detector, as labels
+  PeopleMaskOptions mask;
 };
 
 OptionTable describe(DetectCommandOptions& options) {
@@ -54,7 +62,13 @@ OptionTable describe(DetectCommandOptions& options) {
   taxonomies.insert(taxonomies.begin(), "auto");
   table.add("taxonomy", options.taxonomy, taxonomies,
             "Numbering of the classes of a parsing network; auto: recognised by their number");
-  return table.add(describe(options.network));
+  table.add(describe(options.network));
+  table.add(describe(options.people));
+  table.add("views", options.views,
+            "Second look of the built-in detector where calibrated cameras disagree");
+  table.add("masks", options.masks,
+            "Masks of the people beside their keypoints, by the built-in detector");
+  return table.add("mask", describe(options.mask));
 }
 
 /// The order of that many points, unless the user says it.
@@ -118,17 +132,10 @@ void note_schema(const fs::path& capture, const std::string& schema) {
   }
 }
 
-int run(const DetectArguments& arguments, const DetectCommandOptions& options) {
-  if (arguments.capture.empty() || arguments.model.empty()) {
-    throw UsageError(
-        "detect takes a CAPTURE and --model: atelier detect CAPTURE --model FILE.onnx");
-  }
-  if (options.network.mean.size() != 3 || options.network.standard_deviation.size() != 3) {
-    throw UsageError(
-        "--mean and --standard-deviation take three numbers each, as in [124, 116, 104]");
-  }
-  const Dataset dataset = open_dataset(arguments.capture, options.capture);
-  tell_ended_consent(dataset);
+/// The folder that results are written to, of a capture that was opened. Throws UsageError where
+/// something is in the way.
+fs::path result_folder(const DetectArguments& arguments, const Dataset& dataset,
+                       const std::vector<std::string>& parts) {
   const bool in_place = arguments.out.empty();
   if (in_place && dataset.layout != "native") {
     throw UsageError("CAPTURE has the layout " + dataset.layout +
@@ -141,14 +148,24 @@ int run(const DetectArguments& arguments, const DetectCommandOptions& options) {
     require_outside_input(arguments.out, arguments.capture, "--out", "CAPTURE");
     require_outside_captures(arguments.out, "--out");
   }
-  const fs::path out = in_place ? arguments.capture : arguments.out;
+  fs::path out = in_place ? arguments.capture : arguments.out;
   require_folder_place(out);
-  for (const char* part : {"keypoints2d", "labels"}) {
-    const bool mine = (options.network.kind == NetworkKind::Parsing) == (part[0] == 'l');
-    if (mine) {
-      require_new_place(out / part, "--out");
-    }
+  for (const std::string& part : parts) {
+    require_new_place(out / part, "--out");
   }
+  return out;
+}
+
+void write_keypoints(const fs::path& out, const std::string& camera, int frame,
+                     const std::vector<PersonKeypoints>& people) {
+  make_private_directory(out / "keypoints2d" / camera);
+  write_file_atomically(out / "keypoints2d" / camera / (frame_name(frame) + ".json"),
+                        openpose_json(people));
+}
+
+/// By a network of the user's.
+int run_own_network(const DetectArguments& arguments, const DetectCommandOptions& options,
+                    const Dataset& dataset, const fs::path& out) {
   const std::vector<std::byte> model = read_file_bytes(arguments.model, kMaxModelBytes);
   FrameReader reader(dataset);
   std::string said;  // schema or taxonomy
@@ -174,12 +191,11 @@ int run(const DetectArguments& arguments, const DetectCommandOptions& options) {
       }
       const std::vector<Detection> found = detect(model, batch, options.network, arguments.model);
       for (std::size_t i = 0; i < found.size(); ++i) {
-        const std::string name = frame_name(frames[first + i]);
         const Detection& one = found[i];
         if (!one.classes.data.empty()) {
           said = taxonomy_of(options.taxonomy, one.class_count, arguments.model);
           make_private_directory(out / "labels" / id);
-          write_labels(out / "labels" / id / (name + ".png"),
+          write_labels(out / "labels" / id / (frame_name(frames[first + i]) + ".png"),
                        to_atelier_labels(one.classes, label_taxonomy(said), arguments.model));
         } else {
           std::vector<PersonKeypoints> persons;
@@ -190,9 +206,7 @@ int run(const DetectArguments& arguments, const DetectCommandOptions& options) {
             persons.push_back(person);
           }
           people += static_cast<int>(persons.size());
-          make_private_directory(out / "keypoints2d" / id);
-          write_file_atomically(out / "keypoints2d" / id / (name + ".json"),
-                                openpose_json(persons));
+          write_keypoints(out, id, frames[first + i], persons);
         }
         ++pictures;
       }
@@ -206,13 +220,100 @@ int run(const DetectArguments& arguments, const DetectCommandOptions& options) {
               << " as labels of atelier: " << (out / "labels").string() << "\n";
     return kExitDone;
   }
-  if (in_place && !said.empty()) {
+  if (arguments.out.empty() && !said.empty()) {
     note_schema(out, said);
   }
   std::cout << pictures << " images, " << people << " people, points in the order "
             << (said.empty() ? "(nobody was found)" : said) << ": "
             << (out / "keypoints2d").string() << "\n";
   return kExitDone;
+}
+
+/// By the built-in detector.
+int run_built_in(const DetectArguments& arguments, const DetectCommandOptions& options,
+                 const Dataset& dataset, const fs::path& out, const PeopleNetworks& networks) {
+  DetectPeopleOptions how;
+  how.find = options.people;
+  how.threshold = options.network.threshold;
+  how.views = options.views;
+  how.memory = options.network.memory;
+  const PeopleCount count = detect_people(
+      dataset, networks, how,
+      [&](Index camera, int frame, const PeopleInImage& people, const ByteImage& image) {
+        std::vector<PersonKeypoints> persons;
+        for (const PersonLandmarks& one : people) {
+          persons.push_back({-1, found_points(one, image.width, image.height, how.threshold)});
+        }
+        const std::string& id = dataset.cameras[static_cast<std::size_t>(camera)].id;
+        write_keypoints(out, id, frame, persons);
+        if (options.masks) {
+          make_private_directory(out / "labels" / id);
+          write_labels(out / "labels" / id / (frame_name(frame) + ".png"),
+                       people_mask(people, image, options.mask));
+        }
+      });
+  for (const Finding& finding : count.findings) {
+    std::cerr << "warning: " << finding.place << ": " << finding.what << "; " << finding.advice
+              << "\n";
+  }
+  if (count.images == 0) {
+    throw DataError(arguments.capture, "", "no images that can be read", "some");
+  }
+  if (arguments.out.empty()) {
+    note_schema(out, kBuiltInSchema);
+  }
+  std::cout << count.images << " images, " << count.people << " people, points in the order "
+            << kBuiltInSchema << ": " << (out / "keypoints2d").string() << "\n";
+  if (options.masks) {
+    std::cout << "masks of the people: " << (out / "labels").string() << "\n";
+  }
+  if (count.looked_again + count.mirrored > 0) {
+    std::cout << "views that disagreed with the others: " << count.looked_again << ", of which "
+              << count.settled
+              << " agree after a second look; left and right exchanged: " << count.mirrored << "\n";
+  }
+  return kExitDone;
+}
+
+int run(const DetectArguments& arguments, const DetectCommandOptions& options) {
+  if (arguments.capture.empty()) {
+    throw UsageError("detect takes a CAPTURE: atelier detect CAPTURE");
+  }
+  const bool built_in = arguments.model.empty();
+  if (built_in && options.schema != "auto" && options.schema != kBuiltInSchema) {
+    throw UsageError("the built-in detector's points are in the order " +
+                     std::string(kBuiltInSchema) + "; --schema is for a --model of yours");
+  }
+  if (built_in && options.network.kind == NetworkKind::Parsing) {
+    throw UsageError(
+        "--kind parsing takes --model FILE.onnx; the built-in detector finds "
+        "keypoints");
+  }
+  if (!built_in && options.masks) {
+    throw UsageError("--masks is for the built-in detector; atelier masks makes them otherwise");
+  }
+  if (!built_in && !arguments.networks.empty()) {
+    throw UsageError("--networks is for the built-in detector, --model for a network of yours");
+  }
+  if (options.network.mean.size() != 3 || options.network.standard_deviation.size() != 3) {
+    throw UsageError(
+        "--mean and --standard-deviation take three numbers each, as in [124, 116, 104]");
+  }
+  const Dataset dataset = open_dataset(arguments.capture, options.capture);
+  tell_ended_consent(dataset);
+  const bool parsing = options.network.kind == NetworkKind::Parsing;
+  std::vector<std::string> parts = {parsing ? "labels" : "keypoints2d"};
+  if (options.masks) {
+    parts.emplace_back("labels");
+  }
+  const fs::path out = result_folder(arguments, dataset, parts);
+  if (!built_in) {
+    return run_own_network(arguments, options, dataset, out);
+  }
+  return run_built_in(arguments, options, dataset, out,
+                      read_people_networks(arguments.networks.empty() ? default_network_folder()
+                                                                      : arguments.networks,
+                                           options.people.network));
 }
 
 }  // namespace
@@ -224,8 +325,12 @@ OptionSet detect_options() {
 Action add_detect(CLI::App& parser) {
   auto arguments = std::make_shared<DetectArguments>();
   add_option(parser, "CAPTURE", arguments->capture, "Capture of any layout").required();
-  add_option(parser, "--model", arguments->model, "ONNX network of your own; none is shipped")
+  add_option(parser, "--model", arguments->model,
+             "ONNX network of your own, instead of the built-in detector")
       .type_name("FILE.onnx");
+  add_option(parser, "--networks", arguments->networks,
+             "Folder of the built-in detector's networks, as scripts/detector-networks writes them")
+      .type_name("FOLDER");
   add_option(parser, "--out", arguments->out,
              "Folder for keypoints2d/ or labels/; a native CAPTURE itself by default")
       .type_name("FOLDER");

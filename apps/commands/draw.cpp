@@ -26,7 +26,9 @@
 #include "core/printable.h"
 #include "core/render/framing.h"
 #include "core/render/video.h"
+#include "core/seal/raw_signature.h"
 #include "core/sequence_archive.h"
+#include "core/store/build_info.h"
 #include "core/store/output_place.h"
 #include "core/store/result.h"
 #include "core/store/unfinished_folder.h"
@@ -41,6 +43,7 @@
 #include "pipeline/pictures/straight_alpha.h"
 #include "pipeline/sealing/consent_check.h"
 #include "pipeline/sealing/sealed_subject.h"
+#include "pipeline/sealing/signed_render.h"
 #include "pipeline/stages/stages.h"
 
 namespace atelier {
@@ -55,6 +58,7 @@ struct DrawArguments {
   std::vector<std::string> garments;
   std::string capture;
   std::string camera;
+  std::string signing_key;
   KeyArguments keys;
 };
 
@@ -66,6 +70,7 @@ struct DrawOptions {
   bool normals = false;                 ///< normals of the surfaces instead of networks
   std::vector<double> frames;           ///< numbers of those that are drawn; none: all
   bool avatar = true;                   ///< the body as `avatar` has made it, where it has
+  bool mark = true;                     ///< images say what they are
   PictureOptions picture;
   VideoOptions video;
   PaintOptions paint;
@@ -91,6 +96,9 @@ OptionTable describe(DrawOptions& options) {
   table.add("avatar", options.avatar,
             "Body with skin, hair and shoes, where the workspace has an avatar; off: the body that "
             "clothes lie on");
+  table.add("mark", options.mark,
+            "Invisible mark and content credentials of what is drawn, which verify reads; off: "
+            "figures of a paper, to the bit as the networks drew them");
   table.add("width", options.picture.width, 1, 16384, "px",
             "Width of images that are not from a camera of the capture");
   table.add("height", options.picture.height, 1, 16384, "px",
@@ -482,15 +490,37 @@ void require_use(const DrawArguments& arguments, const OptionTable& table) {
   }
 }
 
-/// Refuses a workspace of people who have not consented to the use. Throws ConsentRefused.
-void require_consent_to(const fs::path& workspace, const ConsentUse& use) {
-  std::vector<Consent> all;
+/// What images of the workspace say of themselves. Refuses one of people who have not consented to
+/// the use: throws ConsentRefused.
+RenderStatement statement_of(const fs::path& workspace, const DrawOptions& options) {
+  RenderStatement statement;
+  statement.purpose = options.use.purpose;
+  statement.drawn = options.normals ? "normals of surfaces" : std::string(kDrawnByNetworks);
+  const std::string build = build_info();
+  statement.tool = build.substr(0, build.find(','));
   for (const StageStatus& status : workspace_status(all_stages(), workspace)) {
-    add_consent(all, consent_of(status));
+    add_consent(statement.consent, consent_of(status));
+    if (status.manifest) {
+      statement.made_of.emplace_back(status.stage, hex(outputs_digest(*status.manifest)));
+    }
   }
-  for (const std::string& doubt : require_consent(all, use)) {
+  for (const std::string& doubt : require_consent(statement.consent, options.use)) {
     std::cout << "warning: " << printable(doubt) << std::endl;
   }
+  return statement;
+}
+
+/// By which images are marked and signed: the key that was named, or one that follows from the
+/// statement, so that the same images have the same bytes.
+SignedRender signed_render(RenderStatement statement, const std::string& key_file) {
+  if (key_file.empty()) {
+    SigningKey open = open_signing_key(render_statement_text(statement));
+    return {std::move(statement), std::move(open)};
+  }
+  forbid_dumps();
+  const Secret text = read_secret_file(key_file);
+  const Secret passphrase = asks_for_passphrase(text.text()) ? passphrase_of("", false) : Secret();
+  return {std::move(statement), parse_signing_key(text.text(), passphrase, key_file)};
 }
 
 int run(DrawArguments arguments, const OptionSet& set) {
@@ -530,6 +560,9 @@ int run(DrawArguments arguments, const OptionSet& set) {
     throw UsageError("a video has no alpha channel: leave out --alpha, or choose a folder");
   }
   require_use(options, set.table, video);
+  if (!options.mark && !arguments.signing_key.empty()) {
+    throw UsageError("--sign does nothing with --mark false; leave one of them out");
+  }
   const OpenedWorkspace opened(arguments.workspace, arguments.keys);
   arguments.workspace = opened.path();
   catch_interrupts();
@@ -541,12 +574,18 @@ int run(DrawArguments arguments, const OptionSet& set) {
   video ? require_file_place(arguments.out) : require_folder_place(arguments.out);
   const std::optional<Camera> captured = captured_camera(arguments, options);
   Cast cast = whole_cast(arguments, options);
-  require_consent_to(arguments.workspace, options.use);
+  RenderStatement statement = statement_of(arguments.workspace, options);
   for (const std::string& one : outdated_results(arguments.workspace, {options.networks})) {
     std::cout << "warning: " << printable(one) << std::endl;
   }
   const VideoOptions video_as = video_options(set, rate_of(cast));
   cast.scene.cameras = captured ? std::vector{*captured} : cameras_round(cast, options);
+  const std::string mark =
+      options.mark ? "mark " + mark_text(mark_of(statement)) : "without a mark";
+  std::optional<SignedRender> render;
+  if (options.mark) {
+    render.emplace(signed_render(std::move(statement), arguments.signing_key));
+  }
   std::optional<UnfinishedFolder> folder;  // a killed run leaves nothing at the place of --out
   std::optional<VideoWriter> writer;
   if (video) {
@@ -559,10 +598,13 @@ int run(DrawArguments arguments, const OptionSet& set) {
   hooks.stop = [] { return interrupted(); };
   hooks.picture = [&](Index i, const Image& picture) {
     const std::string name = frame_name(cast.scene.frame_ids[static_cast<std::size_t>(i)]);
-    if (!video) {
-      write_image(folder->content() / (name + ".png"), straight_alpha(picture));
+    if (video) {
+      const Image frame = before_black(picture);
+      writer->add(render ? render->marked(frame) : frame);
+    } else if (render) {
+      render->write_png(folder->content() / (name + ".png"), straight_alpha(picture));
     } else {
-      writer->add(before_black(picture));
+      write_image(folder->content() / (name + ".png"), straight_alpha(picture));
     }
     std::cout << "frame " << name << std::endl;
   };
@@ -574,9 +616,12 @@ int run(DrawArguments arguments, const OptionSet& set) {
     folder.reset();
     end_by_signal();
   }
-  opened.log("render --neural", arguments.out + ", for " + options.use.purpose);
+  opened.log("render --neural", arguments.out + ", for " + options.use.purpose + ", " + mark);
   if (writer) {
     writer->finish();
+    if (render) {
+      render->sign_film(arguments.out);
+    }
   } else {
     folder->finish();
   }
@@ -609,6 +654,10 @@ Action add_draw(CLI::App& parser) {
              "Capture whose camera is used [a camera around the subject]")
       .type_name("CAPTURE");
   add_option(parser, "--camera", arguments->camera, "Camera of --capture").type_name("ID");
+  add_option(parser, "--sign", arguments->signing_key,
+             "Secret key by which images are signed, as atelier key --signing writes it [one that "
+             "everybody can derive, which says that they are whole, not whose]")
+      .type_name("FILE");
   add_key_arguments(parser, arguments->keys);
   const OptionReader options = add_option_flags(parser, draw_options());
   return [arguments, options] { return run(*arguments, options()); };

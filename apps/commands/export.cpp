@@ -422,7 +422,7 @@ int run(ExportArguments arguments, const ExportOptions& options) {
   arguments.workspace = opened.path();
   const fs::path out = workspace_place(arguments.out);
   const std::vector<StageStatus> all =
-      workspace_status(all_stages(), arguments.workspace, Check::Digests);
+      workspace_status(all_stages(), arguments.workspace, opened.check_needed());
   require_folder_place(out);
   if (is_inside(out, arguments.workspace)) {
     throw UsageError("OUT lies in the WORKSPACE; name a folder outside of it");

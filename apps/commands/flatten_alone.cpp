@@ -21,6 +21,9 @@
 #include "pipeline/pattern/flatten_garment.h"
 #include "pipeline/pattern/flatten_relax.h"
 #include "pipeline/pictures/flatten_pictures.h"
+#include "registration/drafting/exchange_dxf.h"
+#include "registration/drafting/garment_pattern_text.h"
+#include "registration/drafting/pattern_pdf.h"
 
 namespace atelier {
 namespace {
@@ -68,6 +71,12 @@ int flatten_alone(const FlattenFlags& flags, const StandAloneRequest& request) {
   const std::string title = fs::path(*flags.mesh).stem().string();
   write_file_atomically(out / "pattern.svg", pattern_svg(flat.layout, title));
   write_file_atomically(out / "pattern.dxf", pattern_dxf(flat.layout, title));
+  write_file_atomically(out / "pattern_astm.dxf",
+                        exchange_dxf(flat.layout, title, DxfDialect::Astm));
+  write_file_atomically(out / "pattern_aama.dxf",
+                        exchange_dxf(flat.layout, title, DxfDialect::Aama));
+  write_file_atomically(out / "pattern.pdf", pattern_pdf(flat.layout, title));
+  write_file_atomically(out / "pattern.json", garment_pattern_text(flat.draft));
   write_mesh(out / "garment.obj", with_flat_uvs(flat));
   if (!flags.no_pictures) {
     write_image(out / "stretch.png",
@@ -92,7 +101,8 @@ StandAloneWork add_flatten_alone(CLI::App& parser) {
       .type_name("MESH");
   add_option(
       parser, "--out", [flags](const std::string& text) { flags->out = text; },
-      "New folder for pattern.svg, pattern.dxf, garment.obj and stretch.png")
+      "New folder for pattern.svg, pattern.dxf, its dialects, pattern.json, garment.obj and "
+      "stretch.png")
       .type_name("FOLDER");
   add_flag(parser, "--no-pictures", flags->no_pictures, "No stretch.png");
   return {[flags] { return first_flatten_flag(*flags); },

@@ -2,11 +2,15 @@
 
 #include "apps/console/standard_streams.h"
 #include "core/error.h"
+#include "core/file_kind.h"
+#include "core/io/file_bytes.h"
+#include "core/limits.h"
 #include "core/printable.h"
 #include "core/seal/packed_folder.h"
 #include "core/seal/sealed_file.h"
 #include "core/usage_error.h"
 #include "pipeline/sealing/access_log.h"
+#include "pipeline/sealing/sealing_note.h"
 
 namespace atelier {
 
@@ -29,17 +33,25 @@ OpenedWorkspace::OpenedWorkspace(const std::string& workspace, const KeyArgument
   unpack_folder([&](std::span<std::uint8_t> buffer) { return sealed.read(buffer); }, content,
                 workspace);
   path_ = content.string();
+  seal_ = OpenedSeal{workspace, sealed.digest(), sealed.opened_by()};
+  if (const std::filesystem::path note = content / kSealingNote;
+      file_kind(note) == std::filesystem::file_type::regular) {
+    checked_ = parse_sealing_note(read_file_text(note, Limits{}.text_file_bytes), note.string())
+                   .digests_checked;
+  }
+  log("open", "by " + seal_->by);
 }
 
 void OpenedWorkspace::log(const std::string& action, const std::string& detail) const {
-  if (folder_) {
-    return;
-  }
+  write_log([&] { seal_ ? log_use(*seal_, action, detail) : log_access(path_, action, detail); });
+}
+
+void write_log(const std::function<void()>& write) {
   const auto warn = [](const std::exception& error) {
     standard_error() << "warning: the log was not written: " << printable(error.what()) << "\n";
   };
   try {
-    log_access(path_, action, detail);
+    write();
   } catch (const EnvironmentError& error) {
     warn(error);
   } catch (const DataError& error) {

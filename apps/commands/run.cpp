@@ -1,10 +1,13 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <charconv>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "apps/commands/chain_run.h"
+#include "apps/commands/prepared_recording.h"
+#include "apps/commands/run_workflow.h"
 #include "apps/console/arguments.h"
 #include "apps/console/command.h"
 #include "apps/console/failure.h"
@@ -13,20 +16,21 @@
 #include "apps/console/replace_results.h"
 #include "apps/console/stage_command.h"
 #include "apps/console/standard_streams.h"
+#include "capture/layouts/open_dataset.h"
 #include "core/error.h"
 #include "core/exit_code.h"
+#include "core/parallel.h"
 #include "core/printable.h"
 #include "core/quantity_text.h"
 #include "core/store/result.h"
 #include "core/store/workspace_folder.h"
 #include "core/usage_error.h"
+#include "core/writable_place.h"
 #include "pipeline/chain/outdated_results.h"
 #include "pipeline/chain/run_options.h"
 #include "pipeline/pictures/report_folder.h"
 #include "pipeline/report/report_file.h"
-#include "pipeline/stages/option_rules.h"
 #include "pipeline/stages/stages.h"
-#include "simulation/material/fabric.h"
 
 namespace atelier {
 namespace {
@@ -115,28 +119,6 @@ void show_end(const RunArguments& arguments, const ChainRun& chain, const fs::pa
   }
 }
 
-/// One fabric for every stage that takes one; none is then searched for.
-void set_material(OptionSet& options, const std::string& fabric) {
-  if (const std::string problem = one_of(fabric_names())(fabric); !problem.empty()) {
-    throw UsageError("--material: " + problem);  // "fitted" is what a search does without it
-  }
-  for (const StageRow* step : run_steps()) {
-    const ChainPlace& place = *step->chain;
-    if (place.fabric.empty() || !place.fabric_from.empty()) {
-      continue;
-    }
-    const std::string problem =
-        set_option(options.table, std::string(step->stage.name) + "." + std::string(place.fabric),
-                   fabric, "--material");
-    if (!problem.empty()) {
-      throw UsageError("--material: " + problem);
-    }
-  }
-  if (const std::vector<std::string> problems = broken_rules(options.table); !problems.empty()) {
-    throw UsageError(problems);
-  }
-}
-
 /// Writes account and report, and says how the run ended. What failed before counts more than a
 /// report that cannot be written: a disk that is full is full for both. Where another run is at
 /// work, what the workspace comes to is that one's to tell: this one's end is no failure of it.
@@ -178,7 +160,66 @@ int report_on(ChainRun& chain, const RunArguments& arguments, const ReportOption
   return chain.exit_code();
 }
 
-int run(RunArguments arguments, OptionSet options) {
+/// A part of the work is a part of one stage, of one that can be divided.
+void require_one_stage(const RunArguments& arguments) {
+  if (arguments.selection.everything()) {
+    return;
+  }
+  std::string splitting;
+  for (const StageRow* step : run_steps()) {
+    if (step->chain->splits) {
+      splitting += (splitting.empty() ? "" : ", ") + std::string(step->stage.name);
+      if (arguments.from == step->stage.name && arguments.to == arguments.from) {
+        return;
+      }
+    }
+  }
+  throw UsageError(to_string(arguments.selection) + " is a part of one stage: --from STAGE --to " +
+                   "STAGE, of " + splitting);
+}
+
+/// Where CAPTURE is a recording without calibration, with images of a board beside it: makes the
+/// capture that is run, WORKSPACE.recording/capture. Returns false where that is all there is to
+/// do.
+bool prepare(RunArguments& arguments, const RecordingArguments& recording) {
+  const fs::path capture = arguments.places.capture;
+  if (fs::exists(capture / "capture.toml") || board_folder(capture, recording).empty()) {
+    return true;
+  }
+  const Dataset dataset = open_dataset(capture);
+  if (dataset.calibrated || dataset.cameras.size() < 2) {
+    return true;
+  }
+  const fs::path folder = arguments.places.workspace.string() + ".recording";
+  const std::vector<PreparationStep> steps = preparation_steps(dataset, folder, recording);
+  if (arguments.dry_run) {
+    for (const PreparationStep& step : steps) {
+      std::cout << "run: would make " << printable(step.name) << " in "
+                << printable(folder.string()) << "\n";
+    }
+    return false;
+  }
+  if (!prepare_recording(
+          dataset, steps, folder,
+          [](const std::string& line) { std::cout << "run: " << printable(line) << std::endl; },
+          interrupted)) {
+    end_by_signal();
+  }
+  arguments.places.capture = folder / "capture";
+  return true;
+}
+
+/// Jobs of a workflow are whole stages, and write for people.
+void require_whole_run(const RunArguments& arguments) {
+  if (arguments.json || !writes_report(arguments)) {
+    throw UsageError(
+        "--workflow does all of the stages and the report: without --shard, "
+        "--no-report and --json");
+  }
+}
+
+int run(RunArguments arguments, OptionSet options, const RecordingArguments& recording) {
+  const std::vector<std::string> given = given_flags(options.table);
   if (!arguments.material.empty()) {
     set_material(options, arguments.material);
   }
@@ -198,7 +239,15 @@ int run(RunArguments arguments, OptionSet options) {
       place(arguments.to) < place(arguments.from)) {
     throw UsageError("--to " + arguments.to + " lies before --from " + arguments.from);
   }
+  require_one_stage(arguments);
+  if (!arguments.workflow.empty()) {
+    require_whole_run(arguments);
+  }
+  set_thread_count(arguments.threads);
   catch_interrupts();
+  if (!prepare(arguments, recording)) {
+    return kExitDone;
+  }
   StageEvents events;
   events.stop = interrupted;
   arguments.set_aside = replace_results({"run", places.capture, places.workspace, arguments.replace,
@@ -211,6 +260,10 @@ int run(RunArguments arguments, OptionSet options) {
                                           ChainRun(without, options).require_feasible();
                                         });
   ChainRun chain(arguments, options);
+  if (!arguments.workflow.empty()) {
+    chain.require_feasible();
+    run_workflow(arguments, given);
+  }
   chain.announce();
   if (arguments.dry_run) {
     require_folder_place(places.workspace);  // the report at least is written there
@@ -222,8 +275,23 @@ int run(RunArguments arguments, OptionSet options) {
   if (interrupted()) {
     end_by_signal();
   }
+  if (!writes_report(arguments)) {
+    return chain.exit_code();
+  }
   return report_on(chain, arguments,
                    options_of<ReportOptions>(options_of<RunOptions>(options).report));
+}
+
+/// m. Throws UsageError.
+double stature_of(const std::string& text) {
+  double stature = 0;
+  const auto read = std::from_chars(text.data(), text.data() + text.size(), stature);
+  if (read.ec != std::errc() || read.ptr != text.data() + text.size() ||
+      !(stature >= 0.5 && stature <= 2.5)) {
+    throw UsageError("--stature cannot be '" + text.substr(0, 60) +
+                     "': it takes metres, 0.5 to 2.5");
+  }
+  return stature;
 }
 
 std::string stage_problem(const std::string& text) {
@@ -238,6 +306,7 @@ std::string stage_problem(const std::string& text) {
 
 Action add_run(CLI::App& parser) {
   auto arguments = std::make_shared<RunArguments>();
+  auto recording = std::make_shared<RecordingArguments>();
   const auto to_path = [](fs::path& path) {
     return [&path](const std::string& text) { path = text; };
   };
@@ -255,12 +324,40 @@ Action add_run(CLI::App& parser) {
              "Number of frames processed at once; 0: one for each processor")
       .check(jobs_problem)
       .type_name("N");
+  add_option(parser, "--threads", arguments->threads,
+             "Number of processor cores to use; 0: all of them")
+      .check(jobs_problem)
+      .type_name("N");
   add_option(parser, "--device", arguments->device, "Device of the stages that support both")
       .check(one_of({"cpu", "cuda"}))
       .type_name("cpu|cuda");
   add_option(parser, "--material", arguments->material,
              "Fabric of all garments instead of a fitted one")
       .type_name("NAME");
+  add_option(
+      parser, "--shard",
+      [arguments](const std::string& text) {
+        if (const std::string problem = set_shard(arguments->selection, text); !problem.empty()) {
+          throw UsageError(problem);
+        }
+      },
+      "Every n-th frame from the i-th only, of one stage (--from STAGE --to STAGE); no report")
+      .type_name("i/n");
+  add_flag(parser, "--no-report", arguments->without_report, "Results alone, without the report");
+  add_option(parser, "--workflow", arguments->workflow,
+             "Jobs of atelier plan by Snakemake instead of this process: on this machine, or as a "
+             "profile of Snakemake says")
+      .type_name("local|PROFILE");
+  add_option(parser, "--boards", recording->boards,
+             "Images of a board, for a CAPTURE of images without calibration; a folder of that "
+             "name, or calibration/, in CAPTURE by default")
+      .type_name("FOLDER");
+  add_option(
+      parser, "--stature",
+      [recording](const std::string& text) { recording->stature = stature_of(text); },
+      "Stature of the person in metres, for a CAPTURE of images without calibration: it sets the "
+      "scale [1.75]")
+      .type_name("METRES");
   add_flag(parser, "--replace", arguments->replace, kReplaceHelp);
   add_flag(parser, "--dry-run", arguments->dry_run,
            "Report what would be done and why, without doing it");
@@ -271,7 +368,7 @@ Action add_run(CLI::App& parser) {
       "stage    --STAGE.section.field VALUE, such as --track.exclude none\n  of captures   "
       "--capture.field VALUE, for every stage that has it\n\n" +
       parser.get_footer());
-  return [arguments, options] { return run(*arguments, options()); };
+  return [arguments, options, recording] { return run(*arguments, options(), *recording); };
 }
 
 }  // namespace atelier

@@ -7,20 +7,19 @@
 #include "apps/console/command.h"
 #include "apps/console/interrupt.h"
 #include "apps/console/option_flags.h"
-#include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/exit_code.h"
 #include "core/io/file_bytes.h"
 #include "core/limits.h"
 #include "core/printable.h"
 #include "core/quantity_text.h"
-#include "core/seal/packed_folder.h"
 #include "core/store/output_place.h"
 #include "core/store/utc_time.h"
 #include "core/usage_error.h"
 #include "core/writable_place.h"
 #include "pipeline/sealing/access_log.h"
 #include "pipeline/sealing/consent_check.h"
+#include "pipeline/sealing/seal_folder.h"
 #include "pipeline/sealing/sealed_subject.h"
 #include "pipeline/stages/stages.h"
 
@@ -101,15 +100,6 @@ SealingNote note_of(const SealArguments& arguments, const ConsentUse& use) {
   return note;
 }
 
-/// To whom and for what, for the log.
-std::string log_text(const AgeRecipients& to, const ConsentUse& use) {
-  std::string text = "for " + use.purpose + ", to ";
-  for (const Recipient& one : to.recipients) {
-    text += recipient_text(one) + " ";
-  }
-  return text + (to.recipients.empty() ? "whoever knows the passphrase" : "");
-}
-
 int run(const SealArguments& arguments, const ConsentUse& use) {
   if (arguments.folder.empty() || arguments.out.empty()) {
     throw UsageError(
@@ -124,32 +114,23 @@ int run(const SealArguments& arguments, const ConsentUse& use) {
   }
   forbid_dumps();
   const AgeRecipients to = recipients_of(arguments);
-  const SealingNote note = note_of(arguments, use);
-  catch_interrupts();
-  std::int64_t bytes = 0;
-  PackedFolder packed;
-  {
-    AtomicFile file(out);
-    AgeWriter sealed(to, [&](Bytes piece) {
-      file.write(std::as_bytes(piece));
-      bytes += static_cast<std::int64_t>(piece.size());
-    });
-    packed = pack_folder(
-        arguments.folder, {kSealingNote, sealing_note_text(note)},
-        [&](Bytes piece) { sealed.write(piece); }, interrupted);
-    sealed.finish();
-    if (!interrupted()) {
-      if (note.kind == "workspace") {
-        log_access(arguments.folder, "seal", log_text(to, use));
-      }
-      file.commit();
-    }
+  SealingNote note = note_of(arguments, use);
+  if (note.kind == "workspace") {
+    require_sound_files(arguments.folder, all_stages());
+    note.digests_checked = true;
   }
+  catch_interrupts();
+  const SealedFolder sealed = seal_folder(arguments.folder, note, to, out, interrupted, [&] {
+    if (note.kind == "workspace") {
+      log_access(arguments.folder, "seal", sealed_to_text(to, use.purpose));
+    }
+  });
   if (interrupted()) {
     end_by_signal();
   }
-  std::cout << printable(out.string()) << ", " << bytes_text(static_cast<double>(bytes)) << ": "
-            << counted(packed.files, "file") << " of " << printable(arguments.folder) << ", "
+  std::cout << printable(out.string()) << ", " << bytes_text(static_cast<double>(sealed.bytes))
+            << ": " << counted(sealed.packed.files, "file") << " of " << printable(arguments.folder)
+            << ", "
             << (to.recipients.empty() ? std::string("by a passphrase")
                                       : "to " + counted(std::ssize(to.recipients), "recipient"))
             << "\n  consent: "

@@ -1,7 +1,7 @@
 #include <iostream>
 #include <memory>
 
-#include "apps/commands/seal_keys.h"
+#include "apps/commands/opened_workspace.h"
 #include "apps/console/arguments.h"
 #include "apps/console/command.h"
 #include "apps/console/interrupt.h"
@@ -15,6 +15,7 @@
 #include "core/usage_error.h"
 #include "core/writable_place.h"
 #include "pipeline/sealing/access_log.h"
+#include "pipeline/sealing/use_log.h"
 
 namespace atelier {
 namespace {
@@ -41,6 +42,10 @@ int run(const UnsealArguments& arguments) {
                              folder.content(), arguments.file, interrupted);
     if (!interrupted()) {
       log_access(folder.content(), "unseal", arguments.file + " to " + arguments.out);
+      write_log([&] {
+        log_use({arguments.file, sealed.digest(), sealed.opened_by()}, "unseal",
+                arguments.out + ", by " + sealed.opened_by());
+      });
       folder.finish();
     }
   }

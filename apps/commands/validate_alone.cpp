@@ -45,7 +45,7 @@ int validate_alone(const StandAloneRequest& request, const std::optional<std::st
         "--html lies in the capture, which is not changed; choose a path outside of it");
   }
   FrameReader reader(judged_dataset(capture, chosen));
-  const Validation validation = validate(reader, chosen.checks);
+  const Validation validation = judged_validation(reader, capture, chosen);
   if (html) {
     const std::filesystem::path root = std::filesystem::path(capture).lexically_normal();
     const std::string name =

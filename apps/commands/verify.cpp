@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "apps/commands/seal_keys.h"
+#include "apps/commands/verify_render.h"
 #include "apps/console/arguments.h"
 #include "apps/console/command.h"
 #include "apps/console/option_flags.h"
@@ -21,6 +22,7 @@
 #include "pipeline/sealing/access_log.h"
 #include "pipeline/sealing/consent_check.h"
 #include "pipeline/sealing/sealed_subject.h"
+#include "pipeline/sealing/use_log.h"
 #include "pipeline/stages/stages.h"
 
 namespace atelier {
@@ -93,11 +95,8 @@ int verify_sealed(const VerifyArguments& arguments, const ConsentUse& use) {
   return show_consent(note.consent, note.none_needed, use) ? kExitDone : kExitCheckFailed;
 }
 
-int verify_log(const VerifyArguments& arguments) {
-  const fs::path path = fs::path(arguments.file) / kAccessLog;
-  if (file_kind(path) == fs::file_type::not_found) {
-    throw DataError(path.string(), "", "no log", "the one that export, seal and others write");
-  }
+/// The lines of a log, and whether its chain is unbroken; its head.
+std::string show_log(const fs::path& path) {
   const AccessLog log =
       parse_access_log(read_file_text(path, Limits{}.text_file_bytes), path.string());
   for (const AccessEntry& entry : log.entries) {
@@ -108,7 +107,28 @@ int verify_log(const VerifyArguments& arguments) {
   const std::string head = hex(log.head);
   std::cout << "unbroken: " << counted(std::ssize(log.entries), "line") << ", head " << head
             << "\n";
-  if (!arguments.head.empty() && arguments.head != head) {
+  return head;
+}
+
+int verify_log(const VerifyArguments& arguments) {
+  std::vector<fs::path> logs;
+  if (is_sealed_file(arguments.file)) {
+    logs = use_logs(arguments.file);
+  } else if (const fs::path path = fs::path(arguments.file) / kAccessLog;
+             file_kind(path) != fs::file_type::not_found) {
+    logs = {path};
+  }
+  if (logs.empty()) {
+    throw DataError(arguments.file, "", "no log", "the one that export, seal and others write");
+  }
+  bool has_head = arguments.head.empty();
+  for (const fs::path& log : logs) {
+    if (logs.size() > 1) {
+      std::cout << printable(log.string()) << ":\n";
+    }
+    has_head = show_log(log) == arguments.head || has_head;
+  }
+  if (!has_head) {
     std::cout << "another head than the one given: lines were added or taken out since\n";
     return kExitCheckFailed;
   }
@@ -118,7 +138,8 @@ int verify_log(const VerifyArguments& arguments) {
 int run(const VerifyArguments& arguments, const ConsentUse& use) {
   if (arguments.file.empty()) {
     throw UsageError(
-        "verify takes a sealed file, a workspace, an export or a capture: atelier "
+        "verify takes an image, a film, a sealed file, a workspace, an export or a capture: "
+        "atelier "
         "verify FILE");
   }
   if (!arguments.head.empty() && !arguments.log) {
@@ -129,6 +150,9 @@ int run(const VerifyArguments& arguments, const ConsentUse& use) {
   }
   if (is_sealed_file(arguments.file)) {
     return verify_sealed(arguments, use);
+  }
+  if (is_picture_or_film(arguments.file)) {
+    return verify_render(arguments.file, use);
   }
   if (file_kind(arguments.file) == fs::file_type::not_found) {
     throw DataError(arguments.file, "", "nothing there", "a file or a folder");
@@ -152,11 +176,11 @@ OptionSet verify_options() {
 Action add_verify(CLI::App& parser) {
   auto arguments = std::make_shared<VerifyArguments>();
   add_option(parser, "FILE", arguments->file,
-             "Sealed file, workspace, export, capture or consent.toml")
+             "Image, film, sealed file, workspace, export, capture or consent.toml")
       .required();
   add_key_arguments(parser, arguments->keys);
   add_flag(parser, "--log", arguments->log,
-           "Log of a workspace: its lines, and whether its chain is unbroken");
+           "Log of a workspace or of a sealed file: its lines, and whether its chain is unbroken");
   add_option(parser, "--head", arguments->head, "Hash that the log's last line is expected to have")
       .type_name("HASH");
   const OptionReader options = add_option_flags(parser, verify_options());

@@ -46,8 +46,10 @@ OptionSet export_options();
 OptionSet report_options();
 OptionSet seal_options();
 OptionSet verify_options();
+OptionSet view_options();
 
-Action add_run(CLI::App& parser);  // only with capture
+Action add_run(CLI::App& parser);   // only with capture
+Action add_plan(CLI::App& parser);  // only with capture
 Action add_status(CLI::App& parser);
 Action add_inspect(CLI::App& parser);
 Action add_gc(CLI::App& parser);
@@ -71,6 +73,7 @@ Action add_seal(CLI::App& parser);
 Action add_sign(CLI::App& parser);
 Action add_unseal(CLI::App& parser);
 Action add_verify(CLI::App& parser);
+Action add_view(CLI::App& parser);
 Action add_options(CLI::App& parser);
 Action add_completion(CLI::App& parser);
 

@@ -11,6 +11,10 @@ constexpr std::array kCommands = {
 #ifdef ATELIER_COMMAND_RUN
     Command{"run", "every stage of a capture, from its images to the report", add_run},
 #endif
+#ifdef ATELIER_COMMAND_PLAN
+    Command{"plan", "a run as jobs for several machines: what each reads, needs and takes",
+            add_plan},
+#endif
     Command{"status", "results in a workspace and their state", add_status},
 #ifdef ATELIER_COMMAND_INSPECT
     Command{"inspect", "contents of a file: sizes, ranges, units, findings", add_inspect},
@@ -74,6 +78,11 @@ constexpr std::array kCommands = {
     Command{"report", "one HTML page on a workspace: warnings, figures, images", add_report,
             report_options},
 #endif
+#ifdef ATELIER_COMMAND_VIEW
+    Command{"view",
+            "a workspace, capture or mesh in the browser: in 3D, over time, from its cameras",
+            add_view, view_options},
+#endif
 #ifdef ATELIER_COMMAND_KEY
     Command{"key", "a key pair of one to whom is sealed", add_key},
 #endif
@@ -88,8 +97,8 @@ constexpr std::array kCommands = {
     Command{"unseal", "what a sealed file holds, in a new folder", add_unseal},
 #endif
 #ifdef ATELIER_COMMAND_VERIFY
-    Command{"verify", "who may open a file, who has consented to what, and the log of a workspace",
-            add_verify, verify_options},
+    Command{"verify", "who may open a file, who has consented to what, and who used it", add_verify,
+            verify_options},
 #endif
     Command{"options", "list of all options of all stages and commands", add_options},
 #ifdef ATELIER_COMMAND_COMPLETION
@@ -106,6 +115,9 @@ const std::vector<StandAlone> kStandAlone = {
 #endif
 #ifdef ATELIER_COMMAND_SIMULATE_ALONE
     {"simulate", "--garment", false, add_simulate_alone},
+#endif
+#ifdef ATELIER_COMMAND_ANIMATE_SEALED
+    {"animate", "--identity", false, add_animate_sealed, true},
 #endif
 };
 

@@ -247,6 +247,16 @@ std::vector<std::string> with_switches(const CLI::App& parser,
   return out;
 }
 
+std::vector<std::string> given_flags(const OptionTable& options) {
+  std::vector<std::string> words;
+  for (const OptionField& field : options.fields) {
+    if (field.source != "default") {
+      words.push_back(flag_of(field.name) + "=" + option_text(field));
+    }
+  }
+  return words;
+}
+
 std::string with_typed_flags(std::string problem) {
   for (const auto& [declared, typed] : typed_flags()) {
     problem = with_flag(std::move(problem), option_of_flag(declared));

@@ -21,6 +21,9 @@ using OptionReader = std::function<OptionSet()>;
 /// TOML fields with underscores; whoever types a flag may use either (as_declared).
 std::string flag_of(const std::string& option);
 
+/// The options that somebody set, as words of a command: "--track.exclude=none".
+std::vector<std::string> given_flags(const OptionTable& options);
+
 /// A problem with options in which those that begin it or stand behind "with" are called as their
 /// flags were typed: "fps cannot be 0" is "--capture.fps cannot be 0".
 std::string with_typed_flags(std::string problem);

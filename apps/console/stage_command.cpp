@@ -61,10 +61,12 @@ void require_printable(const std::string& argument, const std::filesystem::path&
   }
 }
 
-/// Without a workspace nothing is kept, so nothing is planned, split or done again.
-void require_no_stage_flags(const StageArguments& arguments) {
-  const auto given = [](const char* flag) {
-    throw UsageError(std::string(flag) + " goes with INPUT and WORKSPACE; leave it out here");
+/// Without a workspace, or with one that is sealed, nothing is kept, so nothing is planned, split
+/// or done again.
+void require_no_stage_flags(const StageArguments& arguments,
+                            const std::string& goes = "goes with INPUT and WORKSPACE") {
+  const auto given = [&](const char* flag) {
+    throw UsageError(std::string(flag) + " " + goes + "; leave it out here");
   };
   if (arguments.dry_run) {
     given("--dry-run");
@@ -136,15 +138,31 @@ int work(const Stage& stage, const StageArguments& arguments, StageConsole& cons
   return report.input_errors ? kExitBadData : kExitDone;
 }
 
+/// Whether the WORKSPACE is a file, as a sealed one is, or the flags of sealed ones are given.
+bool is_of_sealed(const StandAlone* alone, const StageArguments& arguments) {
+  const StageRequest& request = arguments.request;
+  return alone != nullptr && alone->of_sealed && !request.input.empty() &&
+         !request.workspace.empty() &&
+         (!arguments.alone.given().empty() ||
+          file_kind(request.workspace) == std::filesystem::file_type::regular);
+}
+
 int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) {
   StageRequest& request = arguments.request;
+  if (is_of_sealed(alone, arguments)) {
+    require_no_stage_flags(arguments, "goes with a WORKSPACE that is a folder");
+    return arguments.alone.run({request.input.string(), arguments.options(),
+                                arguments.device == "cuda" ? Device::Cuda : Device::Cpu,
+                                arguments.json, request.workspace.string(), request.jobs});
+  }
   if (alone != nullptr && alone->takes_input && !request.input.empty() &&
       request.workspace.empty()) {
     require_no_stage_flags(arguments);
     return arguments.alone.run(
         {request.input.string(), arguments.options(), Device::Cpu, arguments.json});
   }
-  const std::string flag = alone != nullptr ? arguments.alone.given() : "";
+  const bool on_files = alone != nullptr && !alone->of_sealed;
+  const std::string flag = on_files ? arguments.alone.given() : "";
   if (!flag.empty()) {
     if (!request.input.empty()) {
       const std::string name(stage.name);
@@ -162,7 +180,7 @@ int run(const Stage& stage, const StandAlone* alone, StageArguments& arguments) 
   if (request.input.empty() || request.workspace.empty()) {
     throw UsageError(std::string(stage.name) + " takes INPUT and WORKSPACE: atelier " +
                      std::string(stage.name) + " INPUT WORKSPACE" +
-                     (alone == nullptr ? std::string()
+                     (!on_files ? std::string()
                       : alone->takes_input
                           ? "; or INPUT alone"
                           : "; or " + std::string(alone->first_flag) + " and files"));
@@ -242,9 +260,11 @@ Action add_stage(CLI::App& parser, const Stage& stage, const StandAlone* alone) 
   Argument workspace =
       add_option(
           parser, "WORKSPACE", [&request](const std::string& text) { request.workspace = text; },
-          "Folder of results; created if it is missing")
+          alone != nullptr && alone->of_sealed
+              ? "Folder of results; created if it is missing; or a sealed one"
+              : "Folder of results; created if it is missing")
           .check(empty_problem);
-  if (alone == nullptr) {
+  if (alone == nullptr || alone->of_sealed) {
     workspace.required();
   }
   add_option(parser, "--jobs", request.jobs,

@@ -14,6 +14,7 @@
 #include "bodymodel/formats/marker_head.h"
 #include "bodymodel/formats/marker_names.h"
 #include "bodymodel/formats/marker_pose.h"
+#include "bodymodel/formats/marker_subjects.h"
 #include "bodymodel/human/human_anatomy.h"
 #include "bodymodel/human/human_rig.h"
 #include "bodymodel/rotation.h"
@@ -696,6 +697,20 @@ void level_head(const Recorded& all, const std::string& name, Subject& subject,
   }
 }
 
+PlacedMarkers placed_markers(const Subject& subject) {
+  const Points rest = rest_positions(subject.nominal);
+  PlacedMarkers markers{subject.columns, subject.nominal_markers.joints,
+                        subject.nominal_markers.offsets};
+  for (std::size_t m = 0; m < markers.segments.size(); ++m) {
+    int& joint = markers.segments[m];
+    markers.rest.row(static_cast<Index>(m)) += rest.row(joint);
+    if (subject.nominal.names[static_cast<std::size_t>(joint)].ends_with("_foot")) {
+      joint = subject.nominal.parents[static_cast<std::size_t>(joint)];  // toes beside heels
+    }
+  }
+  return markers;
+}
+
 }  // namespace
 
 OptionTable describe(MarkerFitOptions& options) {
@@ -761,6 +776,9 @@ MarkerFit fit_markers(const MarkerClip& original, const MotionOptions& motion,
   const MarkerClip person = one_person(original, options.subject, fit.clip.findings);
   Subject subject = recognised_subject(person, fit);
   const MarkerClip clip = in_our_axes(person, subject, motion, fit.clip.findings);
+  if (const auto mirrored = mirrored_finding(clip, placed_markers(subject))) {
+    fit.clip.findings.push_back(*mirrored);
+  }
   const Recorded all = recorded(clip, subject);
   level_head(all, clip.name, subject, fit.clip.findings);
   const std::vector<std::size_t> frames = calibration_frames(all, options.calibration_frames);

@@ -5,6 +5,7 @@
 #include <set>
 
 #include "bodymodel/formats/c3d_parameters.h"
+#include "bodymodel/formats/marker_subjects.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/polygon_mesh.h"
@@ -195,6 +196,19 @@ C3dLayout layout_of(const C3dFile& file, std::uint64_t held, const MarkerClip& c
   return layout;
 }
 
+// Places may be there all the same, which nothing but the residuals says to be invalid.
+void note_nothing_seen(MarkerClip& clip) {
+  const bool any = std::any_of(clip.seen.begin(), clip.seen.end(), [](const auto& seen) {
+    return std::find(seen.begin(), seen.end(), true) != seen.end();
+  });
+  if (!any) {
+    clip.findings.push_back(
+        {Severity::Warning, "motion-markers-unseen", clip.name,
+         "no point is seen in any frame: all have a residual below 0, or are no numbers",
+         "write the points as valid with the program that made them"});
+  }
+}
+
 void read_frames(C3dNumbers& numbers, const C3dLayout& layout, const C3dFrames& frames,
                  const std::vector<std::size_t>& kept, const Limits& limits, MarkerClip& clip) {
   ByteReader& in = numbers.reader();
@@ -226,6 +240,7 @@ void read_frames(C3dNumbers& numbers, const C3dLayout& layout, const C3dFrames& 
     clip.positions.push_back(std::move(positions));
     clip.seen.push_back(std::move(seen));
   }
+  note_nothing_seen(clip);
 }
 
 // Theia3D and Visual3D write segments as 4 x 4 matrices, column by column, and a residual.
@@ -361,6 +376,7 @@ MarkerClip read_c3d(std::span<const std::byte> bytes, const std::string& name,
   const C3dLayout layout = layout_of(file, held, clip);
   const C3dFrames frames = frames_of_file(file, held, layout.row, limits, clip);
   read_frames(numbers, layout, frames, kept, limits, clip);
+  name_subjects(clip);
   lose_markers_at_origin(clip);
   return clip;
 }

@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "bodymodel/formats/marker_subjects.h"
 #include "bodymodel/motion_clip.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
@@ -360,6 +361,7 @@ MarkerClip read_trc(std::span<const std::byte> bytes, const std::string& name,
     times.clear();
   }
   compare_rates(times, lines, clip);
+  name_subjects(clip);
   lose_markers_at_origin(clip);
   return clip;
 }

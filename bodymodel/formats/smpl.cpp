@@ -1,6 +1,7 @@
 #include "bodymodel/formats/smpl.h"
 
 #include <algorithm>
+#include <cctype>
 
 #include "bodymodel/formats/body_size.h"
 #include "bodymodel/formats/skin_weights.h"
@@ -222,6 +223,32 @@ void add_correctives(const Npz& npz, const Limits& limits, BodyModel& model) {
   }
 }
 
+// "female", "male" or "neutral" where a file or its folder is named so: SMPLX_FEMALE.npz,
+// male/model.npz, basicmodel_f_lbs_10_207_0_v1.1.0.npz; else "". The arrays do not say it.
+std::string gender_of_name(const std::filesystem::path& file) {
+  const auto gender_in = [](const std::string& name) -> std::string {
+    bool basic = false;
+    std::string word;
+    for (const char c : name + "_") {
+      if (std::isalpha(static_cast<unsigned char>(c)) != 0) {
+        word += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+        continue;
+      }
+      if (word == "female" || word == "male" || word == "neutral") {
+        return word;
+      }
+      if (basic && (word == "f" || word == "m")) {
+        return word == "f" ? "female" : "male";
+      }
+      basic = basic || word == "basicmodel";
+      word.clear();
+    }
+    return "";
+  };
+  const std::string own = gender_in(file.stem().string());
+  return own.empty() ? gender_in(file.parent_path().filename().string()) : own;
+}
+
 }  // namespace
 
 SmplBody read_smpl(const Npz& npz, const SmplOptions& options, const Limits& limits) {
@@ -276,6 +303,9 @@ SmplBody read_smpl(const Npz& npz, const SmplOptions& options, const Limits& lim
   const bool star =
       !model.correctives.empty() && model.correctives[0].feature == PoseFeature::QuaternionEntry;
   model.name = star ? "star" : joints == 24 ? "smpl" : joints == 52 ? "smplh" : "smplx";
+  if (const std::string gender = gender_of_name(npz.file()); !gender.empty()) {
+    model.name += "_" + gender;
+  }
   check_body_model(model, npz.file());
   if (options.metres_per_unit != 1) {
     model = scaled_body(std::move(model), options.metres_per_unit);

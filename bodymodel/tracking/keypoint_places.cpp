@@ -130,6 +130,13 @@ class Anatomy {
     if (part == "eye") {
       return Place{head(), on_face(side == 0 ? 1 : -1, 0), kSurfaceSpread};
     }
+    const double sign = side == 0 ? 1 : -1;
+    if (part == "eye_inner" || part == "eye_outer") {
+      return Place{head(), on_face(sign * (part == "eye_inner" ? 0.5 : 1.45), 0), kSurfaceSpread};
+    }
+    if (part == "mouth_corner") {
+      return Place{head(), on_face(sign * 0.8, -2.2), kSurfaceSpread};
+    }
     if (part == "ear") {
       return Place{head(), furthest(head(), outward), kSurfaceSpread};
     }
@@ -138,6 +145,9 @@ class Anatomy {
     }
     if (part == "small_toe") {
       return Place{foot, furthest(leg.ankle, front + 0.9 * outward), kSurfaceSpread};
+    }
+    if (part == "foot_index") {
+      return Place{foot, furthest(leg.ankle, front), kSurfaceSpread};
     }
     if (part == "heel") {
       return Place{leg.ankle, furthest(leg.ankle, -front - 0.3 * Eigen::Vector3d::UnitY()),

@@ -6,6 +6,7 @@
 #include <opencv2/core/utils/logger.hpp>
 #include <opencv2/dnn.hpp>
 
+#include "capture/detection/loaded_network.h"
 #include "core/error.h"
 #include "core/io/byte_reader.h"
 #include "core/io/worker.h"
@@ -14,15 +15,6 @@ namespace atelier {
 namespace {
 
 constexpr int kMaxDimensions = 6;
-
-void append(std::vector<std::byte>& bytes, const void* from, std::size_t count) {
-  const auto* first = static_cast<const std::byte*>(from);
-  bytes.insert(bytes.end(), first, first + count);
-}
-
-void append_number(std::vector<std::byte>& bytes, std::uint32_t number) {
-  append(bytes, &number, sizeof number);
-}
 
 /// The first line of what OpenCV says, without its place in OpenCV's sources.
 std::string reason_of(const cv::Exception& error) {
@@ -41,55 +33,95 @@ int quiet(int /*status*/, const char* /*function*/, const char* /*message*/, con
 std::vector<std::byte> outputs_of(std::span<const std::byte> model,
                                   const std::vector<NetworkInput>& inputs,
                                   const std::string& file) {
-  cv::setNumThreads(1);  // the process may start none
-  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
-  cv::redirectError(quiet);
+  quieten_opencv();
+  LoadedNetwork network(model, file);
   std::vector<std::byte> bytes;
-  std::string step = "reading the network";
-  try {
-    cv::dnn::Net network =
-        cv::dnn::readNetFromONNX(reinterpret_cast<const char*>(model.data()), model.size());
-    if (network.empty()) {
-      throw DataError(file, "", "a network without layers", "an ONNX network");
-    }
-    network.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
-    network.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
-    const std::vector<cv::String> names = network.getUnconnectedOutLayersNames();
-    for (const NetworkInput& input : inputs) {
-      step = "running the network on " + std::to_string(input.pixels.width) + " x " +
-             std::to_string(input.pixels.height) + " pixels";
-      const cv::Mat picture(input.pixels.height, input.pixels.width, CV_32FC3,
-                            const_cast<float*>(input.pixels.data.data()));
-      network.setInput(cv::dnn::blobFromImage(picture));
-      std::vector<cv::Mat> outputs;
-      network.forward(outputs, names);
-      append_number(bytes, static_cast<std::uint32_t>(outputs.size()));
-      for (std::size_t i = 0; i < outputs.size(); ++i) {
-        const cv::Mat& output = outputs[i];
-        if (output.depth() != CV_32F || output.dims < 2 || output.dims > kMaxDimensions ||
-            output.size[0] != 1) {
-          throw DataError(
-              file, "output '" + names[i] + "'", "a shape or type that is not an image's result",
-              "float32 [1, ...] of at most " + std::to_string(kMaxDimensions) + " dimensions");
-        }
-        append_number(bytes, static_cast<std::uint32_t>(names[i].size()));
-        append(bytes, names[i].data(), names[i].size());
-        append_number(bytes, static_cast<std::uint32_t>(output.dims - 1));
-        for (int d = 1; d < output.dims; ++d) {
-          append_number(bytes, static_cast<std::uint32_t>(output.size[d]));
-        }
-        const cv::Mat dense = output.isContinuous() ? output : output.clone();
-        append(bytes, dense.ptr<float>(), dense.total() * sizeof(float));
-      }
-    }
-  } catch (const cv::Exception& error) {
-    throw DataError(file, "", step + " failed: " + reason_of(error),
-                    "an ONNX network that OpenCV " CV_VERSION " runs, and the size of its input");
+  for (const NetworkInput& input : inputs) {
+    append_outputs(bytes, network.run(input.pixels));
   }
   return bytes;
 }
 
+[[noreturn]] void refuse_step(const std::string& file, const std::string& step,
+                              const cv::Exception& error) {
+  throw DataError(file, "", step + " failed: " + reason_of(error),
+                  "an ONNX network that OpenCV " CV_VERSION " runs, and the size of its input");
+}
+
 }  // namespace
+
+void quieten_opencv() {
+  cv::setNumThreads(1);  // the process may start none
+  cv::utils::logging::setLogLevel(cv::utils::logging::LOG_LEVEL_SILENT);
+  cv::redirectError(quiet);
+}
+
+struct LoadedNetwork::Layers {
+  cv::dnn::Net net;
+};
+
+LoadedNetwork::LoadedNetwork(std::span<const std::byte> model, std::string file)
+    : file_(std::move(file)), layers_(std::make_shared<Layers>()) {
+  cv::dnn::Net& net = layers_->net;
+  try {
+    net = cv::dnn::readNetFromONNX(reinterpret_cast<const char*>(model.data()), model.size());
+    if (net.empty()) {
+      throw DataError(file_, "", "a network without layers", "an ONNX network");
+    }
+    net.setPreferableBackend(cv::dnn::DNN_BACKEND_OPENCV);
+    net.setPreferableTarget(cv::dnn::DNN_TARGET_CPU);
+    names_ = net.getUnconnectedOutLayersNames();
+  } catch (const cv::Exception& error) {
+    refuse_step(file_, "reading the network", error);
+  }
+}
+
+std::vector<NetworkOutput> LoadedNetwork::run(const Image& pixels) {
+  std::vector<cv::Mat> outputs;
+  try {
+    const cv::Mat picture(pixels.height, pixels.width, CV_32FC3,
+                          const_cast<float*>(pixels.data.data()));
+    layers_->net.setInput(cv::dnn::blobFromImage(picture));
+    layers_->net.forward(outputs, names_);
+  } catch (const cv::Exception& error) {
+    refuse_step(file_,
+                "running the network on " + std::to_string(pixels.width) + " x " +
+                    std::to_string(pixels.height) + " pixels",
+                error);
+  }
+  std::vector<NetworkOutput> results;
+  for (std::size_t i = 0; i < outputs.size(); ++i) {
+    const cv::Mat& output = outputs[i];
+    if (output.depth() != CV_32F || output.dims < 2 || output.dims > kMaxDimensions ||
+        output.size[0] != 1) {
+      throw DataError(
+          file_, "output '" + names_[i] + "'", "a shape or type that is not an image's result",
+          "float32 [1, ...] of at most " + std::to_string(kMaxDimensions) + " dimensions");
+    }
+    NetworkOutput result;
+    result.name = names_[i];
+    for (int d = 1; d < output.dims; ++d) {
+      result.shape.push_back(output.size[d]);
+    }
+    const cv::Mat dense = output.isContinuous() ? output : output.clone();
+    result.values.assign(dense.ptr<float>(), dense.ptr<float>() + dense.total());
+    results.push_back(std::move(result));
+  }
+  return results;
+}
+
+void append_outputs(std::vector<std::byte>& bytes, const std::vector<NetworkOutput>& outputs) {
+  append_value(bytes, static_cast<std::uint32_t>(outputs.size()));
+  for (const NetworkOutput& output : outputs) {
+    append_value(bytes, static_cast<std::uint32_t>(output.name.size()));
+    append_values(bytes, std::span(output.name.data(), output.name.size()));
+    append_value(bytes, static_cast<std::uint32_t>(output.shape.size()));
+    for (const int side : output.shape) {
+      append_value(bytes, static_cast<std::uint32_t>(side));
+    }
+    append_values(bytes, std::span(output.values.data(), output.values.size()));
+  }
+}
 
 std::vector<std::vector<NetworkOutput>> run_network(std::span<const std::byte> model,
                                                     const std::vector<NetworkInput>& inputs,

@@ -1,5 +1,7 @@
 #include "capture/layouts/actorshq.h"
 
+#include <algorithm>
+#include <array>
 #include <cstdio>
 #include <map>
 
@@ -47,6 +49,11 @@ std::vector<std::string> cells_of(std::string_view line) {
     }
     line.remove_prefix(comma + 1);
   }
+}
+
+/// An empty cell, or NaN as programs write it.
+bool is_unsaid_cell(const std::string& cell) {
+  return cell.empty() || cell == "nan" || cell == "NaN" || cell == "NAN";
 }
 
 }  // namespace
@@ -114,6 +121,14 @@ std::vector<Camera> parse_actorshq_cameras(std::string_view text, const std::str
       camera.distortion[static_cast<std::size_t>(slot == 2 ? 4 : slot)] = value;
       camera.distortion_model = value != 0 ? Distortion::Brown : camera.distortion_model;
       ++slot;
+    }
+    constexpr std::array kPose = {"rx", "ry", "rz", "tx", "ty", "tz"};
+    if (std::any_of(kPose.begin(), kPose.end(), [&](const char* column) {
+          return is_unsaid_cell(cells[columns.at(column)]);
+        })) {
+      camera.camera_from_world_rotation.setZero();  // open_dataset leaves it out
+      cameras.push_back(camera);
+      continue;
     }
     const Eigen::Matrix3d world_from_camera =
         rotation_of_vector({number("rx"), number("ry"), number("rz")});

@@ -92,7 +92,7 @@ std::string recognize_thuman4(const fs::path& path) {
 
 std::vector<Camera> parse_avatarrex_cameras(std::string_view text, const std::string& file,
                                             const Limits& limits) {
-  const nlohmann::json parsed = parse_json(text, file, limits);
+  const nlohmann::json parsed = parse_python_json(text, file, limits);
   const JsonPlace root(parsed, file);
   if (!parsed.is_object() || parsed.empty() ||
       static_cast<std::int64_t>(parsed.size()) > limits.cameras) {
@@ -105,7 +105,7 @@ std::vector<Camera> parse_avatarrex_cameras(std::string_view text, const std::st
     OpencvCamera camera;
     camera.id = key;
     camera.matrix = matrix3_of(entry.at("K"));
-    read_pose(camera, entry.at("R"), entry.at("T"));
+    read_pose(camera, entry, "R", "T");
     if (const auto size = entry.find("imgSize")) {
       const std::vector<JsonPlace> sides = size->items();
       if (sides.size() != 2) {

@@ -66,7 +66,8 @@ int pixels(const JsonPlace& place, double value) {
 }
 
 bool is_camera(const nlohmann::json& value) {
-  return value.is_object() && value.contains("matrix") && value.contains("size");
+  return value.is_object() && value.contains("size") &&
+         (value.contains("matrix") || value.contains("rotation") || value.contains("distortions"));
 }
 
 /// One calibration file, "" if there is none: `path` itself, or the first of the folder's.
@@ -100,7 +101,8 @@ bool holds_cameras(const fs::path& file, const char* key) {
     return false;
   }
   try {
-    const nlohmann::json parsed = read_toml(file);
+    const nlohmann::json parsed =
+        parse_python_toml(read_file_text(file, Limits{}.text_file_bytes), file.string());
     return parsed.contains(key);
   } catch (const DataError&) {
     return false;  // whatever it is, it is not told by this
@@ -282,7 +284,7 @@ const char* const kLost = "frame rate, masks and labels are left out (detections
 }  // namespace
 
 CameraToml parse_camera_toml(std::string_view text, const std::string& file, const Limits& limits) {
-  const nlohmann::json parsed = parse_toml(text, file, limits);
+  const nlohmann::json parsed = parse_python_toml(text, file, limits);
   const JsonPlace root(parsed, file);
   // Caliscope's newer files have all cameras below one table.
   const std::optional<JsonPlace> below = root.find("cameras");
@@ -302,8 +304,7 @@ CameraToml parse_camera_toml(std::string_view text, const std::string& file, con
       camera.id = table.at("name").text();
     }
     const auto leave_out = [&](const std::string& why) {
-      result.findings.push_back({Severity::Warning, "camera-left-out", camera.id,
-                                 why + "; the camera is left out", "calibrate it if it is needed"});
+      result.findings.push_back(camera_left_out(camera.id, why));
     };
     if (table.boolean_or("ignore", false)) {
       leave_out("its calibration says to ignore it");
@@ -318,7 +319,7 @@ CameraToml parse_camera_toml(std::string_view text, const std::string& file, con
       leave_out("it has no pose");
       continue;
     }
-    if (lacks("matrix")) {
+    if (lacks("matrix") || lacks("size")) {
       leave_out("it has no intrinsics");
       continue;
     }

@@ -147,8 +147,8 @@ int whole_number(const char* option, const std::string& text) {
 /// Quarter turns, clockwise.
 int quarters_of(const std::string& text) {
   constexpr int kQuarter = 90;
-  if (text != "90" && text != "180" && text != "270") {
-    refuse("turned", value_shown(text), "90, 180 or 270 degrees, clockwise");
+  if (text != "0" && text != "90" && text != "180" && text != "270") {
+    refuse("turned", value_shown(text), "0, 90, 180 or 270 degrees, clockwise");
   }
   return whole_number("turned", text) / kQuarter;
 }
@@ -194,6 +194,11 @@ void renumber(FramePlaces& places, int by, const std::vector<int>& wanted) {
 void leave_out(Dataset& dataset, const std::string& names) {
   std::set<std::size_t> gone;
   for (const std::string_view name : cameras_in_list(names)) {
+    if (std::erase_if(dataset.findings, [&](const Finding& finding) {
+          return finding.code == "camera-left-out" && finding.place == name;
+        }) > 0) {
+      continue;  // its calibration left it out already
+    }
     gone.insert(camera_named(dataset, "leave_out", name, "some, but not all, of "));
   }
   if (gone.size() == dataset.cameras.size() && !gone.empty()) {
@@ -239,10 +244,12 @@ OptionTable describe(CorrectionOptions& options) {
       .add("pixel_shift", options.pixel_shift, anything,
            "Shift of the principal point in pixels: all=0.5")
       .add("turned", options.turned, anything,
-           "Clockwise turn of a camera's images since they were calibrated, in degrees: cam3=90")
+           "Clockwise turn of a camera's images since they were calibrated, in degrees; 0: none, "
+           "whatever EXIF or the recorder says: cam3=90")
       .add("keypoints", options.keypoints, anything,
            "Convention of the 2D keypoints: mirrored, upside_down, swapped_sides, shares, percent, "
-           "or a factor on pixels, as in cam3=mirrored")
+           "turned_90, turned_180 or turned_270 (of images turned clockwise, as by EXIF), or a "
+           "factor on pixels, as in cam3=mirrored")
       .add("masks", options.masks, anything, "Convention of the masks: all=inverted");
   return table;
 }
@@ -286,8 +293,8 @@ std::string correction_problem(std::string_view option, const std::string& text)
 }
 
 void correct_cameras(Dataset& dataset, const CorrectionOptions& options) {
+  exchange_calibrations(dataset, options.calibration_of);  // also that of one that is left out
   leave_out(dataset, options.leave_out);
-  exchange_calibrations(dataset, options.calibration_of);
   const std::pair<const char*, const std::string*> readings[] = {
       {"extrinsics", &options.extrinsics},   {"baseline", &options.baseline},
       {"intrinsics", &options.intrinsics},   {"distortion", &options.distortion},
@@ -303,6 +310,7 @@ void correct_cameras(Dataset& dataset, const CorrectionOptions& options) {
   for (const Entry& entry : entries_of(dataset, "turned", options.turned)) {
     for (const std::size_t camera : entry.cameras) {
       dataset.frames[camera].turn += quarters_of(entry.value);
+      dataset.frames[camera].turn_said = true;
     }
   }
   for (const auto& [option, text] : {std::pair("leave_out", &options.leave_out),
@@ -359,6 +367,7 @@ void correct_frames(Dataset& dataset, const CorrectionOptions& options) {
       reading.mirrored = reading.mirrored || more.mirrored;
       reading.upside_down = reading.upside_down || more.upside_down;
       reading.swapped_sides = reading.swapped_sides || more.swapped_sides;
+      reading.turn = (reading.turn + more.turn) % 4;
     }
   }
 }

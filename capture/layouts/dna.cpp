@@ -149,6 +149,10 @@ Camera camera_in(const std::map<std::string, Tensor>& parameters, const std::str
   const Eigen::Matrix4d rt = rigid_of(tensor("RT"), file, group + "RT");
   camera.rotation = rt.topLeftCorner<3, 3>().transpose();
   camera.translation = -(camera.rotation * rt.topRightCorner<3, 1>());
+  if (rt.hasNaN()) {  // open_dataset leaves it out
+    camera.rotation.setZero();
+    camera.translation.setZero();
+  }
   Camera result = camera_of(camera, file);
   const auto color = parameters.find(group + "Color_Calibration");
   if (color != parameters.end()) {

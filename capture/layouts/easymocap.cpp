@@ -34,6 +34,9 @@ const RowMatrix& matrix_of_key(const OpencvYaml& yaml, const std::string& key, I
                     std::to_string(matrix.rows()) + " x " + std::to_string(matrix.cols()),
                     std::to_string(rows) + " x " + std::to_string(cols));
   }
+  if (matrix.hasNaN()) {
+    throw DataError(file, key, "a number that is none", "a finite number");
+  }
   return matrix;
 }
 
@@ -128,7 +131,8 @@ std::vector<Camera> parse_easymocap_cameras(std::string_view intrinsics,
   std::vector<std::string> others = names_of(ex, extri);
   std::sort(sorted.begin(), sorted.end());
   std::sort(others.begin(), others.end());
-  if (sorted != others) {
+  // A camera of intri.yml alone has no pose.
+  if (!std::includes(sorted.begin(), sorted.end(), others.begin(), others.end())) {
     throw DataError(extri, "names", "other cameras than those of intri.yml", "the same names");
   }
   if (static_cast<std::int64_t>(names.size()) > limits.cameras) {
@@ -152,12 +156,21 @@ std::vector<Camera> parse_easymocap_cameras(std::string_view intrinsics,
     if ((camera.height == 0) != (camera.width == 0)) {
       throw DataError(intri, "H_" + name, "one of H and W alone", "both or none");
     }
-    const bool has_vector = ex.matrices.contains("R_" + name);
+    const auto has = [&](const std::string& key) {  // OpenCV writes 0 x 0 for none
+      const auto found = ex.matrices.find(key + name);
+      return found != ex.matrices.end() && found->second.size() > 0 && !found->second.hasNaN();
+    };
+    const bool has_vector = has("R_");
+    if ((!has_vector && !has("Rot_")) || !has("T_")) {
+      camera.rotation.setZero();  // open_dataset leaves it out
+      cameras.push_back(camera_of(camera, intri));
+      continue;
+    }
     if (has_vector) {
       const RowMatrix& r = matrix_of_key(ex, "R_" + name, 3, 1, extri);
       camera.rotation = rotation_of_vector({r.data()[0], r.data()[1], r.data()[2]});
     }
-    if (!has_vector || ex.matrices.contains("Rot_" + name)) {
+    if (!has_vector || has("Rot_")) {
       const Eigen::Matrix3d matrix = matrix_of_key(ex, "Rot_" + name, 3, 3, extri);
       constexpr double kAgree = 1e-3;
       if (has_vector && !((matrix - camera.rotation).norm() < kAgree)) {

@@ -82,6 +82,39 @@ void refuse_file_for_folder(fs::path folder) {
   }
 }
 
+/// Numbers of a camera's counter that has begun again at 0 or 1 behind 9999, or behind nines of its
+/// whole width, go on behind them: "DSC09999.JPG" is before "DSC00001.JPG" where the same folder
+/// has numbers at both ends of the range, in rows, and nothing in half of it.
+/// @param numbers  (number, ...) sorted
+/// @param digits   of the longest number, as it is written
+template <class Numbers>
+void continue_counter(Numbers& numbers, std::size_t digits) {
+  constexpr int kFour = 10'000;  // five digits of some cameras count to 9999, too
+  constexpr std::size_t kFewest = 4;
+  constexpr std::size_t kMost = 8;
+  if (numbers.size() < 4 || digits < kFewest || digits > kMost) {
+    return;
+  }
+  int range = kFour;
+  for (std::size_t k = kFewest; k < digits && numbers.back().first >= kFour; ++k) {
+    range *= 10;
+  }
+  const std::size_t last = numbers.size() - 1;
+  const int first = numbers.front().first;
+  const bool both_ends = numbers[last].first == range - 1 && first <= 1 &&
+                         numbers[last - 1].first == range - 2 && numbers[1].first == first + 1;
+  const auto gap = std::adjacent_find(
+      numbers.begin(), numbers.end(),
+      [&](const auto& a, const auto& b) { return b.first - a.first > range / 2; });
+  if (!both_ends || gap == numbers.end()) {
+    return;
+  }
+  for (auto it = numbers.begin(); it <= gap; ++it) {
+    it->first += range;
+  }
+  std::rotate(numbers.begin(), gap + 1, numbers.end());
+}
+
 /// Places by the numbers of their names.
 /// @param place_of  of a name
 template <class PlaceOf>
@@ -97,6 +130,12 @@ FramePlaces numbered(const std::vector<std::string>& names, const PlaceOf& place
     }
   }
   std::sort(order.begin(), order.end());
+  std::size_t digits = 0;
+  for (const std::string& name : names) {
+    const std::vector<std::string_view> runs = digit_runs(name);
+    digits = runs.size() > run ? std::max(digits, runs[runs.size() - 1 - run].size()) : digits;
+  }
+  continue_counter(order, digits);
   FramePlaces frames;
   for (const auto& [number, i] : order) {
     const DataPlace place = place_of(names[i]);

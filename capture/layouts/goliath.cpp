@@ -49,7 +49,7 @@ std::string recognize_goliath(const fs::path& path) {
 
 std::vector<Camera> parse_goliath_cameras(std::string_view text, const std::string& file,
                                           const Limits& limits) {
-  const nlohmann::json parsed = parse_json(text, file, limits);
+  const nlohmann::json parsed = parse_python_json(text, file, limits);
   const std::vector<JsonPlace> items = JsonPlace(parsed, file).at("KRT").items();
   if (static_cast<std::int64_t>(items.size()) > limits.cameras) {
     throw DataError(file, "KRT", std::to_string(items.size()) + " cameras",
@@ -60,13 +60,13 @@ std::vector<Camera> parse_goliath_cameras(std::string_view text, const std::stri
     OpencvCamera camera;
     camera.id = camera_id_of(entry.at("cameraId"));
     camera.matrix = matrix3_of(entry.at("K")).transpose();
-    const JsonPlace place = entry.at("T");
+    const std::optional<JsonPlace> place = entry.find("T");
     // Without a pose every number of it is 0, which leaves the camera out.
-    const bool unsaid = is_unsaid(place);
-    const std::vector<double> values = unsaid ? std::vector<double>(12, 0) : all_numbers(place);
+    const bool unsaid = !place || is_unsaid(*place);
+    const std::vector<double> values = unsaid ? std::vector<double>(12, 0) : all_numbers(*place);
     if (values.size() != 12 && values.size() != 16) {
-      place.fail(counted(static_cast<std::int64_t>(values.size()), "number"),
-                 "4 x 4 or 4 x 3, transposed");
+      place->fail(counted(static_cast<std::int64_t>(values.size()), "number"),
+                  "4 x 4 or 4 x 3, transposed");
     }
     // Row r of the file is column r of camera from world.
     const std::size_t columns = values.size() / 4;
@@ -77,7 +77,7 @@ std::vector<Camera> parse_goliath_cameras(std::string_view text, const std::stri
                : camera.translation[static_cast<Index>(i)]) = value;
       }
       if (columns == 4 && values[r * columns + 3] != (r == 3 ? 1 : 0)) {
-        place.fail("a last column that is not 0 0 0 1", "camera from world, transposed");
+        place->fail("a last column that is not 0 0 0 1", "camera from world, transposed");
       }
     }
     if (const auto distortion = entry.find("distortion")) {

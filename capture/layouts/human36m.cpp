@@ -44,7 +44,7 @@ std::string recognize_human36m(const fs::path& path) {
 
 std::vector<Camera> parse_human36m_cameras(std::string_view text, const std::string& subject,
                                            const std::string& file, const Limits& limits) {
-  const nlohmann::json parsed = parse_json(text, file, limits);
+  const nlohmann::json parsed = parse_python_json(text, file, limits);
   const JsonPlace root(parsed, file);
   const JsonPlace subjects = root.at("extrinsics");
   const JsonPlace intrinsics = root.at("intrinsics");
@@ -83,7 +83,7 @@ std::vector<Camera> parse_human36m_cameras(std::string_view text, const std::str
     camera.width = camera.height > 0 ? 1000 : 0;
     camera.matrix = matrix3_of(lens.at("calibration_matrix"));
     camera.distortion = all_numbers(lens.at("distortion"));
-    read_pose(camera, pose.at("R"), pose.at("t"));
+    read_pose(camera, pose, "R", "t");
     cameras.push_back(camera_of(camera, file));
   }
   return cameras;

@@ -1,6 +1,9 @@
 #include "capture/layouts/json_numbers.h"
 
+#include <algorithm>
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "capture/layouts/camera_side.h"
 #include "core/printable.h"
@@ -48,22 +51,33 @@ Eigen::Matrix4d matrix4_of(const JsonPlace& place) {
 }
 
 bool is_unsaid(const JsonPlace& place) {
-  if (!place.value().is_string()) {
-    return place.value().is_null();
+  const nlohmann::json& value = place.value();
+  if (value.is_array()) {
+    const std::vector<JsonPlace> items = place.items();
+    return items.empty() || std::any_of(items.begin(), items.end(), is_unsaid);
+  }
+  if (value.is_number_float()) {
+    return std::isnan(value.get<double>());
+  }
+  if (!value.is_string()) {
+    return value.is_null();
   }
   const std::string& text = place.text();
   return text.empty() || text == "null" || text == "None" || text == "none" || text == "nan" ||
          text == "NaN";
 }
 
-void read_pose(OpencvCamera& camera, const JsonPlace& rotation, const JsonPlace& translation) {
-  if (is_unsaid(rotation) || is_unsaid(translation)) {
+void read_pose(OpencvCamera& camera, const JsonPlace& entry, const char* rotation,
+               const char* translation) {
+  const std::optional<JsonPlace> turn = entry.find(rotation);
+  const std::optional<JsonPlace> shift = entry.find(translation);
+  if (!turn || !shift || is_unsaid(*turn) || is_unsaid(*shift)) {
     camera.rotation.setZero();
     camera.translation.setZero();
     return;
   }
-  camera.rotation = matrix3_of(rotation);
-  camera.translation = vector3_of(translation);
+  camera.rotation = matrix3_of(*turn);
+  camera.translation = vector3_of(*shift);
 }
 
 int pixels_of(const JsonPlace& place) {

@@ -24,11 +24,14 @@ int pixels_of(const JsonPlace& place);
 /// A matrix as an array of rows.
 nlohmann::ordered_json rows_json(const Eigen::MatrixXd& matrix);
 
-/// True for a value that stands for none: null, or a text such as "null" and "None".
+/// True for a value that stands for none: null, NaN, a text such as "null" and "None", an array
+/// without anything in it or with such a value anywhere.
 bool is_unsaid(const JsonPlace& place);
 
-/// Reads rotation (9 numbers) and translation (3) of a camera, camera from world. Where one is
-/// unsaid, the rotation is all 0: open_dataset leaves a camera without a pose out.
-void read_pose(OpencvCamera& camera, const JsonPlace& rotation, const JsonPlace& translation);
+/// Reads rotation (9 numbers) and translation (3) of a camera, camera from world, from members of
+/// `entry`. Where one is missing or unsaid, the rotation is all 0: open_dataset leaves a camera
+/// without a pose out.
+void read_pose(OpencvCamera& camera, const JsonPlace& entry, const char* rotation,
+               const char* translation);
 
 }  // namespace atelier

@@ -76,8 +76,8 @@ std::vector<Camera> parse_mvhumannet_cameras(std::string_view intrinsics,
       file.empty() ? "camera_intrinsics.json" : file + "/camera_intrinsics.json";
   const std::string ex_file =
       file.empty() ? "camera_extrinsics.json" : file + "/camera_extrinsics.json";
-  const nlohmann::json in_json = parse_json(intrinsics, in_file, limits);
-  const nlohmann::json ex_json = parse_json(extrinsics, ex_file, limits);
+  const nlohmann::json in_json = parse_python_json(intrinsics, in_file, limits);
+  const nlohmann::json ex_json = parse_python_json(extrinsics, ex_file, limits);
   const JsonPlace in(in_json, in_file);
   const JsonPlace ex(ex_json, ex_file);
   if (!ex_json.is_object() || static_cast<std::int64_t>(ex_json.size()) > limits.cameras) {
@@ -105,7 +105,7 @@ std::vector<Camera> parse_mvhumannet_cameras(std::string_view intrinsics,
     if (const auto distortion = own.find("dist")) {
       camera.distortion = all_numbers(*distortion);
     }
-    read_pose(camera, entry.at("rotation"), entry.at("translation"));
+    read_pose(camera, entry, "rotation", "translation");
     cameras.push_back(camera_of(camera, ex_file));
   }
   return cameras;

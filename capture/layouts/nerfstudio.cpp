@@ -194,7 +194,7 @@ std::string recognize_nerfstudio(const fs::path& path) {
 
 std::vector<NerfFrame> parse_transforms(std::string_view text, const std::string& file,
                                         const Limits& limits) {
-  const nlohmann::json parsed = parse_json(text, file, limits);
+  const nlohmann::json parsed = parse_python_json(text, file, limits);
   const JsonPlace root(parsed, file);
   const std::vector<JsonPlace> items = root.at("frames").items();
   if (static_cast<std::int64_t>(items.size()) > limits.frames) {
@@ -209,16 +209,16 @@ std::vector<NerfFrame> parse_transforms(std::string_view text, const std::string
     masks += frame.mask_path.empty() ? 0 : 1;
     frame.camera = intrinsics_of(item, root);
     frame.lens_error = add_lens(frame.camera, item, root);
-    const JsonPlace place = item.at("transform_matrix");
-    if (is_unsaid(place)) {
+    const std::optional<JsonPlace> place = item.find("transform_matrix");
+    if (!place || is_unsaid(*place)) {
       frame.camera.camera_from_world_rotation.setZero();  // left out by open_dataset
       frames.push_back(std::move(frame));
       continue;
     }
-    const Eigen::Matrix4d world_from_camera = matrix4_of(place);
+    const Eigen::Matrix4d world_from_camera = matrix4_of(*place);
     if (world_from_camera.row(3) != Eigen::RowVector4d(0, 0, 0, 1)) {
-      place.fail("a last row that is not 0 0 0 1",
-                 "world from camera (a transposed matrix has its translation there)");
+      place->fail("a last row that is not 0 0 0 1",
+                  "world from camera (a transposed matrix has its translation there)");
     }
     const Eigen::Matrix3d rotation = world_from_camera.topLeftCorner<3, 3>();
     frame.camera.camera_from_world_rotation = kAxes * rotation.transpose();

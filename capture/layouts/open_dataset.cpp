@@ -108,6 +108,7 @@ void settle_world(Dataset& dataset, const DatasetOptions& options) {
     world.up = options.up;
   } else if (world.up.empty()) {
     world.up = "y";
+    world.up_guessed = true;
     if (dataset.calibrated) {
       dataset.findings.push_back({Severity::Note, "up-unknown", root,
                                   "the layout does not say which axis points up; y is taken",
@@ -171,8 +172,9 @@ int quarters_told(const Camera& camera, const CameraFrames& frames) {
   return 0;
 }
 
-/// "--capture.turned" as it is set, with another turn of one camera; 0 quarters: without it.
-std::string turned_setting(const std::string& set, const std::string& camera, int quarters) {
+/// "--capture.turned" as it is set, with another turn of one camera; nothing: without it.
+std::string turned_setting(const std::string& set, const std::string& camera,
+                           std::optional<int> quarters) {
   std::string text;
   const auto add = [&](const std::string& part) { text += (text.empty() ? "" : ",") + part; };
   for (const std::string& part : split_text(set, ',')) {
@@ -180,8 +182,8 @@ std::string turned_setting(const std::string& set, const std::string& camera, in
       add(part);
     }
   }
-  if (quarters > 0) {
-    add(camera + "=" + std::to_string(90 * quarters));
+  if (quarters) {
+    add(camera + "=" + std::to_string(90 * *quarters));
   }
   return text.empty() ? "" : "--capture.turned " + text;
 }
@@ -195,7 +197,7 @@ Finding turned_finding(const Camera& camera, const CameraFrames& frames, const s
     const bool own = std::any_of(parts.begin(), parts.end(), [&](const std::string& part) {
       return part.starts_with(camera.id + "=");
     });
-    const std::string rest = turned_setting(set, camera.id, 0);
+    const std::string rest = turned_setting(set, camera.id, std::nullopt);
     return {Severity::Error,
             "image-turned",
             camera.id,
@@ -285,6 +287,8 @@ void note_turns(const Camera& camera, const CameraFrames& frames, const std::str
                 std::vector<Finding>& findings) {
   if (frames.turn % 4 != 0) {
     doubt_turn(camera, frames, turned, findings);
+  }
+  if (frames.turn_said || frames.turn % 4 != 0) {
     return;
   }
   // Sizes that fit as images are stored do not fit images turned by 90 degrees, unless square.
@@ -299,7 +303,8 @@ void note_turns(const Camera& camera, const CameraFrames& frames, const std::str
          "look at an image: if it is turned, " +
              (square || frames.view_rotation == 180
                   ? "say " + turned_setting(turned, camera.id, frames.view_rotation / 90)
-                  : std::string("it was calibrated so as well"))});
+                  : std::string("it was calibrated so as well")) +
+             "; if it is right as it is, " + turned_setting(turned, camera.id, 0)});
   }
   if (frames.image_orientation != 1) {
     const int shown = quarters_shown(frames.image_orientation);
@@ -310,11 +315,27 @@ void note_turns(const Camera& camera, const CameraFrames& frames, const std::str
                         : "turned by " + std::to_string(90 * shown) + " degrees clockwise") +
              " (orientation " + std::to_string(frames.image_orientation) +
              "); they are read as they are stored",
-         shown <= 0              ? "write them as they are shown"
-         : shown != 2 && !square ? "nothing: their size says that they were calibrated so"
-                                 : "if they were calibrated as they are shown, say " +
-                                       turned_setting(turned, camera.id, 4 - shown)});
+         (shown <= 0              ? "if they were calibrated as they are shown, write them so"
+          : shown != 2 && !square ? "their size says that they were calibrated so"
+                                  : "if they were calibrated as they are shown, say " +
+                                        turned_setting(turned, camera.id, 4 - shown)) +
+             "; to be told no more, " + turned_setting(turned, camera.id, 0)});
   }
+}
+
+/// Whether a calibration that is of images as they are has their height for its width: the
+/// principal point is in the middle of that size alone.
+bool size_is_swapped(const Camera& camera, int width, int height) {
+  const auto off_middle = [&](int w, int h) {
+    return std::max(std::abs(camera.cx / w - 0.5), std::abs(camera.cy / h - 0.5));
+  };
+  constexpr double kNear = 0.1;
+  constexpr double kMore = 0.05;
+  const bool turned = static_cast<std::int64_t>(camera.width) * width ==
+                      static_cast<std::int64_t>(camera.height) * height;
+  const double off = off_middle(camera.height, camera.width);
+  return turned && width != height && off < kNear &&
+         off_middle(camera.width, camera.height) > off + kMore;
 }
 
 /// @param turned  --capture.turned
@@ -345,6 +366,19 @@ void fit_to_pictures(Camera& camera, const CameraFrames& frames, const std::stri
   if (camera.width == width && camera.height == height) {
     note_turns(camera, frames, turned, findings);
     return;
+  }
+  if (size_is_swapped(camera, width, height)) {
+    findings.push_back({Severity::Warning, "size-swapped", camera.id,
+                        "its calibrated size, " + size_text(camera.width, camera.height) +
+                            ", is height and width in each other's place: the images and the "
+                            "principal point say " +
+                            size_text(camera.height, camera.width) + ", which is taken",
+                        "write the width first"});
+    std::swap(camera.width, camera.height);
+    if (camera.width == width && camera.height == height) {
+      note_turns(camera, frames, turned, findings);
+      return;
+    }
   }
   const std::string both = "calibrated for " + size_text(camera.width, camera.height) +
                            ", images are " + size_text(width, height);
@@ -494,9 +528,7 @@ void settle_cameras(Dataset& dataset) {
     if (dataset.calibrated) {
       try {
         if (camera.camera_from_world_rotation.isZero(0)) {
-          dataset.findings.push_back({Severity::Warning, "camera-left-out", camera.id,
-                                      "it has no pose; the camera is left out",
-                                      "calibrate it if it is needed"});
+          dataset.findings.push_back(camera_left_out(camera.id, "it has no pose"));
           continue;
         }
         settle_rotation(camera, dataset.findings);
@@ -506,7 +538,8 @@ void settle_cameras(Dataset& dataset) {
       } catch (const DataError& error) {
         dataset.findings.push_back({Severity::Error, "camera-left-out", camera.id,
                                     std::string(error.what()) + "; the camera is left out",
-                                    "correct its calibration"});
+                                    "correct its calibration, or leave it out",
+                                    "--capture.leave-out " + camera.id});
         continue;
       }
     } else {

@@ -1,6 +1,7 @@
 #include "capture/layouts/opencv_yaml.h"
 
 #include <algorithm>
+#include <limits>
 
 #include "capture/layouts/layout.h"
 #include "core/error.h"
@@ -59,6 +60,11 @@ std::vector<Line> lines_of(std::string_view text, const std::string& file, const
     }
   }
   return lines;
+}
+
+/// As OpenCV and PyYAML write a number that is none.
+bool is_yaml_nan(std::string_view text) {
+  return text == ".Nan" || text == ".nan" || text == ".NaN" || text == ".NAN" || text == "nan";
 }
 
 class YamlParser {
@@ -193,7 +199,10 @@ class YamlParser {
     }
     RowMatrix result(rows, cols);
     for (std::int64_t i = 0; i < count; ++i) {
-      if (!parse_number(data[static_cast<std::size_t>(i)], result.data()[i])) {
+      const std::string& number = data[static_cast<std::size_t>(i)];
+      if (is_yaml_nan(number)) {
+        result.data()[i] = std::numeric_limits<double>::quiet_NaN();
+      } else if (!parse_number(number, result.data()[i])) {
         fail(begin, in_quotes(data[static_cast<std::size_t>(i)]), "a finite number");
       }
     }

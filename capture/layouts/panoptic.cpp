@@ -48,7 +48,7 @@ std::string recognize_panoptic(const fs::path& path) {
 
 std::vector<Camera> parse_panoptic_cameras(std::string_view text, const std::string& file,
                                            const Limits& limits) {
-  const nlohmann::json parsed = parse_json(text, file, limits);
+  const nlohmann::json parsed = parse_python_json(text, file, limits);
   const std::vector<JsonPlace> items = JsonPlace(parsed, file).at("cameras").items();
   if (static_cast<std::int64_t>(items.size()) > limits.cameras) {
     throw DataError(file, "cameras", std::to_string(items.size()),
@@ -66,7 +66,7 @@ std::vector<Camera> parse_panoptic_cameras(std::string_view text, const std::str
     camera.height = pixels_of(size[1]);
     camera.matrix = matrix3_of(entry.at("K"));
     camera.distortion = entry.at("distCoef").numbers();
-    read_pose(camera, entry.at("R"), entry.at("t"));
+    read_pose(camera, entry, "R", "t");
     cameras.push_back(camera_of(camera, file));
   }
   return cameras;

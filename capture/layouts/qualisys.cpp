@@ -1,5 +1,6 @@
 #include "capture/layouts/qualisys.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "capture/camera_conventions.h"
@@ -75,7 +76,10 @@ QualisysRig parse_qualisys(std::string_view text, const std::string& file, const
       return;
     }
     constexpr int kAll = 7;
-    if (parts != kAll) {
+    constexpr int kPose = 2;
+    if (parts == kAll - kPose) {  // open_dataset leaves it out
+      camera.rotation.setZero();
+    } else if (parts != kAll) {
       throw DataError(file, "camera '" + camera.id + "'", "not all of its parts",
                       "fov_video, transform and intrinsic, each once");
     }
@@ -129,6 +133,12 @@ QualisysRig parse_qualisys(std::string_view text, const std::string& file, const
       camera.width = saturating_cast<int>(std::round(width));
       camera.height = saturating_cast<int>(std::round(height));
     } else if (element.name == "transform") {
+      const bool unsaid =
+          std::any_of(element.attributes.begin(), element.attributes.end(),
+                      [](const auto& one) { return one.second == "nan" || one.second == "NaN"; });
+      if (unsaid) {
+        continue;  // a camera without a pose
+      }
       take(element, 2);
       Eigen::Matrix3d rows;
       for (int i = 0; i < 3; ++i) {

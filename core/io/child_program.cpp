@@ -54,8 +54,16 @@ bool read_some(int descriptor, std::string& text) {
   return count > 0 || (count < 0 && (errno == EINTR || errno == EAGAIN));
 }
 
+/// "": that of this program.
+std::filesystem::path& program_folder() {
+  static std::filesystem::path folder;
+  return folder;
+}
+
 std::filesystem::path program_beside(const std::string& name) {
-  return std::filesystem::read_symlink("/proc/self/exe").parent_path() / name;
+  const std::filesystem::path& folder = program_folder();
+  return (folder.empty() ? std::filesystem::read_symlink("/proc/self/exe").parent_path() : folder) /
+         name;
 }
 
 [[noreturn]] void fail(const std::string& name, int status, std::string text) {
@@ -89,6 +97,10 @@ std::filesystem::path program_beside(const std::string& name) {
 }
 
 }  // namespace
+
+void set_program_folder(const std::filesystem::path& folder) {
+  program_folder() = folder;
+}
 
 bool has_child_program(const std::string& name) {
   return access(program_beside(name).c_str(), X_OK) == 0;

@@ -1,10 +1,15 @@
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <string>
 #include <vector>
 
 namespace atelier {
+
+/// Where other programs of Atelier lie, if not in the same folder as this one: for an interpreter
+/// that has loaded the libraries. An empty path: in the same folder.
+void set_program_folder(const std::filesystem::path& folder);
 
 /// True if a program of that name lies in the same folder as this one and may be run.
 bool has_child_program(const std::string& name);

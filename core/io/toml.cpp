@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <vector>
@@ -176,7 +177,9 @@ toml::table parse_table(std::string_view text, const std::string& file, const Li
 /// Turns nodes of toml++ into JSON.
 class Converter {
  public:
-  Converter(const std::string& file, const Limits& limits) : file_(file), limits_(limits) {}
+  /// @param nan  takes numbers that are not finite as NaN
+  Converter(const std::string& file, const Limits& limits, bool nan = false)
+      : file_(file), limits_(limits), nan_(nan) {}
 
   nlohmann::json convert(const toml::node& node, std::int64_t depth) const {
     if (depth > limits_.text_depth) {
@@ -206,6 +209,9 @@ class Converter {
         return node.as_boolean()->get();
       case toml::node_type::floating_point:
         if (!std::isfinite(node.as_floating_point()->get())) {
+          if (nan_) {
+            return std::numeric_limits<double>::quiet_NaN();
+          }
           refuse(node, "a number that is not finite", "a finite number");
         }
         return node.as_floating_point()->get();
@@ -246,6 +252,7 @@ class Converter {
 
   const std::string& file_;
   const Limits& limits_;
+  bool nan_;
 };
 
 void collect_lines(const toml::node& node, const std::string& path,
@@ -284,6 +291,11 @@ void check_toml_nesting(std::string_view text, const std::string& file, const Li
 
 nlohmann::json parse_toml(std::string_view text, const std::string& file, const Limits& limits) {
   return Converter(file, limits).convert(parse_table(text, file, limits), 0);
+}
+
+nlohmann::json parse_python_toml(std::string_view text, const std::string& file,
+                                 const Limits& limits) {
+  return Converter(file, limits, true).convert(parse_table(text, file, limits), 0);
 }
 
 nlohmann::json read_toml(const std::filesystem::path& path, const Limits& limits) {

@@ -20,6 +20,11 @@ namespace atelier {
 nlohmann::json parse_toml(std::string_view text, const std::string& file = "",
                           const Limits& limits = {});
 
+/// The same of what Python's programs write: nan and inf become numbers that are NaN, which
+/// JsonPlace::number refuses.
+nlohmann::json parse_python_toml(std::string_view text, const std::string& file = "",
+                                 const Limits& limits = {});
+
 /// Refuses what parse_toml refuses for its nesting, number of values and size, before any parser
 /// runs: dotted keys nest without brackets, and a parser that follows 100,000 of them ends in a
 /// stack overflow. For callers of another TOML parser. Linear in the text.

@@ -46,7 +46,7 @@ Eigen::Vector3f from_table(const Table& table, double t) {
   return (1 - f) * table[i] + f * table[i + 1];
 }
 
-std::string short_number(double value) {
+std::string tick_text(double value) {
   char text[32];
   std::snprintf(text, sizeof text, "%.3g", value);
   return text;
@@ -96,7 +96,7 @@ Image color_bar(ColorMap map, double low, double high, const std::string& label,
   const std::array<double, 3> ticks{high, 0.5 * (low + high), low};
   double text = text_width(label, kText) - kBar - 8;
   for (const double tick : ticks) {
-    text = std::max(text, text_width(short_number(tick), kText));
+    text = std::max(text, text_width(tick_text(tick), kText));
   }
   const int top = label.empty() ? kEdge : kEdge + 26;
   const int bottom = height - kEdge;
@@ -116,8 +116,8 @@ Image color_bar(ColorMap map, double low, double high, const std::string& label,
   for (std::size_t i = 0; i < ticks.size(); ++i) {
     const double y = top + (bottom - top - 1) * 0.5 * static_cast<double>(i);
     const double base = std::clamp(y + 0.5 * kText, top + kText, bottom + 0.0);
-    marks.push_back(Text{
-        {kEdge + kBar + 8.0, base}, short_number(ticks[i]), kText, ink, Text::Anchor::Left, 0});
+    marks.push_back(
+        Text{{kEdge + kBar + 8.0, base}, tick_text(ticks[i]), kText, ink, Text::Anchor::Left, 0});
   }
   return drawn(std::move(image), marks);
 }

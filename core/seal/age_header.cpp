@@ -180,8 +180,9 @@ void require_shape(const AgeStanza& stanza, std::size_t arguments, const std::st
   }
 }
 
-std::optional<Secret> open_x25519(const AgeStanza& stanza, const std::vector<Identity>& identities,
-                                  const std::string& file) {
+std::optional<OpenedHeader> open_x25519(const AgeStanza& stanza,
+                                        const std::vector<Identity>& identities,
+                                        const std::string& file) {
   require_shape(stanza, 2, file);
   const std::vector<std::uint8_t> share = argument_bytes(stanza, 1, crypto_scalarmult_BYTES, file);
   for (const Identity& identity : identities) {
@@ -190,14 +191,14 @@ std::optional<Secret> open_x25519(const AgeStanza& stanza, const std::vector<Ide
       throw DataError(file, "header", "a key share of low order", "one of a sound program");
     }
     if (auto file_key = unwrapped(*key, stanza.body)) {
-      return file_key;
+      return OpenedHeader{std::move(*file_key), recipient_text(identity.recipient)};
     }
   }
   return std::nullopt;
 }
 
-std::optional<Secret> open_scrypt(const AgeStanza& stanza, const Secret& passphrase,
-                                  const std::string& file) {
+std::optional<OpenedHeader> open_scrypt(const AgeStanza& stanza, const Secret& passphrase,
+                                        const std::string& file) {
   require_shape(stanza, 3, file);
   constexpr std::size_t kSalt = 16;
   const std::vector<std::uint8_t> salt = argument_bytes(stanza, 1, kSalt, file);
@@ -210,8 +211,11 @@ std::optional<Secret> open_scrypt(const AgeStanza& stanza, const Secret& passphr
     throw DataError(file, "header", "scrypt with 2^" + digits.substr(0, 10) + " rounds",
                     "at most 2^20, which take 1 GiB");
   }
-  return passphrase.size() == 0 ? std::nullopt
-                                : unwrapped(scrypt_key(passphrase, salt, work), stanza.body);
+  auto file_key = passphrase.size() == 0
+                      ? std::nullopt
+                      : unwrapped(scrypt_key(passphrase, salt, work), stanza.body);
+  return file_key ? std::optional(OpenedHeader{std::move(*file_key), "a passphrase"})
+                  : std::nullopt;
 }
 
 }  // namespace
@@ -252,24 +256,25 @@ AgeHeader parse_age_header(std::string_view text, const std::string& file) {
   return header;
 }
 
-Secret open_age_header(const AgeHeader& header, const AgeKeys& keys, const std::string& file) {
+OpenedHeader open_age_header(const AgeHeader& header, const AgeKeys& keys,
+                             const std::string& file) {
   start_sodium();
-  std::optional<Secret> file_key;
+  std::optional<OpenedHeader> first;
   for (const AgeStanza& stanza : header.stanzas) {
     if (stanza.arguments[0] == kScrypt && header.stanzas.size() > 1) {
       throw DataError(file, "header", "a passphrase beside another recipient", "it alone");
     }
-    std::optional<Secret> opened;
+    std::optional<OpenedHeader> opened;
     if (stanza.arguments[0] == kX25519) {
       opened = open_x25519(stanza, keys.identities, file);
     } else if (stanza.arguments[0] == kScrypt) {
       opened = open_scrypt(stanza, keys.passphrase, file);
     }
-    if (opened && !file_key) {
-      file_key = std::move(opened);
+    if (opened && !first) {
+      first = std::move(opened);
     }
   }
-  if (!file_key) {
+  if (!first) {
     const bool by_passphrase = header.stanzas[0].arguments[0] == kScrypt;
     throw DataError(file, "",
                     by_passphrase ? (keys.passphrase.size() == 0 ? "sealed by a passphrase"
@@ -278,11 +283,11 @@ Secret open_age_header(const AgeHeader& header, const AgeKeys& keys, const std::
                     by_passphrase ? "its passphrase: --passphrase-file FILE or --passphrase"
                                   : "the key of one to whom it is sealed: --identity FILE");
   }
-  const std::string mac = mac_of(*file_key, header.authenticated);
+  const std::string mac = mac_of(first->file_key, header.authenticated);
   if (sodium_memcmp(mac.data(), header.mac.data(), mac.size()) != 0) {
     throw DataError(file, "header", "a header that was changed", "the file as it was sealed");
   }
-  return std::move(*file_key);
+  return std::move(*first);
 }
 
 std::string new_age_header(const AgeRecipients& to, const Secret& file_key) {

@@ -44,9 +44,15 @@ struct AgeKeys {
   Secret passphrase;  ///< empty: none
 };
 
-/// The file key, 16 bytes, for one who holds a key, once the MAC agrees. Throws DataError where no
-/// key fits, where a stanza is malformed, or where the header was changed.
-Secret open_age_header(const AgeHeader& header, const AgeKeys& keys, const std::string& file);
+/// What a header gives to one who holds a key.
+struct OpenedHeader {
+  Secret file_key;  ///< 16 bytes
+  std::string by;   ///< the recipient whose key fits, "age1...", or "a passphrase"
+};
+
+/// Opens a header with the first key that fits, once the MAC agrees. Throws DataError where none
+/// does, where a stanza is malformed, or where the header was changed.
+OpenedHeader open_age_header(const AgeHeader& header, const AgeKeys& keys, const std::string& file);
 
 /// Those to whom a file is sealed: recipients, or all who know a passphrase (scrypt, N = 2^18).
 struct AgeRecipients {

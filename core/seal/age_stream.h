@@ -1,19 +1,14 @@
 #pragma once
 
 #include <cstddef>
-#include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/seal/age_header.h"
+#include "core/seal/age_payload.h"
 
 namespace atelier {
-
-/// Takes bytes on their way to a file.
-using ByteSink = std::function<void(Bytes bytes)>;
-
-/// Fills a buffer from a file: how many bytes it gave, fewer than asked for at the end alone.
-using ByteSource = std::function<std::size_t(std::span<std::uint8_t> buffer)>;
 
 /// Seals a stream of any size: header, nonce and a payload of chunks of 64 KiB (STREAM over
 /// ChaCha20-Poly1305; age-encryption.org/v1, section "Payload"). Memory: two chunks.
@@ -47,24 +42,21 @@ class AgeReader {
 
   /// Plain bytes; fewer than asked for at the end alone. Throws DataError where a bit was changed,
   /// where chunks are missing, double or in another order, and for bytes behind the end.
-  std::size_t read(std::span<std::uint8_t> buffer);
+  std::size_t read(std::span<std::uint8_t> buffer) { return payload_->read(buffer); }
 
   const AgeHeader& header() const { return header_; }
+  /// The recipient whose key opened it, "age1...", or "a passphrase".
+  const std::string& opened_by() const { return opened_by_; }
 
  private:
   std::size_t take(std::span<std::uint8_t> buffer);
-  void open_chunk();
 
   ByteSource source_;
   std::string file_;
   AgeHeader header_;
-  Secret key_;
-  Secret plain_;
-  std::size_t plain_size_ = 0;
-  std::size_t position_ = 0;         ///< in `plain_`
-  std::vector<std::uint8_t> ahead_;  ///< read from the source and not yet opened
-  std::uint64_t counter_ = 0;
-  bool ended_ = false;
+  std::string opened_by_;
+  std::vector<std::uint8_t> ahead_;  ///< read with the header and not yet opened
+  std::optional<AgePayload> payload_;
 };
 
 }  // namespace atelier

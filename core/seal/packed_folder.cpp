@@ -149,7 +149,7 @@ class NewFile {
 }
 
 void unpack_file(TarReader& archive, const TarEntry& entry, const fs::path& path,
-                 const std::string& archive_name) {
+                 const std::string& archive_name, std::vector<std::uint8_t>& piece) {
   make_private_directory(path.parent_path());
   NewFile out(path);
   if (!out.is_open()) {
@@ -158,7 +158,6 @@ void unpack_file(TarReader& archive, const TarEntry& entry, const fs::path& path
     }
     fail(path, "cannot create it", errno);
   }
-  std::vector<std::uint8_t> piece(kPiece);
   for (std::size_t got = piece.size(); got == piece.size();) {
     got = archive.read(piece);
     out.write(Bytes(piece).first(got));
@@ -196,6 +195,7 @@ PackedFolder unpack_folder(ByteSource source, const fs::path& folder, const std:
                            const std::function<bool()>& stop) {
   TarReader archive(std::move(source), file);
   std::vector<TarEntry> links;  // made last: nothing is written through one
+  std::vector<std::uint8_t> piece(kPiece);
   PackedFolder packed;
   make_private_directory(folder);
   for (auto entry = archive.next(); entry && !stopped(stop); entry = archive.next()) {
@@ -212,7 +212,7 @@ PackedFolder unpack_folder(ByteSource source, const fs::path& folder, const std:
         links.push_back(*entry);
         break;
       case TarEntry::Kind::File:
-        unpack_file(archive, *entry, path, file);
+        unpack_file(archive, *entry, path, file, piece);
         ++packed.files;
         packed.bytes += entry->size;
         break;

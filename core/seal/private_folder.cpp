@@ -97,6 +97,14 @@ PrivateFolder::PrivateFolder(bool own_mount) {
   if (!own_mount || !mount_own()) {
     make_watched();
   }
+  hold_temporaries();
+}
+
+void PrivateFolder::hold_temporaries() {
+  if (const char* before = std::getenv("TMPDIR"); before != nullptr) {
+    tmpdir_before_ = before;
+  }
+  setenv("TMPDIR", path_.c_str(), 1);
 }
 
 bool PrivateFolder::mount_own() {
@@ -151,6 +159,7 @@ void PrivateFolder::make_watched() {
 }
 
 PrivateFolder::~PrivateFolder() {
+  tmpdir_before_ ? setenv("TMPDIR", tmpdir_before_->c_str(), 1) : unsetenv("TMPDIR");
   if (mounted_) {
     umount2(path_.c_str(), MNT_DETACH);
     rmdir(path_.c_str());

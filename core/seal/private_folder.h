@@ -1,6 +1,8 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
+#include <string>
 
 namespace atelier {
 
@@ -11,6 +13,9 @@ namespace atelier {
 /// process in it. Else it lies on the tmpfs of XDG_RUNTIME_DIR or /dev/shm, and a child process
 /// removes it once this one has ended. Swap may hold pages of either, but for a tmpfs of a kernel
 /// that knows `noswap` (6.4).
+///
+/// While it is there TMPDIR names it, so that what this process and its children put aside between
+/// two steps (scenes that are drawn, pictures on their way) lies in it, too.
 ///
 /// To be made before any thread is started.
 class PrivateFolder {
@@ -29,8 +34,10 @@ class PrivateFolder {
  private:
   bool mount_own();
   void make_watched();
+  void hold_temporaries();
 
   std::filesystem::path path_;
+  std::optional<std::string> tmpdir_before_;
   bool mounted_ = false;
   int watcher_ = -1;  ///< pipe to the child: it removes the folder once this end is closed
   int watcher_id_ = -1;

@@ -48,9 +48,13 @@ bool is_sealed_file(const std::filesystem::path& path) {
 
 SealedFile::SealedFile(const std::filesystem::path& path, const AgeKeys& keys)
     : file_(path),
-      reader_([descriptor = file_.descriptor(), path](
-                  std::span<std::uint8_t> buffer) { return read_fully(descriptor, path, buffer); },
-              keys, path.string()) {}
+      reader_(
+          [this, path](std::span<std::uint8_t> buffer) {
+            const std::size_t got = read_fully(file_.descriptor(), path, buffer);
+            hash_.update(buffer.data(), got);
+            return got;
+          },
+          keys, path.string()) {}
 
 AgeHeader read_age_header(const std::filesystem::path& path) {
   const RegularFile file(path);

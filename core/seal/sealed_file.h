@@ -5,6 +5,7 @@
 
 #include "core/regular_file.h"
 #include "core/seal/age_stream.h"
+#include "core/sha256.h"
 
 namespace atelier {
 
@@ -19,8 +20,14 @@ class SealedFile {
 
   std::size_t read(std::span<std::uint8_t> buffer) { return reader_.read(buffer); }
 
+  /// The recipient whose key opened it (AgeReader::opened_by).
+  const std::string& opened_by() const { return reader_.opened_by(); }
+  /// SHA-256 of the file, once `read` has come to its end.
+  Digest digest() const { return Sha256(hash_).finish(); }
+
  private:
   RegularFile file_;
+  Sha256 hash_;
   AgeReader reader_;
 };
 

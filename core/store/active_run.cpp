@@ -101,7 +101,7 @@ bool ActiveRun::each_frame(const std::vector<FrameFiles>& files, const std::vect
   ATELIER_CHECK(!files.empty(), "a frame has a file at least");
   asked_for_frames_ = true;
   if (frame_ids.empty()) {
-    return true;
+    return begin_commit();  // every shard finds everything done
   }
   ATELIER_CHECK(frame_ids.front() >= 0 &&
                     std::adjacent_find(frame_ids.begin(), frame_ids.end(),
@@ -135,11 +135,7 @@ bool ActiveRun::each_frame(const std::vector<FrameFiles>& files, const std::vect
   if (stopped_) {
     return false;
   }
-  // From here to the commit nobody else may decide that everything is done.
-  commit_lock_ = FileLock::wait(plan_.stage_folder / ".commit-lock", FileLock::Mode::Exclusive);
-  std::error_code error;
-  if (!std::filesystem::is_directory(plan_.staging_folder, error)) {
-    frames_missing_ = true;  // another run has found everything done, and committed
+  if (!begin_commit()) {
     return false;
   }
   for (auto& [frame_id, record] : logged_frames(files, frame_ids)) {
@@ -150,6 +146,13 @@ bool ActiveRun::each_frame(const std::vector<FrameFiles>& files, const std::vect
   if (frames_missing_) {
     commit_lock_.reset();
   }
+  return !frames_missing_;
+}
+
+bool ActiveRun::begin_commit() {
+  commit_lock_ = FileLock::wait(plan_.stage_folder / ".commit-lock", FileLock::Mode::Exclusive);
+  std::error_code error;
+  frames_missing_ = !std::filesystem::is_directory(plan_.staging_folder, error);
   return !frames_missing_;
 }
 

@@ -63,6 +63,9 @@ class ActiveRun : public StageRun {
  private:
   /// Bytes, of this process since the run began, or of a child that needed more than any before.
   std::int64_t peak_memory() const;
+  /// From here to the commit nobody else may decide that everything is done. False if another run
+  /// has, and has committed: the frames are then said to be missing here.
+  bool begin_commit();
   /// Under the commit lock: locks this run's frames and learns which are finished. False if the
   /// staging folder is gone, since another run has committed it.
   bool open_frames(const std::vector<FrameFiles>& files, const std::vector<int>& frame_ids,

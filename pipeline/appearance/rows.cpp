@@ -67,6 +67,7 @@ const StageRow& appearance_row() {
           },
       .chain = ChainPlace{.lacks = lacks_look,
                           .cost = {.seconds = 3, .per_picture = 1.3},
+                          .memory = {.megabytes = 4000},
                           .report_cost = {.seconds = 0.5, .per_picture = 0.02},
                           .truth_cost = {.per_picture = 0.2}},
       .measure = measure_appearance,

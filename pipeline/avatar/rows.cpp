@@ -52,6 +52,7 @@ const StageRow& avatar_row() {
           },
       .chain = ChainPlace{.lacks = lacks_masks,
                           .cost = {.seconds = 55, .per_frame = 1.5},
+                          .memory = {.megabytes = 1500},
                           .report_cost = {.seconds = 2},
                           .truth_cost = {.per_picture = 0.5}},
       .measure = measure_avatar,

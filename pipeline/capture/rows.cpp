@@ -82,7 +82,9 @@ const StageRow& reconstruct_row() {
             some_selected_frames(request.selection, frames, request.input.string());
           },
       .chain = ChainPlace{.lacks = lacks_evidence,
+                          .splits = true,
                           .cost = {.per_picture = 6, .per_frame = 2.5, .parallel = true},
+                          .memory = {.per_picture = 65},
                           .report_cost = {.seconds = 0.5, .per_picture = 0.03},
                           .truth_cost = {.per_frame = 0.5}},
       .measure = measure_reconstruct,

@@ -16,16 +16,35 @@ OptionTable describe(ValidateStageOptions& options) {
   return table;
 }
 
-Dataset judged_dataset(const std::filesystem::path& capture, const ValidateStageOptions& options) {
-  const auto open = [&](const DatasetOptions& chosen) {
-    return without_held_out_pictures(open_dataset(capture, chosen));
-  };
-  const auto reopen = [&](const std::map<std::string, std::string>& corrections) {
+namespace {
+
+Dataset opened(const std::filesystem::path& capture, const DatasetOptions& options) {
+  return without_held_out_pictures(open_dataset(capture, options));
+}
+
+Reopen reopening(const std::filesystem::path& capture, const ValidateStageOptions& options) {
+  return [&](const std::map<std::string, std::string>& corrections) {
     DatasetOptions chosen = options.capture;
     chosen.corrections = corrections_of(corrections);
-    return open(chosen);
+    return opened(capture, chosen);
   };
-  return without_wrong_corrections(open(options.capture), reopen, options.checks.keypoints);
+}
+
+}  // namespace
+
+Dataset judged_dataset(const std::filesystem::path& capture, const ValidateStageOptions& options) {
+  return without_wrong_corrections(opened(capture, options.capture), reopening(capture, options),
+                                   options.checks.keypoints);
+}
+
+Validation judged_validation(FrameReader& reader, const std::filesystem::path& capture,
+                             const ValidateStageOptions& options,
+                             const std::function<void(int done, int total)>& told) {
+  Validation validation = validate(reader, options.checks, told);
+  validation.findings =
+      with_advice_that_joins(std::move(validation.findings), reader.dataset(),
+                             reopening(capture, options), options.checks.keypoints);
+  return validation;
 }
 
 std::string validation_json(const std::string& name, const Dataset& dataset,
@@ -53,8 +72,8 @@ void run_validate(StageRun& run) {
   const auto& options = run.options<ValidateStageOptions>();
   const std::filesystem::path& capture = run.input("capture");
   FrameReader reader(judged_dataset(capture, options));
-  const Validation validation = validate(
-      reader, options.checks, [&](int done, int total) { run.progress(done, total, "images"); });
+  const Validation validation = judged_validation(
+      reader, capture, options, [&](int done, int total) { run.progress(done, total, "images"); });
   if (run.stop_requested()) {
     return;
   }

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <filesystem>
+#include <functional>
 #include <string>
 
 #include "capture/frame_reader.h"
@@ -21,6 +22,11 @@ OptionTable describe(ValidateStageOptions& options);
 /// A capture as it is judged: held-out images aside, and without corrections that make it worse
 /// (capture/try_corrections.h). Throws as open_dataset.
 Dataset judged_dataset(const std::filesystem::path& capture, const ValidateStageOptions& options);
+
+/// What `validate` finds of it, with advice that can be followed at once (try_corrections.h).
+Validation judged_validation(FrameReader& reader, const std::filesystem::path& capture,
+                             const ValidateStageOptions& options,
+                             const std::function<void(int done, int total)>& told = {});
 
 /// The findings as JSON: capture, layout, cameras, frames, consent, findings, settings.
 std::string validation_json(const std::string& name, const Dataset& dataset,

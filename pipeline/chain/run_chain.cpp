@@ -17,12 +17,13 @@ int looked_at(const StageCost& cost, const CaptureFacts& facts) {
   return cost.unmasked ? facts.pictured_frames : facts.masked_frames;
 }
 
-double expected_seconds(const StageCost& cost, int looked_at, const CaptureFacts& facts) {
+double expected_seconds(const StageCost& cost, int looked_at, const CaptureFacts& facts,
+                        int cores) {
   constexpr double kMeasuredCores = 2;
   const double seconds = cost.seconds +
                          cost.per_picture * facts.megapixels * facts.cameras * looked_at +
                          cost.per_frame * facts.frames + cost.per_clothed * facts.clothed_frames;
-  return cost.parallel ? seconds * kMeasuredCores / std::max(1, thread_count()) : seconds;
+  return cost.parallel ? seconds * kMeasuredCores / std::max(1, cores) : seconds;
 }
 
 /// The stages that make these kinds.
@@ -70,8 +71,17 @@ std::vector<std::string_view> optional_stages(const StageRow& step) {
 }
 
 double expected_seconds(const StageRow& step, const CaptureFacts& facts) {
+  return expected_seconds(step, facts, thread_count());
+}
+
+double expected_seconds(const StageRow& step, const CaptureFacts& facts, int cores) {
   const StageCost& cost = step.chain->cost;
-  return expected_seconds(cost, looked_at(cost, facts), facts);
+  return expected_seconds(cost, looked_at(cost, facts), facts, cores);
+}
+
+double expected_megabytes(const StageRow& step, const CaptureFacts& facts, int jobs) {
+  const StageMemory& memory = step.chain->memory;
+  return memory.megabytes + memory.per_picture * facts.megapixels * facts.cameras * jobs;
 }
 
 double expected_report_seconds(const CaptureFacts& facts, std::span<const std::string> stages) {
@@ -82,7 +92,7 @@ double expected_report_seconds(const CaptureFacts& facts, std::span<const std::s
     }
     const ChainPlace& place = *step->chain;
     const auto of = [&](const StageCost& cost) {
-      return expected_seconds(cost, looked_at(cost, facts), facts);
+      return expected_seconds(cost, looked_at(cost, facts), facts, thread_count());
     };
     seconds += of(place.report_cost) + (facts.synthetic ? of(place.truth_cost) : 0);
   }

@@ -27,7 +27,14 @@ std::vector<std::string_view> optional_stages(const StageRow& step);
 /// clothing and processor may make it several times more or less.
 double expected_seconds(const StageRow& step, const CaptureFacts& facts);
 
-/// The same of the report at the end: every result is digested and drawn, and where the capture is
+/// The same on a number of processor cores of a machine like this one.
+double expected_seconds(const StageRow& step, const CaptureFacts& facts, int cores);
+
+/// Memory that a step is expected to need for a capture, 10^6 bytes, with so many frames worked on
+/// at once. An estimate, meant to be enough.
+double expected_megabytes(const StageRow& step, const CaptureFacts& facts, int jobs);
+
+/// Seconds of the report at the end: every result is digested and drawn, and where the capture is
 /// synthetic compared with its truth.
 /// @param stages  those that have results then
 double expected_report_seconds(const CaptureFacts& facts, std::span<const std::string> stages);

@@ -61,6 +61,7 @@ const StageRow& template_row() {
           },
       .chain = ChainPlace{.lacks = lacks_clothes,
                           .cost = {.seconds = 9, .per_clothed = 0.5},
+                          .memory = {.megabytes = 1000},
                           .report_cost = {.seconds = 0.2},
                           .truth_cost = {.seconds = 0.2}},
       .measure = measure_template,
@@ -73,7 +74,7 @@ const StageRow& template_row() {
 const StageRow& register_row() {
   static const StageRow row{
       .stage = {.name = "register",
-                .version = 12,
+                .version = 13,
                 .summary = "each garment's template registered to every frame",
                 .inputs = {"capture", "template", "scans", "bodies"},
                 .outputs = {"registered"},
@@ -92,7 +93,9 @@ const StageRow& register_row() {
             }
           },
       .chain = ChainPlace{.lacks = lacks_clothes,
+                          .splits = true,
                           .cost = {.per_clothed = 5.5},
+                          .memory = {.megabytes = 1000},
                           .report_cost = {.seconds = 1, .per_picture = 0.03},
                           .truth_cost = {.per_clothed = 1.2}},
       .measure = measure_register,

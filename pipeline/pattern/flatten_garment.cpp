@@ -7,6 +7,8 @@
 #include "core/error.h"
 #include "core/normals.h"
 #include "pipeline/pattern/flatten_relax.h"
+#include "registration/drafting/draft_pattern.h"
+#include "registration/drafting/name_pattern.h"
 #include "registration/edge_paths.h"
 #include "registration/flattening/cut_to_disks.h"
 #include "registration/flattening/find_pattern.h"
@@ -90,6 +92,22 @@ void lay_out_found(FlattenedGarment& flat, const FlattenStageOptions& options,
   }
 }
 
+/// Names, draws, measures and lays out the flat panels.
+void draw_pattern(FlattenedGarment& flat, const PatternPieceOptions& options) {
+  const Eigen::Vector3d facing = nearly_ahead(flat.facing);
+  const PatternNames names =
+      name_pattern(flat.pattern, flat.mesh, facing.isZero() ? facing_of(flat.mesh) : facing);
+  flat.draft = draft_pattern(flat.pattern, names, {options.smoothing, options.curve_tolerance});
+  place_on_surface(flat.draft, flat.mesh, flat.pattern);
+  flat.draft = in_craft_order(flat.draft);
+  std::vector<Points2> outlines;
+  for (const Panel& panel : flat.draft.panels) {
+    outlines.push_back(panel_outline(panel));
+  }
+  flat.outlines = measure_outlines(outlines);
+  flat.layout = lay_out_pieces(flat.draft, options);
+}
+
 /// The smallest corner of the flat panels, deg: a simulation refuses those below half a degree.
 double flat_corner(const FlattenedGarment& flat) {
   return min_corners(flat.pattern.vertices, flat.pattern.cut.faces).minCoeff();
@@ -132,7 +150,7 @@ FlattenedGarment flatten_garment(const FlattenGarment& garment, const FlattenSta
   } catch (const DataError& error) {
     throw DataError(garment.file.string(), error.where, error.found, error.expected);
   }
-  flat.layout = lay_out_pattern(flat.pattern, options.pattern);
+  draw_pattern(flat, options.pattern);
   if (const auto doubt =
           fabric_finding(flat.layout, options.pattern.fabric_width, garment.file.string())) {
     watcher.warn(*doubt);
@@ -149,16 +167,20 @@ FlattenedGarment flatten_garment(const FlattenGarment& garment, const FlattenSta
 
 std::string summary_of(const FlattenedGarment& flat) {
   const FlatMeasures& m = flat.measures;
-  char text[400];
+  const OutlineMeasures& o = flat.outlines;
+  char text[700];
   std::snprintf(
       text, sizeof text,
       "%d panels, %zu seams of %.2f m; stretch p50 %.2f%%, p95 %.2f%%, p99 %.2f%%, most %.1f%%; "
       "area %.2f%% of the surface's; seams differ by %.2f%% at most; %d inverted triangles, %d "
-      "panels that overlap themselves; smallest corner %.1f deg; fabric %.2f x %.2f m",
+      "panels that overlap themselves; smallest corner %.1f deg; fabric %.2f x %.2f m; outlines: "
+      "%.1f corners a panel, %d at most, jagged by %.2f mm, %.1f turns a metre, asymmetric by %.1f "
+      "mm, narrowest neck %.1f cm",
       flat.pattern.cut.panel_count, flat.pattern.seams.size(), m.seam_length, 100 * m.strain_p50,
       100 * m.strain_p95, 100 * m.strain_p99, 100 * m.strain_max, 100 * m.area_ratio,
       100 * mismatch_of(flat), m.inverted, m.overlaps, flat_corner(flat), flat.layout.width,
-      flat.layout.length);
+      flat.layout.length, o.corners_mean, o.corners_max, 1000 * o.jaggedness, o.turns_per_metre,
+      1000 * o.asymmetry, 100 * o.narrowest_neck);
   return text;
 }
 
@@ -178,6 +200,12 @@ nlohmann::ordered_json json_of(const FlattenedGarment& flat) {
           {"deviation_mean", flat.deviation_mean},
           {"deviation_max", flat.deviation_max},
           {"smallest_corner", flat_corner(flat)},
+          {"corners_mean", flat.outlines.corners_mean},
+          {"corners_max", flat.outlines.corners_max},
+          {"jaggedness", flat.outlines.jaggedness},
+          {"turns_per_metre", flat.outlines.turns_per_metre},
+          {"asymmetry", flat.outlines.asymmetry},
+          {"narrowest_neck", flat.outlines.narrowest_neck},
           {"fabric_width", flat.layout.width},
           {"fabric_length", flat.layout.length}};
 }

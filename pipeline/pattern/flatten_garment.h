@@ -6,6 +6,7 @@
 #include "pipeline/pattern/flatten_stage.h"
 #include "registration/flattening/flatten_surface.h"
 #include "registration/flattening/flatten_watcher.h"
+#include "registration/outlines/outline_measures.h"
 
 namespace atelier {
 
@@ -14,6 +15,8 @@ struct FlattenedGarment {
   Mesh mesh;
   FlatPattern pattern;
   FlatMeasures measures;
+  SewingPattern draft;  ///< the pattern as it is drawn, in the order and the words of the craft
+  OutlineMeasures outlines;
   PatternLayout layout;
   Eigen::Vector3d facing = Eigen::Vector3d::Zero();  ///< where its wearer looks; zero: not known
   bool reached = true;                               ///< what was asked of found seams

@@ -13,6 +13,9 @@
 #include "pipeline/pattern/flatten_garment.h"
 #include "pipeline/pattern/flatten_relax.h"
 #include "pipeline/pictures/flatten_pictures.h"
+#include "registration/drafting/exchange_dxf.h"
+#include "registration/drafting/garment_pattern_text.h"
+#include "registration/drafting/pattern_pdf.h"
 #include "registration/flattening/flatten_surface.h"
 #include "registration/flattening/seam_input.h"
 #include "simulation/material/fabric.h"
@@ -76,6 +79,10 @@ void write_flat(StageRun& run, const FlattenedGarment& flat, const std::string& 
                 const std::string& folder) {
   run.output_text(folder + "pattern.svg", pattern_svg(flat.layout, title));
   run.output_text(folder + "pattern.dxf", pattern_dxf(flat.layout, title));
+  run.output_text(folder + "pattern_astm.dxf", exchange_dxf(flat.layout, title, DxfDialect::Astm));
+  run.output_text(folder + "pattern_aama.dxf", exchange_dxf(flat.layout, title, DxfDialect::Aama));
+  run.output_text(folder + "pattern.pdf", pattern_pdf(flat.layout, title));
+  run.output_text(folder + "pattern.json", garment_pattern_text(flat.draft));
   run.output(folder + "garment.obj", [&](const fs::path& file) {
     write_text(file, obj_text(polygons_of(with_flat_uvs(flat))));
   });

@@ -56,10 +56,11 @@ void require_named(const FlattenStageOptions& options, const std::filesystem::pa
 /// Throws DataError for a folder without a mesh.
 void check_flatten_input(const std::filesystem::path& input, const OptionTable& options);
 
-/// A garment's surface -> pattern.svg, pattern.dxf, garment.obj (the surface as it was laid flat,
-/// its texture coordinates the pattern, metres) and stretch.png; of a folder of meshes, as
-/// `template` leaves them, a folder of these for each. Metrics are sums of panels, seams and what
-/// is turned over, else the worst garment's.
+/// A garment's surface -> pattern.svg, pattern.pdf, pattern.dxf, pattern_astm.dxf,
+/// pattern_aama.dxf, pattern.json (GarmentCode), garment.obj (the surface as it was laid flat, its
+/// texture coordinates the pattern, metres) and stretch.png; of a folder of meshes, as `template`
+/// leaves them, a folder of these for each. Metrics are sums of panels, seams and what is turned
+/// over, else the worst garment's.
 void run_flatten(StageRun& run);
 
 }  // namespace atelier

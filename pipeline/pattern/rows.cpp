@@ -45,7 +45,7 @@ constexpr std::array kFlattenFigures = {
 const StageRow& flatten_row() {
   static const StageRow row{
       .stage = {.name = "flatten",
-                .version = 14,
+                .version = 15,
                 .summary = "a garment's surface as a flat sewing pattern",
                 .inputs = {"surface"},
                 .outputs = {"pattern"},

@@ -144,6 +144,7 @@ const StageRow& body_row() {
                 .frame_wise = true},
       .input_help = "Capture of the person, of which WORKSPACE has the scans and poses",
       .chain = ChainPlace{.lacks = lacks_masks,
+                          .splits = true,
                           .cost = {.per_frame = 3.1, .parallel = true},
                           .report_cost = {.seconds = 0.8},
                           .truth_cost = {.per_clothed = 0.07}},

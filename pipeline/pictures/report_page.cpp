@@ -41,13 +41,6 @@ figcaption, .quiet { color: #666; } .error { color: #a40000; } .warning { color:
 details { margin: .5rem 0; } summary { cursor: pointer; }
 )";
 
-/// Features that a reader might look for in vain.
-constexpr const char* kNotYet = R"(<details><summary>Not in this version</summary>
-<ul class="quiet"><li>avatars of the body whose look depends on the pose</li>
-<li>avatars that are sealed for one use or reader</li>
-<li>runs of the whole chain on a cluster (single stages take --shard and --frames)</li></ul></details>
-)";
-
 /// The media type of what a browser shows, "" of everything else.
 std::string media_type(const std::filesystem::path& path) {
   constexpr std::array<std::array<const char*, 2>, 6> kTypes = {{{".png", "image/png"},
@@ -157,6 +150,58 @@ void attend(std::vector<Attention>& items, Attention one) {
     }
   }
   items.push_back(std::move(one));
+}
+
+/// "a, b and 3 more".
+std::string some_of(const std::vector<std::string>& names) {
+  constexpr std::size_t kMost = 3;
+  std::string text;
+  for (std::size_t i = 0; i < std::min(names.size(), kMost); ++i) {
+    text += (i == 0 ? "" : ", ") + names[i];
+  }
+  return text +
+         (names.size() > kMost ? " and " + std::to_string(names.size() - kMost) + " more" : "");
+}
+
+/// What one came for in three sentences: which results there are, which figures are in their
+/// range, what asks for attention; and where all of it is seen from every side.
+std::string in_short(std::span<const StageStatus> stages, std::span<const Gauge> gauges,
+                     const std::vector<Attention>& attention,
+                     const std::filesystem::path& workspace) {
+  std::vector<std::string> unsound;
+  std::size_t sound = 0;
+  for (const StageStatus& status : stages) {
+    if (status.state == StageStatus::State::Done) {
+      ++sound;
+    } else if (status.state != StageStatus::State::None) {
+      unsound.push_back(status.stage + " " + state_name(status.state));
+    }
+  }
+  std::string text = counted(static_cast<std::int64_t>(sound), "stage") + " of " +
+                     std::to_string(stages.size()) +
+                     (sound == 1 ? " has a sound result" : " have sound results") +
+                     (unsound.empty() ? "" : "; " + some_of(unsound)) + ". ";
+  std::vector<std::string> missed;
+  for (const Gauge& gauge : gauges) {
+    if (!gauge.met) {
+      missed.push_back(gauge.name + " " + gauge.value + " (" + gauge.range + ")");
+    }
+  }
+  if (!gauges.empty()) {
+    text += std::to_string(gauges.size() - missed.size()) + " of the " +
+            counted(static_cast<std::int64_t>(gauges.size()), "figure") +
+            " that matter most are in their range" +
+            (missed.empty() ? "" : "; out of it: " + some_of(missed)) + ". ";
+  }
+  const auto errors = std::count_if(attention.begin(), attention.end(),
+                                    [](const Attention& one) { return one.error; });
+  const auto warnings = static_cast<std::ptrdiff_t>(attention.size()) - errors;
+  text += attention.empty() ? "Nothing asks for attention."
+                            : counted(errors, "error") + " and " + counted(warnings, "warning") +
+                                  " ask for attention, below.";
+  return "<p>" + html_text(text) +
+         "</p>\n<p class=\"quiet\">From every side, frame by frame: <code>" +
+         html_text("atelier view " + workspace.filename().string()) + "</code></p>\n";
 }
 
 /// One list item each, errors first.
@@ -579,18 +624,20 @@ std::string report_page(std::span<const StageStatus> stages, const std::filesyst
     }
   }
   const std::string chart = gauges_table(gauges);
+  const std::string sentences = in_short(stages, gauges, attention, workspace);
   return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
          "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "
          "img-src data:; media-src data:; style-src 'unsafe-inline'\">\n"
          "<meta name=\"viewport\" content=\"width=device-width\">\n<title>" +
          html_text(title) + "</title><style>" + kReportStyle + "</style></head>\n<body>\n<h1>" +
          html_text(title) + "</h1>\n" + first_section(first, stages, workspace, options) +
+         sentences +
          (attention.empty() ? "<p>No warnings.</p>\n"
                             : "<div class=\"attention\"><ul>\n" + list_of(std::move(attention)) +
                                   "</ul></div>\n") +
          (chart.empty() ? "" : "<h2 id=\"figures\">Figures that matter</h2>\n" + chart) +
          (run ? run_section(*run) : in_table(overview)) + sections + figures_section(figures) +
-         kNotYet + "<p class=\"quiet\">" + html_text(build_info()) + "</p>\n</body></html>\n";
+         "<p class=\"quiet\">" + html_text(build_info()) + "</p>\n</body></html>\n";
 }
 
 }  // namespace atelier

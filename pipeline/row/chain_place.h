@@ -26,6 +26,12 @@ struct StageCost {
   bool unmasked = false;   ///< reads every frame with an image, not only those with masks
 };
 
+/// How much memory a stage needs at most, of the largest process, in 10^6 bytes.
+struct StageMemory {
+  double megabytes = 600;
+  double per_picture = 0;  ///< of a megapixel of each camera, for each frame worked on at once
+};
+
 /// An option of a stage that a run sets where nobody did.
 struct SuggestedOption {
   std::string_view name;
@@ -42,7 +48,11 @@ struct ChainPlace {
   std::vector<std::string_view> (*made_of)(const CaptureFacts& facts) = nullptr;
   /// Its INPUT, written into the workspace where it is made of results; null: the capture.
   std::filesystem::path (*input)(const RunPlaces& places) = nullptr;
+  /// Whether its frames can be divided among runs beside each other (--shard) that share the work:
+  /// no frame waits for another's, or those that are done are found by all.
+  bool splits = false;
   StageCost cost{};
+  StageMemory memory{};
   StageCost report_cost{};  ///< of its part of the report: digests of its files, pictures
   StageCost truth_cost{};   ///< of its figures there, of a synthetic capture
   /// The option that `run --material` sets: one fabric for all garments; "": it has none.

@@ -34,6 +34,19 @@ std::string user_name() {
   return user == nullptr ? std::to_string(geteuid()) : printable(user->pw_name);
 }
 
+/// Whether a file without a whole line is what a crash may have left of a log's first one: it
+/// begins with a time, "2026-11-29T10:40:00Z".
+bool may_begin_log(std::string_view text) {
+  constexpr std::string_view kTime = "0000-00-00T00:00:00Z";
+  for (std::size_t i = 0; i < std::min(text.size(), kTime.size()); ++i) {
+    const bool digit = text[i] >= '0' && text[i] <= '9';
+    if (kTime[i] == '0' ? !digit : text[i] != kTime[i]) {
+      return false;
+    }
+  }
+  return text.size() < kTime.size() + 1 || text[kTime.size()] == '\t';
+}
+
 /// The log, open and locked.
 class LockedLog {
  public:
@@ -65,30 +78,21 @@ class LockedLog {
     if (pread(file_, end.data(), end.size(), start) != static_cast<ssize_t>(end.size())) {
       fail(path_, "cannot read the log");
     }
+    Digest head{};
     const std::size_t last = end.rfind('\n');
     const std::size_t size = last == std::string::npos ? 0 : last + 1;
+    if (size == 0 && (start > 0 || !may_begin_log(end))) {
+      throw DataError(path_.string(), "", "no log", "lines, as atelier writes them");
+    }
+    if (size > 0) {
+      head = hash_of_line(end, size);
+    }
     if (size < end.size()) {
-      if (size == 0 && start > 0) {
-        throw DataError(path_.string(), "", "no log", "lines, as atelier writes them");
-      }
       if (ftruncate(file_, start + static_cast<off_t>(size)) != 0) {
         fail(path_, "cannot take away what a crash left");
       }
     }
-    if (size == 0) {
-      return {};
-    }
-    const std::size_t before = end.rfind('\n', size - 2);
-    const std::size_t line = size < 2 || before == std::string::npos ? 0 : before + 1;
-    const std::size_t tab = end.rfind('\t', size - 1);
-    const auto head = tab == std::string::npos || tab < line
-                          ? std::nullopt
-                          : digest_from_hex(std::string_view(end).substr(tab + 1, size - tab - 2));
-    if (!head) {
-      throw DataError(path_.string(), "its last line", "no hash",
-                      "a log that nobody wrote into; atelier verify --log says where");
-    }
-    return *head;
+    return head;
   }
   void append(const std::string& line) const {
     if (write(file_, line.data(), line.size()) != static_cast<ssize_t>(line.size()) ||
@@ -98,6 +102,21 @@ class LockedLog {
   }
 
  private:
+  /// @param end  bytes of the log, of which the first `size` end with its last whole line
+  Digest hash_of_line(std::string_view end, std::size_t size) const {
+    const std::size_t before = size < 2 ? std::string_view::npos : end.rfind('\n', size - 2);
+    const std::size_t line = before == std::string_view::npos ? 0 : before + 1;
+    const std::size_t tab = end.rfind('\t', size - 1);
+    const auto head = tab == std::string_view::npos || tab < line
+                          ? std::nullopt
+                          : digest_from_hex(end.substr(tab + 1, size - tab - 2));
+    if (!head) {
+      throw DataError(path_.string(), "its last line", "no hash",
+                      "a log that nobody wrote into; atelier verify --log says where");
+    }
+    return *head;
+  }
+
   const std::filesystem::path& path_;
   int file_;
 };
@@ -120,14 +139,18 @@ std::string access_line(const AccessEntry& entry, const Digest& before) {
   return said + "\t" + hex(sha256(hex(before) + "\n" + said)) + "\n";
 }
 
-void log_access(const std::filesystem::path& workspace, const std::string& action,
-                const std::string& detail) {
-  const std::filesystem::path path = workspace / kAccessLog;
+void append_to_log(const std::filesystem::path& path, const std::string& action,
+                   const std::string& detail) {
   const LockedLog log(path);
   const Digest before = log.take_head();
   const auto now = static_cast<double>(std::time(nullptr));
   log.append(
       access_line({utc_text(now), field(user_name()), field(action), field(detail)}, before));
+}
+
+void log_access(const std::filesystem::path& workspace, const std::string& action,
+                const std::string& detail) {
+  append_to_log(workspace / kAccessLog, action, detail);
 }
 
 AccessLog parse_access_log(std::string_view text, const std::string& file) {

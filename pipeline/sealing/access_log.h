@@ -9,8 +9,9 @@
 
 namespace atelier {
 
-/// The log of a workspace: who did what with it. Lines are only ever appended, and each has the
-/// hash of all before it, so that what is changed or taken out later is noticed.
+/// The log of a workspace, or of a sealed file (use_log.h): who did what with it. Lines are only
+/// ever appended, and each has the hash of all before it, so that what is changed or taken out
+/// later is noticed.
 inline constexpr const char* kAccessLog = "access.log";
 
 /// One line: five fields with tabs between, the last the SHA-256 of the line before it (zeros for
@@ -18,7 +19,7 @@ inline constexpr const char* kAccessLog = "access.log";
 struct AccessEntry {
   std::string time;    ///< "2026-11-29T10:40:00Z"
   std::string user;    ///< of the system
-  std::string action;  ///< the command: "export", "seal", ...
+  std::string action;  ///< the command, "export", "seal", ..., or "open"
   std::string detail;  ///< where to, for whom, for what; without control characters
 };
 
@@ -32,6 +33,10 @@ struct AccessLog {
 /// last line is none.
 void log_access(const std::filesystem::path& workspace, const std::string& action,
                 const std::string& detail);
+
+/// The same of a log with another name. What is no log is never written into.
+void append_to_log(const std::filesystem::path& log, const std::string& action,
+                   const std::string& detail);
 
 /// The line of an entry behind one of that hash.
 std::string access_line(const AccessEntry& entry, const Digest& before);

@@ -5,6 +5,7 @@
 #include "core/error.h"
 #include "core/file_kind.h"
 #include "core/store/consent_file.h"
+#include "core/store/result.h"
 
 namespace atelier {
 namespace {
@@ -53,6 +54,24 @@ std::vector<Consent> consent_of(const StageStatus& status) {
     }
   }
   return all;
+}
+
+void require_sound_files(const fs::path& folder, std::span<const Stage> stages) {
+  for (const Stage& stage : stages) {
+    const auto current = current_name(folder / stage.name);
+    if (!current) {
+      continue;
+    }
+    const fs::path result = folder / stage.name / *current;
+    for (const Finding& finding :
+         check_outputs(result, read_manifest(result, std::string(stage.name)), Check::Digests)) {
+      if (finding.severity == Severity::Error) {
+        throw DataError(finding.place, "", finding.what,
+                        "a sound result; atelier " + std::string(stage.name) +
+                            " INPUT WORKSPACE, with the same arguments recomputes it");
+      }
+    }
+  }
 }
 
 SealingNote sealed_subject(const fs::path& folder, std::span<const Stage> stages) {

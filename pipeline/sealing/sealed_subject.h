@@ -19,4 +19,8 @@ std::vector<Consent> consent_of(const StageStatus& status);
 /// for anything else. Throws DataError for a damaged result.
 SealingNote sealed_subject(const std::filesystem::path& folder, std::span<const Stage> stages);
 
+/// Reads every file of a workspace's current results: throws DataError where one has other bytes
+/// than its stage wrote.
+void require_sound_files(const std::filesystem::path& folder, std::span<const Stage> stages);
+
 }  // namespace atelier

@@ -10,6 +10,8 @@
 namespace atelier {
 namespace {
 
+constexpr const char* kChecked = "checked";
+
 std::string line(const char* key, const std::string& value) {
   return std::string(key) + " = " + nlohmann::json(value).dump() +
          "\n";  // JSON's escapes are TOML's
@@ -29,6 +31,7 @@ std::string sealing_note_text(const SealingNote& note) {
   const std::string consent = consent_toml(note.consent);
   return "format = 1\n" + line("kind", note.kind) + line("sealed", note.sealed) +
          line("purpose", note.purpose) + line("none_needed", note.none_needed) +
+         (note.digests_checked ? line("digests", kChecked) : "") +
          (consent.empty() ? "" : "\n" + consent);
 }
 
@@ -39,6 +42,7 @@ SealingNote parse_sealing_note(std::string_view text, const std::string& file) {
   note.sealed = text_of(entries, "sealed");
   note.purpose = text_of(entries, "purpose");
   note.none_needed = text_of(entries, "none_needed");
+  note.digests_checked = text_of(entries, "digests") == kChecked;
   note.consent = parse_consent(text, file);
   if (note.kind != "workspace" && note.kind != "export") {
     throw DataError(file, kSealingNote, "neither a workspace nor an export", "one of the two");

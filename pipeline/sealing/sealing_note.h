@@ -18,6 +18,9 @@ struct SealingNote {
   std::string purpose;      ///< one of kPurposes
   std::string none_needed;  ///< why no consent is needed; "" where there is one
   std::vector<Consent> consent;
+  /// Of a workspace: every file of its current results was compared with its manifest's digest when
+  /// it was sealed. Whoever opens it has those very bytes.
+  bool digests_checked = false;
 };
 
 std::string sealing_note_text(const SealingNote& note);

@@ -68,7 +68,7 @@ std::vector<std::string> previewed_warnings(const Stage& stage, const StageReque
   if (row != nullptr && row->preview != nullptr) {
     for (const Finding& finding : row->preview(request)) {
       if (finding.severity != Severity::Note) {
-        warnings.push_back(to_string(finding));
+        warnings.push_back(warning_text(finding));
       }
     }
   }

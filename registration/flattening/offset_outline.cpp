@@ -15,28 +15,43 @@ namespace {
 using Vector2 = Eigen::Vector2d;
 
 /// Every edge moved outwards and joined to the next; it may cross itself.
-std::vector<Vector2> raw_offset(const std::vector<Vector2>& loop, double distance) {
-  constexpr double kMitre = 2;  // of the distance
+std::vector<Vector2> raw_offset(const std::vector<Vector2>& loop,
+                                const std::vector<double>& distances) {
+  constexpr double kMitre = 2;  // of the larger distance
   std::vector<Vector2> moved;
   const std::size_t count = loop.size();
   for (std::size_t i = 0; i < count; ++i) {
+    const double before = distances[(i + count - 1) % count];
+    const double after = distances[i];
     const Vector2 in = (loop[i] - loop[(i + count - 1) % count]).normalized();
     const Vector2 out = (loop[(i + 1) % count] - loop[i]).normalized();
     const Vector2 in_normal(in.y(), -in.x());  // outwards of a counter-clockwise loop
     const Vector2 out_normal(out.y(), -out.x());
     const double cosine = in_normal.dot(out_normal);
-    const double mitre = std::sqrt(2 / std::max(1 + cosine, 1e-12));
-    const bool convex = cross(in, out) > 0;
-    if (mitre <= kMitre && (convex || cosine > 0.5)) {
-      moved.push_back(loop[i] + distance * mitre * (in_normal + out_normal).normalized());
-    } else if (convex) {
-      // As far along both edges as the mitre may reach.
-      const double along = std::sqrt(kMitre * kMitre - 1) * distance;
-      moved.push_back(loop[i] + distance * in_normal + along * in);
-      moved.push_back(loop[i] + distance * out_normal - along * out);
+    const double sine = cross(in, out);
+    const double larger = std::max(before, after);
+    // Where both moved lines meet.
+    Vector2 meet = before * in_normal;
+    if (before == after) {
+      meet = before * std::sqrt(2 / std::max(1 + cosine, 1e-12)) *
+             (in_normal + out_normal).normalized();
+    } else if (std::abs(sine) > 1e-3) {
+      meet += (after - before * cosine) / sine * in;
     } else {
-      moved.push_back(loop[i] + distance * in_normal);
-      moved.push_back(loop[i] + distance * out_normal);
+      moved.push_back(loop[i] + before * in_normal);  // a step, where the allowance changes
+      moved.push_back(loop[i] + after * out_normal);
+      continue;
+    }
+    if (meet.norm() <= kMitre * larger && (sine > 0 || cosine > 0.5)) {
+      moved.push_back(loop[i] + meet);
+    } else if (sine > 0) {
+      // As far along both edges as the mitre may reach.
+      const double along = std::sqrt(kMitre * kMitre - 1) * larger;
+      moved.push_back(loop[i] + before * in_normal + along * in);
+      moved.push_back(loop[i] + after * out_normal - along * out);
+    } else {
+      moved.push_back(loop[i] + before * in_normal);
+      moved.push_back(loop[i] + after * out_normal);
     }
   }
   return moved;
@@ -114,22 +129,36 @@ std::vector<Vector2> outermost(const std::vector<Vector2>& loop) {
 }  // namespace
 
 Points2 offset_outline(const Points2& outline, double distance) {
+  return offset_outline(outline,
+                        std::vector<double>(static_cast<std::size_t>(outline.rows()), distance));
+}
+
+Points2 offset_outline(const Points2& outline, const std::vector<double>& distances) {
   ATELIER_CHECK(outline.rows() >= 3, "an outline of three points or more");
-  ATELIER_CHECK(distance >= 0 && std::isfinite(distance), "a distance of zero or more");
-  if (distance == 0) {
+  ATELIER_CHECK(static_cast<Index>(distances.size()) == outline.rows(),
+                "a distance for each segment");
+  for (const double distance : distances) {
+    ATELIER_CHECK(distance >= 0 && std::isfinite(distance), "a distance of zero or more");
+  }
+  if (std::all_of(distances.begin(), distances.end(), [](double d) { return d == 0; })) {
     return outline;
   }
   std::vector<Vector2> loop;
+  std::vector<double> own;
   for (Index i = 0; i < outline.rows(); ++i) {
     const Vector2 point = outline.row(i);
     if (loop.empty() || (point - loop.back()).norm() > 1e-9) {
       loop.push_back(point);
+      own.push_back(distances[static_cast<std::size_t>(i)]);
+    } else {
+      own.back() = distances[static_cast<std::size_t>(i)];
     }
   }
   while (loop.size() > 3 && (loop.front() - loop.back()).norm() <= 1e-9) {
     loop.pop_back();
+    own.pop_back();
   }
-  const std::vector<Vector2> line = outermost(raw_offset(loop, distance));
+  const std::vector<Vector2> line = outermost(raw_offset(loop, own));
   Points2 result(static_cast<Index>(line.size()), 2);
   for (std::size_t i = 0; i < line.size(); ++i) {
     result.row(static_cast<Index>(i)) = line[i].transpose();

@@ -1,124 +1,26 @@
-#include <algorithm>
-#include <cctype>
-#include <cstdio>
 #include <set>
 
+#include "registration/flattening/dxf_text.h"
 #include "registration/flattening/pattern_pieces.h"
 
 namespace atelier {
 namespace {
 
-constexpr double kMillimetres = 1000;
-
 // AAMA's layers (ASTM D6673).
 constexpr const char* kCut = "1";
 constexpr const char* kNotches = "4";
+constexpr const char* kMirror = "6";
 constexpr const char* kGrain = "7";
 constexpr const char* kSew = "14";
 constexpr const char* kAnnotation = "15";
 
-/// Pairs of group code and value, a line each, as every DXF reader takes them.
-class Dxf {
- public:
-  void pair(int code, const std::string& value) {
-    char text[16];
-    std::snprintf(text, sizeof text, "%3d", code);
-    text_ += std::string(text) + "\r\n" + value + "\r\n";
-  }
-  void number(int code, double value) {
-    char text[40];
-    std::snprintf(text, sizeof text, "%.6f", value);
-    std::string digits = text;
-    std::replace(digits.begin(), digits.end(), ',', '.');
-    pair(code, digits == "-0.000000" ? "0.000000" : digits);
-  }
-  void integer(int code, int value) {
-    char text[16];
-    std::snprintf(text, sizeof text, "%6d", value);
-    pair(code, text);
-  }
-  /// Millimetres.
-  void point(int code, const Eigen::Vector2d& metres) {
-    number(code, metres.x() * kMillimetres);
-    number(code + 10, metres.y() * kMillimetres);
-    number(code + 20, 0);
-  }
-  void entity(const char* type, const char* layer) {
-    pair(0, type);
-    pair(8, layer);
-  }
-  void polyline(const Points2& line, bool closed, const char* layer) {
-    entity("POLYLINE", layer);
-    integer(66, 1);
-    point(10, {0, 0});
-    integer(70, closed ? 1 : 0);
-    for (Index i = 0; i < line.rows(); ++i) {
-      entity("VERTEX", layer);
-      point(10, line.row(i).transpose());
-    }
-    entity("SEQEND", layer);
-  }
-  void line(const Eigen::Vector2d& a, const Eigen::Vector2d& b, const char* layer) {
-    entity("LINE", layer);
-    point(10, a);
-    point(11, b);
-  }
-  void label(const std::string& value, const Eigen::Vector2d& at, double height) {
-    entity("TEXT", kAnnotation);
-    point(10, at);
-    number(40, height * kMillimetres);
-    pair(1, value);
-  }
-  std::string take() { return std::move(text_); }
-
- private:
-  std::string text_;
-};
-
-/// R12 names are letters, digits, "-", "_" and "$", at most 31; each once.
-std::string block_name(const std::string& name, std::set<std::string>& taken) {
-  std::string block;
-  for (const char c : name.substr(0, 24)) {
-    const auto u = static_cast<unsigned char>(c);
-    block += u < 128 && std::isalnum(u) != 0 ? static_cast<char>(std::toupper(u)) : '_';
-  }
-  block = block.empty() ? "PIECE" : block;
-  std::string unique = block;
-  for (int i = 2; !taken.insert(unique).second; ++i) {
-    unique = block + "-" + std::to_string(i);
-  }
-  return unique;
-}
-
-/// One line of plain ASCII.
-std::string plain(const std::string& text) {
-  std::string result;
-  for (const char c : text) {
-    const auto u = static_cast<unsigned char>(c);
-    result += u >= 32 && u < 127 ? c : '?';
-  }
-  return result;
-}
-
-/// Of the control square, so that whoever opens the drawing can measure its unit: programs take
-/// $INSUNITS, the text UNITS or neither.
-constexpr double kControlSquare = 0.1;  // m
-constexpr double kTextHeight = 0.01;    // m
-constexpr double kUnder = -0.03;        // m, the first line of text under the fabric
-constexpr double kLine = 0.02;          // m, between lines
+constexpr double kTextHeight = 0.01;  // m
+constexpr double kUnder = -0.03;      // m, the first line of text under the fabric
+constexpr double kLine = 0.02;        // m, between lines
 
 /// The control square's lower left corner.
 Eigen::Vector2d control_corner() {
   return {0, kUnder - 2 * kLine - kControlSquare};
-}
-
-Points2 control_square() {
-  const Eigen::RowVector2d at = control_corner();
-  Points2 square(4, 2);
-  square << at, at + Eigen::RowVector2d(kControlSquare, 0),
-      at + Eigen::RowVector2d(kControlSquare, kControlSquare),
-      at + Eigen::RowVector2d(0, kControlSquare);
-  return square;
 }
 
 /// Smallest and largest corner of everything drawn, texts by their first letter. Rows.
@@ -137,7 +39,7 @@ Points2 extents(const PatternLayout& layout) {
   return box;
 }
 
-void header(Dxf& dxf, const PatternLayout& layout) {
+void header(DxfText& dxf, const PatternLayout& layout) {
   const Points2 box = extents(layout);
   dxf.pair(0, "SECTION");
   dxf.pair(2, "HEADER");
@@ -154,7 +56,7 @@ void header(Dxf& dxf, const PatternLayout& layout) {
   dxf.pair(0, "ENDSEC");
 }
 
-void layers(Dxf& dxf) {
+void layers(DxfText& dxf) {
   dxf.pair(0, "SECTION");
   dxf.pair(2, "TABLES");
   dxf.pair(0, "TABLE");
@@ -170,9 +72,9 @@ void layers(Dxf& dxf) {
   dxf.pair(0, "ENDTAB");
   dxf.pair(0, "TABLE");
   dxf.pair(2, "LAYER");
-  dxf.integer(70, 6);
-  const std::pair<const char*, int> kLayers[] = {{"0", 7},    {kCut, 7}, {kNotches, 1},
-                                                 {kGrain, 8}, {kSew, 5}, {kAnnotation, 3}};
+  dxf.integer(70, 7);
+  const std::pair<const char*, int> kLayers[] = {
+      {"0", 7}, {kCut, 7}, {kNotches, 1}, {kMirror, 6}, {kGrain, 8}, {kSew, 5}, {kAnnotation, 3}};
   for (const auto& [name, color] : kLayers) {
     dxf.pair(0, "LAYER");
     dxf.pair(2, name);
@@ -184,7 +86,7 @@ void layers(Dxf& dxf) {
   dxf.pair(0, "ENDSEC");
 }
 
-void block(Dxf& dxf, const PatternPiece& piece, const std::string& name) {
+void block(DxfText& dxf, const PatternPiece& piece, const std::string& name) {
   dxf.entity("BLOCK", "0");
   dxf.pair(2, name);
   dxf.integer(70, 0);
@@ -193,20 +95,23 @@ void block(Dxf& dxf, const PatternPiece& piece, const std::string& name) {
   dxf.polyline(piece.cut_line, true, kCut);
   dxf.polyline(piece.sew_line, true, kSew);
   dxf.line(piece.grain_from, piece.grain_to, kGrain);
+  if (piece.fold) {
+    dxf.line(piece.fold->first, piece.fold->second, kMirror);
+  }
   for (const Notch& notch : piece.notches) {
     dxf.line(notch.position, notch.position + kNotchLength * notch.outwards, kNotches);
   }
   const Eigen::Vector2d middle = (piece.grain_from + piece.grain_to) / 2;
-  dxf.label("PIECE NAME: " + plain(piece.name), middle, kTextHeight);
-  dxf.label("QUANTITY: 1", middle - Eigen::Vector2d(0, 0.015), kTextHeight);
-  dxf.label("ANNOTATION: UNIT MM", middle - Eigen::Vector2d(0, 0.03), kTextHeight);
+  dxf.label("PIECE NAME: " + dxf_plain(piece.name), middle, kTextHeight, kAnnotation);
+  dxf.label("QUANTITY: 1", middle - Eigen::Vector2d(0, 0.015), kTextHeight, kAnnotation);
+  dxf.label("ANNOTATION: UNIT MM", middle - Eigen::Vector2d(0, 0.03), kTextHeight, kAnnotation);
   dxf.entity("ENDBLK", "0");
 }
 
 }  // namespace
 
 std::string pattern_dxf(const PatternLayout& layout, const std::string& title) {
-  Dxf dxf;
+  DxfText dxf;
   header(dxf, layout);
   layers(dxf);
   std::set<std::string> taken;
@@ -214,7 +119,7 @@ std::string pattern_dxf(const PatternLayout& layout, const std::string& title) {
   dxf.pair(0, "SECTION");
   dxf.pair(2, "BLOCKS");
   for (const PatternPiece& piece : layout.pieces) {
-    names.push_back(block_name(piece.name, taken));
+    names.push_back(dxf_block_name(piece.name, taken));
     block(dxf, piece, names.back());
   }
   dxf.pair(0, "ENDSEC");
@@ -225,11 +130,11 @@ std::string pattern_dxf(const PatternLayout& layout, const std::string& title) {
     dxf.pair(2, name);
     dxf.point(10, {0, 0});
   }
-  dxf.label("STYLE NAME: " + plain(title), {0, kUnder}, kTextHeight);
-  dxf.label("UNITS: METRIC", {0, kUnder - kLine}, kTextHeight);
-  dxf.polyline(control_square(), true, kAnnotation);
-  dxf.label("CONTROL SQUARE: 100 MM", control_corner() + Eigen::Vector2d(0.005, 0.005),
-            kTextHeight);
+  dxf.label("STYLE NAME: " + dxf_plain(title), {0, kUnder}, kTextHeight, kAnnotation);
+  dxf.label("UNITS: METRIC", {0, kUnder - kLine}, kTextHeight, kAnnotation);
+  dxf.polyline(control_square(control_corner().transpose()), true, kAnnotation);
+  dxf.label("CONTROL SQUARE: 100 MM", control_corner() + Eigen::Vector2d(0.005, 0.005), kTextHeight,
+            kAnnotation);
   dxf.pair(0, "ENDSEC");
   dxf.pair(0, "EOF");
   return dxf.take();

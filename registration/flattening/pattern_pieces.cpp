@@ -1,6 +1,5 @@
 #include "registration/flattening/pattern_pieces.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -8,249 +7,47 @@
 #include "core/cross.h"
 #include "core/error.h"
 #include "core/saturating_cast.h"
-#include "core/topology.h"
-#include "registration/flattening/flat_overlaps.h"
 #include "registration/flattening/offset_outline.h"
+#include "registration/outlines/outline_measures.h"
 
 namespace atelier {
 namespace {
 
 using Vector2 = Eigen::Vector2d;
-using Run = std::vector<Vector2>;
 
-double length_of(const Run& run) {
-  double length = 0;
-  for (std::size_t i = 1; i < run.size(); ++i) {
-    length += (run[i] - run[i - 1]).norm();
-  }
-  return length;
-}
-
-Run points_of(const Points2& flat, const std::vector<int>& vertices) {
-  Run run;
-  for (const int v : vertices) {
-    run.emplace_back(flat.row(v).transpose());
-  }
-  return run;
-}
-
-/// Points that stay: ends, and where the run turns by more than 0.6 rad within the smoothing.
-std::vector<std::size_t> corners_of(const Run& run, double reach) {
-  std::vector<std::size_t> corners{0};
-  std::vector<double> at(run.size(), 0);
-  for (std::size_t i = 1; i < run.size(); ++i) {
-    at[i] = at[i - 1] + (run[i] - run[i - 1]).norm();
-  }
-  constexpr double kCorner = 0.7;  // rad
-  constexpr double kEdges = 3;     // a zigzag of single edges is no corner
-  reach = std::max(reach, kEdges * at.back() / static_cast<double>(run.size() - 1));
-  std::vector<double> turning(run.size(), 0);
-  for (std::size_t i = 1; i + 1 < run.size(); ++i) {
-    std::size_t before = i - 1;
-    std::size_t after = i + 1;
-    while (before > 0 && at[i] - at[before] < reach) {
-      --before;
-    }
-    while (after + 1 < run.size() && at[after] - at[i] < reach) {
-      ++after;
-    }
-    const Vector2 in = run[i] - run[before];
-    const Vector2 out = run[after] - run[i];
-    turning[i] = std::abs(std::atan2(cross(in, out), in.dot(out)));
-  }
-  for (std::size_t i = 1; i + 1 < run.size(); ++i) {
-    if (turning[i] > kCorner && turning[i] >= turning[i - 1] && turning[i] > turning[i + 1] &&
-        at[i] - at[corners.back()] > reach / 2) {
-      corners.push_back(i);
+/// Every point of a piece, and every direction.
+template <typename Point, typename Direction>
+void change_piece(PatternPiece& piece, const Point& point, const Direction& direction) {
+  for (Points2* line : {&piece.sew_line, &piece.cut_line}) {
+    for (Index i = 0; i < line->rows(); ++i) {
+      line->row(i) = point(Vector2(line->row(i))).transpose();
     }
   }
-  corners.push_back(run.size() - 1);
-  return corners;
-}
-
-/// Least squares with a penalty on second differences (Whittaker 1923; Eilers 2003): a low-pass of
-/// the given reach; `held` points stay. Rows of the pentadiagonal system by Gauss-Seidel would be
-/// slow: it is solved part by part, densely banded.
-Run smoothed(const Run& run, const std::vector<std::size_t>& held, double reach) {
-  Run result = run;
-  for (std::size_t part = 0; part + 1 < held.size(); ++part) {
-    const std::size_t from = held[part];
-    const auto inner = static_cast<Index>(held[part + 1] - from) - 1;
-    if (inner < 1) {
-      continue;
-    }
-    const Run piece(run.begin() + static_cast<std::ptrdiff_t>(from),
-                    run.begin() + static_cast<std::ptrdiff_t>(from) + inner + 2);
-    const double spacing = length_of(piece) / static_cast<double>(inner + 1);
-    const double stiffness = std::pow(reach / std::max(spacing, 1e-9), 4);
-    // (I + stiffness D'D) q = p, with the ends known.
-    Eigen::MatrixXd system = Eigen::MatrixXd::Identity(inner, inner);
-    Points2 right(inner, 2);
-    for (Index i = 0; i < inner; ++i) {
-      right.row(i) = piece[static_cast<std::size_t>(i) + 1].transpose();
-    }
-    for (Index i = 0; i < inner; ++i) {
-      const double weights[3] = {1, -2, 1};
-      for (int p = 0; p < 3; ++p) {
-        const Index row = i + p - 1;
-        if (row < 0 || row >= inner) {
-          continue;
-        }
-        for (int q = 0; q < 3; ++q) {
-          const Index column = i + q - 1;
-          const double entry = stiffness * weights[p] * weights[q];
-          if (column < 0 || column >= inner) {
-            right.row(row) -= entry * piece[static_cast<std::size_t>(column + 1)].transpose();
-          } else {
-            system(row, column) += entry;
-          }
-        }
-      }
-    }
-    const Points2 solved = system.llt().solve(right);
-    for (Index i = 0; i < inner; ++i) {
-      result[from + 1 + static_cast<std::size_t>(i)] = solved.row(i).transpose();
-    }
+  for (Notch& notch : piece.notches) {
+    notch.position = point(notch.position);
+    notch.outwards = direction(notch.outwards);
   }
-  return result;
-}
-
-Run blended(const Run& a, const Run& b, double share) {
-  Run result = a;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    result[i] += share * (b[i] - a[i]);
+  for (EdgeLabel& label : piece.labels) {
+    label.position = point(label.position);
+    label.along = direction(label.along);
   }
-  return result;
-}
-
-double mismatch_of(const Run& a, const Run& b) {
-  return 2 * std::abs(length_of(a) - length_of(b)) / std::max(length_of(a) + length_of(b), 1e-12);
-}
-
-/// Smoothed positions of the outline's vertices, and the largest mismatch of seams. What is sewn or
-/// open at a panel with `as_is` stays.
-std::pair<Points2, double> smooth_outlines(const FlatPattern& pattern,
-                                           const std::vector<std::vector<int>>& loops, double reach,
-                                           const std::vector<char>& as_is,
-                                           const std::vector<int>& panel_of) {
-  constexpr double kMismatch = 0.002;
-  Points2 flat = pattern.vertices;
-  std::vector<char> sewn(static_cast<std::size_t>(flat.rows()), 0);
-  std::vector<char> seam_end(sewn.size(), 0);
-  double worst = 0;
-  for (const FlatSeam& seam : pattern.seams) {
-    Run a = points_of(pattern.vertices, seam.a);
-    Run b = points_of(pattern.vertices, seam.b);
-    if (reach > 0 && a.size() > 2 && as_is[static_cast<std::size_t>(seam.panel_a)] == 0 &&
-        as_is[static_cast<std::size_t>(seam.panel_b)] == 0) {
-      // Corners of either side are kept on both.
-      std::vector<std::size_t> held = corners_of(a, reach);
-      for (const std::size_t corner : corners_of(b, reach)) {
-        held.push_back(corner);
-      }
-      std::sort(held.begin(), held.end());
-      held.erase(std::unique(held.begin(), held.end()), held.end());
-      const Run smooth_a = smoothed(a, held, reach);
-      const Run smooth_b = smoothed(b, held, reach);
-      for (const double share : {1.0, 0.75, 0.5, 0.25}) {
-        const Run some_a = blended(a, smooth_a, share);
-        const Run some_b = blended(b, smooth_b, share);
-        if (mismatch_of(some_a, some_b) <= std::max(kMismatch, mismatch_of(a, b))) {
-          a = some_a;
-          b = some_b;
-          break;
-        }
-      }
-    }
-    worst = std::max(worst, mismatch_of(a, b));
-    for (std::size_t i = 0; i < a.size(); ++i) {
-      flat.row(seam.a[i]) = a[i].transpose();
-      flat.row(seam.b[i]) = b[i].transpose();
-      sewn[static_cast<std::size_t>(seam.a[i])] = sewn[static_cast<std::size_t>(seam.b[i])] = 1;
-    }
-    for (const int v : {seam.a.front(), seam.a.back(), seam.b.front(), seam.b.back()}) {
-      seam_end[static_cast<std::size_t>(v)] = 1;
-    }
+  for (Vector2* end : {&piece.grain_from, &piece.grain_to}) {
+    *end = point(*end);
   }
-  if (!(reach > 0)) {
-    return {flat, worst};
-  }
-  // Edges that are not sewn: runs from seam end to seam end, or whole loops.
-  for (const std::vector<int>& loop : loops) {
-    if (as_is[static_cast<std::size_t>(panel_of[static_cast<std::size_t>(loop.front())])] != 0) {
-      continue;
-    }
-    const std::size_t count = loop.size();
-    const auto first = std::find_if(loop.begin(), loop.end(), [&](int v) {
-      return seam_end[static_cast<std::size_t>(v)] != 0;
-    });
-    const auto start = static_cast<std::size_t>(first == loop.end() ? 0 : first - loop.begin());
-    std::vector<int> run{loop[start]};
-    for (std::size_t i = 1; i <= count; ++i) {
-      const int v = loop[(start + i) % count];
-      run.push_back(v);
-      if (seam_end[static_cast<std::size_t>(v)] == 0 && i < count) {
-        continue;
-      }
-      const bool is_open =
-          run.size() > 2 && std::none_of(run.begin() + 1, run.end() - 1, [&](int inner) {
-            return sewn[static_cast<std::size_t>(inner)] != 0;
-          });
-      if (is_open) {
-        const Run points = points_of(pattern.vertices, run);
-        const Run smooth = smoothed(points, corners_of(points, reach), reach);
-        for (std::size_t k = 1; k + 1 < run.size(); ++k) {
-          flat.row(run[k]) = smooth[k].transpose();
-        }
-      }
-      run = {v};
-    }
-  }
-  return {flat, worst};
-}
-
-/// The same, but panels whose smoothed outline would cross itself stay as they are.
-std::pair<Points2, double> smooth_apart(const FlatPattern& pattern,
-                                        const std::vector<std::vector<int>>& loops, double reach,
-                                        const std::vector<int>& panel_of) {
-  std::vector<char> as_is(static_cast<std::size_t>(pattern.cut.panel_count), 0);
-  for (;;) {
-    std::pair<Points2, double> smooth = smooth_outlines(pattern, loops, reach, as_is, panel_of);
-    bool more = false;
-    for (const std::vector<int>& loop : loops) {
-      char& stays =
-          as_is[static_cast<std::size_t>(panel_of[static_cast<std::size_t>(loop.front())])];
-      if (stays == 0 && crosses_itself(smooth.first(loop, Eigen::all))) {
-        stays = 1;
-        more = true;
-      }
-    }
-    if (!more) {
-      return smooth;
-    }
+  if (piece.fold) {
+    piece.fold = {point(piece.fold->first), point(piece.fold->second)};
   }
 }
 
 void turn_half(PatternPiece& piece) {
-  const auto turn = [](Points2& points) { points = -points; };
-  turn(piece.sew_line);
-  turn(piece.cut_line);
-  for (Notch& notch : piece.notches) {
-    notch.position = -notch.position;
-    notch.outwards = -notch.outwards;
-  }
-  piece.grain_from = -piece.grain_from;
-  piece.grain_to = -piece.grain_to;
+  const auto turned = [](const Vector2& at) -> Vector2 { return -at; };
+  change_piece(piece, turned, turned);
 }
 
 void move_piece(PatternPiece& piece, const Vector2& by) {
-  piece.sew_line.rowwise() += by.transpose();
-  piece.cut_line.rowwise() += by.transpose();
-  for (Notch& notch : piece.notches) {
-    notch.position += by;
-  }
-  piece.grain_from += by;
-  piece.grain_to += by;
+  change_piece(
+      piece, [&](const Vector2& at) -> Vector2 { return at + by; },
+      [](const Vector2& direction) { return direction; });
 }
 
 /// Of the skyline, m. Wide fabric, as of a mesh in another unit, has no more columns than 10 m.
@@ -363,77 +160,193 @@ void place_grain(PatternPiece& piece) {
   }
 }
 
-void add_notches(const FlatPattern& pattern, const Points2& flat, double spacing,
-                 std::vector<PatternPiece>& pieces) {
-  for (const FlatSeam& seam : pattern.seams) {
-    const Run a = points_of(flat, seam.a);
-    const Run b = points_of(flat, seam.b);
-    const int count = saturating_cast<int>(length_of(a) / spacing);
-    double passed = 0;
-    int next = 1;
-    for (std::size_t i = 1; i + 1 < a.size() && next <= count; ++i) {
-      passed += (a[i] - a[i - 1]).norm();
-      if (passed < length_of(a) * next / (count + 1)) {
-        continue;
+/// A side of a seam in the direction in which both sides run, along edges of one panel after
+/// another.
+struct SeamSide {
+  std::vector<std::pair<int, int>> edges;  ///< panel, edge
+  bool against = false;                    ///< the panel's own direction
+};
+
+/// A seam, which may be several pairs of edges.
+struct WholeSeam {
+  std::string name;
+  SeamSide a, b;
+};
+
+std::vector<WholeSeam> whole_seams(const SewingPattern& pattern) {
+  std::vector<WholeSeam> seams;
+  for (const SewnEdges& pair : pattern.seams) {
+    if (seams.empty() || seams.back().name != pair.name ||
+        seams.back().b.against != pair.reversed) {
+      seams.push_back({pair.name, {{}, false}, {{}, pair.reversed}});
+    }
+    seams.back().a.edges.emplace_back(pair.panel_a, pair.edge_a);
+    seams.back().b.edges.emplace_back(pair.panel_b, pair.edge_b);
+  }
+  return seams;
+}
+
+/// A place on a side of a seam.
+struct SeamPlace {
+  int panel = 0;
+  Vector2 position, along;
+};
+
+SeamPlace place_at(const SewingPattern& pattern, const SeamSide& side, double at) {
+  SeamPlace place;
+  for (const auto& [panel_idx, edge] : side.edges) {
+    const Panel& panel = pattern.panels[static_cast<std::size_t>(panel_idx)];
+    const double length = edge_length(panel, edge);
+    const bool last = &side.edges.back().second == &edge;
+    if (at > length && !last) {
+      at -= length;
+      continue;
+    }
+    constexpr int kSteps = 200;
+    const Points2 points = sample_edge(panel, edge, kSteps);
+    const double share = std::clamp(at / length, 0.0, 1.0);
+    const double step = (side.against ? 1 - share : share) * kSteps;
+    const Index before = std::min<Index>(saturating_cast<Index>(step), kSteps - 1);
+    const Vector2 from = points.row(before);
+    const Vector2 to = points.row(before + 1);
+    place.panel = panel_idx;
+    place.position = from + (step - static_cast<double>(before)) * (to - from);
+    place.along = (to - from).normalized();
+    break;
+  }
+  return place;
+}
+
+double side_length(const SewingPattern& pattern, const SeamSide& side) {
+  double length = 0;
+  for (const auto& [panel, edge] : side.edges) {
+    length += edge_length(pattern.panels[static_cast<std::size_t>(panel)], edge);
+  }
+  return length;
+}
+
+void add_notches(const SewingPattern& pattern, double spacing, std::vector<PatternPiece>& pieces) {
+  for (const WholeSeam& seam : whole_seams(pattern)) {
+    const double length = side_length(pattern, seam.a);
+    const int count = saturating_cast<int>(length / spacing);
+    for (int i = 1; i <= count; ++i) {
+      for (const SeamSide* side : {&seam.a, &seam.b}) {
+        const SeamPlace place =
+            place_at(pattern, *side, side_length(pattern, *side) * i / (count + 1));
+        pieces[static_cast<std::size_t>(place.panel)].notches.push_back(
+            {place.position, {place.along.y(), -place.along.x()}, seam.name});
       }
-      ++next;
-      const auto add = [&](int panel, const Run& run, double side) {
-        const Vector2 along = (run[i + 1] - run[i - 1]).normalized();
-        pieces[static_cast<std::size_t>(panel)].notches.push_back(
-            {run[i], side * Vector2(along.y(), -along.x()), seam.name});
-      };
-      add(seam.panel_a, a, 1);
-      add(seam.panel_b, b, -1);
     }
   }
+}
+
+/// Names of seams and openings at the middle of their sides, a little inside of them.
+void add_labels(const SewingPattern& pattern, std::vector<PatternPiece>& pieces) {
+  constexpr double kInside = 0.007;  // m
+  constexpr double kLeast = 0.05;    // m of an edge with a name
+  const auto add = [&](const SeamPlace& place, const std::string& name) {
+    const Vector2 inwards(-place.along.y(), place.along.x());
+    pieces[static_cast<std::size_t>(place.panel)].labels.push_back(
+        {name, place.position + kInside * inwards, place.along});
+  };
+  for (const WholeSeam& seam : whole_seams(pattern)) {
+    for (const SeamSide* side : {&seam.a, &seam.b}) {
+      if (const double length = side_length(pattern, *side); length > kLeast) {
+        add(place_at(pattern, *side, length / 2), seam.name);
+      }
+    }
+  }
+  for (std::size_t p = 0; p < pattern.panels.size(); ++p) {
+    const Panel& panel = pattern.panels[p];
+    for (std::size_t e = 0; e < panel.edges.size(); ++e) {
+      // Of an opening's edges in a row the first one.
+      const std::string& before =
+          panel.edges[(e + panel.edges.size() - 1) % panel.edges.size()].name;
+      const int edge = static_cast<int>(e);
+      const double length = edge_length(panel, edge);
+      if (!panel.edges[e].name.empty() && (e == 0 || panel.edges[e].name != before) &&
+          length > kLeast) {
+        add(place_at(pattern, {{{static_cast<int>(p), edge}}, false}, length / 2),
+            panel.edges[e].name);
+      }
+    }
+  }
+}
+
+/// Allowance of each segment of a panel's outline, as panel_outline has them.
+std::vector<double> allowances_of(const Panel& panel, const PatternPieceOptions& options) {
+  std::vector<double> allowances;
+  for (const PanelEdge& edge : panel.edges) {
+    const bool hem = edge.name.starts_with("hem") || edge.name.starts_with("cuff");
+    Panel alone = panel;
+    alone.edges = {edge};
+    allowances.insert(allowances.end(), static_cast<std::size_t>(panel_outline(alone).rows()),
+                      hem ? options.hem_allowance : options.seam_allowance);
+  }
+  return allowances;
+}
+
+/// Where the piece is its own mirror image about a line along the grain.
+void place_fold(PatternPiece& piece) {
+  constexpr double kAlike = 0.003;    // m
+  constexpr double kUpright = 0.999;  // cosine of 2.5 degrees
+  const MirrorLine line = mirror_line(piece.sew_line);
+  if (line.off > kAlike || line.along.y() < kUpright) {
+    return;
+  }
+  double low = 0;
+  double high = 0;
+  for (Index i = 0; i < piece.sew_line.rows(); ++i) {
+    const Vector2 a = Vector2(piece.sew_line.row(i)) - line.point;
+    const Vector2 b = Vector2(piece.sew_line.row((i + 1) % piece.sew_line.rows())) - line.point;
+    const double from = cross(line.along, a);
+    const double to = cross(line.along, b);
+    if ((from <= 0) != (to <= 0)) {
+      const double along = line.along.dot(a + from / (from - to) * (b - a));
+      low = std::min(low, along);
+      high = std::max(high, along);
+    }
+  }
+  piece.fold = {line.point + low * line.along, line.point + high * line.along};
 }
 
 }  // namespace
 
 OptionTable describe(PatternPieceOptions& options) {
   OptionTable table;
-  table.add("seam_allowance", options.seam_allowance, 0, 0.1, "m",
-            "Width of the seam allowance around every piece");
+  table.add("seam_allowance", options.seam_allowance, 0, 0.1, "m", "Width of the seam allowance");
+  table.add("hem_allowance", options.hem_allowance, 0, 0.2, "m",
+            "Width of the allowance at hems and cuffs");
   table.add("notch_spacing", options.notch_spacing, 0, 10, "m",
             "Minimum distance between the notches of a seam; 0: no notches");
   table.add("smoothing", options.smoothing, 0, 0.2, "m",
             "Length along outlines over which they are smoothed; 0: no smoothing");
+  table.add("curve_tolerance", options.curve_tolerance, 0, 0.05, "m",
+            "Maximum distance from the smoothed outline of the lines, arcs and cubics that are "
+            "drawn; smaller for more detail; 0: a line for each segment");
   table.add("fabric_width", options.fabric_width, 0.1, 10, "m",
             "Width of the fabric on which pieces are packed");
   table.add("gap", options.gap, 0, 0.5, "m", "Gap between packed pieces");
   return table;
 }
 
-PatternLayout lay_out_pattern(const FlatPattern& pattern, const PatternPieceOptions& options) {
-  const Topology topology =
-      topology_of(pattern.cut.faces, static_cast<Index>(pattern.cut.source.size()));
-  const std::vector<std::vector<int>> loops = boundary_loops(topology);
-  std::vector<int> panel_of(pattern.cut.source.size(), 0);
-  for (Index f = 0; f < pattern.cut.faces.rows(); ++f) {
-    for (int k = 0; k < 3; ++k) {
-      panel_of[static_cast<std::size_t>(pattern.cut.faces(f, k))] =
-          pattern.cut.panels[static_cast<std::size_t>(f)];
-    }
-  }
+PatternLayout lay_out_pieces(const SewingPattern& pattern, const PatternPieceOptions& options) {
   PatternLayout layout;
   layout.width = options.fabric_width;
-  const auto [flat, mismatch] = smooth_apart(pattern, loops, options.smoothing, panel_of);
-  layout.seam_mismatch = mismatch;
-  layout.pieces.resize(static_cast<std::size_t>(pattern.cut.panel_count));
-  for (const std::vector<int>& loop : loops) {
-    const auto p = static_cast<std::size_t>(panel_of[static_cast<std::size_t>(loop.front())]);
-    PatternPiece& piece = layout.pieces[p];
-    piece.name = pattern.panel_names[p];
-    piece.sew_line.resize(static_cast<Index>(loop.size()), 2);
-    for (std::size_t i = 0; i < loop.size(); ++i) {
-      piece.sew_line.row(static_cast<Index>(i)) = flat.row(loop[i]);
-    }
-    piece.cut_line = offset_outline(piece.sew_line, options.seam_allowance);
+  layout.seam_mismatch = seam_mismatch(pattern);
+  for (const Panel& panel : pattern.panels) {
+    PatternPiece piece;
+    piece.name = panel.name;
+    piece.sew_line = panel_outline(panel);
+    piece.cut_line = offset_outline(piece.sew_line, allowances_of(panel, options));
     place_grain(piece);
+    place_fold(piece);
+    layout.pieces.push_back(std::move(piece));
   }
   if (options.notch_spacing > 0) {
-    add_notches(pattern, flat, options.notch_spacing, layout.pieces);
+    add_notches(pattern, options.notch_spacing, layout.pieces);
   }
+  add_labels(pattern, layout.pieces);
   pack(layout, options.gap);
   return layout;
 }

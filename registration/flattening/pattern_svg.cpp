@@ -1,6 +1,7 @@
 #include <cmath>
 #include <cstdio>
 #include <functional>
+#include <numbers>
 
 #include "registration/flattening/pattern_pieces.h"
 
@@ -114,6 +115,12 @@ std::string pattern_svg(const PatternLayout& layout, const std::string& title) {
         (p.grain_to - 0.012 * along - 0.005 * across).transpose();
     text += svg.path(head, false, "");
   });
+  layer("fold", R"(fill="none" stroke="#208040" stroke-width="0.4" stroke-dasharray="8 2 2 2")",
+        [&](const PatternPiece& p) {
+          if (p.fold) {
+            text += svg.path(line_of(p.fold->first, p.fold->second), false, "fold-" + p.name);
+          }
+        });
   layer("notches", R"(fill="none" stroke="#c02020" stroke-width="0.5")",
         [&](const PatternPiece& p) {
           for (const Notch& notch : p.notches) {
@@ -126,6 +133,18 @@ std::string pattern_svg(const PatternLayout& layout, const std::string& title) {
           const Eigen::Vector2d at = (p.grain_from + p.grain_to) / 2;
           text += "<text x=\"" + svg.x(at.x()) + "\" y=\"" + svg.y(at.y()) + "\">" +
                   escaped(p.name) + "</text>\n";
+        });
+  layer("names", R"(fill="#1f5fbf" font-family="sans-serif" font-size="5" text-anchor="middle")",
+        [&](const PatternPiece& p) {
+          for (const EdgeLabel& label : p.labels) {
+            // Upright for who reads from below or from the right.
+            double degrees = -std::atan2(label.along.y(), label.along.x()) * 180 / std::numbers::pi;
+            degrees += degrees > 90 ? -180 : degrees <= -90 ? 180 : 0;
+            const std::string x = svg.x(label.position.x());
+            const std::string y = svg.y(label.position.y());
+            text += "<text x=\"" + x + "\" y=\"" + y + "\" transform=\"rotate(" + number(degrees) +
+                    " " + x + " " + y + ")\">" + escaped(label.text) + "</text>\n";
+          }
         });
   Points2 square(4, 2);
   const double base = layout.length + kMargin;

@@ -62,14 +62,30 @@ struct Reader {
     return out;
   }
 
-  // The control point of a quadratic curve: relative to the edge, (along, across) in edge lengths.
-  Vector2 control_point(const Vector2& start, const Vector2& end, const Vector2& curvature) const {
-    if (!relative_curvature) {
-      return curvature * metres_per_unit;
-    }
+  // The control point of a curve: relative to the edge, (along, across) in edge lengths, or
+  // absolute in the panel. A file that says the one and has the other is refused.
+  Vector2 control_point(const Vector2& start, const Vector2& end, const Vector2& curvature,
+                        const std::string& where) const {
     const Vector2 along = end - start;
     const Vector2 across(-along.y(), along.x());
-    return start + curvature.x() * along + curvature.y() * across;
+    const Vector2 as_relative = start + curvature.x() * along + curvature.y() * across;
+    const Vector2 as_absolute = curvature * metres_per_unit;
+    const Vector2& point = relative_curvature ? as_relative : as_absolute;
+    const Vector2& otherwise = relative_curvature ? as_absolute : as_relative;
+    constexpr double kFar = 3;  // edge lengths: no curve of a garment reaches so far aside
+    const auto reach = [&](const Vector2& control) {
+      return (control - 0.5 * (start + end)).norm() / std::max(along.norm(), 1e-9);
+    };
+    if (reach(point) > kFar) {
+      refuse(where,
+             "a control point " + short_number(reach(point)) + " edge lengths away from its edge",
+             reach(otherwise) > kFar
+                 ? "one beside it"
+                 : std::string("one beside it, as curvature_coords \"") +
+                       (relative_curvature ? "absolute" : "relative") +
+                       "\" makes of these numbers, which the file does not say");
+    }
+    return point;
   }
 
   // Of a circle: the arc over an edge by SVG's flags.
@@ -96,7 +112,7 @@ struct Reader {
     const Vector2 start = panel.corners.row(edge.start);
     const Vector2 end = panel.corners.row(edge.end);
     const auto add = [&](const json& point) {
-      edge.controls.push_back(control_point(start, end, vector<2>(point, where)));
+      edge.controls.push_back(control_point(start, end, vector<2>(point, where), where));
     };
     if (!curvature.is_object()) {
       add(curvature);

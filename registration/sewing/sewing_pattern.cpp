@@ -132,11 +132,7 @@ void check_panel(const Panel& panel, const std::string& file) {
     }
   }
   const std::vector<Vector2> loop = outline(panel, 32);
-  const double area = signed_area(loop);
-  if (!(area > 0)) {
-    throw DataError(file, place, "an area of " + short_number(area) + " m2",
-                    "edges counter-clockwise round a positive area");
-  }
+  // Before the area, which is 0 of a loop like an 8.
   const std::size_t count = loop.size();
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t j = i + 2; j < count; ++j) {
@@ -144,6 +140,11 @@ void check_panel(const Panel& panel, const std::string& file) {
         throw DataError(file, place, "an outline that crosses itself", "a simple loop");
       }
     }
+  }
+  const double area = signed_area(loop);
+  if (!(area > 0)) {
+    throw DataError(file, place, "an area of " + short_number(area) + " m2",
+                    "edges counter-clockwise round a positive area");
   }
 }
 

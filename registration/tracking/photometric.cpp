@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include "core/error.h"
@@ -49,6 +50,69 @@ Image half_size(const Image& image) {
     }
   });
   return half;
+}
+
+/// Sums of each row's values within `radius` of a pixel, turned: rows of the result are columns.
+Image turned_sums(const Image& image, int radius) {
+  Image sums(image.height, image.width, image.channels);
+  parallel_for(image.height, 16, [&](Index begin, Index end) {
+    for (auto y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
+      for (int c = 0; c < image.channels; ++c) {
+        double sum = 0;
+        for (int x = -radius; x < image.width; ++x) {
+          sum += x + radius < image.width ? image.at(x + radius, y, c) : 0;
+          sum -= x - radius - 1 >= 0 ? image.at(x - radius - 1, y, c) : 0;
+          if (x >= 0) {
+            sums.at(y, x, c) = static_cast<float>(sum);
+          }
+        }
+      }
+    }
+  });
+  return sums;
+}
+
+/// Each pixel less the weighted mean around it; 0 where nothing around has a weight. Two passes of
+/// a box make a tent. Only the part of the image that weights reach is gone through.
+Image without_mean(const Image& image, const Image& weights, int radius) {
+  int left = image.width, right = 0, top = image.height, bottom = 0;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      if (weights.at(x, y) > 0) {
+        left = std::min(left, std::max(x - 2 * radius, 0));
+        right = std::max(right, std::min(x + 2 * radius + 1, image.width));
+        top = std::min(top, std::max(y - 2 * radius, 0));
+        bottom = std::max(bottom, std::min(y + 2 * radius + 1, image.height));
+      }
+    }
+  }
+  Image detail(image.width, image.height, image.channels);
+  if (left >= right) {
+    return detail;
+  }
+  Image sums(right - left, bottom - top, image.channels + 1);
+  for (int y = top; y < bottom; ++y) {
+    for (int x = left; x < right; ++x) {
+      const float weight = weights.at(x, y);
+      for (int c = 0; c < image.channels; ++c) {
+        sums.at(x - left, y - top, c) = weight * image.at(x, y, c);
+      }
+      sums.at(x - left, y - top, image.channels) = weight;
+    }
+  }
+  for (int pass = 0; pass < 2; ++pass) {
+    sums = turned_sums(turned_sums(sums, radius), radius);
+  }
+  for (int y = top; y < bottom; ++y) {
+    for (int x = left; x < right; ++x) {
+      const float weight = sums.at(x - left, y - top, image.channels);
+      for (int c = 0; c < image.channels; ++c) {
+        detail.at(x, y, c) =
+            weight > 1 ? image.at(x, y, c) - sums.at(x - left, y - top, c) / weight : 0;
+      }
+    }
+  }
+  return detail;
 }
 
 /// A picture's value at a point, and how it grows; pixel centres are at halves.
@@ -202,6 +266,22 @@ ViewPyramid view_pyramid(const PhotoView& view, int levels) {
     pyramid.levels.push_back(half_size(pyramid.levels.back()));
   }
   return pyramid;
+}
+
+ViewPyramid detail_view(const ViewPyramid& view, int radius) {
+  ATELIER_CHECK(radius > 0, "detail is finer than some pixels");
+  ViewPyramid detail{view.camera, {}, view.mask};
+  Image weights(view.camera.width, view.camera.height, 1);
+  for (std::size_t i = 0; i < weights.data.size(); ++i) {
+    weights.data[i] = view.mask.data.empty() || view.mask.data[i] != 0 ? 1.0F : 0.0F;
+  }
+  for (const Image& level : view.levels) {
+    if (!detail.levels.empty()) {
+      weights = half_size(weights);
+    }
+    detail.levels.push_back(without_mean(level, weights, radius));
+  }
+  return detail;
 }
 
 ClothSamples cloth_samples(const Points& vertices, const Triangles& faces, double spacing) {
@@ -366,87 +446,112 @@ namespace {
 struct Alignment {
   const ViewedCloth& cloth;
   const ClothSamples& samples;
-  const GarmentTexture& texture;
+  std::vector<const GarmentTexture*> textures;  ///< what images are compared with
   std::vector<std::vector<Vector2>> pixels;
   int level;
   double scale;
   double noise;
 
   const Triangles& faces() const { return cloth.topology.faces; }
-  std::size_t channels() const { return static_cast<std::size_t>(texture.channels); }
   const Image& image(std::size_t c) const {
     return cloth.views[c].levels[static_cast<std::size_t>(level)];
   }
-  const std::vector<float>& values() const {
+  const std::vector<float>& values(const GarmentTexture& texture) const {
     return texture.levels[static_cast<std::size_t>(level)];
   }
   FaceView view_of(Index face, std::size_t c) const {
     return face_view(faces(), face, pixels[c], cloth.seen[c]);
   }
 
-  PatchSums sums_of(Index face, std::size_t c) const {
-    PatchSums sums;
+  /// A face's sums in a view, beside each texture.
+  void set_sums(Index face, std::size_t c, std::span<PatchSums> sums) const {
     const FaceView view = view_of(face, c);
     if (!(view.cosine > kInside)) {
-      return sums;
+      return;
     }
     for (int s = samples.offsets[static_cast<std::size_t>(face)];
          s < samples.offsets[static_cast<std::size_t>(face) + 1]; ++s) {
       const auto at = static_cast<std::size_t>(s);
       const Vector2 pixel = scale * pixel_of(view, samples.barycentric[at]);
+      const bool known = std::ranges::any_of(
+          textures, [&](const GarmentTexture* texture) { return texture->known[at] != 0; });
       std::array<float, kMaxChannels> value{};
-      if (texture.known[at] == 0 || !value_at(image(c), pixel.x(), pixel.y(), value)) {
+      if (!known || !value_at(image(c), pixel.x(), pixel.y(), value)) {
         continue;
       }
-      const double weight = samples.areas[at];
-      sums.count += weight;
-      for (std::size_t k = 0; k < channels(); ++k) {
-        const double I = value[k];
-        const double R = values()[at * channels() + k];
-        sums.I[k] += weight * I;
-        sums.R[k] += weight * R;
-        sums.II += weight * I * I;
-        sums.RR += weight * R * R;
-        sums.IR += weight * I * R;
+      for (std::size_t t = 0; t < textures.size(); ++t) {
+        if (textures[t]->known[at] != 0) {
+          add_sample(*textures[t], at, value, sums[t]);
+        }
       }
     }
-    return sums;
+  }
+
+ private:
+  void add_sample(const GarmentTexture& texture, std::size_t at,
+                  const std::array<float, kMaxChannels>& value, PatchSums& sums) const {
+    const auto channels = static_cast<std::size_t>(texture.channels);
+    const float* reference = &values(texture)[at * channels];
+    const double weight = samples.areas[at];
+    sums.count += weight;
+    for (std::size_t k = 0; k < channels; ++k) {
+      const double I = value[k];
+      const double R = reference[k];
+      sums.I[k] += weight * I;
+      sums.R[k] += weight * R;
+      sums.II += weight * I * I;
+      sums.RR += weight * R * R;
+      sums.IR += weight * I * R;
+    }
   }
 };
 
+/// Of the textures that have something.
 Alignment alignment_of(const ViewedCloth& cloth, const ClothSamples& samples,
-                       const GarmentTexture& texture, int level,
+                       const std::vector<const GarmentTexture*>& textures, int level,
                        const PhotometricOptions& options) {
   constexpr double kMinNoise = 0.002;  // what averaging does not take away
   const double noise = std::max(std::ldexp(options.noise, -level), kMinNoise);
-  ATELIER_CHECK(level >= 0 && level < static_cast<int>(texture.levels.size()), "no such size");
-  Alignment align{cloth, samples, texture, {}, level, std::ldexp(1.0, -level), noise};
-  for (std::size_t c = 0; c < cloth.views.size(); ++c) {
+  Alignment align{cloth, samples, {}, {}, level, std::ldexp(1.0, -level), noise};
+  for (const GarmentTexture* texture : textures) {
+    if (!texture->levels.empty()) {
+      ATELIER_CHECK(level >= 0 && level < static_cast<int>(texture->levels.size()), "no such size");
+      align.textures.push_back(texture);
+    }
+  }
+  for (std::size_t c = 0; c < cloth.views.size() && !align.textures.empty(); ++c) {
     align.pixels.push_back(vertex_pixels(cloth.x, cloth.views[c].camera, cloth.seen[c]));
   }
   return align;
 }
 
-/// Of every view: sums of the patch around each vertex.
-using Patches = std::vector<std::vector<PatchSums>>;
+/// Of every texture and view: sums of the patch around each vertex.
+using Patches = std::vector<std::vector<std::vector<PatchSums>>>;
 
 Patches patches_of(const Alignment& align) {
   const Index face_count = align.faces().rows();
   const Index vertex_count = align.cloth.x.rows();
+  const std::size_t textures = align.textures.size();
   const Adjacency around = vertex_faces(align.cloth.topology);
-  Patches patches(align.cloth.views.size());
-  for (std::size_t c = 0; c < patches.size(); ++c) {
-    std::vector<PatchSums> of_face(static_cast<std::size_t>(face_count));
+  Patches patches(textures, std::vector<std::vector<PatchSums>>(align.cloth.views.size()));
+  for (std::size_t c = 0; c < align.cloth.views.size(); ++c) {
+    std::vector<PatchSums> of_face(static_cast<std::size_t>(face_count) * textures);
     parallel_for(face_count, 128, [&](Index begin, Index end) {
       for (Index f = begin; f < end; ++f) {
-        of_face[static_cast<std::size_t>(f)] = align.sums_of(f, c);
+        align.set_sums(
+            f, c, std::span(of_face).subspan(static_cast<std::size_t>(f) * textures, textures));
       }
     });
-    patches[c].resize(static_cast<std::size_t>(vertex_count));
+    for (std::size_t t = 0; t < textures; ++t) {
+      patches[t][c].resize(static_cast<std::size_t>(vertex_count));
+    }
     parallel_for(vertex_count, 256, [&](Index begin, Index end) {
       for (Index v = begin; v < end; ++v) {
         for (const int f : around[v]) {
-          patches[c][static_cast<std::size_t>(v)] += of_face[static_cast<std::size_t>(f)];
+          for (std::size_t t = 0; t < textures; ++t) {
+            patches[t][c][static_cast<std::size_t>(v)] +=
+                of_face[static_cast<std::size_t>(f) * textures + t];
+          }
         }
       }
     });
@@ -454,50 +559,42 @@ Patches patches_of(const Alignment& align) {
   return patches;
 }
 
-/// A texture to compare images with, and what patches look like beside it.
-struct Reference {
-  Alignment align;
-  Patches patches;
-};
+/// How much better a later texture than the first has to match a patch to count instead: errors of
+/// what it was taken from stay in it.
+constexpr double kLaterTexture = 0.1;
 
-/// How much better a later reference than the first has to match a patch to count instead: errors
-/// of what it was taken from stay in it.
-constexpr double kLaterReference = 0.1;
-
-/// The reference that a face's patch in a view matches best, with its moments; none: -1.
-std::pair<int, PatchMoments> best_reference(const std::vector<Reference>& references, std::size_t c,
-                                            const std::array<int, 3>& corners) {
+/// The texture that a face's patch in a view matches best, with its moments; none: -1.
+std::pair<int, PatchMoments> best_texture(const Alignment& align, const Patches& patches,
+                                          std::size_t c, const std::array<int, 3>& corners) {
   std::pair<int, PatchMoments> best{-1, {}};
   double most = 0;
-  for (std::size_t r = 0; r < references.size(); ++r) {
+  for (std::size_t t = 0; t < patches.size(); ++t) {
     PatchSums patch;
     for (const int v : corners) {
-      patch += references[r].patches[c][static_cast<std::size_t>(v)];
+      patch += patches[t][c][static_cast<std::size_t>(v)];
     }
     if (!(patch.count > 0)) {
       continue;
     }
-    const Alignment& align = references[r].align;
-    const PatchMoments moments = moments_of(patch, align.texture.channels, align.noise);
-    const double match = moments.correlation - (r > 0 ? kLaterReference : 0);
+    const PatchMoments moments = moments_of(patch, align.textures[t]->channels, align.noise);
+    const double match = moments.correlation - (t > 0 ? kLaterTexture : 0);
     if (best.first < 0 || match > most) {
-      best = {static_cast<int>(r), moments};
+      best = {static_cast<int>(t), moments};
       most = match;
     }
   }
   return best;
 }
 
-/// How well each vertex's patch looks like the texture, on the mean over views.
-void correlate(const Reference& reference, PhotometricTerm& term) {
-  const Alignment& align = reference.align;
+/// How well each vertex's patch looks like the first texture, on the mean over views.
+void correlate(const Alignment& align, const Patches& patches, PhotometricTerm& term) {
   parallel_for(align.cloth.x.rows(), 256, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
       double sum = 0;
-      for (const auto& of_view : reference.patches) {
+      for (const auto& of_view : patches.front()) {
         const PatchSums& patch = of_view[static_cast<std::size_t>(v)];
         if (patch.count > 0) {
-          sum += moments_of(patch, align.texture.channels, align.noise).correlation;
+          sum += moments_of(patch, align.textures.front()->channels, align.noise).correlation;
           ++term.views[v];
         }
       }
@@ -512,10 +609,12 @@ struct FaceEnergy {
   double energy = 0;
 };
 
-/// One view of a face, how its patch looks there, how pixels move with points, and its weight.
+/// One view of a face, the texture that it is compared with, how its patch looks there, how pixels
+/// move with points, and its weight.
 struct TrustedView {
   std::size_t c;
   FaceView view;
+  const GarmentTexture& texture;
   PatchMoments moments;
   Jacobian jacobian;
   double weight;
@@ -525,22 +624,23 @@ struct TrustedView {
 void add_residuals(const Alignment& align, Index face, const TrustedView& trusted,
                    FaceEnergy& sum) {
   const PatchMoments& moments = trusted.moments;
+  const auto channels = static_cast<std::size_t>(trusted.texture.channels);
+  const std::vector<float>& values = align.values(trusted.texture);
   for (int s = align.samples.offsets[static_cast<std::size_t>(face)];
        s < align.samples.offsets[static_cast<std::size_t>(face) + 1]; ++s) {
     const auto at = static_cast<std::size_t>(s);
     const Eigen::Vector3f& b = align.samples.barycentric[at];
     const Vector2 pixel = align.scale * pixel_of(trusted.view, b);
     Sampled sampled;
-    if (align.texture.known[at] == 0 ||
+    if (trusted.texture.known[at] == 0 ||
         !sample_at(align.image(trusted.c), pixel.x(), pixel.y(), sampled)) {
       continue;
     }
     Eigen::Matrix3d outer = Eigen::Matrix3d::Zero();
     Vector3 pull = Vector3::Zero();
-    for (std::size_t k = 0; k < align.channels(); ++k) {
-      const double residual =
-          (sampled.value[k] - moments.mean_I[k]) / moments.deviation_I -
-          (align.values()[at * align.channels() + k] - moments.mean_R[k]) / moments.deviation_R;
+    for (std::size_t k = 0; k < channels; ++k) {
+      const double residual = (sampled.value[k] - moments.mean_I[k]) / moments.deviation_I -
+                              (values[at * channels + k] - moments.mean_R[k]) / moments.deviation_R;
       const Vector3 slope =
           align.scale / moments.deviation_I *
           (sampled.dx[k] * trusted.jacobian.row(0) + sampled.dy[k] * trusted.jacobian.row(1))
@@ -562,9 +662,9 @@ void add_residuals(const Alignment& align, Index face, const TrustedView& truste
   }
 }
 
-FaceEnergy face_energy(const std::vector<Reference>& references, Index f,
+FaceEnergy face_energy(const Alignment& align, const Patches& patches, Index f,
                        const PhotometricOptions& options) {
-  const ViewedCloth& cloth = references.front().align.cloth;
+  const ViewedCloth& cloth = align.cloth;
   const Triangles& faces = cloth.topology.faces;
   const Points& x = cloth.x;
   const std::array<int, 3> corners = {faces(f, 0), faces(f, 1), faces(f, 2)};
@@ -574,11 +674,11 @@ FaceEnergy face_energy(const std::vector<Reference>& references, Index f,
       (x.row(corners[0]) + x.row(corners[1]) + x.row(corners[2])).transpose() / 3;
   double total = 0;
   for (std::size_t c = 0; c < cloth.views.size(); ++c) {
-    const FaceView view = references.front().align.view_of(f, c);
+    const FaceView view = align.view_of(f, c);
     if (!(view.cosine > kInside)) {
       continue;
     }
-    const auto [reference, moments] = best_reference(references, c, corners);
+    const auto [texture, moments] = best_texture(align, patches, c, corners);
     const double trust =
         std::clamp((moments.correlation - options.bad) / (options.good - options.bad), 0.0, 1.0);
     const auto jacobian = project_jacobian(cloth.views[c].camera, centre);
@@ -587,8 +687,10 @@ FaceEnergy face_energy(const std::vector<Reference>& references, Index f,
     }
     const double weight = trust * view.cosine;
     total += weight;
-    add_residuals(references[static_cast<std::size_t>(reference)].align, f,
-                  {c, view, moments, *jacobian, weight}, sum);
+    add_residuals(
+        align, f,
+        {c, view, *align.textures[static_cast<std::size_t>(texture)], moments, *jacobian, weight},
+        sum);
   }
   if (total > 0) {
     sum.quadratic.face = static_cast<int>(f);
@@ -608,23 +710,17 @@ PhotometricTerm photometric_term(const ViewedCloth& cloth, const ClothSamples& s
   PhotometricTerm term;
   term.correlation = Eigen::VectorXd::Constant(cloth.x.rows(), -1);
   term.views = Eigen::VectorXi::Zero(cloth.x.rows());
-  std::vector<Reference> references;
-  for (const GarmentTexture* texture : textures) {
-    if (!cloth.views.empty() && !texture->levels.empty()) {
-      Alignment align = alignment_of(cloth, samples, *texture, level, options);
-      Patches patches = patches_of(align);
-      references.push_back({std::move(align), std::move(patches)});
-    }
-  }
-  if (references.empty()) {
+  const Alignment align = alignment_of(cloth, samples, textures, level, options);
+  if (cloth.views.empty() || align.textures.empty()) {
     return term;
   }
-  correlate(references.front(), term);
+  const Patches patches = patches_of(align);
+  correlate(align, patches, term);
   const Index face_count = cloth.topology.faces.rows();
   std::vector<FaceEnergy> all(static_cast<std::size_t>(face_count));
   parallel_for(face_count, 32, [&](Index begin, Index end) {
     for (Index f = begin; f < end; ++f) {
-      all[static_cast<std::size_t>(f)] = face_energy(references, f, options);
+      all[static_cast<std::size_t>(f)] = face_energy(align, patches, f, options);
     }
   });
   for (const FaceEnergy& of_face : all) {

@@ -32,6 +32,12 @@ struct ViewPyramid {
 /// Throws LogicError where sizes differ from the camera's.
 ViewPyramid view_pyramid(const PhotoView& view, int levels);
 
+/// The same view without what changes slowly over its images: of each pixel of a level, the mean of
+/// the garment's pixels around it is taken away, in a tent of 2 `radius` pixels each way. What is
+/// left is the cloth's own structure, which goes with it; shading, which goes with folds, is not.
+/// Our choice. Throws LogicError where the radius is not above 0.
+ViewPyramid detail_view(const ViewPyramid& view, int radius);
+
 /// Points spread evenly over the faces of a template.
 struct ClothSamples {
   std::vector<int> offsets;                  ///< [F+1] into the rest

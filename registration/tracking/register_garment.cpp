@@ -151,6 +151,9 @@ OptionTable describe(RegisterOptions& options) {
             "where motion is fast");
   table.add("photometric_steps", options.photometric_steps, 1, 20, "",
             "Maximum number of steps at each level; more where motion is fast");
+  table.add("photometric_detail", options.photometric_detail, 0, 100, "px",
+            "Radius at each level within which images lose their mean before they are compared, so "
+            "that shading, which moves with folds, does not drag cloth; 0: none is taken");
   table.add("settled", options.settled, 0, 0.01, "m",
             "Mean motion of the cloth in a step below which a level has converged; 0: all steps "
             "are taken");
@@ -316,8 +319,9 @@ RegisteredGarment register_garment(ShapeSolver& solver, const RegistrationModel&
         support = add_geometry(terms, model, x, tree, frame, options, 1, step);
         add_rows(terms.rows, held);
         add_rows(terms.rows, read);
-        PhotometricTerm pictures = photometric_term({model.cloth.topology, x, frame.views, seen},
-                                                    model.samples, textures, level, photometric);
+        PhotometricTerm pictures =
+            photometric_term({model.cloth.topology, x, compared_views(frame), seen}, model.samples,
+                             textures, level, photometric);
         terms.quadratics = std::move(pictures.quadratics);
         terms.origin = x;
         const Points moved = solver.lower(terms, x);

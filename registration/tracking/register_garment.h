@@ -33,6 +33,8 @@ struct RegisterOptions {
   bool photometric = true;     ///< photometric term from images
   int photometric_levels = 4;  ///< of the image pyramid, each half the size of the previous one
   int photometric_steps = 8;   ///< maximum steps at each level
+  int photometric_detail = 2;  ///< pixels of each level within which images lose their mean
+                               ///< (detail_view); 0: they are compared as they are
   double settled = 5e-5;       ///< m, mean step below which a level has converged; 0: never
   double photometric_weight = 3e-4;  ///< m2
   double sample_spacing = 0.005;     ///< m, spacing of the points on cloth at which colours compare
@@ -56,13 +58,19 @@ RegistrationModel registration_model(const Garment& garment, const RegisterOptio
 
 /// Observations of one frame.
 struct RegistrationFrame {
-  GarmentScan scan;                ///< no faces: no observation
-  BodyObstacle body;               ///< no faces: unknown
-  std::vector<ViewPyramid> views;  ///< none: only the shape is used
-  TriangleTree other;              ///< other occluders (the rest of the scan), or empty
+  GarmentScan scan;                  ///< no faces: no observation
+  BodyObstacle body;                 ///< no faces: unknown
+  std::vector<ViewPyramid> views;    ///< none: only the shape is used
+  std::vector<ViewPyramid> details;  ///< of `views`, to compare colours in; empty: `views` are
+  TriangleTree other;                ///< other occluders (the rest of the scan), or empty
   /// [V] weight, relative to the scan's 1, of a prior against sliding away from `start`; or empty
   Eigen::VectorXd body_prior;
 };
+
+/// The views that colours are compared in.
+inline const std::vector<ViewPyramid>& compared_views(const RegistrationFrame& frame) {
+  return frame.details.empty() ? frame.views : frame.details;
+}
 
 struct RegisteredGarment {
   Points vertices;             ///< [V,3] m

@@ -129,6 +129,17 @@ struct RegisteredSequence::State {
   std::map<Index, FollowedFrame> done;
   std::map<Index, std::unique_ptr<Window>> windows;  // by first row
 
+  /// All of a frame, with the detail of its views if that is compared.
+  RegistrationFrame loaded(Index row) const {
+    RegistrationFrame frame = source.load(row);
+    if (options.fit.photometric && options.fit.photometric_detail > 0) {
+      for (const ViewPyramid& view : frame.views) {
+        frame.details.push_back(detail_view(view, options.fit.photometric_detail));
+      }
+    }
+    return frame;
+  }
+
   /// First row of the window of a row.
   Index first_row(Index row) const {
     const auto after = std::upper_bound(source.starts.begin(), source.starts.end(), row);
@@ -187,7 +198,7 @@ struct RegisteredSequence::State {
     if (begun) {
       return;
     }
-    RegistrationFrame frame = source.load(source.template_row);
+    RegistrationFrame frame = loaded(source.template_row);
     model.cloth.goes_on = covered_rim(model.cloth.topology, model.vertices, frame.scan);
     const FollowedFrame* kept = finished(source.template_row);
     if (kept == nullptr) {
@@ -214,10 +225,11 @@ struct RegisteredSequence::State {
     }
     if (options.fit.photometric) {
       const auto seen = garment_views(model, origin.vertices, frame);
-      const ViewedCloth cloth{model.cloth.topology, origin.vertices, frame.views, seen};
-      add_texture(texture, model.samples, cloth);
+      add_texture(texture, model.samples,
+                  {model.cloth.topology, origin.vertices, compared_views(frame), seen});
       if (options.fit.code) {
-        model.code = printed_codebook(cloth, {.reach = options.fit.code_reach});
+        model.code = printed_codebook({model.cloth.topology, origin.vertices, frame.views, seen},
+                                      {.reach = options.fit.code_reach});
       }
     }
     begun = true;
@@ -245,7 +257,7 @@ struct RegisteredSequence::State {
   GarmentTexture texture_in(const RegistrationFrame& frame, const Points& x) const {
     GarmentTexture shown;
     add_texture(shown, model.samples,
-                {model.cloth.topology, x, frame.views, garment_views(model, x, frame)});
+                {model.cloth.topology, x, compared_views(frame), garment_views(model, x, frame)});
     return shown;
   }
 
@@ -272,7 +284,7 @@ struct RegisteredSequence::State {
     GarmentTexture recent;
     if (options.recent_texture && end.told.size() > 0 && mean_told(end.told) < kMatchesWell) {
       if (end.recent.levels.empty()) {  // kept by an earlier run
-        recent = texture_in(source.load(end.last), end.vertices);
+        recent = texture_in(loaded(end.last), end.vertices);
       }
       textures.push_back(end.recent.levels.empty() ? &recent : &end.recent);
     }
@@ -281,14 +293,14 @@ struct RegisteredSequence::State {
     return result;
   }
   RegisteredGarment registered(const ChainEnd& end, Index row) const {
-    RegistrationFrame frame = source.load(row);
+    RegistrationFrame frame = loaded(row);
     return registered(end, row, frame).garment;
   }
 
   /// Registers `row` from the end of a chain.
   /// @param recent  set to the texture as this frame shows it
   FollowedFrame follow(const ChainEnd& end, Index row, GarmentTexture& recent) const {
-    RegistrationFrame frame = source.load(row);
+    RegistrationFrame frame = loaded(row);
     FollowedFrame result = registered(end, row, frame);
     if (row == anchor(row)) {
       result.drift.resize(0, 3);  // nothing is known of its speed
@@ -297,7 +309,7 @@ struct RegisteredSequence::State {
       const Points& x = result.garment.vertices;
       GarmentTexture texture_now = end.texture;
       const auto seen = garment_views(model, x, frame);
-      const ViewedCloth cloth{model.cloth.topology, x, frame.views, seen};
+      const ViewedCloth cloth{model.cloth.topology, x, compared_views(frame), seen};
       add_texture(texture_now, model.samples, cloth);
       result.gain = texture_gain(end.texture, texture_now);
       if (options.recent_texture && mean_told(result.garment.told) < kMatchesWell) {

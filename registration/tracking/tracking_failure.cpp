@@ -30,7 +30,7 @@ std::string places_text(const std::vector<std::size_t>& places,
 std::optional<Finding> tracking_failure(const std::string& garment,
                                         std::span<const TrackedFrameFigures> frames) {
   constexpr double kMinSupport = 0.75;
-  constexpr double kMinCorrelation = 0.5;
+  constexpr double kMinCorrelation = 0.4;
   std::vector<std::size_t> lost;
   double support = 1;
   double correlation = 1;

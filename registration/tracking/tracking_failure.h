@@ -18,8 +18,9 @@ struct TrackedFrameFigures {
 
 /// The frames in which a garment was lost, as one warning `tracking-failure`; nothing where it was
 /// followed in all. Less than 0.75 of its area then has a scan near it, or images correlate with
-/// its texture by less than 0.5. Garments that were followed had 0.80 and 0.72 at least in all
-/// frames of captures, a dress that was lost 0.67 and 0.18 at most (docs/results/registration.md).
+/// its texture by less than 0.4. Garments that were followed had 0.80 and, without a print, 0.47 at
+/// least; a plainly woven skirt had 0.32 where it had slid by 6.5 mm on average, a dress that was
+/// lost 0.67 and 0.18 at most (docs/results/registration.md).
 std::optional<Finding> tracking_failure(const std::string& garment,
                                         std::span<const TrackedFrameFigures> frames);
 

@@ -14,6 +14,8 @@ namespace {
 
 constexpr int kHalvings = 5;       ///< 32 subtrees that are solved in parallel
 constexpr int kSmallestPart = 48;  ///< unknowns; smaller ones are not halved
+/// Numbers in the panels: of fewer, a solution takes no longer than threads take to begin and end.
+constexpr std::size_t kFewNumbers = std::size_t{1} << 18;
 
 int round_up(int rows) {
   return (rows + 7) / 8 * 8;
@@ -50,6 +52,9 @@ CholeskyFactor<T>::CholeskyFactor(const Eigen::SparseMatrix<double>& matrix,
   }
   const Eigen::SparseMatrix<double> permuted = in_order(matrix, order_);
   find_rows(permuted);
+  if (values_.size() < kFewNumbers) {
+    levels_ = {{{0, static_cast<int>(parts_.size())}}};
+  }
   factorise(permuted);
   solution_.resize(3 * static_cast<std::size_t>(n));
 }

@@ -48,8 +48,16 @@ ATELIER_HOST_DEVICE inline Vec3d spring_force(const ElasticRow& row, double rest
   return damped_pull(row, d, (-pull / length) * d, damping, v);
 }
 
-/// What a rest angle of `bend` makes of the row of a hinge: along the mean normal of its triangles.
-ATELIER_HOST_DEVICE inline Vec3d bent_rest(const ElasticRow& row, double bend,
+/// What the angle of a hinge pulls more than its row, which is t = 2 sin(angle / 2) long: the angle
+/// is t + t^3 / 24 + 3 t^5 / 640 + ..., so that angle^2 / 2 has the gradient
+/// t (1 + t^2 / 6 + t^4 / 30 + ...). As far as that it is finite however cloth is stretched.
+ATELIER_HOST_DEVICE inline double bend_hardening(double squared) {
+  return squared * (1.0 / 6 + squared * (1.0 / 30));
+}
+
+/// Pull of a hinge whose row is `d` with a rest angle, which makes it `bend` long along the mean
+/// normal of its triangles.
+ATELIER_HOST_DEVICE inline Vec3d bent_pull(const ElasticRow& row, double bend, Vec3d d,
                                            const Vec4<double>* x) {
   const Vec3d p0 = xyz(x[row.particle[0]]);
   const Vec3d edge = xyz(x[row.particle[1]]) - p0;
@@ -57,22 +65,30 @@ ATELIER_HOST_DEVICE inline Vec3d bent_rest(const ElasticRow& row, double bend,
   const Vec3d right = cross(xyz(x[row.particle[3]]) - p0, edge);
   const double size_left = norm(left);
   const double size_right = norm(right);
-  if (!(size_left > 0) || !(size_right > 0)) {
-    return {};
+  Vec3d normal{};
+  if (size_left > 0 && size_right > 0) {
+    normal = (1 / size_left) * left + (1 / size_right) * right;
   }
-  const Vec3d normal = (1 / size_left) * left + (1 / size_right) * right;
   const double size = norm(normal);
-  return size > 1e-12 ? (-bend / size) * normal : Vec3d{};
+  if (!(size > 1e-12)) {
+    return -row.stiffness * d;
+  }
+  const Vec3d along = (-1 / size) * normal;
+  const auto angle = [](double t) { return t * (1 + t * t * (1.0 / 24 + t * t * (3.0 / 640))); };
+  const double t = dot(d, along);
+  const double slope = 1 + t * t * (1.0 / 8 + t * t * (3.0 / 128));
+  const double hardening = (angle(t) - angle(bend)) * slope - (t - bend);
+  return row.stiffness * ((bend - hardening) * along - d);
 }
 
-/// Of a hinge whose row is `bend` long at rest. A flat one is linear, and so is its damping.
+/// Of a hinge whose row is `bend` long at rest. The damping of a flat one is linear.
 ATELIER_HOST_DEVICE inline Vec3d bend_force(const ElasticRow& row, double bend, double damping,
                                             const Vec4<double>* x, const Vec4<double>* v) {
   const Vec3d d = row_value(row, x);
   if (bend != 0) {
-    return damped_pull(row, d, row.stiffness * (bent_rest(row, bend, x) - d), damping, v);
+    return damped_pull(row, d, bent_pull(row, bend, d, x), damping, v);
   }
-  const Vec3d pull = -row.stiffness * d;
+  const Vec3d pull = (-row.stiffness * (1 + bend_hardening(squared_norm(d)))) * d;
   return damping > 0 ? pull - (damping * row.stiffness) * row_value(row, v) : pull;
 }
 

@@ -5,14 +5,10 @@
 #include <limits>
 #include <map>
 
-#include "core/parallel.h"
 #include "simulation/projective/elastic_math.h"
-#include "simulation/xpbd/edges_avx2.h"
 
 namespace atelier {
 namespace {
-
-constexpr Index kRowGrain = 1024;
 
 using EdgeLengths = std::map<std::pair<int, int>, double>;
 
@@ -63,6 +59,7 @@ ElasticRow bend_row(const ClothHinge& hinge, const Cloth& cloth, const EdgeLengt
                 -left.share / left.height - right.share / right.height, 1 / left.height,
                 1 / right.height};
   row.stiffness = hinge.stiffness;
+  row.limit = hinge.stiffness;  // an angle's energy has twice the curvature at 70 degrees
   return row;
 }
 
@@ -85,19 +82,10 @@ ParticleWeights weights_of_particles(int count, const Each& each) {
   return out;
 }
 
-/// The matrix of all flat bends, a row a particle, columns in their order.
-ParticleWeights flat_bends(const ElasticRows& rows, const std::vector<ClothCurvature>& curvatures,
-                           const std::vector<int>& internal) {
+/// The matrix of all curvatures, a row a particle, columns in their order.
+ParticleWeights curvature_matrix(int count, const std::vector<ClothCurvature>& curvatures,
+                                 const std::vector<int>& internal) {
   std::vector<Eigen::Triplet<double>> entries;
-  for (int r = rows.bend_begin; r < rows.yarn_begin; ++r) {
-    const ElasticRow& row = rows.rows[r];
-    for (int a = 0; a < 4 && rows.bend_rest[r - rows.bend_begin] == 0; ++a) {
-      for (int b = 0; b < 4; ++b) {
-        entries.emplace_back(row.particle[a], row.particle[b],
-                             -row.stiffness * row.weight[a] * row.weight[b]);
-      }
-    }
-  }
   for (const ClothCurvature& around : curvatures) {
     for (std::size_t a = 0; a < around.vertices.size(); ++a) {
       for (std::size_t b = 0; b < around.vertices.size(); ++b) {
@@ -106,10 +94,10 @@ ParticleWeights flat_bends(const ElasticRows& rows, const std::vector<ClothCurva
       }
     }
   }
-  Eigen::SparseMatrix<double, Eigen::RowMajor> matrix(rows.count, rows.count);
+  Eigen::SparseMatrix<double, Eigen::RowMajor> matrix(count, count);
   matrix.setFromTriplets(entries.begin(), entries.end());
-  return weights_of_particles(rows.count, [&](const auto& add) {
-    for (int i = 0; i < rows.count; ++i) {
+  return weights_of_particles(count, [&](const auto& add) {
+    for (int i = 0; i < count; ++i) {
       for (Eigen::SparseMatrix<double, Eigen::RowMajor>::InnerIterator it(matrix, i); it; ++it) {
         add(i, static_cast<int>(it.col()), it.value());
       }
@@ -134,121 +122,15 @@ void index_by_particle(ElasticRows& out) {
     out.springs.stiffness.push_back(row.stiffness);
     out.springs.limit.push_back(row.limit);
   }
-  for (std::size_t k = 0; k < out.bend_rest.size(); ++k) {
-    if (out.bend_rest[k] != 0) {
-      out.bent.push_back(static_cast<int>(k));
-    }
-  }
   out.others = weights_of_particles(out.count, [&](const auto& add) {
-    const auto add_row = [&](int r) {
+    for (int r = out.bend_begin; r < static_cast<int>(out.rows.size()); ++r) {
       for (int k = 0; k < 4; ++k) {
         if (out.rows[r].particle[k] >= 0) {
           add(out.rows[r].particle[k], r, out.rows[r].weight[k]);
         }
       }
-    };
-    for (int k : out.bent) {
-      add_row(out.bend_begin + k);
-    }
-    for (int r = out.yarn_begin; r < static_cast<int>(out.rows.size()); ++r) {
-      add_row(r);
     }
   });
-}
-
-/// Forces of springs and flat bends, and of rows that are in `of_rows`, on particles [begin, end).
-/// A particle's sum is in the order of its lists.
-struct ForceTerms {
-  const ElasticRows& rows;
-  const Vec4<double>* x;
-  const Vec4<double>* v;
-  const Vec4<double>* of_rows;
-};
-
-template <bool kDamped, bool kLimited>
-__attribute__((always_inline)) inline void sum_forces(const ForceTerms& terms, Index begin,
-                                                      Index end, Vec4<double>* force) {
-  const auto& [rows, x, v, of_rows] = terms;
-  const ParticleSprings& springs = rows.springs;
-  const double longest = longest_share(rows);
-  const double damping = rows.damping;
-  for (Index i = begin; i < end; ++i) {
-    double sum[4] = {};
-    const double* const at = &x[i].x;
-    const double* const speed = &v[i].x;
-    for (int e = springs.begin[i]; e < springs.begin[i + 1]; ++e) {
-      const double* const other = &x[springs.other[e]].x;
-      double d[4];
-      for (int k = 0; k < 4; ++k) {
-        d[k] = other[k] - at[k];
-      }
-      const double squared = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-      const double length = std::sqrt(squared);
-      const double inverse = length > 1e-12 ? 1 / length : 0;
-      const double stretch = length > 1e-12 ? length - springs.rest[e] : 0;
-      double pull = springs.stiffness[e] * stretch;
-      if (kLimited) {
-        pull += pull_of_limit(springs.limit[e], length, longest * springs.rest[e]);
-      }
-      if (kDamped) {
-        const double* const speed_of_other = &v[springs.other[e]].x;
-        double rate = 0;
-        for (int k = 0; k < 3; ++k) {
-          rate += d[k] * (speed_of_other[k] - speed[k]);
-        }
-        pull += damping * springs.stiffness[e] * rate * inverse;
-      }
-      const double share = pull * inverse;
-      for (int k = 0; k < 4; ++k) {
-        sum[k] += share * d[k];
-      }
-    }
-    for (int e = rows.bends.begin[i]; e < rows.bends.begin[i + 1]; ++e) {
-      const double* const other = &x[rows.bends.of[e]].x;
-      const double weight = rows.bends.weight[e];
-      for (int k = 0; k < 4; ++k) {
-        sum[k] += weight * other[k];
-      }
-      if (kDamped) {
-        const double* const speed_of_other = &v[rows.bends.of[e]].x;
-        for (int k = 0; k < 4; ++k) {
-          sum[k] += damping * weight * speed_of_other[k];
-        }
-      }
-    }
-    for (int e = rows.others.begin[i]; e < rows.others.begin[i + 1]; ++e) {
-      const double* const pull = &of_rows[rows.others.of[e]].x;
-      const double weight = rows.others.weight[e];
-      for (int k = 0; k < 4; ++k) {
-        sum[k] += weight * pull[k];
-      }
-    }
-    force[i] = {sum[0], sum[1], sum[2], 0};
-  }
-}
-
-__attribute__((always_inline)) inline void sum_forces_as_needed(const ForceTerms& terms,
-                                                                Index begin, Index end,
-                                                                Vec4<double>* force) {
-  const bool damped = terms.rows.damping > 0;
-  if (terms.rows.most_stretch > 0) {
-    sum_forces<true, true>(terms, begin, end, force);
-  } else if (damped) {
-    sum_forces<true, false>(terms, begin, end, force);
-  } else {
-    sum_forces<false, false>(terms, begin, end, force);
-  }
-}
-
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(ATELIER_EXACT)
-__attribute__((target("avx2,fma"))) void sum_forces_avx2(const ForceTerms& terms, Index begin,
-                                                         Index end, Vec4<double>* force) {
-  sum_forces_as_needed(terms, begin, end, force);
-}
-#endif
-
-void sum_forces_scalar(const ForceTerms& terms, Index begin, Index end, Vec4<double>* force) {
-  sum_forces_as_needed(terms, begin, end, force);
 }
 
 }  // namespace
@@ -303,50 +185,12 @@ ElasticRows make_elastic_rows(const Cloth& cloth, const std::vector<int>& intern
     out.yarn_moduli.push_back({s.warp, s.weft, s.shear});
   }
   index_by_particle(out);
-  out.bends = flat_bends(out, cloth.curvatures, internal);
+  out.curvatures = curvature_matrix(out.count, cloth.curvatures, internal);
   return out;
 }
 
 double longest_share(const ElasticRows& rows) {
   return rows.most_stretch > 0 ? 1 + rows.most_stretch : std::numeric_limits<double>::infinity();
-}
-
-void elastic_forces(const ElasticRows& rows, const std::vector<Vec4<double>>& x,
-                    const std::vector<Vec4<double>>& v, std::vector<Vec4<double>>& of_rows,
-                    std::vector<Vec4<double>>& force) {
-  parallel_for(static_cast<Index>(rows.bent.size()), kRowGrain, [&](Index begin, Index end) {
-    for (Index k = begin; k < end; ++k) {
-      const Index r = rows.bend_begin + rows.bent[k];
-      const ElasticRow& row = rows.rows[r];
-      const Vec3d d = row_value(row, x.data());
-      const Vec3d rest = bent_rest(row, rows.bend_rest[rows.bent[k]], x.data());
-      of_rows[r] =
-          with_w(damped_pull(row, d, row.stiffness * (rest - d), rows.damping, v.data()), 0.0);
-    }
-  });
-  const double longest = longest_share(rows);
-  const Index triangles = static_cast<Index>(rows.yarn_moduli.size());
-  parallel_for(triangles, kRowGrain, [&](Index begin, Index end) {
-    for (Index t = begin; t < end; ++t) {
-      const Index r = rows.yarn_begin + 2 * t;
-      const auto both = [&](const std::vector<Vec4<double>>& of) {
-        return Yarns{row_value(rows.rows[r], of.data()), row_value(rows.rows[r + 1], of.data())};
-      };
-      const Yarns pulls = yarn_forces(rows.yarn_moduli[t], longest, both(x), rows.damping,
-                                      rows.damping > 0 ? both(v) : Yarns{});
-      of_rows[r] = with_w(pulls.u, 0.0);
-      of_rows[r + 1] = with_w(pulls.v, 0.0);
-    }
-  });
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(ATELIER_EXACT)
-  static const bool wide = avx2_available();
-  const auto sum = wide ? sum_forces_avx2 : sum_forces_scalar;
-#else
-  const auto sum = sum_forces_scalar;
-#endif
-  const ForceTerms terms{rows, x.data(), v.data(), of_rows.data()};
-  parallel_for(rows.count, kRowGrain,
-               [&](Index begin, Index end) { sum(terms, begin, end, force.data()); });
 }
 
 Eigen::SparseMatrix<double> projective_matrix(const ElasticRows& rows,
@@ -369,9 +213,6 @@ Eigen::SparseMatrix<double> projective_matrix(const ElasticRows& rows,
     }
   };
   for (int r = 0; r < static_cast<int>(rows.rows.size()); ++r) {
-    if (r >= rows.bend_begin && r < rows.yarn_begin && rows.bend_rest[r - rows.bend_begin] == 0) {
-      continue;  // in the matrix of flat bends
-    }
     const ElasticRow& row = rows.rows[r];
     for (int a = 0; a < 4; ++a) {
       for (int b = 0; b < 4; ++b) {
@@ -381,8 +222,8 @@ Eigen::SparseMatrix<double> projective_matrix(const ElasticRows& rows,
     }
   }
   for (int i = 0; i < rows.count; ++i) {
-    for (int e = rows.bends.begin[i]; e < rows.bends.begin[i + 1]; ++e) {
-      add(i, rows.bends.of[e], -rows.bends.weight[e]);
+    for (int e = rows.curvatures.begin[i]; e < rows.curvatures.begin[i + 1]; ++e) {
+      add(i, rows.curvatures.of[e], -rows.curvatures.weight[e]);
     }
   }
   Eigen::SparseMatrix<double> matrix(free_count, free_count);

@@ -17,18 +17,19 @@ namespace atelier {
 /// - bend: a x = u_l + u_r, with u the vector from the edge to the corner across it over its
 /// height,
 ///   in the flat rest shape: 2 sin(angle / 2) long, 0 where the rest shape is only moved or
-///   stretched (mean curvature, Bergou et al. 2006, with the weights of the cloth's hinges), p = 0,
-///   or along the normal for a rest angle.
+///   stretched (mean curvature, Bergou et al. 2006, with the weights of the cloth's hinges). p is
+///   beyond 0, by so much that the force is that of the angle; for a rest angle along the normal.
 /// - yarn: two rows a triangle, the deformation gradient along weft and warp; p of length 1 along
 ///   it, and the force of the angle between both.
 ///
 /// Projection and gradient agree: k (p - a x) is the force of the row. So energies and equilibria
-/// are those of XPBD's springs and triangles, and of its hinges up to the third power of the angle.
+/// are those of XPBD's springs and triangles, and of its hinges up to the seventh power of the
+/// angle: 2% less at a right angle.
 struct ElasticRow {
   std::array<int, 4> particle{-1, -1, -1, -1};  ///< -1: none
   std::array<double, 4> weight{};               ///< the row's coefficients
   double stiffness = 0;                         ///< k in the constant matrix
-  double limit = 0;                             ///< what adds to k beyond the limit of stretch
+  double limit = 0;  ///< what adds to k beyond the limit of stretch, or where it is folded
 };
 
 /// The springs of each particle: of particle i those from begin[i] to begin[i + 1], with the one at
@@ -60,9 +61,8 @@ struct ElasticRows {
 
   // The same as forces are evaluated.
   ParticleSprings springs;
-  ParticleWeights bends;   ///< of flat rest, and curvatures: force is sum weight (x + damping v)
-  ParticleWeights others;  ///< rows of bends with a rest angle, and of triangles
-  std::vector<int> bent;   ///< bends with a rest angle
+  ParticleWeights curvatures;  ///< force is sum weight (x + damping v)
+  ParticleWeights others;      ///< rows of bends and of triangles
 };
 
 /// Springs and yarns are so many times stiffer beyond the limit of their stretch.

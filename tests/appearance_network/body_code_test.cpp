@@ -9,6 +9,7 @@
 #include "appearance/network/train.h"
 #include "core/error.h"
 #include "tests/appearance_network/appearance_fixture.h"
+#include "tests/appearance_network/peers_fixture.h"
 #include "tests/support/refusals.h"
 
 namespace atelier {
@@ -288,6 +289,21 @@ TEST(BodyCode, ResumedTraining_IsBitIdentical) {
   for (const auto& [name, tensor] : whole.training.model.parameters) {
     EXPECT_EQ(rest.training.model.parameters.at(name).data, tensor.data) << name;
   }
+}
+
+/// Noise, divergence and geometry, too, are as of one process with twice the batch.
+TEST(BodyCode, TwoProcesses_GiveTheWeightsOfOneWithTwiceTheBatch) {
+  const AppearanceData data = bent_data();
+  TrainOptions halves = coded_options(24);
+  halves.batch = 1;
+  halves.learning_rate = 1e-3;
+  TrainOptions whole = halves;
+  whole.iterations = 12;
+  whole.batch = 2;
+  const TrainResult one = train(start_training(data, whole), data, whole, Device::Cpu);
+  const auto two = fixtures::train_together(start_training(data, halves), data, halves, {{}, {}});
+  EXPECT_LT(fixtures::largest_difference(one.training.model, two[0].training.model), 1e-5);
+  EXPECT_EQ(fixtures::largest_difference(two[0].training.model, two[1].training.model), 0);
 }
 
 TEST(BodyCode, DataAndNetwork_SurviveTheirFiles) {

@@ -2,6 +2,7 @@
 // refuses.
 #if defined(ATELIER_HAS_CAPTURE)
 
+#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
@@ -23,6 +24,7 @@ namespace atelier::fixtures {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -99,6 +101,51 @@ TEST_F(AppearanceDrawing, HeldOutCamera_IsReproduced) {
     }
   }
   EXPECT_LT(off / count, 30);
+}
+
+TEST_F(AppearanceDrawing, DrawnImages_SayWhatTheyAre) {
+  const auto verified = [&](const fs::path& file) {
+    return run_child({program_path(), "verify", file.string()});
+  };
+  ASSERT_EQ(draw(workspace(), "large", {"--width", "420", "--height", "420"}).exit_code, 0);
+  const fs::path image = out("large") / "000002.png";
+  const ChildResult told = verified(image);
+  EXPECT_EQ(told.exit_code, 0) << told.err;
+  for (const char* words : {"synthetic (trainedAlgorithmicMedia), by atelier", "nobody, tests",
+                            "made of: trained networks, ", "appearance ", "signature: valid, by RW",
+                            "that of the credentials"}) {
+    EXPECT_THAT(told.out, HasSubstr(words));
+  }
+  EXPECT_EQ(std::count(told.out.begin(), told.out.end(), '\n'), 5);
+  // Without its credentials the mark is left, and the log knows it.
+  const ByteImage pixels = read_byte_image(image);
+  write_image(out("bare.jpg"), pixels, {.quality = 80});
+  const ChildResult bare = verified(out("bare.jpg"));
+  EXPECT_EQ(bare.exit_code, 1);
+  EXPECT_THAT(bare.out, HasSubstr("synthetic, by its mark"));
+  const std::string mark = bare.out.substr(bare.out.find("mark: ") + 6, 16);
+  EXPECT_THAT(told.out, HasSubstr("mark: " + mark));
+  EXPECT_THAT(bytes_of(workspace() / "access.log"), HasSubstr("mark " + mark));
+  // A changed pixel is noticed.
+  std::string changed = bytes_of(image);
+  changed[changed.size() - 30] = static_cast<char>(changed[changed.size() - 30] ^ 1);
+  write_file_atomically(out("changed.png"), changed);
+  EXPECT_NE(verified(out("changed.png")).exit_code, 0);
+  // A film has both, too.
+  ASSERT_EQ(draw(workspace(), "film.mp4", {"--width", "420", "--height", "420"}).exit_code, 0);
+  const ChildResult film = verified(out("film.mp4"));
+  EXPECT_THAT(film.out, HasSubstr("signature: valid"));
+  EXPECT_THAT(film.out, HasSubstr("mark: " + mark + ", that of the credentials"));
+  // Left out where it is not wanted.
+  ASSERT_EQ(draw(workspace(), "paper", {"--width", "420", "--height", "420", "--mark", "false"})
+                .exit_code,
+            0);
+  const ChildResult paper = verified(out("paper") / "000002.png");
+  EXPECT_EQ(paper.exit_code, 1);
+  EXPECT_THAT(paper.out, AllOf(HasSubstr("nothing is known of it"), HasSubstr("mark: none found")));
+  EXPECT_LT(mean_difference(read_byte_image(out("paper") / "000002.png"), pixels), 2);
+  expect_no(draw(workspace(), "none", {"--mark", "false", "--sign", "key"}), 2,
+            "--sign does nothing");
 }
 
 TEST_F(AppearanceDrawing, Body_IsMeasuredToo) {

@@ -1,8 +1,11 @@
 // `atelier-appearance train`: checkpoints, kills, and what it refuses.
 #if defined(ATELIER_HAS_CAPTURE)
 
+#include <algorithm>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <thread>
 
 #include <gmock/gmock.h>
@@ -69,6 +72,72 @@ TEST_F(Appearance, KilledTraining_ResumesBitIdentical) {
   EXPECT_EQ(refused.exit_code, 3);
   EXPECT_THAT(refused.err, HasSubstr("half.checkpoint"));
   EXPECT_FALSE(fs::exists(folder_ / "x.safetensors"));
+}
+
+std::string text_at(const fs::path& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+/// The process of a rank among those that `starter` has started.
+pid_t process_of_rank(pid_t starter, int rank) {
+  for (const fs::directory_entry& entry : fs::directory_iterator("/proc")) {
+    const std::string words = text_at(entry.path() / "cmdline");
+    const std::string status = text_at(entry.path() / "status");
+    if (status.find("PPid:\t" + std::to_string(starter) + "\n") != std::string::npos &&
+        words.find(std::string("--rank") + '\0' + std::to_string(rank)) != std::string::npos) {
+      return std::stoi(entry.path().filename().string());
+    }
+  }
+  return 0;
+}
+
+TEST_F(Appearance, ProcessesTogether_GoOnAfterALostOneWithAnyNumber) {
+  ASSERT_EQ(oracle("ws").exit_code, 0);
+  const auto together = [&](const char* model, const char* checkpoint, const char* processes) {
+    std::vector<std::string> words = train(model, checkpoint);
+    words.insert(words.end(), {"--processes", processes});
+    return words;
+  };
+  const ChildResult whole = run_child(together("whole.safetensors", "whole.checkpoint", "2"));
+  ASSERT_EQ(whole.exit_code, 0) << whole.err;
+  EXPECT_THAT(whole.out, HasSubstr("step 60 60 "));
+  EXPECT_EQ(whole.err, "");
+  {
+    ChildProcess half(together("half.safetensors", "half.checkpoint", "2"));
+    while (!fs::exists(folder_ / "half.checkpoint") && !half.has_ended()) {
+      std::this_thread::yield();
+    }
+    const pid_t second = process_of_rank(half.pid(), 1);
+    ASSERT_GT(second, 0);
+    ::kill(second, SIGKILL);
+    const ChildResult lost = half.wait();
+    EXPECT_EQ(lost.exit_code, 5) << lost.err;
+    EXPECT_THAT(lost.err, HasSubstr("process 1 of 2 is lost"));
+    EXPECT_EQ(std::count(lost.err.begin(), lost.err.end(), '\n'), 1) << lost.err;
+  }
+  EXPECT_FALSE(fs::exists(folder_ / "half.safetensors"));
+  for (const char* processes : {"3", "1"}) {
+    const ChildResult rest = run_child(together("half.safetensors", "half.checkpoint", processes));
+    EXPECT_EQ(rest.exit_code, 0) << rest.err;
+  }
+  EXPECT_TRUE(fs::exists(folder_ / "half.safetensors"));
+}
+
+TEST_F(Appearance, ProcessesThatCannotMeet_AreRefused) {
+  ASSERT_EQ(oracle("ws").exit_code, 0);
+  const auto refused = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words = train("x.safetensors", "x.checkpoint");
+    words.insert(words.end(), more.begin(), more.end());
+    return run_child(words);
+  };
+  const ChildResult launcher = refused({"--launcher", "torchrun"});
+  EXPECT_EQ(launcher.exit_code, 5) << launcher.err;
+  EXPECT_THAT(launcher.err, HasSubstr("WORLD_SIZE: not set"));
+  EXPECT_EQ(refused({"--processes", "0"}).exit_code, 2);
+  EXPECT_EQ(refused({"--processes", "2", "--launcher", "slurm"}).exit_code, 2);
+  EXPECT_EQ(refused({"--rank", "1", "--rendezvous", "x"}).exit_code, 2);
+  EXPECT_EQ(refused({"--rank", "0", "--processes", "2"}).exit_code, 2);
 }
 
 TEST_F(Appearance, KilledStage_ResumesWithItsPreparedData) {

@@ -56,6 +56,23 @@ TEST(ConvertCapture, ConvertedCapture_RoundTrips) {
   EXPECT_LT((*project(cameras[1], point) - *project(small.cameras[1], point)).norm(), 1e-9);
 }
 
+TEST(ConvertCapture, ErrorsInWhatIsRead_AreTheExitCodeAndLoseNothing) {
+  const TemporaryDirectory folder;
+  SmallCapture small;
+  write_small_capture(folder / "capture", small);
+  for (Camera& camera : small.cameras) {  // as calibrated before the images were turned
+    std::swap(camera.width, camera.height);
+    std::swap(camera.cx, camera.cy);
+  }
+  write_file_atomically(folder / "capture" / "cameras.json", cameras_json(small.cameras));
+  const std::string out = (folder / "out").string();
+  const ChildResult result = convert({(folder / "capture").string(), out, "--to", "native"});
+  EXPECT_EQ(result.exit_code, 3) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("error image-turned"));
+  EXPECT_THAT(result.out, HasSubstr("written as it was read, with 3 errors in it"));
+  EXPECT_EQ(read_cameras(out).size(), 3U);
+}
+
 TEST(ConvertCapture, EveryLayout_KeepsConsent) {
   const TemporaryDirectory folder;
   SmallCapture small;
@@ -120,6 +137,26 @@ TEST(ConvertCapture, EndedConsent_IsReported) {
   EXPECT_EQ(there.exit_code, 0);
   EXPECT_THAT(there.err, HasSubstr("warning consent-ended ["));
   EXPECT_THAT(there.err, HasSubstr("P. Doe"));
+}
+
+/// Commands beside the stages. Whether they can do their work with so small a capture is another
+/// matter.
+TEST(Commands, EndedConsent_IsReportedByAllThatReadACapture) {
+  const TemporaryDirectory folder;
+  SmallCapture small;
+  small.consent = {{"P. Doe", "research", "2020-12-31"}};
+  write_small_capture(folder / "capture", small);
+  const std::string capture = (folder / "capture").string();
+  const std::string out = (folder / "out").string();
+  const std::vector<std::vector<std::string>> commands = {
+      {"masks", capture, "--out", out + "-masks"},
+      {"depth", capture, out + "-depth"},
+      {"calibrate-color", capture, "--out", out + "-color.json"}};
+  for (std::vector<std::string> words : commands) {
+    const std::string name = words.front();
+    words.insert(words.begin(), program_path());
+    EXPECT_THAT(run_child(words).err, HasSubstr("warning consent-ended [")) << name;
+  }
 }
 
 TEST(ConvertCapture, StoppedConversion_LeavesNoPartialCapture) {

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "core/device.h"
+#include "core/io/mesh_file.h"
 #include "tests/support/child_process.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
@@ -97,6 +98,27 @@ TEST_F(DrapeRefuses, TooTightGarment_IsRefusedWithAFittingSize) {
   refused({"--garment", dress}, 3, "pattern_scale 1.");
   refused({"--garment", dress, "--fit", "body", "--pattern_scale", "0.5"}, 3,
           "too tight for any body");
+}
+
+using DrapeOnBody = DrapeRefuses;
+
+// The same skirt, sewn alike and let hang by either simulator: both hang, outside of the body, by
+// less than a centimetre from one another.
+TEST_F(DrapeOnBody, EitherSolver_LetsTheSewnSkirtHang) {
+  std::vector<Mesh> hung;
+  for (const char* solver : {"xpbd", "projective-friction"}) {
+    const std::filesystem::path out = root_.path() / solver;
+    const ChildResult result = run({"--garment", "skirt", "--edge-length", "0.04", "--frames", "20",
+                                    "--video", "false", "--solver", solver, "--out", out.string()});
+    ASSERT_EQ(result.exit_code, 0) << result.err;
+    EXPECT_THAT(result.out, HasSubstr(" 0 vertices inside the body")) << solver;
+    EXPECT_THAT(result.out, HasSubstr(" 0 crossings of cloth with itself")) << solver;
+    hung.push_back(read_mesh(out / "garment.obj"));
+  }
+  ASSERT_EQ(hung[0].vertices.rows(), hung[1].vertices.rows());
+  const Eigen::VectorXd apart = (hung[0].vertices - hung[1].vertices).rowwise().norm();
+  EXPECT_LT(apart.mean(), 0.01);
+  EXPECT_GT(apart.maxCoeff(), 1e-5) << "the option does nothing";
 }
 
 }  // namespace

@@ -12,7 +12,7 @@
 #include "core/io/file_bytes.h"
 #include "core/io/image_file.h"
 #include "tests/capture/small_capture.h"
-#include "tests/capture_detection/small_network.h"
+#include "tests/capture_detection/bright_networks.h"
 #include "tests/support/child_process.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
@@ -21,6 +21,7 @@ namespace atelier::fixtures {
 namespace {
 
 namespace fs = std::filesystem;
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 ChildResult atelier(const std::vector<std::string>& arguments) {
@@ -216,6 +217,34 @@ TEST(DetectCommand, CustomNetwork_FillsTheCapture) {
   EXPECT_EQ(labels.at(5, 5), 0);
 }
 
+TEST(DetectCommand, BuiltInDetector_WritesItsOrderIntoTheCapture) {
+  const TemporaryDirectory folder;
+  write_walker(folder / "capture");
+  const PeopleNetworks networks = bright_networks();
+  fs::create_directories(folder / "networks");
+  const auto write = [&](const char* name, const std::vector<std::byte>& bytes) {
+    std::ofstream(folder.path() / "networks" / name, std::ios::binary)
+        .write(reinterpret_cast<const char*>(bytes.data()),
+               static_cast<std::streamsize>(bytes.size()));
+  };
+  write("person.onnx", networks.person);
+  write("landmarks_lite.onnx", networks.landmarks);
+  const std::string capture = (folder / "capture").string();
+  const ChildResult done = atelier(
+      {"detect", capture, "--networks", (folder / "networks").string(), "--network", "lite"});
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_THAT(done.out, AllOf(HasSubstr("18 images, "),
+                              HasSubstr(" people, points in the order blazepose_33")));
+  EXPECT_EQ(read_capture_info(folder / "capture").keypoint_schema, "blazepose_33");
+  const std::string camera = SmallCapture{}.cameras[0].id;
+  const auto people = parse_openpose(
+      read_file_text(folder / "capture" / "keypoints2d" / camera / "000003.json", 1 << 20));
+  ASSERT_EQ(people.size(), 1U);
+  EXPECT_NEAR(people[0].points(0, 0), 32, 0.1);  // the middle of 64 x 80
+  EXPECT_NEAR(people[0].points(0, 1), 40, 0.1);
+  EXPECT_NEAR(people[0].points(0, 2), 0.5, 0.01);
+}
+
 TEST(DetectCommand, HostileNetworksAndWrongOrders_AreRefused) {
   const TemporaryDirectory folder;
   write_walker(folder / "capture");
@@ -227,7 +256,12 @@ TEST(DetectCommand, HostileNetworksAndWrongOrders_AreRefused) {
   EXPECT_EQ(bad.exit_code, 3);
   EXPECT_THAT(bad.err, HasSubstr("bad.onnx"));
   EXPECT_EQ(atelier({"detect", capture, "--model", (folder / "none.onnx").string()}).exit_code, 3);
-  EXPECT_EQ(atelier({"detect", capture}).exit_code, 2);
+  const ChildResult missing = atelier({"detect", capture, "--networks", out});
+  EXPECT_EQ(missing.exit_code, 5);
+  EXPECT_THAT(missing.err, HasSubstr("scripts/detector-networks"));
+  EXPECT_EQ(atelier({"detect", capture, "--schema", "body_25", "--networks", out}).exit_code, 2);
+  EXPECT_EQ(atelier({"detect", capture, "--kind", "parsing", "--networks", out}).exit_code, 2);
+  EXPECT_EQ(atelier({"detect", capture, "--model", "x.onnx", "--networks", out}).exit_code, 2);
   const ChildResult means = atelier({"detect", capture, "--model", (folder / "bad.onnx").string(),
                                      "--out", out, "--mean", "[1, 2]"});
   EXPECT_EQ(means.exit_code, 2);

@@ -3,13 +3,14 @@
 #include <algorithm>
 #include <fstream>
 #include <set>
+#include <sstream>
 
 #include <signal.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include "core/exit_code.h"
-#include "tests/apps/statistics_fixture.h"
+#include "tests/apps/seal_fixture.h"
 #include "tests/support/outside_judge.h"
 
 namespace atelier::fixtures {
@@ -20,46 +21,6 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 namespace fs = std::filesystem;
-
-class Seal : public StatisticsFixture {
- protected:
-  void SetUp() override { write_boxes(input(), 2); }
-
-  std::string place(const std::string& name) const { return (root_ / name).string(); }
-  void make_workspace(const std::string& scope = "research",
-                      const std::string& until = "2999-12-31") const {
-    if (!scope.empty()) {
-      std::ofstream(root_ / "consent.toml")
-          << "[consent]\nwho = 'P. Doe'\nscope = '" << scope << "'\nuntil = '" << until << "'\n";
-    }
-    ASSERT_EQ(run_child(statistics()).exit_code, 0);
-  }
-  /// A new key; its recipient.
-  std::string key(const std::string& name) const {
-    const ChildResult result = run({"key", "--out", place(name)});
-    EXPECT_EQ(result.exit_code, 0) << result.err;
-    return result.out.substr(0, result.out.find('\n'));
-  }
-  ChildResult seal(std::vector<std::string> more) const {
-    more.insert(more.begin(), {"seal", workspace().string(), "--out", place("p.sealed")});
-    return run(more);
-  }
-  ChildResult unseal(const std::string& key, const std::string& out) const {
-    return run({"unseal", place("p.sealed"), place(out), "--identity", place(key)});
-  }
-  std::string bytes(const std::string& name) const { return read_file_text(root_ / name, 1 << 24); }
-  /// Whether nothing but these lies beside the input, the workspace and the consent.
-  std::vector<std::string> others(const std::set<std::string>& known) const {
-    std::vector<std::string> names;
-    for (const auto& entry : fs::directory_iterator(root_.path())) {
-      const std::string name = entry.path().filename().string();
-      if (!known.contains(name) && name != "boxes" && name != "work" && name != "consent.toml") {
-        names.push_back(name);
-      }
-    }
-    return names;
-  }
-};
 
 TEST_F(Seal, TwoRecipients_OpenItAndAThirdDoesNot) {
   make_workspace();
@@ -280,6 +241,58 @@ TEST_F(Seal, Log_SaysWhoDidWhat) {
   EXPECT_EQ(run({"verify", "--log", workspace().string()}).exit_code, kExitBadData);
 }
 
+TEST_F(Seal, UsesOfASealedFile_AreLoggedBesideIt) {
+  make_workspace();
+  const std::string one = key("one");
+  ASSERT_EQ(seal({"--to", one}).exit_code, 0);
+  EXPECT_EQ(run({"verify", "--log", place("p.sealed")}).exit_code, kExitBadData) << "none yet";
+  ASSERT_EQ(
+      run({"export", place("p.sealed"), place("files"), "--identity", place("one")}).exit_code, 0);
+  ASSERT_EQ(unseal("one", "open").exit_code, 0);
+  const std::string digest = hex(sha256(bytes("p.sealed")));
+  const ChildResult log = run({"verify", "--log", place("p.sealed")});
+  EXPECT_EQ(log.exit_code, 0) << log.err;
+  EXPECT_THAT(log.out, AllOf(HasSubstr("open  by " + one + "; sha256 " + digest),
+                             HasSubstr("files, for research; sha256 " + digest),
+                             HasSubstr("unseal"), HasSubstr("unbroken: 3 lines")));
+  EXPECT_THAT(log.out, Not(HasSubstr("P. Doe"))) << "whom it shows is sealed";
+  const std::string head = log.out.substr(log.out.find("head ") + 5, 64);
+  EXPECT_EQ(run({"verify", "--log", place("p.sealed"), "--head", head}).exit_code, 0);
+  const std::string text = bytes("p.sealed.log");
+  std::ofstream(root_ / "p.sealed.log") << text.substr(text.find('\n') + 1);
+  EXPECT_EQ(run({"verify", "--log", place("p.sealed")}).exit_code, kExitBadData);
+  struct stat status {};
+  ASSERT_EQ(stat(place("p.sealed.log").c_str(), &status), 0);
+  EXPECT_EQ(status.st_mode & 0777, 0600U);
+}
+
+TEST_F(Seal, LogThatCannotLieBesideTheFile_LiesWithItsUser) {
+  make_workspace();
+  ASSERT_EQ(seal({"--to", key("one")}).exit_code, 0);
+  const auto exported = [&](const std::string& out) {
+    return run_child({"env", "XDG_STATE_HOME=" + place("state"), program_path(), "export",
+                      place("p.sealed"), place(out), "--identity", place("one")});
+  };
+  const auto log = [&] {
+    return run_child({"env", "XDG_STATE_HOME=" + place("state"), program_path(), "verify", "--log",
+                      place("p.sealed")});
+  };
+  fs::create_directories(root_ / "p.sealed.log");
+  const ChildResult first = exported("a");
+  EXPECT_EQ(first.exit_code, 0) << first.err;
+  EXPECT_THAT(first.err, Not(HasSubstr("the log was not written")));
+  EXPECT_THAT(log().out, HasSubstr("unbroken: 2 lines"));
+  fs::remove(root_ / "p.sealed.log");
+  std::ofstream(root_ / "p.sealed.log") << "somebody's notes";
+  EXPECT_EQ(exported("b").exit_code, 0);
+  EXPECT_EQ(bytes("p.sealed.log"), "somebody's notes");
+  fs::remove(root_ / "p.sealed.log");
+  EXPECT_EQ(exported("c").exit_code, 0);
+  const ChildResult both = log();
+  EXPECT_EQ(both.exit_code, 0) << both.err;
+  EXPECT_THAT(both.out, AllOf(HasSubstr("unbroken: 2 lines"), HasSubstr("unbroken: 4 lines")));
+}
+
 TEST_F(Seal, FullDisk_LeavesNothing) {
   make_workspace();
   const std::string one = key("one");
@@ -298,25 +311,6 @@ TEST_F(Seal, FullDisk_LeavesNothing) {
                 .exit_code,
             kExitEnvironment);
   EXPECT_EQ(others({}), before);
-}
-
-/// Folders below one that hold a file of this text.
-std::vector<std::string> places_with(const std::string& text, const fs::path& below) {
-  std::vector<std::string> found;
-  std::error_code ignored;
-  for (auto entry = fs::recursive_directory_iterator(
-           below, fs::directory_options::skip_permission_denied, ignored);
-       !ignored && entry != fs::recursive_directory_iterator(); entry.increment(ignored)) {
-    std::error_code gone;
-    if (entry->is_regular_file(gone) && entry->file_size(gone) < (1U << 20)) {
-      std::ifstream file(entry->path(), std::ios::binary);
-      const std::string bytes(std::istreambuf_iterator<char>(file), {});
-      if (bytes.find(text) != std::string::npos) {
-        found.push_back(entry->path().string());
-      }
-    }
-  }
-  return found;
 }
 
 TEST_F(Seal, KilledCommand_LeavesNoPlainData) {
@@ -340,6 +334,26 @@ TEST_F(Seal, KilledCommand_LeavesNoPlainData) {
     EXPECT_THAT(places_with(name, temporary), ::testing::IsEmpty()) << i;
     EXPECT_THAT(places_with(name, "/dev/shm"), ::testing::IsEmpty()) << i;
   }
+}
+
+TEST_F(Seal, ProcessThatHasOpened_MayWriteNoCoreDump) {
+  make_workspace();
+  ASSERT_EQ(seal({"--to", key("one")}).exit_code, 0);
+  const ChildProcess child(atelier({"view", place("p.sealed"), "--identity", place("one")}));
+  for (int i = 0; i < 1000 && !child.catches(SIGTERM) && !child.has_ended(); ++i) {
+    usleep(10'000);  // until it has opened the file, and serves it
+  }
+  ASSERT_FALSE(child.has_ended());
+  std::ifstream file("/proc/" + std::to_string(child.pid()) + "/limits");
+  const std::string limits(std::istreambuf_iterator<char>(file), {});
+  const std::size_t at = limits.find("Max core file size");
+  ASSERT_NE(at, std::string::npos);
+  std::istringstream row(limits.substr(at + 18, limits.find('\n', at) - at - 18));
+  std::string soft;
+  std::string hard;
+  row >> soft >> hard;
+  EXPECT_EQ(soft, "0");
+  EXPECT_EQ(hard, "0");
 }
 
 TEST_F(Seal, Export_IsSealedWithItsConsent) {

@@ -44,6 +44,25 @@ TEST(SimulateMotion, GarmentOnAMovingBody_MovesAlong) {
   EXPECT_NEAR(moved, 0.04, 0.01);
 }
 
+/// What the motion's reader has found is said, not kept.
+TEST(SimulateMotion, MotionOfADoubtfulRate_IsTold) {
+  const TemporaryDirectory root;
+  write_body(root / "trunk.npz", trunk_body());
+  write_mesh(root / "skirt.ply", tube_skirt().mesh);
+  MotionClip clip;
+  clip.name = "walk";
+  clip.skeleton = short_walk().skeleton;
+  clip.motion = short_walk().motion;
+  clip.motion.fps = 0.4;  // a file of another unit of time, but soon simulated
+  write_bvh(root / "walk.bvh", clip);
+  const ChildResult done =
+      run_child({program_path(), "simulate", "--garment", (root / "skirt.ply").string(), "--body",
+                 (root / "trunk.npz").string(), "--motion", (root / "walk.bvh").string(), "--out",
+                 (root / "out").string(), "--fps", "4", "--settle", "1", "--fall_in", "0.25",
+                 "--pin_top", "0.01", "--no-pictures"});
+  EXPECT_THAT(done.out + done.err, ::testing::HasSubstr("0.4 frames a second, 2.5 s each"));
+}
+
 }  // namespace
 }  // namespace atelier::fixtures
 

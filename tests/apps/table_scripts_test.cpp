@@ -133,6 +133,22 @@ TEST_F(TableScripts, RegisterTable_ComparesWithTheCodedPrint) {
                                     (coded / "workspace").string() + "\n"));
 }
 
+TEST_F(TableScripts, GarmentsTable_HasARowPerOutfitAndAblation) {
+  std::ofstream(folder_ / "figures.json")
+      << R"({"register.point_mean_mm": 4.5, "register.point_p95_mm": 20, "simulate.held_mm": 12})";
+  const ChildResult done = run_child({"env", "ATELIER_TEST_DATA=" + folder_.path().string(),
+                                      (source_directory() / "scripts/garments-table").string(),
+                                      (folder_ / "table").string(), "--ablations", "tee_skirt"});
+  ASSERT_EQ(done.exit_code, 0) << done.err;
+  EXPECT_EQ(rows_with(done.out, "| tee_skirt | - | - | 4.5 | 20.0 |"), 1);
+  for (const char* variant : {"one frame", "no simulated prediction", "nothing held", "default"}) {
+    EXPECT_THAT(done.out, HasSubstr(std::string("| tee_skirt, ") + variant +
+                                    " | - | - | 4.5 | 20.0 | 12 | - |\n"));
+  }
+  EXPECT_THAT(commands(), HasSubstr(" --template.source frame\n"));
+  EXPECT_THAT(commands(), HasSubstr(" --simulate.holding none\n"));
+}
+
 TEST_F(TableScripts, ResultsTable_HasARowPerWayAndTheCommit) {
   const ChildResult done =
       run("results-table",

@@ -12,6 +12,8 @@
 #include <filesystem>
 #include <fstream>
 #include <map>
+#include <nlohmann/json.hpp>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -551,6 +553,144 @@ TEST_F(WholeRun, DamagedDerivedInputs_AreRecomputed) {
     }
   }
   EXPECT_EQ(digests(workspace), expected_);
+}
+
+/// The jobs of `atelier plan` for the run.
+nlohmann::json planned_jobs(const std::vector<std::string>& run, int parts) {
+  std::vector<std::string> plan = run;
+  plan.at(1) = "plan";
+  plan.insert(plan.end(), {"--parts", std::to_string(parts), "--threads", "1", "--json"});
+  const ChildResult planned = run_child(plan);
+  EXPECT_EQ(planned.exit_code, 0) << planned.err;
+  return nlohmann::json::parse(planned.out).at("jobs");
+}
+
+TEST_F(WholeRun, JobsOfThePlan_GiveTheSameDigestsInAnyOrderThatItAllows) {
+  Random random{7, 0, 0};
+  for (const int parts : {1, 3}) {
+    const fs::path workspace = root_ / ("work" + std::to_string(parts));
+    const nlohmann::json jobs = planned_jobs(chain(this_capture(), workspace), parts);
+    std::set<std::string> left;
+    std::set<std::string> done;
+    int divided = 0;
+    for (const nlohmann::json& job : jobs) {
+      left.insert(job.at("id").get<std::string>());
+      divided += job.contains("part") ? 1 : 0;
+      EXPECT_GT(job.at("expected_seconds").get<double>(), 0) << job;
+      EXPECT_GT(job.at("expected_megabytes").get<double>(), 0) << job;
+    }
+    EXPECT_EQ(left.size(), jobs.size());
+    EXPECT_EQ(divided > 0, parts > 1);
+    while (!left.empty()) {
+      std::vector<nlohmann::json> ready;
+      for (const nlohmann::json& job : jobs) {
+        const auto needs = job.at("needs").get<std::vector<std::string>>();
+        if (left.contains(job.at("id").get<std::string>()) &&
+            std::all_of(needs.begin(), needs.end(),
+                        [&](const std::string& need) { return done.contains(need); })) {
+          ready.push_back(job);
+        }
+      }
+      ASSERT_FALSE(ready.empty());
+      const nlohmann::json& job = ready[uniform_index(random, ready.size())];
+      auto command = job.at("command").get<std::vector<std::string>>();
+      command.insert(command.begin(), program_path());
+      const ChildResult result = run_child(command);
+      ASSERT_EQ(result.exit_code, 0) << job << result.out << result.err;
+      done.insert(job.at("id").get<std::string>());
+      left.erase(job.at("id").get<std::string>());
+      EXPECT_EQ(fs::exists(workspace / "report/index.html"), done.contains("report")) << job;
+      EXPECT_EQ(result.out.find("report:") == std::string::npos, !done.contains("report"))
+          << job << result.out;
+    }
+    EXPECT_EQ(digests(workspace), expected_);
+    expect_clean(workspace);
+  }
+}
+
+TEST_F(WholeRun, PlanWithAMaterial_HandsItToEveryJob) {
+  std::vector<std::string> run = chain(this_capture(), root_ / "work");
+  run.insert(run.end(), {"--material", "denim"});
+  for (const nlohmann::json& job : planned_jobs(run, 2)) {
+    const auto command = job.at("command").get<std::vector<std::string>>();
+    const auto flag = std::find(command.begin(), command.end(), "--material");
+    ASSERT_NE(flag, command.end()) << job;
+    EXPECT_EQ(*(flag + 1), "denim") << job;
+  }
+  run.back() = "denimm";
+  run.at(1) = "plan";
+  const ChildResult result = run_child(run);
+  EXPECT_EQ(result.exit_code, 2) << result.out;
+  EXPECT_THAT(result.err, HasSubstr("denim"));
+}
+
+TEST_F(WholeRun, Workflow_GivesTheSameDigests) {
+  const std::string snakefile = (source_directory() / "workflow/Snakefile").string();
+  if (run_child({"snakemake", "--version"}).exit_code != 0) {
+    GTEST_SKIP() << "Snakemake is not installed";
+  }
+  const fs::path workspace = root_ / "it's a work";
+  const std::vector<std::string> run = chain(this_capture(), workspace);
+  std::string options;
+  for (std::size_t i = 4; i < run.size(); ++i) {
+    options += (i == 4 ? "" : " ") + run[i];
+  }
+  const std::vector<std::string> command = {"snakemake",
+                                            "--snakefile",
+                                            snakefile,
+                                            "--directory",
+                                            root_.path().string(),
+                                            "--cores",
+                                            "2",
+                                            "--config",
+                                            "capture=" + this_capture().string(),
+                                            "workspace=" + workspace.string(),
+                                            "program=" + program_path(),
+                                            "parts=3",
+                                            "threads=1",
+                                            "options=" + options};
+  const ChildResult result = run_child(command);
+  ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
+  EXPECT_EQ(digests(workspace), expected_);
+  EXPECT_TRUE(fs::exists(workspace / "report/index.html"));
+  const ChildResult again = run_child(command);
+  EXPECT_EQ(again.exit_code, 0) << again.err;
+  EXPECT_THAT(again.out + again.err, HasSubstr("Nothing to be done"));
+}
+
+TEST_F(WholeRun, WorkflowOption_GivesTheSameDigests) {
+  if (run_child({"snakemake", "--version"}).exit_code != 0) {
+    GTEST_SKIP() << "Snakemake is not installed";
+  }
+  const fs::path workspace = root_ / "yes: a \"work\"";
+  std::vector<std::string> run = chain(this_capture(), workspace);
+  run.insert(run.end(), {"--workflow", "local", "--threads", "2"});
+  const ChildResult result = run_child(run);
+  ASSERT_EQ(result.exit_code, 0) << result.out << result.err;
+  EXPECT_EQ(digests(workspace), expected_);
+  EXPECT_TRUE(fs::exists(workspace / "report/index.html"));
+}
+
+TEST_F(WholeRun, WorkflowOptionWithPartOfTheWork_IsRefused) {
+  for (const char* flag : {"--no-report", "--json"}) {
+    const ChildResult result =
+        run_child(chain(this_capture(), root_ / "work", {"--workflow", "local", flag}));
+    EXPECT_EQ(result.exit_code, 2) << result.out;
+    EXPECT_THAT(result.err, HasSubstr("--workflow"));
+  }
+}
+
+TEST_F(WholeRun, PartOfManyStages_IsRefused) {
+  for (const std::vector<std::string>& words :
+       {std::vector<std::string>{"--shard", "0/2"},
+        {"--shard", "0/2", "--from", "track"},
+        {"--shard", "0/2", "--from", "track", "--to", "track"},
+        {"--shard", "2/2", "--from", "reconstruct", "--to", "reconstruct"}}) {
+    const ChildResult result = run_child(chain(this_capture(), root_ / "work", words));
+    EXPECT_EQ(result.exit_code, 2) << result.out;
+    EXPECT_THAT(result.err, HasSubstr("shard"));
+    EXPECT_FALSE(fs::exists(root_ / "work"));
+  }
 }
 
 }  // namespace

@@ -296,6 +296,20 @@ TEST(C3d, NanCoordinates_AreUnseen) {
   EXPECT_TRUE(back.positions[4].row(7).isZero(0));
 }
 
+TEST(C3d, PointsThatAreNeverValid_AreReported) {
+  MarkerClip clip = fixtures::marked_person(fixtures::plug_in_gait_names()).clip;
+  const auto reported = [](const MarkerClip& back) {
+    return std::any_of(back.findings.begin(), back.findings.end(), [](const Finding& finding) {
+      return finding.code == "motion-markers-unseen";
+    });
+  };
+  EXPECT_FALSE(reported(written_c3d(clip)));
+  for (std::vector<bool>& seen : clip.seen) {
+    seen.assign(seen.size(), false);
+  }
+  EXPECT_TRUE(reported(written_c3d(clip)));
+}
+
 TEST(C3d, MarkerAtExactlyZero_IsUnseenWhereItIsElsewhereLater) {
   MarkerClip clip = long_trial(3);
   clip.positions[1].setZero();

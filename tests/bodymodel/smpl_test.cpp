@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <numbers>
 
 #include <gmock/gmock.h>
@@ -20,70 +19,15 @@
 #include "core/error.h"
 #include "core/io/npz.h"
 #include "core/random.h"
+#include "tests/bodymodel/smpl_arrays.h"
 #include "tests/support/places.h"
 
-namespace atelier {
+namespace atelier::fixtures {
 namespace {
 
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
-using Arrays = std::map<std::string, Tensor>;
-
-constexpr std::int64_t kVertices = 30;
-
-template <class T = float>
-Tensor random_tensor(Random& random, std::vector<std::int64_t> shape, double scale) {
-  std::int64_t count = 1;
-  for (const std::int64_t n : shape) {
-    count *= n;
-  }
-  std::vector<T> values(static_cast<std::size_t>(count));
-  for (T& value : values) {
-    value = static_cast<T>(scale * normal(random));
-  }
-  return tensor_of<T>(values, std::move(shape));
-}
-
-Tensor table_of(const std::vector<int>& parents) {
-  std::vector<std::uint32_t> values;
-  for (const int parent : parents) {
-    values.push_back(parent < 0 ? 4'294'967'295u : static_cast<std::uint32_t>(parent));
-  }
-  for (std::size_t j = 0; j < parents.size(); ++j) {
-    values.push_back(static_cast<std::uint32_t>(j));
-  }
-  return tensor_of<std::uint32_t>(values, {2, static_cast<std::int64_t>(parents.size())});
-}
-
-// A tiny file with the structure of one of the family: 30 vertices instead of thousands.
-Arrays smpl_arrays(std::int64_t joints, std::int64_t shapes, bool star = false) {
-  Random random{5};
-  Arrays arrays;
-  arrays["v_template"] = random_tensor(random, {kVertices, 3}, 0.3);
-  std::vector<std::uint32_t> faces;
-  for (std::uint32_t f = 0; f + 2 < kVertices; ++f) {
-    faces.insert(faces.end(), {f, f + 1, f + 2});
-  }
-  arrays["f"] = tensor_of<std::uint32_t>(faces, {kVertices - 2, 3});
-  arrays["shapedirs"] = random_tensor(random, {kVertices, 3, shapes}, 0.02);
-  arrays["posedirs"] =
-      random_tensor(random, {kVertices, 3, star ? 4 * (joints - 1) + 1 : 9 * (joints - 1)}, 0.01);
-  std::vector<float> regressor(static_cast<std::size_t>(joints * kVertices), 0);
-  std::vector<float> weights(static_cast<std::size_t>(joints * kVertices), 0);
-  for (std::int64_t j = 0; j < joints; ++j) {
-    regressor[static_cast<std::size_t>(j * kVertices + j % kVertices)] = 0.75f;
-    regressor[static_cast<std::size_t>(j * kVertices + (j + 7) % kVertices)] = 0.25f;
-  }
-  for (std::int64_t v = 0; v < kVertices; ++v) {
-    weights[static_cast<std::size_t>(v * joints + v % joints)] = 0.6f;
-    weights[static_cast<std::size_t>(v * joints + (v + 3) % joints)] = 0.4f;
-  }
-  arrays["J_regressor"] = tensor_of<float>(regressor, {joints, kVertices});
-  arrays["weights"] = tensor_of<float>(weights, {kVertices, joints});
-  arrays["kintree_table"] = table_of(smpl_parents(joints));
-  return arrays;
-}
 
 BodyModel read(const Arrays& arrays, const SmplOptions& options = {}) {
   return read_smpl(Npz(npz_bytes(arrays), "body.npz"), options).model;
@@ -94,6 +38,16 @@ TEST(Smpl, JointCount_TellsTheFamily) {
   EXPECT_EQ(read(smpl_arrays(52, 16)).name, "smplh");
   EXPECT_EQ(read(smpl_arrays(55, 20)).name, "smplx");
   EXPECT_EQ(read(smpl_arrays(24, 300, true)).name, "star");
+}
+
+TEST(Smpl, GenderInTheNameOfFileOrFolder_IsPartOfTheName) {
+  const std::vector<std::byte> bytes = npz_bytes(smpl_arrays(24, 10));
+  const auto named = [&](const char* file) { return read_smpl(Npz(bytes, file)).model.name; };
+  EXPECT_EQ(named("bodies/SMPL_FEMALE.npz"), "smpl_female");
+  EXPECT_EQ(named("male/model.npz"), "smpl_male");
+  EXPECT_EQ(named("male/SMPL_NEUTRAL.npz"), "smpl_neutral");
+  EXPECT_EQ(named("basicmodel_f_lbs_10_207_0_v1.1.0.npz"), "smpl_female");
+  EXPECT_EQ(named("m/malevolent_f.npz"), "smpl");
 }
 
 TEST(Smpl, JointTrees_MatchThePublishedOnes) {
@@ -257,18 +211,6 @@ TEST_P(SmplRefusal, SpoiledArray_IsRefusedWithWhatIsExpected) {
                                              HasSubstr(GetParam().message))));
 }
 
-Tensor zeros(std::vector<std::int64_t> shape) {
-  std::int64_t count = 1;
-  for (const std::int64_t n : shape) {
-    count *= n;
-  }
-  return tensor_of<float>(std::vector<float>(static_cast<std::size_t>(count)), std::move(shape));
-}
-
-float* floats(Tensor& tensor) {
-  return reinterpret_cast<float*>(tensor.data.data());
-}
-
 const SmplDamage kSmplDamages[] = {
     {"NoTemplate", [](Arrays& a) { a.erase("v_template"); }, "'v_template'", "missing"},
     {"NoWeights", [](Arrays& a) { a.erase("weights"); }, "'weights'", "missing"},
@@ -352,33 +294,10 @@ const SmplDamage kSmplDamages[] = {
 INSTANTIATE_TEST_SUITE_P(Files, SmplRefusal, ::testing::ValuesIn(kSmplDamages),
                          [](const auto& damage) { return std::string(damage.param.name); });
 
-Arrays amass_arrays(std::int64_t columns = 156) {
-  Random random{6};
-  Arrays arrays;
-  arrays["poses"] = random_tensor<double>(random, {4, columns}, 0.4);
-  arrays["trans"] = random_tensor<double>(random, {4, 3}, 1);
-  arrays["betas"] = random_tensor<double>(random, {16}, 1);
-  arrays["mocap_framerate"] = tensor_of<double>(std::vector<double>{120}, {});
-  return arrays;
-}
-
-MotionClip read_motion(const Arrays& arrays, const BodyModel* model = nullptr) {
-  return read_amass(Npz(npz_bytes(arrays), "walk_poses.npz"), model, {}, 'z');
-}
-
-// The tiny body in a T-pose, as the family's are: level arms.
-BodyModel t_posed(std::int64_t joints, std::int64_t shapes) {
-  BodyModel model = read(smpl_arrays(joints, shapes));
-  for (const char* name : {"left_elbow", "left_wrist", "right_elbow", "right_wrist"}) {
-    model.skeleton.offsets.row(find_joint(model.skeleton, name)) << 0.3, 0, 0;
-  }
-  return model;
-}
-
 TEST(Amass, WorldAxes_AreTurnedAndNothingElse) {
   const BodyModel model = t_posed(52, 16);
   const Arrays arrays = amass_arrays();
-  const MotionClip clip = read_motion(arrays, &model);
+  const MotionClip clip = read_amass_arrays(arrays, &model);
   EXPECT_EQ(clip.motion.fps, 120);
   const std::vector<double> poses = doubles_of(arrays.at("poses"));
   const std::vector<double> trans = doubles_of(arrays.at("trans"));
@@ -401,7 +320,7 @@ TEST(Amass, WorldAxes_AreTurnedAndNothingElse) {
 
 TEST(Amass, EveryPoseLayout_UsesAnAverageAdultSkeleton) {
   for (const std::int64_t columns : {72, 156, 165}) {
-    const MotionClip clip = read_motion(amass_arrays(columns));
+    const MotionClip clip = read_amass_arrays(amass_arrays(columns));
     EXPECT_EQ(clip.skeleton.names.size(), static_cast<std::size_t>(columns / 3));
     ASSERT_EQ(clip.findings.size(), 1u);
     EXPECT_EQ(clip.findings[0].code, "motion-skeleton");
@@ -411,7 +330,7 @@ TEST(Amass, EveryPoseLayout_UsesAnAverageAdultSkeleton) {
 
 TEST(Amass, StageIIArrays_GiveTheSameMotion) {
   Arrays arrays = amass_arrays(165);
-  const MotionClip whole = read_motion(arrays);
+  const MotionClip whole = read_amass_arrays(arrays);
   const std::vector<double> poses = doubles_of(arrays["poses"]);
   arrays.erase("poses");
   arrays["mocap_frame_rate"] = arrays["mocap_framerate"];
@@ -429,7 +348,7 @@ TEST(Amass, StageIIArrays_GiveTheSameMotion) {
   part("pose_jaw", 66, 3);
   part("pose_eye", 69, 6);
   part("pose_hand", 75, 90);
-  const MotionClip parts = read_motion(arrays);
+  const MotionClip parts = read_amass_arrays(arrays);
   EXPECT_EQ(parts.motion.poses[3].rotations, whole.motion.poses[3].rotations);
 }
 
@@ -437,7 +356,7 @@ TEST(Amass, MalformedFiles_AreRefused) {
   const auto refused = [](void (*spoil)(Arrays&), const char* where, const char* message) {
     Arrays arrays = amass_arrays();
     spoil(arrays);
-    EXPECT_THAT([&] { read_motion(arrays); },
+    EXPECT_THAT([&] { read_amass_arrays(arrays); },
                 ThrowsMessage<DataError>(
                     AllOf(HasSubstr("walk_poses.npz"), HasSubstr(where), HasSubstr(message))));
   };
@@ -464,8 +383,7 @@ TEST(Amass, StandingByYUp_IsDoubtedAndReadAsSaid) {
   arrays["poses"] = zeros({4, 156});
   const Npz npz(npz_bytes(arrays), "y_up.npz");
   const auto doubted = [](const MotionClip& clip) {
-    return std::any_of(clip.findings.begin(), clip.findings.end(),
-                       [](const Finding& f) { return f.code == "motion-up"; });
+    return finding_of(clip, "motion-up") != nullptr;
   };
   const auto head = [](const MotionClip& clip) -> Eigen::RowVector3d {
     const Points joints = forward_kinematics(clip.skeleton, clip.motion.poses[1]).positions;
@@ -474,13 +392,29 @@ TEST(Amass, StandingByYUp_IsDoubtedAndReadAsSaid) {
   const MotionClip lies = read_amass(npz);
   EXPECT_TRUE(doubted(lies));
   EXPECT_LT(head(lies).z(), -0.4);
-  const MotionClip stands = read_amass(npz, nullptr, {}, 'y');
+  const MotionClip stands = read_amass(npz, nullptr, {}, {.up = 'y'});
   EXPECT_FALSE(doubted(stands));
   EXPECT_GT(head(stands).y(), 0.4);
   const RowMatrix trans = matrix_of(arrays.at("trans"));
   EXPECT_NEAR((stands.motion.poses[1].root_translation - trans.row(1).transpose()).norm(), 0,
               1e-12);
-  EXPECT_FALSE(doubted(read_amass(npz, nullptr, {}, 'z')));
+  EXPECT_FALSE(doubted(read_amass(npz, nullptr, {}, {.up = 'z'})));
+}
+
+TEST(Amass, RotationsInDegrees_AreDoubted) {
+  const RowMatrix radians = matrix_of(amass_arrays().at("poses"));
+  const auto doubted = [&](double scale, double turns) {
+    Arrays arrays = amass_arrays();
+    RowMatrix poses = scale * radians;
+    poses.leftCols(3).array() += turns * 2 * std::numbers::pi;
+    arrays["poses"] = tensor_of_rows(poses);
+    return finding_of(read_amass_arrays(arrays), "motion-degrees") != nullptr;
+  };
+  constexpr double kDegrees = 180 / std::numbers::pi;
+  EXPECT_FALSE(doubted(1, 0));
+  EXPECT_FALSE(doubted(1, 5));  // somebody who has turned about several times
+  EXPECT_TRUE(doubted(kDegrees, 0));
+  EXPECT_TRUE(doubted(0.1 * kDegrees, 0));  // a person who hardly bends
 }
 
 TEST(Amass, BodyAtAShape_KeepsRotationsAndPath) {
@@ -488,10 +422,12 @@ TEST(Amass, BodyAtAShape_KeepsRotationsAndPath) {
   const Arrays arrays = amass_arrays(165);
   const Npz npz(npz_bytes(arrays), "walk_stageii.npz");
   const Eigen::VectorXd shape = neutral_shape(model);
-  const MotionClip clip = read_amass(npz, &model, shape, 'z');
+  const MotionClip clip = read_amass(npz, &model, shape, {.up = 'z'});
   EXPECT_EQ(clip.skeleton.offsets, shaped_skeleton(model, shape).offsets);
-  ASSERT_EQ(clip.findings.size(), 1u);  // of the file's betas
-  EXPECT_EQ(clip.findings[0].code, "motion-shape");
+  ASSERT_EQ(clip.findings.size(), 2u);  // 16 betas, of which the body is read with 10
+  EXPECT_EQ(clip.findings[0].code, "motion-betas");
+  EXPECT_THAT(clip.findings[0].what, HasSubstr("6 of its 16 betas are beyond the 10"));
+  EXPECT_EQ(clip.findings[1].code, "motion-shape");
   const RowMatrix poses = matrix_of(arrays.at("poses"));
   const RowMatrix trans = matrix_of(arrays.at("trans"));
   for (Index frame = 0; frame < 4; ++frame) {
@@ -509,7 +445,7 @@ TEST(Amass, BodyAtAShape_KeepsRotationsAndPath) {
 /// A body with the arrays of SMPL-X, 330 vertices and a path of 1.5 m, in files of AMASS' second
 /// stage: somebody who walks, and one who stands in a T-pose.
 TEST(Amass, StageIIFilesOnTheirOwnBody_AreExact) {
-  const std::filesystem::path files = fixtures::source_directory() / "tests/bodymodel/files";
+  const std::filesystem::path files = source_directory() / "tests/bodymodel/files";
   const BodyModel body = read_body_file(files / "smplx_like.npz").model;
   ASSERT_EQ(body.skeleton.names.size(), 55U);
   for (const std::string name : {"walk", "tpose"}) {
@@ -549,13 +485,14 @@ TEST(Amass, StageIIFilesOnTheirOwnBody_AreExact) {
 TEST(Amass, SiblingOfTheFamily_IsPosedByName) {
   const BodyModel model = t_posed(24, 10);  // without fingers
   const Arrays arrays = amass_arrays(156);
-  const MotionClip clip = read_motion(arrays, &model);
+  const MotionClip clip = read_amass_arrays(arrays, &model);
   ASSERT_EQ(clip.skeleton.names.size(), 24u);
   const RowMatrix poses = matrix_of(arrays.at("poses"));
   EXPECT_EQ(clip.motion.poses[2].rotations.row(21), (poses.block<1, 3>(2, 63)));
   EXPECT_TRUE(clip.motion.poses[2].rotations.bottomRows(2).isZero(0));
-  ASSERT_EQ(clip.findings.size(), 1u);
-  EXPECT_EQ(clip.findings[0].code, "motion-joints");
+  ASSERT_EQ(clip.findings.size(), 2u);
+  EXPECT_EQ(clip.findings[0].code, "motion-betas");
+  EXPECT_EQ(clip.findings[1].code, "motion-joints");
 }
 
 TEST(Amass, BodyOfAnotherFamily_IsNotTakenForOne) {
@@ -564,10 +501,10 @@ TEST(Amass, BodyOfAnotherFamily_IsNotTakenForOne) {
     model.skeleton.offsets.row(find_joint(model.skeleton, name)) << 0.2, -0.2, 0;
   }
   EXPECT_FALSE(is_smpl_skeleton(model.skeleton));
-  const MotionClip clip = read_motion(amass_arrays(72), &model);
+  const MotionClip clip = read_amass_arrays(amass_arrays(72), &model);
   ASSERT_EQ(clip.findings.size(), 1u);
   EXPECT_EQ(clip.findings[0].code, "motion-skeleton");
 }
 
 }  // namespace
-}  // namespace atelier
+}  // namespace atelier::fixtures

@@ -21,9 +21,9 @@ constexpr const char* kPrecompiled = "pipeline/precompiled.h";
 /// By level: each may include those of lower levels. The highest are not read.
 const std::map<std::string, int>& law_levels() {
   static const std::map<std::string, int> levels = {
-      {"core", 0},       {"capture", 1},    {"bodymodel", 1}, {"registration", 1},
-      {"simulation", 1}, {"appearance", 1}, {"pipeline", 2},  {"apps", 3},
-      {"tests", 4},      {"bench", 4},      {"examples", 4},  {"fuzz", 4}};
+      {"core", 0},       {"capture", 1},  {"bodymodel", 1}, {"registration", 1}, {"simulation", 1},
+      {"appearance", 1}, {"pipeline", 2}, {"apps", 3},      {"python", 3},       {"tests", 4},
+      {"bench", 4},      {"examples", 4}, {"fuzz", 4}};
   return levels;
 }
 

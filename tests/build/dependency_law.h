@@ -14,7 +14,7 @@ struct LawSource {
 
 /// What breaks the dependency law in a list of sources, a line each; empty if nothing does.
 ///
-///     core <- capture, bodymodel, registration, simulation, appearance <- pipeline <- apps
+///     core <- capture, bodymodel, registration, simulation, appearance <- pipeline <- apps, python
 ///
 /// - A file includes its own top folder and those to the left of it, by the full path; nothing
 ///   includes tests, bench, examples or fuzz, which may include everything.

@@ -176,7 +176,7 @@ TEST(Keypoints, SeveralPeople_RoundTrip) {
 TEST(Keypoints, Schemas_HaveTheirPointCountAndMirrors) {
   const std::map<std::string, std::size_t> sizes = {
       {"body_25", 25},  {"body_25b", 25},        {"coco_17", 17}, {"coco_18", 18},
-      {"halpe_26", 26}, {"coco_wholebody", 133}, {"coco_19", 19}};
+      {"halpe_26", 26}, {"coco_wholebody", 133}, {"coco_19", 19}, {"blazepose_33", 33}};
   EXPECT_EQ(keypoint_schema_names().size(), sizes.size());
   for (const auto& [name, size] : sizes) {
     const KeypointSchema& schema = keypoint_schema(name);
@@ -190,6 +190,8 @@ TEST(Keypoints, Schemas_HaveTheirPointCountAndMirrors) {
   EXPECT_EQ(find_keypoint(keypoint_schema("body_25b"), "right_heel"), 24);
   EXPECT_EQ(find_keypoint(keypoint_schema("halpe_26"), "right_big_toe"), 21);
   EXPECT_EQ(find_keypoint(keypoint_schema("coco_19"), "left_eye"), 15);
+  EXPECT_EQ(find_keypoint(keypoint_schema("blazepose_33"), "right_foot_index"), 32);
+  EXPECT_EQ(find_keypoint(keypoint_schema("blazepose_33"), "right_ear"), 8);
 }
 
 TEST(Keypoints, Points3d_ReadBackInDatasetFrame) {

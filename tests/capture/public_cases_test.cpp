@@ -251,6 +251,53 @@ TEST(PublicCases, ViewRotationOfQualisys_IsNamedAndCanBeCorrected) {
                          DataError, "0, 90, 180 or 270");
 }
 
+// Half a turn keeps the size of the images, so that no size tells whether they were turned.
+TEST(PublicCases, ViewRotationByHalf_IsAnErrorUntilItIsSaid) {
+  std::string text =
+      read_file_text(case_folder("27-qualisys-viewrotation") / "qtm.qca.txt", 1 << 20);
+  for (const char* quarter : {"viewrotation=\"90\"", "viewrotation=\"270\""}) {
+    text.replace(text.find(quarter), std::string(quarter).size(), "viewrotation=\"180\"");
+  }
+  fixtures::TemporaryDirectory folder;
+  fs::create_directories(folder / "calibration");
+  write_file_atomically(folder / "calibration" / "qtm.qca.txt", text);
+  for (const char* id : {"26578", "26579", "26580", "26581"}) {
+    fs::create_directories(folder / "images" / id);
+    write_image(folder / "images" / id / "000001.png", ByteImage(1920 / 8, 1088 / 8, 1));
+  }
+  const auto opened = [&](const std::string& turned) {
+    DatasetOptions options;
+    options.corrections.turned = turned;
+    return open_dataset(folder.path(), options);
+  };
+  const Dataset unsaid = opened("");
+  std::vector<std::string> named;
+  for (const Finding& finding : unsaid.findings) {
+    if (finding.code == "image-turned") {
+      EXPECT_EQ(finding.severity, Severity::Error);
+      EXPECT_THAT(finding.what, HasSubstr("viewrotation"));
+      EXPECT_THAT(finding.advice, HasSubstr("say --capture.turned " + finding.place + "=180"));
+      EXPECT_THAT(finding.advice, HasSubstr("--capture.turned " + finding.place + "=0"));
+      named.push_back(finding.place);
+    }
+  }
+  EXPECT_EQ(named, (std::vector<std::string>{"26578", "26579"}));
+  const Dataset turned = opened("26578=180,26579=180");
+  const Dataset left = opened("26578=0,26579=0");
+  for (std::size_t c = 0; c < 2; ++c) {
+    const Camera& there = unsaid.cameras[c];
+    const Eigen::Vector3d point =
+        camera_center(there) +
+        there.camera_from_world_rotation.transpose() * Eigen::Vector3d(0.3, -0.2, 3);
+    const Eigen::Vector2d pixel = *project(there, point);
+    const Eigen::Vector2d half = *project(turned.cameras[c], point);
+    EXPECT_NEAR(half.x(), 240 - pixel.x(), 1e-9);
+    EXPECT_NEAR(half.y(), 136 - pixel.y(), 1e-9);
+    EXPECT_LT((*project(left.cameras[c], point) - pixel).norm(), 1e-9);
+  }
+  EXPECT_EQ(finding_of(left.findings, "image-turned"), nullptr);
+}
+
 TEST(TurnedCamera, Pixels_AreThoseOfTheTurnedImage) {
   Camera camera;
   camera.width = 640;
@@ -341,7 +388,8 @@ TEST(PublicCases, ExifOrientation_IsNamedAndCanBeCorrected) {
   const Dataset tried = without_wrong_corrections(reopen({{"turned", "all=90"}}), reopen);
   finding = finding_of(tried.findings, "correction-wrong");
   ASSERT_NE(finding, nullptr);
-  EXPECT_THAT(finding->what, HasSubstr("--capture.turned all=90 makes it worse: 3 errors"));
+  EXPECT_THAT(finding->what,
+              HasSubstr("--capture.turned all=90 makes it worse: the calibration has 3 errors"));
   EXPECT_THAT(finding->advice, HasSubstr("say --capture.turned all=270 instead"));
   EXPECT_EQ(finding_of(tried.findings, "image-turned"), nullptr);
   // Of the calibration's size: read as stored, and said.
@@ -629,6 +677,35 @@ TEST(FrameNames, CameraNumberLast_IsNotTheFrames) {
   ASSERT_EQ(files.size(), 2U);
   EXPECT_TRUE(files.contains(7));
   EXPECT_TRUE(files.contains(9));
+}
+
+TEST(FrameNames, CounterThatBeginsAgain_GoesOn) {
+  const auto numbers_of = [](const std::vector<std::string>& names) {
+    const fixtures::TemporaryDirectory folder;
+    for (const std::string& name : names) {
+      write_image(folder / name, ByteImage(4, 4, 1));
+    }
+    std::vector<int> numbers;
+    for (const auto& [number, place] : numbered_files(folder.path())) {
+      numbers.push_back(number);
+    }
+    return numbers;
+  };
+  using Numbers = std::vector<int>;
+  // Cameras of three makers: four digits, five of which the first stays 0, from 0 or from 1.
+  EXPECT_EQ(numbers_of({"IMG_9998.png", "IMG_9999.png", "IMG_0001.png", "IMG_0002.png"}),
+            (Numbers{9998, 9999, 10001, 10002}));
+  EXPECT_EQ(numbers_of({"DSC09998.png", "DSC09999.png", "DSC00000.png", "DSC00001.png"}),
+            (Numbers{9998, 9999, 10000, 10001}));
+  EXPECT_EQ(numbers_of({"f99998.png", "f99999.png", "f00000.png", "f00001.png"}),
+            (Numbers{99998, 99999, 100000, 100001}));
+  // No counter that begins again: a part of the middle is there, or the end is not.
+  EXPECT_EQ(numbers_of({"a0000.png", "a0001.png", "a5000.png", "a9998.png", "a9999.png"}),
+            (Numbers{0, 1, 5000, 9998, 9999}));
+  EXPECT_EQ(numbers_of({"a0000.png", "a0001.png", "a9997.png", "a9998.png"}),
+            (Numbers{0, 1, 9997, 9998}));
+  EXPECT_EQ(numbers_of({"a000.png", "a001.png", "a998.png", "a999.png"}),
+            (Numbers{0, 1, 998, 999}));
 }
 
 TEST(FrameNames, CameraNumberLastInPosedImages_MakesCamerasNotFrames) {

@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "capture/linear_triangulation.h"
 #include "core/error.h"
 #include "core/random.h"
 #include "tests/capture/circle_of_cameras.h"
@@ -136,6 +137,71 @@ TEST(TriangulatePoint, OneViewOrParallelRays_GiveNoPoint) {
   Keypoints2d same(2, 3);
   same << 400, 500, 1, 400, 500, 1;
   EXPECT_EQ(triangulate_point(twins, same).confidence, 0);
+}
+
+TEST(LinearPoints, ExactDetections_GiveTheExactPoints) {
+  std::vector<Camera> cameras = circle_of_cameras({.count = 5});
+  cameras[1].distortion_model = Distortion::Brown;
+  cameras[1].distortion = {-0.1, 0.02, 0.001, -0.002};
+  cameras[2].distortion_model = Distortion::Fisheye;
+  cameras[2].distortion = {0.05, -0.01};
+  const Points truth = person(0);
+  std::vector<Keypoints2d> detections;
+  for (const Camera& camera : cameras) {
+    detections.push_back(exact(camera, truth));
+  }
+  detections[0](3, 2) = 0;
+  detections[0].row(3).head<2>().setConstant(-1e6);  // not seen, so of no account
+  EXPECT_LT((linear_points(cameras, detections) - truth).rowwise().norm().maxCoeff(), 1e-9);
+}
+
+TEST(LinearPoints, NoisyDetections_HaveTheLeastSquaresOfPixels) {
+  const std::vector<Camera> cameras = circle_of_cameras({.count = 6});
+  const Points truth = person(0);
+  Random random{5, 0, 0};
+  std::vector<Keypoints2d> detections;
+  for (const Camera& camera : cameras) {
+    detections.push_back(exact(camera, truth));
+    for (Index k = 0; k < truth.rows(); ++k) {
+      detections.back().row(k) << detections.back()(k, 0) + normal(random),
+          detections.back()(k, 1) + normal(random), uniform(random, 0.2, 1);
+    }
+  }
+  const auto squares = [&](Index k, const Eigen::Vector3d& point) {
+    double sum = 0;
+    for (std::size_t c = 0; c < cameras.size(); ++c) {
+      const Eigen::RowVector2d off =
+          project(cameras[c], point)->transpose() - detections[c].row(k).head<2>();
+      sum += detections[c](k, 2) * detections[c](k, 2) * off.squaredNorm();
+    }
+    return sum;
+  };
+  const Points found = linear_points(cameras, detections);
+  for (Index k = 0; k < truth.rows(); ++k) {
+    const double least = squares(k, found.row(k).transpose());
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const double step : {-1e-3, 1e-3}) {
+        const Eigen::Vector3d beside =
+            found.row(k).transpose() + step * Eigen::Vector3d::Unit(axis);
+        EXPECT_LT(least, squares(k, beside)) << k;
+      }
+    }
+  }
+}
+
+TEST(LinearPoints, OneViewOrParallelRays_GiveNoPoint) {
+  std::vector<Camera> cameras = circle_of_cameras({.count = 2});
+  const Points truth = person(0);
+  std::vector<Keypoints2d> detections = {exact(cameras[0], truth), exact(cameras[1], truth)};
+  detections[1](4, 2) = 0;
+  const Points found = linear_points(cameras, detections);
+  EXPECT_TRUE(found.row(4).array().isNaN().all());
+  EXPECT_TRUE(found.row(5).allFinite());
+  cameras[1] = cameras[0];
+  detections[1] = detections[0];
+  EXPECT_TRUE(linear_points(cameras, detections).array().isNaN().all());
+  detections.pop_back();
+  EXPECT_THROW(linear_points(cameras, detections), LogicError);
 }
 
 TEST(Triangulate, NoisyDetections_StayWithinTarget) {

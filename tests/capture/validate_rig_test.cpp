@@ -14,6 +14,7 @@
 #include "capture/check_keypoints.h"
 #include "capture/check_labels.h"
 #include "capture/layouts/open_dataset.h"
+#include "capture/sentence.h"
 #include "capture/settle_advice.h"
 #include "capture/validate.h"
 #include "core/usage_error.h"
@@ -72,6 +73,43 @@ TEST_F(SmallRig, HeldOutFrames_MustLeaveSome) {
     }
   });
   ASSERT_NE(finding_named(validated(capture()), "frames-held-out"), nullptr);
+}
+
+TEST_F(SmallRig, HeldOutFrames_LeaveSomeOfEverySequence) {
+  write();
+  set_info([](CaptureInfo& info) {
+    CaptureSequence other = info.sequences.front();
+    other.name = "other";
+    other.frame_ids = {info.sequences.front().frame_ids.back()};
+    info.sequences.front().frame_ids.pop_back();
+    info.held_out_frames = other.frame_ids;
+    info.sequences.push_back(std::move(other));
+  });
+  const auto findings = validated(capture());
+  EXPECT_EQ(finding_named(findings, "frames-held-out"), nullptr);
+  const Finding* finding = finding_named(findings, "sequence-held-out");
+  ASSERT_NE(finding, nullptr);
+  EXPECT_THAT(finding->what, HasSubstr("the sequence other"));
+}
+
+TEST_F(SmallRig, CamerasThatCountTheirOwnFrames_AreToldWithTheShift) {
+  write();
+  for (const int camera : {1, 2}) {
+    std::vector<fs::path> files;
+    for (const auto& entry :
+         fs::directory_iterator(capture() / "images" / ("0" + std::to_string(camera)))) {
+      files.push_back(entry.path());
+    }
+    for (const fs::path& file : files) {
+      const int number = std::stoi(file.stem().string()) + 100 * camera;
+      fs::rename(file, file.parent_path() / sentence("%06d.png", number));
+    }
+  }
+  const auto findings = validated(capture());
+  const Finding* finding = finding_named(findings, "frames-apart");
+  ASSERT_NE(finding, nullptr);
+  EXPECT_EQ(finding->severity, Severity::Error);
+  EXPECT_EQ(finding->setting, "--capture.sync 01=-100,02=-200");
 }
 
 TEST_F(SmallRig, HeldOutCameras_MustExistAndLeaveSome) {

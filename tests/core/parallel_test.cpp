@@ -1,12 +1,15 @@
 #include "core/parallel.h"
 
 #include <atomic>
+#include <functional>
 #include <numeric>
 #include <stdexcept>
+#include <thread>
 
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "core/loop_check.h"
 #include "core/random.h"
 
 namespace atelier {
@@ -84,6 +87,29 @@ TEST(Parallel, SetThreadCount_IsReturned) {
 }
 
 // Known answers of Philox4x32-10: Random123's kat_vectors.
+TEST(LoopCheck, CheckThrows_EndsLoopsOfItsThreadAndNoOther) {
+  struct Stop {};
+  int asked = 0;
+  const std::function<void()> check = [&] {
+    if (++asked > 3) {
+      throw Stop{};
+    }
+  };
+  std::atomic<int> done{0};
+  const auto loop = [&] { parallel_for(1000, 1, [&](Index, Index) { ++done; }); };
+  {
+    const LoopCheck checked(check);
+    EXPECT_THROW(
+        while (true) { loop(); }, Stop);
+    const int before = asked;
+    std::thread(loop).join();
+    EXPECT_EQ(asked, before);
+  }
+  const int before = asked;
+  EXPECT_NO_THROW(loop());
+  EXPECT_EQ(asked, before);
+}
+
 TEST(Random, Philox_MatchesPublishedKnownAnswers) {
   const RandomWords zero = random_words(0, 0, 0);
   EXPECT_EQ(zero.word[0], 0x6627e8d5U);

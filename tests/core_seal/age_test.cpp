@@ -215,6 +215,72 @@ TEST(AgeStream, ChunksExchangedDoubledOrMissing_AreRefused) {
   }
 }
 
+// From the second chunk on they are opened ahead, 32 at a time, on several threads.
+TEST(AgeStream, ManyChunks_ComeInTheirOrder) {
+  const Identity one = new_identity();
+  for (const std::size_t size :
+       {33 * kChunk - 1, 33 * kChunk, 33 * kChunk + 1, 65 * kChunk, 300 * kChunk + 17}) {
+    const std::string plain = plain_text(size);
+    EXPECT_TRUE(opened(sealed(plain, to({&one})), keys_of(one)) == plain) << size;
+  }
+}
+
+TEST(AgeStream, DamageInAnyOfManyChunks_IsRefused) {
+  const Identity one = new_identity();
+  const std::string file = sealed(plain_text(140 * kChunk), to({&one}));
+  const std::size_t start = age_header_size(file) + 16;
+  const std::size_t chunk = kChunk + 16;
+  for (const std::size_t i : {0, 1, 31, 32, 33, 64, 65, 66, 100, 138, 139}) {
+    std::string wrong = file;
+    wrong[start + i * chunk + 7] ^= 1;
+    EXPECT_THAT(refusal(wrong, keys_of(one)), HasSubstr("chunk " + std::to_string(i))) << i;
+    EXPECT_THAT(refusal(file.substr(0, start + i * chunk), keys_of(one)), HasSubstr("cut off"));
+    EXPECT_NE(refusal(file.substr(0, start + i * chunk + 1), keys_of(one)), "opened") << i;
+    wrong = file;
+    wrong.erase(start + i * chunk, chunk);
+    EXPECT_NE(refusal(wrong, keys_of(one)), "opened") << i;
+  }
+}
+
+TEST(AgeStream, ReaderThatRefused_GivesNothingMore) {
+  const Identity one = new_identity();
+  for (const std::size_t chunks : {1, 100}) {
+    std::string file = sealed(plain_text(chunks * kChunk), to({&one}));
+    file.back() ^= 1;
+    std::size_t at = 0;
+    AgeReader reader(
+        [&](std::span<std::uint8_t> buffer) {
+          const std::size_t count = std::min(buffer.size(), file.size() - at);
+          std::copy_n(file.begin() + static_cast<std::ptrdiff_t>(at), count, buffer.begin());
+          at += count;
+          return count;
+        },
+        keys_of(one), "a.sealed");
+    std::vector<std::uint8_t> all(chunks * kChunk + 1);
+    EXPECT_THROW(reader.read(all), DataError);
+    EXPECT_THROW(reader.read(all), DataError) << "and not an end";
+  }
+}
+
+TEST(AgeStream, SourceThatFails_IsToldToWhoeverReads) {
+  const Identity one = new_identity();
+  const std::string file = sealed(plain_text(100 * kChunk), to({&one}));
+  std::size_t at = 0;
+  AgeReader reader(
+      [&](std::span<std::uint8_t> buffer) {
+        if (at > 70 * kChunk) {
+          throw EnvironmentError("a disk", "fails");
+        }
+        const std::size_t count = std::min(buffer.size(), file.size() - at);
+        std::copy_n(file.begin() + static_cast<std::ptrdiff_t>(at), count, buffer.begin());
+        at += count;
+        return count;
+      },
+      keys_of(one), "a.sealed");
+  std::vector<std::uint8_t> all(100 * kChunk);
+  EXPECT_THROW(reader.read(all), EnvironmentError);
+}
+
 TEST(AgeStream, StanzaOfAnotherKind_IsPassedOver) {
   const Identity one = new_identity();
   EXPECT_THAT(refusal("age-encryption.org/v1\n-> ssh-ed25519 abc\nAAAA\n--- "

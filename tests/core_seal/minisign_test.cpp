@@ -123,7 +123,9 @@ TEST_F(MinisignJudge, SignedByMinisign_IsAcceptedHere) {
     EXPECT_THAT(check_signature(kText, read("text.minisig"), key, "s"), HasSubstr("file:text"));
     EXPECT_THAT(refusal("x", read("text.minisig"), key), HasSubstr("not of this text"));
   }
-  EXPECT_THAT(read("k.pub"), HasSubstr(key_id_text(key.id)));
+  std::string id = key_id_text(key.id);
+  id.erase(0, id.find_first_not_of('0'));  // minisign writes none of the zeros before
+  EXPECT_THAT(read("k.pub"), HasSubstr(id));
   EXPECT_EQ(parse_signing_key(read("k.key"), Secret(), "k.key").key, key);
 }
 

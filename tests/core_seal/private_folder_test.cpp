@@ -110,6 +110,15 @@ TEST(PrivateFolder, EndOfScope_RemovesIt) {
   EXPECT_FALSE(fs::exists(place));
 }
 
+TEST(PrivateFolder, TemporaryFilesOfTheProcess_LieInIt) {
+  const fs::path before = fs::temp_directory_path();
+  {
+    const PrivateFolder folder(false);
+    EXPECT_EQ(fs::temp_directory_path(), folder.path());
+  }
+  EXPECT_EQ(fs::temp_directory_path(), before);
+}
+
 TEST(Secret, Memory_IsLockedAndLeftOutOfDumps) {
   const Secret secret(bytes_of("0123456789"));
   // The flags of its pages: lo: locked, dd: not in core dumps.

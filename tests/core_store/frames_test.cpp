@@ -21,6 +21,7 @@
 namespace atelier::fixtures {
 namespace {
 
+using ::testing::Each;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
@@ -647,6 +648,31 @@ TEST_F(SideBySide, ManyShardsInThreads_CommitOnce) {
   EXPECT_EQ(
       status_of(workspace_status(kTestStages, root_ / "work", Check::Digests), "frames").state,
       StageStatus::State::Done);
+}
+
+TEST_F(SideBySide, ShardsOfNoFrames_CommitOnce) {
+  behaviour().frame_ids.clear();
+  constexpr int kShards = 4;
+  for (int round = 0; round < 25; ++round) {
+    SCOPED_TRACE(round);
+    std::vector<std::string> problems(kShards);
+    std::vector<std::thread> threads;
+    for (int i = 0; i < kShards; ++i) {
+      threads.emplace_back([&, i] {
+        try {
+          run(request(shard(i, kShards)));
+        } catch (const std::exception& error) {
+          problems[static_cast<std::size_t>(i)] = error.what();
+        }
+      });
+    }
+    for (std::thread& thread : threads) {
+      thread.join();
+    }
+    EXPECT_THAT(problems, Each(IsEmpty()));
+    EXPECT_EQ(run(request()).end, End::AlreadyDone);
+    std::filesystem::remove_all(root_ / "work");
+  }
 }
 
 TEST_F(SideBySide, Status_ShowsRunningStageAndItsFrames) {

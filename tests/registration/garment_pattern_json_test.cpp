@@ -44,6 +44,31 @@ std::string replaced(const std::string& from, const std::string& to) {
   return text;
 }
 
+TEST(GarmentPatternJson, CurvatureOfTheOtherKind_IsRefusedWithItsName) {
+  ATELIER_EXPECT_REFUSED(parse(replaced("[0.5, -0.1]", "[44, 15]")), DataError,
+                         "as curvature_coords \"absolute\" makes of these numbers");
+  std::string absolute = replaced("\"relative\"", "\"absolute\"");
+  for (std::size_t at; (at = absolute.find("[0.5, -0.1]")) != std::string::npos;) {
+    absolute.replace(at, 11, "[44, 15]");
+  }
+  EXPECT_EQ(parse(absolute).panels.size(), 2U);
+  // A small number in centimetres may be a place; far from an edge it is a share of it.
+  std::string shares = replaced("\"relative\"", "\"absolute\"");
+  for (const char* corner : {"[40, 0]", "[40, 30]", "[0, 0]", "[0, 30]"}) {
+    const std::string from = corner;
+    for (std::size_t at = 0; (at = shares.find(from, at)) != std::string::npos; at += 4) {
+      shares.insert(at + 1, "3");
+    }
+  }
+  ATELIER_EXPECT_REFUSED(parse(shares), DataError, "edge lengths away");
+}
+
+TEST(GarmentPatternJson, OutlineLikeAnEight_IsSaidToCrossItself) {
+  ATELIER_EXPECT_REFUSED(parse(replaced("[[0, 0], [40, 0], [40, 30], [0, 30]]",
+                                        "[[0, 0], [40, 0], [0, 30], [40, 30]]")),
+                         DataError, "crosses itself");
+}
+
 TEST(GarmentPatternJson, UnitsCurvesAndStitches_AreRead) {
   const SewingPattern pattern = parse(good());
   ASSERT_EQ(pattern.panels.size(), 2U);

@@ -12,6 +12,7 @@
 
 #include "core/cross.h"
 #include "core/error.h"
+#include "registration/drafting/draft_pattern.h"
 #include "registration/flattening/flat_overlaps.h"
 #include "registration/flattening/pattern_pieces.h"
 #include "tests/registration/cut_fixtures.h"

@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "registration/drafting/draft_pattern.h"
 #include "registration/flattening/flat_overlaps.h"
 #include "registration/flattening/flat_pattern.h"
 #include "registration/flattening/flatten_panel.h"
@@ -66,7 +67,8 @@ TEST(LayOutPattern, Pieces_LieApartOnTheFabric) {
 TEST(PatternSvg, Svg_IsAtTrueScale) {
   const PatternLayout layout = dress_layout();
   const fixtures::ReadSvg svg = fixtures::read_svg(pattern_svg(layout, "a <dress> & \"more\""));
-  EXPECT_THAT(svg.layers, ElementsAre("cut", "sew", "grain", "notches", "text", "scale"));
+  EXPECT_THAT(svg.layers,
+              ElementsAre("cut", "sew", "grain", "fold", "notches", "text", "names", "scale"));
   EXPECT_NEAR(svg.width, 1000 * layout.width + 40, 1e-3);
   EXPECT_NEAR(std::abs(fixtures::area_of(svg.paths.at("square-100mm"))), 1e4, 1e-2);
   for (const PatternPiece& piece : layout.pieces) {

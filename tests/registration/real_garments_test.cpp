@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "core/io/mesh_file.h"
+#include "registration/drafting/draft_pattern.h"
 #include "registration/edge_paths.h"
 #include "registration/flattening/cut_to_disks.h"
 #include "registration/flattening/find_seams.h"

@@ -25,7 +25,7 @@ TEST(TrackingFailure, FramesWithTrackingFailure_GiveOneFinding) {
   frames[3] = {13, 0.96, 0};     // the template's
   frames[5] = {15, 0.9, 0.8};    // followed
   frames[7] = {17, 0.74, 0};     // without images
-  frames[11] = {21, 0.9, 0.49};  // slid
+  frames[11] = {21, 0.9, 0.39};  // slid
   const auto finding = tracking_failure("dress", frames);
   ASSERT_TRUE(finding);
   EXPECT_EQ(finding->severity, Severity::Warning);

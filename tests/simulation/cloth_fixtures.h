@@ -188,6 +188,8 @@ class Tenths {
     double& most = most_[static_cast<std::size_t>(10LL * frame / frames_)];
     most = std::max(most, value);
   }
+  /// Of each tenth, for a run that goes on another day.
+  std::array<double, 10>& most() { return most_; }
   double early() const { return *std::max_element(most_.begin(), most_.begin() + 5); }
   double late() const { return *std::max_element(most_.begin() + 5, most_.end()); }
   std::string text() const {

@@ -2,13 +2,18 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <iostream>
 #include <memory>
 #include <numbers>
 #include <string>
 
 #include <gtest/gtest.h>
 
+#include "core/archive.h"
 #include "core/random.h"
+#include "simulation/cloth_state_archive.h"
 #include "simulation/contact/crossings.h"
 #include "simulation/projective/projective.h"
 #include "simulation/solver.h"
@@ -372,6 +377,58 @@ TEST(ContactGuard, Crossings_DoNotGrowOver600Frames) {
   }
 }
 
+/// Where a course of many frames is, and what it found. In scripts/soak, where ATELIER_SOAK_KEEP
+/// names a folder, it is kept there every 500 frames and said; the same command goes on from there.
+struct KeptCourse {
+  std::filesystem::path file;  ///< empty: nothing is kept
+  int frame = 0;               ///< of all courses
+  ClothState state;            ///< at its start
+  double deepest = 0;          ///< m
+  fixtures::Tenths strain, crossings;
+
+  KeptCourse(const std::string& name, int frames, Index vertices)
+      : strain(frames), crossings(frames) {
+    const char* folder = fixtures::soaking() ? std::getenv("ATELIER_SOAK_KEEP") : nullptr;
+    if (folder == nullptr) {
+      return;
+    }
+    file = std::filesystem::path(folder) / (name + "_" + std::to_string(frames) + ".h5");
+    if (!std::filesystem::exists(file)) {
+      return;
+    }
+    Archive archive = read_archive(file, "atelier.cloth_state", 1);
+    visit_numbers([&](const std::string& of, double& value) {
+      value = archive.numbers.at(of);
+      archive.numbers.erase(of);
+    });
+    state = cloth_state_of(archive, vertices, file.string());
+  }
+
+  void keep(int done, const ClothState& now) {
+    frame = done;
+    if (file.empty() || done % 500 != 0) {
+      return;
+    }
+    Archive archive = archive_of(now);
+    visit_numbers([&](const std::string& of, double& value) { archive.numbers[of] = value; });
+    write_archive(file, archive);
+    std::cout << file.stem().string() << ": " << done << " frames, deepest " << deepest
+              << " m, crossings " << crossings.text() << std::endl;
+  }
+
+  template <class Visit>
+  void visit_numbers(const Visit& visit) {
+    double done = frame;
+    visit("done", done);
+    frame = static_cast<int>(done);
+    visit("deepest", deepest);
+    for (std::size_t k = 0; k < strain.most().size(); ++k) {
+      visit("strain_" + std::to_string(k), strain.most()[k]);
+      visit("crossings_" + std::to_string(k), crossings.most()[k]);
+    }
+  }
+};
+
 /// A skirt in extreme motion, for as long as anyone likes: 300 frames here, 100,000 in
 /// scripts/soak.
 void survive_extreme_motion(const std::string& solver_name, Device device) {
@@ -386,12 +443,14 @@ void survive_extreme_motion(const std::string& solver_name, Device device) {
       fixtures::soaking() ? std::vector<double>{0, 3.1, 7.7, 12.9} : std::vector<double>{0, 7.7};
   const int all_frames = fixtures::frames_or_soak(300);
   const int frames = all_frames / static_cast<int>(starts.size());
-  fixtures::Tenths strain(all_frames);
-  fixtures::Tenths crossings(all_frames);
-  double deepest = 0;
-  int frame = 0;
-  for (double start : starts) {
-    const Kicks kicks(start);
+  const std::string of = solver_name + "_" + device_name(device);
+  KeptCourse course(of, all_frames, cloth.rest_positions.rows());
+  for (std::size_t c = 0; c < starts.size(); ++c) {
+    const int first = static_cast<int>(c) * frames;
+    if (course.frame >= first + frames) {
+      continue;  // done another day
+    }
+    const Kicks kicks(starts[c]);
     SolverOptions options;
     options.name = solver_name;
     options.self_contact = true;
@@ -399,22 +458,27 @@ void survive_extreme_motion(const std::string& solver_name, Device device) {
         create_solver({cloth, kicks.body.faces}, options, device);
     ClothState state = rest_state(cloth);
     state.positions = kicks.placed(state.positions, 0);
-    solver->set_state(state);
-    for (int i = 0; i < frames; ++i, ++frame) {
+    solver->set_state(course.frame > first ? course.state : state);
+    for (int i = course.frame - first; i < frames; ++i) {
       Control control;
       control.body_start = kicks.at(i);
       control.body_end = kicks.at(i + 1);
       control.pin_targets = kicks.placed(cloth.rest_positions, i + 1);
-      strain.add(frame, solver->step(control).strain_p95);
+      course.strain.add(first + i, solver->step(control).strain_p95);
+      const ClothState now = solver->state();
       if (i % 10 == 9) {
-        const Points x = solver->state().positions;
-        crossings.add(frame, count_crossings(x, cloth.faces));
-        deepest = std::max(
-            deepest, fixtures::contact_guard(x, control.body_end, kicks.body.faces, 2e-3).deepest);
+        course.crossings.add(first + i, count_crossings(now.positions, cloth.faces));
+        course.deepest = std::max(
+            course.deepest,
+            fixtures::contact_guard(now.positions, control.body_end, kicks.body.faces, 2e-3)
+                .deepest);
       }
+      course.keep(first + i + 1, now);
     }
   }
-  EXPECT_LT(deepest, kDeepest);
+  const fixtures::Tenths& strain = course.strain;
+  const fixtures::Tenths& crossings = course.crossings;
+  EXPECT_LT(course.deepest, kDeepest);
   EXPECT_LT(std::max(strain.early(), strain.late()), 0.3);
   // Where the leg squeezes folds against the hip, which it overlaps, the body may win; such
   // crossings come apart within a few frames.
@@ -423,10 +487,9 @@ void survive_extreme_motion(const std::string& solver_name, Device device) {
   if (all_frames >= 2000) {
     EXPECT_LE(crossings.late(), 1.5 * crossings.early() + 10) << "crossings must not grow";
   }
-  const std::string of = solver_name + "_" + device_name(device);
   ::testing::Test::RecordProperty("crossings_by_tenth_" + of, crossings.text());
   ::testing::Test::RecordProperty("strain_by_tenth_" + of, strain.text());
-  ::testing::Test::RecordProperty("deepest_" + of, std::to_string(deepest));
+  ::testing::Test::RecordProperty("deepest_" + of, std::to_string(course.deepest));
 }
 
 TEST(ContactGuard, Skirt_SurvivesExtremeMotion) {

@@ -16,6 +16,7 @@
 #include "core/random.h"
 #include "simulation/cloth/attached_position.h"
 #include "simulation/projective/cholesky.h"
+#include "simulation/projective/elastic_math.h"
 #include "simulation/projective/elastic_rows.h"
 #include "simulation/projective/panel_products.h"
 #include "tests/simulation/elastica.h"
@@ -289,7 +290,9 @@ TEST(ElasticRows, Forces_AreTheGradientOfTheEnergy) {
           const double off = norm(value) - rows.spring_rest[r];
           sum += 0.5 * row.stiffness * off * off;
         } else if (static_cast<int>(r) < rows.yarn_begin) {
-          sum += 0.5 * row.stiffness * squared_norm(value);
+          // An angle's square is t + t^2 / 12 + t^3 / 90 + ...
+          const double t = squared_norm(value);
+          sum += 0.5 * row.stiffness * t * (1 + t / 12 + t * t / 90);
         } else if ((static_cast<int>(r) - rows.yarn_begin) % 2 == 0) {
           const auto& moduli = rows.yarn_moduli[(r - rows.yarn_begin) / 2];
           Vec3d weft{};
@@ -470,14 +473,30 @@ TEST(ElasticRows, Bend_MeasuresTheAngle) {
       (cloth.rest_positions.row(hinge.edge1).transpose() - e0).normalized();
   for (const double angle : {0.0, 0.1, 1.0, 2.5}) {
     Vec3d value{};
+    std::vector<Vec4<double>> x(4);
     for (int k = 0; k < 4; ++k) {
       Eigen::Vector3d p = cloth.rest_positions.row(row.particle[k]).transpose();
       if (row.particle[k] == hinge.left) {
         p = e0 + Eigen::AngleAxisd(angle, axis) * (p - e0);
       }
+      x[row.particle[k]] = {p.x(), p.y(), p.z(), 0};
       value += row.weight[k] * Vec3d{p.x(), p.y(), p.z()};
     }
     EXPECT_NEAR(norm(value), 2 * std::sin(angle / 2), 1e-12) << angle;
+    // The row's length changes by cos(angle / 2) of the angle.
+    const double turned = 2 * std::sin(angle / 2);
+    const auto pull = [&](double rest) {
+      return norm(bend_force(row, rest, 0, x.data(), nullptr));
+    };
+    const double expected = hinge.stiffness * angle / std::cos(angle / 2);
+    const double least_pull = 1e-9 * hinge.stiffness;
+    if (angle < 2) {
+      EXPECT_NEAR(pull(0), expected, 0.01 * expected + least_pull) << angle;
+      // At rest there, or as far to the other side.
+      const auto [least, most] = std::minmax({pull(turned), pull(-turned)});
+      EXPECT_NEAR(least, 0, least_pull) << angle;
+      EXPECT_NEAR(most, 2 * expected, 0.02 * expected + least_pull) << angle;
+    }
   }
   EXPECT_EQ(row.stiffness, hinge.stiffness);
 }
@@ -506,7 +525,7 @@ TEST(ProjectiveConvergence, Iterations_ComeToImplicitEuler) {
     RecordProperty("off_after_" + std::to_string(iterations), std::to_string(1e6 * found) + "e-6");
   }
   EXPECT_LT(last, 1e-8);
-  // The bend is 2 sin(angle / 2) where the hinge has the angle.
+  // The row of a bend is of rest lengths, where the hinge has the angle of stretched triangles.
   const double with_bends = off(1e-4, 100);
   EXPECT_LT(with_bends, 1e-4);
   RecordProperty("off_with_bends", std::to_string(1e6 * with_bends) + "e-6");

@@ -123,12 +123,15 @@ TEST_F(ProjectiveTwins, ClothOnAMovingBall_Agrees) {
   }
 }
 
+// Without acceleration: with it, what begins or ends to be beyond the limit turns noise of 0.1 nm
+// in the positions into 0.1 mm after a frame, on the CPU alone; without into 5 nm.
 TEST_F(ProjectiveTwins, StretchBeyondTheLimit_Agrees) {
   for (const char* membrane : {"springs", "strain"}) {
     for (const double damping : {0.0, 0.002}) {
       ClothOptions cloth_options;
       cloth_options.membrane = membrane;
       TwinScene scene = scene_on_a_ball(20, cloth_options, {0, 20}, damping, 1);
+      scene.options.projective.acceleration = 0;
       const auto end = [&](double limit) {
         scene.options.projective.strain_limit = limit;
         const std::unique_ptr<Solver> solver =

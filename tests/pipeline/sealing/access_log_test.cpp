@@ -78,7 +78,7 @@ TEST_F(AccessLogTest, WhatACrashLeftOfALine_IsTakenAway) {
     log_access(folder_.path(), "export", "two");
     EXPECT_EQ(parse_access_log(text(), "log").entries.size(), 2U);
   }
-  set("half a line");
+  set(good.substr(0, 30));
   log_access(folder_.path(), "export", "one");
   EXPECT_EQ(parse_access_log(text(), "log").entries.size(), 1U);
 }
@@ -87,6 +87,11 @@ TEST_F(AccessLogTest, LogOfSomethingElse_IsNotAppendedTo) {
   set("hello\nworld\n");
   EXPECT_THROW(log_access(folder_.path(), "export", "one"), DataError);
   EXPECT_EQ(text(), "hello\nworld\n");
+  for (const char* foreign : {"half a line", "2026-11-29 notes", "hello\nworld"}) {
+    set(foreign);
+    EXPECT_THROW(log_access(folder_.path(), "export", "one"), DataError);
+    EXPECT_EQ(text(), foreign);
+  }
 }
 
 TEST_F(AccessLogTest, SeveralAtOnce_LeaveOneChain) {

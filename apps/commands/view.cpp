@@ -1,0 +1,218 @@
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <filesystem>
+#include <iostream>
+#include <memory>
+#include <optional>
+#include <thread>
+
+#include "apps/commands/opened_workspace.h"
+#include "apps/commands/view_server.h"
+#include "apps/console/arguments.h"
+#include "apps/console/command.h"
+#include "apps/console/interrupt.h"
+#include "apps/console/option_flags.h"
+#include "capture/layouts/open_dataset.h"
+#include "core/atomic_file.h"
+#include "core/error.h"
+#include "core/exit_code.h"
+#include "core/parallel.h"
+#include "core/printable.h"
+#include "core/seal/sealed_file.h"
+#include "core/store/consent_file.h"
+#include "core/store/output_place.h"
+#include "core/store/unfinished_folder.h"
+#include "core/store/workspace_status.h"
+#include "core/usage_error.h"
+#include "core/writable_place.h"
+#include "pipeline/sealing/consent_check.h"
+#include "pipeline/sealing/sealed_subject.h"
+#include "pipeline/stages/stages.h"
+#include "pipeline/view/view_place.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ViewArguments {
+  std::string place;
+  std::string beside;
+  std::string out;
+  KeyArguments keys;
+};
+
+struct ViewCommandOptions {
+  int port = 0;
+  ViewPageOptions page;
+  DatasetOptions capture;
+  ConsentUse use;
+};
+
+OptionTable describe(ViewCommandOptions& options) {
+  OptionTable table;
+  table.add("port", options.port, 0, 65535, "",
+            "Port of the page's address on this machine; 0: any that is free");
+  table.add(describe(options.page));
+  table.add("capture", describe(options.capture));
+  table.add(describe(options.use));
+  return table;
+}
+
+/// What is at one place, once those whom it shows have consented.
+ViewScene scene_of(const std::string& place, const ViewCommandOptions& options) {
+  std::vector<Consent> consent;
+  std::function<ViewScene()> open;
+  switch (view_kind(place, all_stages())) {
+    case ViewKind::Workspace: {
+      const auto stages =
+          std::make_shared<std::vector<StageStatus>>(workspace_status(all_stages(), place));
+      for (const StageStatus& status : *stages) {
+        add_consent(consent, consent_of(status));
+      }
+      open = [place, stages] { return view_of_workspace(place, *stages); };
+      break;
+    }
+    case ViewKind::Capture: {
+      Dataset dataset = open_dataset(place, options.capture);
+      consent = dataset.info.consent;
+      open = [dataset = std::move(dataset)] { return view_of_capture(dataset); };
+      break;
+    }
+    case ViewKind::Sequences:
+      consent = read_consent(place);
+      open = [place] { return view_of_sequences(place); };
+      break;
+    case ViewKind::Mesh:
+      consent = read_consent(place);
+      open = [place] { return view_of_mesh(place); };
+      break;
+  }
+  for (const std::string& doubt : require_consent(consent, options.use)) {
+    std::cout << "warning: " << printable(doubt) << std::endl;
+  }
+  ViewScene scene = open();
+  for (const std::string& note : scene.notes) {
+    std::cout << "note: " << printable(note) << std::endl;
+  }
+  return scene;
+}
+
+/// Two scenes as one, the second beside the first.
+void put_beside(ViewScene& scene, ViewScene other) {
+  for (ViewTimeline& timeline : scene.timelines) {
+    timeline.name = scene.title + ": " + timeline.name;
+  }
+  scene.beside = scene.timelines.size();
+  for (ViewTimeline& timeline : other.timelines) {
+    timeline.name = other.title + ": " + timeline.name;
+    scene.timelines.push_back(std::move(timeline));
+  }
+  scene.notes.insert(scene.notes.end(), other.notes.begin(), other.notes.end());
+  scene.title += " and " + other.title;
+}
+
+void write_page(const ViewPage& page, const fs::path& out) {
+  const UnfinishedFolder folder(out);
+  make_private_directory(folder.content());
+  std::vector<const ViewPage::value_type*> files;
+  for (const auto& file : page) {
+    files.push_back(&file);
+    make_private_directory((folder.content() / file.first).parent_path());
+  }
+  // By their numbers: the frames of a video are read one after the other.
+  std::sort(files.begin(), files.end(), [](const auto* a, const auto* b) {
+    return strverscmp(a->first.c_str(), b->first.c_str()) < 0;
+  });
+  parallel_for(static_cast<Index>(files.size()), 1, [&](Index begin, Index end) {
+    for (Index i = begin; i < end && !interrupted(); ++i) {
+      const auto& [name, file] = *files[static_cast<std::size_t>(i)];
+      if (file.bytes) {
+        write_file_atomically(folder.content() / name, file.bytes());
+      } else {
+        fs::copy_file(file.path, folder.content() / name);
+      }
+    }
+  });
+  if (!interrupted()) {
+    folder.finish();
+  }
+}
+
+int run(ViewArguments arguments, const ViewCommandOptions& options) {
+  if (arguments.place.empty()) {
+    throw UsageError(
+        "view takes a WORKSPACE, a CAPTURE or a FILE: atelier view WORKSPACE, or, for a folder of "
+        "files to be opened without Atelier, atelier view WORKSPACE --out FOLDER");
+  }
+  std::optional<OpenedWorkspace> opened;
+  if (is_sealed_file(arguments.place) || arguments.keys.any() ||
+      view_kind(arguments.place, all_stages()) == ViewKind::Workspace) {
+    opened.emplace(arguments.place, arguments.keys);
+    arguments.place = opened->path();
+  }
+  if (!arguments.out.empty()) {
+    require_new_place(arguments.out, "--out");
+    require_outside_results(arguments.out, arguments.place, all_stages(), "--out");
+    if (options.port != 0) {
+      throw UsageError(
+          "--port does nothing with --out, which serves nothing; leave one of them out");
+    }
+    require_folder_place(arguments.out);
+  }
+  catch_interrupts();
+  ViewScene scene = scene_of(arguments.place, options);
+  if (!arguments.beside.empty()) {
+    put_beside(scene, scene_of(arguments.beside, options));
+  }
+  ViewPage page = view_page(std::move(scene), options.page);
+  if (opened) {
+    opened->log("view", (arguments.out.empty() ? "in a browser" : arguments.out) + ", for " +
+                            options.use.purpose);
+  }
+  if (!arguments.out.empty()) {
+    write_page(page, arguments.out);
+    if (interrupted()) {
+      end_by_signal();
+    }
+    std::cout << printable((fs::path(arguments.out) / "index.html").string()) << ": "
+              << counted(static_cast<std::int64_t>(page.size()), "file")
+              << "; a browser opens it from the disk or from any web server\n";
+    return kExitDone;
+  }
+  const ViewServer server(std::move(page), options.port);
+  std::cout << server.address() << std::endl
+            << "Open this address in a browser on this machine; Ctrl-C ends." << std::endl;
+  constexpr auto kPause = std::chrono::milliseconds(100);
+  while (!interrupted()) {
+    std::this_thread::sleep_for(kPause);
+  }
+  return kExitDone;
+}
+
+}  // namespace
+
+OptionSet view_options() {
+  return option_set<ViewCommandOptions>();
+}
+
+Action add_view(CLI::App& parser) {
+  auto arguments = std::make_shared<ViewArguments>();
+  add_option(parser, "PLACE", arguments->place,
+             "Workspace, capture, sequence of meshes, mesh, or sealed workspace")
+      .required()
+      .type_name("WORKSPACE|CAPTURE|FILE");
+  add_option(parser, "--beside", arguments->beside, "Another one, shown beside it with one camera")
+      .type_name("WORKSPACE|CAPTURE|FILE");
+  add_option(parser, "--out", arguments->out,
+             "New folder for the page as files that a browser opens without Atelier [served at an "
+             "address of this machine]")
+      .type_name("FOLDER");
+  add_key_arguments(parser, arguments->keys);
+  const OptionReader options = add_option_flags(parser, view_options());
+  return
+      [arguments, options] { return run(*arguments, options_of<ViewCommandOptions>(options())); };
+}
+
+}  // namespace atelier

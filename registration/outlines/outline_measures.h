@@ -1,0 +1,50 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "core/types.h"
+#include "registration/sewing/sewing_pattern.h"
+
+namespace atelier {
+
+/// What an eye sees of a pattern's outlines. Lengths in metres.
+struct OutlineMeasures {
+  int panels = 0;
+  double corners_mean = 0;  ///< of a panel: turns by more than 35 degrees over 3 cm to either side
+  int corners_max = 0;
+  /// Rms distance of the outlines from themselves, smoothed over 2 cm between corners.
+  double jaggedness = 0;
+  /// Changes between turning left and turning right (by more than 0.15 rad over 1 cm to either
+  /// side) for each metre: none on straight lines and arcs, one in an S, one for each edge of a
+  /// zigzag.
+  double turns_per_metre = 0;
+  /// Rms distance of a panel's outline, mirrored left to right, from the panel that it matches
+  /// best, itself or another, after a rigid motion; a mean by area.
+  double asymmetry = 0;
+  /// The shortest straight cut through a panel with at least 20 cm2 and twice its square on either
+  /// side.
+  double narrowest_neck = 0;
+};
+
+/// Measures closed outlines, counter-clockwise, in points every 5 mm. Our choice of all. O(n^2) for
+/// each pair of panels.
+OutlineMeasures measure_outlines(const std::vector<Points2>& outlines);
+
+/// The largest difference between the two sides of a seam (all pairs of one name), share of their
+/// mean length.
+double seam_mismatch(const SewingPattern& pattern);
+
+/// A panel's outline as points: corners, and on curves every `spacing` metres at most.
+Points2 panel_outline(const Panel& panel, double spacing = 0.004);
+
+/// The line about which an outline is its own mirror image.
+struct MirrorLine {
+  Eigen::Vector2d point, along;  ///< m; unit, upwards
+  double off = 0;                ///< m: rms distance of the mirrored outline
+};
+
+/// The best one within 20 degrees of the grain (+y).
+MirrorLine mirror_line(const Points2& outline);
+
+}  // namespace atelier

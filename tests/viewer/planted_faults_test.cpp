@@ -1,0 +1,229 @@
+// Faults that are planted in workspaces, and found with the page alone, by what it shows a user who
+// looks.
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/io/mesh_file.h"
+#include "tests/apps/dressed_workspace.h"
+#include "tests/support/temporary_directory.h"
+#include "tests/viewer/look.h"
+
+namespace atelier::fixtures {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+namespace fs = std::filesystem;
+
+/// A capture whose detections are those of a person who turns, seen by every camera.
+SmallCapture person_capture() {
+  SmallCapture capture;
+  capture.cameras =
+      dome_cameras({.cameras = 8, .pairs = false, .width = 320, .height = 400, .gain = 0}, {1, 1});
+  capture.frames = {0, 1, 2, 3};
+  return capture;
+}
+
+void write_person(const fs::path& folder, const SmallCapture& capture) {
+  write_small_capture(folder, capture);
+  for (const Camera& camera : capture.cameras) {
+    for (const int frame : capture.frames) {
+      Keypoints2d points = Keypoints2d::Zero(25, 3);
+      const Keypoints2d flat = small_people(0).front().points;
+      for (Index k = 0; k < 24; ++k) {
+        // The flat person of the small capture, 1.7 m tall, with some depth.
+        const Eigen::Vector3d place(0.03 * (flat(k, 0) - 10.25),
+                                    1.65 - 0.03 * (flat(k, 1) - 20.125),
+                                    0.06 * std::sin(static_cast<double>(k)));
+        const auto pixel =
+            project(camera, Eigen::AngleAxisd(0.3 * frame, Eigen::Vector3d::UnitY()) * place);
+        if (pixel) {
+          points.row(k) << pixel->x(), pixel->y(), 0.9;
+        }
+      }
+      write_file_atomically(folder / "keypoints2d" / camera.id / (frame_name(frame) + ".json"),
+                            openpose_json({{0, points}}));
+    }
+  }
+}
+
+TEST(PlantedFault, CameraThatWasTurned_IsRedAndNamed) {
+  SKIP_WITHOUT_BROWSER();
+  const TemporaryDirectory root;
+  SmallCapture capture = person_capture();
+  write_person(root.path() / "capture", capture);
+  Camera& bad = capture.cameras[5];
+  bad.camera_from_world_rotation =
+      Eigen::AngleAxisd(0.05, Eigen::Vector3d::UnitY()) * bad.camera_from_world_rotation;
+  write_file_atomically(root.path() / "capture/cameras.json", cameras_json(capture.cameras));
+  ASSERT_EQ(view({(root.path() / "capture").string(), "--out", (root.path() / "page").string()})
+                .exit_code,
+            0);
+  const Looked looked = look(
+      "file://" + (root.path() / "page/index.html").string(),
+      {"wait:document.querySelector('.bars')",
+       "eval:[...document.querySelectorAll('.bars button')].filter((_, i) => "
+       "document.querySelectorAll('.bar')[i].classList.contains('off')).map(b => b.textContent)",
+       "eval:document.getElementById('side-body').textContent",
+       "eval:[...document.querySelectorAll('.bar.off')].map(bar => "
+       "getComputedStyle(bar).backgroundColor)"});
+  EXPECT_EQ(looked.values.at(0), nlohmann::json({bad.id}));
+  EXPECT_THAT(looked.values.at(1).get<std::string>(),
+              HasSubstr("Camera " + bad.id + " is more than twice as far off"));
+  EXPECT_EQ(looked.values.at(2), nlohmann::json({"rgb(179, 38, 30)"}));
+  EXPECT_THAT(looked.messages, IsEmpty());
+}
+
+/// A trunk that breathes in twelve frames.
+std::vector<Points> breathing_trunk() {
+  std::vector<Points> bodies;
+  for (int f = 0; f < 12; ++f) {
+    bodies.emplace_back(trunk_body().mesh.vertices *
+                        Eigen::DiagonalMatrix<double, 3>(1, 1, 1 + 0.03 * std::sin(0.9 * f)));
+  }
+  return bodies;
+}
+
+/// The skirt in twelve frames, its rest shape in the result, and what is wrong with it.
+template <class Fault>
+fs::path faulty_workspace(const fs::path& root, Fault fault, bool with_body = false) {
+  static std::vector<Points> frames;
+  frames.clear();
+  for (int f = 0; f < 12; ++f) {
+    Points skirt =
+        tube_skirt().mesh.vertices *
+        Eigen::AngleAxisd(0.02 * f, Eigen::Vector3d::UnitY()).toRotationMatrix().transpose();
+    fault(f, skirt);
+    frames.push_back(skirt);
+  }
+  static constexpr std::array kStages = {
+      Stage{.name = "body",
+            .summary = "a body without a fault",
+            .inputs = {"capture"},
+            .outputs = {"bodies"},
+            .options = option_set<NoOptions>,
+            .run =
+                [](StageRun& run) {
+                  write_meshes(run, "", trunk_body().mesh.faces, breathing_trunk());
+                }},
+      Stage{.name = "register",
+            .summary = "a skirt with a fault",
+            .inputs = {"capture"},
+            .outputs = {"registered"},
+            .options = option_set<NoOptions>,
+            .run =
+                [](StageRun& run) {
+                  write_meshes(run, "registered/lower", tube_skirt().mesh.faces, frames);
+                  run.output("registered/lower/rest.obj", [](const auto& file) {
+                    const fs::path named = file.string() + ".obj";
+                    write_mesh(named, tube_skirt().mesh);
+                    fs::rename(named, file);
+                  });
+                }},
+  };
+  SmallCapture capture = person_capture();
+  capture.frames = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11};
+  write_small_capture(root / "capture", capture);
+  StageRequest request;
+  request.input = root / "capture";
+  request.workspace = root / "workspace";
+  for (const Stage& stage : kStages) {
+    if (stage.name == "register" || with_body) {
+      request.options = stage.options();
+      run_stage(kStages, stage, request);
+    }
+  }
+  return root / "workspace";
+}
+
+TEST(PlantedFault, TornFrame_IsThePeakOfTheFigureAndAFinding) {
+  SKIP_WITHOUT_BROWSER();
+  const TemporaryDirectory root;
+  const fs::path workspace = faulty_workspace(
+      root.path(),
+      [](int f, Points& skirt) {
+        if (f == 7) {
+          skirt.row(70) += Eigen::RowVector3d(0.4, 0.1, 0);
+        }
+      },
+      true);
+  ASSERT_EQ(view({workspace.string(), "--out", (root.path() / "page").string()}).exit_code, 0);
+  const Looked looked =
+      look("file://" + (root.path() / "page/index.html").string(),
+           {"wait:atelier.now.surveyed",
+            // The curve over the timeline that a user sees at first, and where its peak is.
+            "eval:document.getElementById('series').selectedOptions[0].textContent",
+            "eval:(() => { const one = atelier.timeline.seriesList[Number(document.getElementById("
+            "'series').value)]; const v = one.values().map(x => x ?? 0); return "
+            "[v.indexOf(Math.max(...v)), "
+            "Math.max(...v) > 5 * [...v].sort((a, b) => a - b)[6]]; })()",
+            // The finding, which leads there.
+            "eval:[...document.querySelectorAll('#marks button')].map(mark => mark.ariaLabel)",
+            "key:n", kSettled, "eval:document.documentElement.dataset.frame"});
+  EXPECT_THAT(looked.values.at(0).get<std::string>(), HasSubstr("lower"));
+  EXPECT_EQ(looked.values.at(1), nlohmann::json({7, true}));
+  ASSERT_EQ(looked.values.at(2).size(), 1) << looked.values.at(2);
+  EXPECT_THAT(looked.values.at(2).at(0).get<std::string>(),
+              HasSubstr("Frame 7: lower: torn: edges are up to 4"));
+  EXPECT_EQ(looked.values.at(3), "7");
+  EXPECT_THAT(looked.messages, IsEmpty());
+}
+
+TEST(PlantedFault, ClothThatSlipsAlongASeam_IsYellowInTheStrainAndAFinding) {
+  SKIP_WITHOUT_BROWSER();
+  const TemporaryDirectory root;
+  // From frame 6 on, the cloth on one side of the seam at the back of the garment's grid slides.
+  const fs::path workspace = faulty_workspace(root.path(), [](int f, Points& skirt) {
+    for (Index v = 0; f >= 6 && v < skirt.rows(); ++v) {
+      if (v % 20 >= 1 && v % 20 < 4) {
+        const Eigen::AngleAxisd slide(0.06, Eigen::Vector3d::UnitY());
+        skirt.row(v) = (slide * skirt.row(v).transpose()).transpose();
+      }
+    }
+  });
+  ASSERT_EQ(view({workspace.string(), "--out", (root.path() / "page").string()}).exit_code, 0);
+  const std::string strain =
+      "eval:(document.querySelector('.layer select').value = 'strain', "
+      "document.querySelector('.layer select').dispatchEvent(new Event('change')), 0)";
+  const Looked looked =
+      look("file://" + (root.path() / "page/index.html").string(),
+           {kSettled, strain, kSettled, "eval:" + kCounts, "key:End", kSettled, "eval:" + kCounts,
+            "eval:document.getElementById('legend').textContent", "wait:atelier.now.surveyed",
+            "eval:[...document.querySelectorAll('#marks button')].map(mark => mark.ariaLabel)"});
+  EXPECT_LT(looked.values.at(1)["yellow"], 0.0005) << "as it rests";
+  EXPECT_GT(looked.values.at(2)["yellow"], 0.002) << "the line along the seam";
+  EXPECT_THAT(looked.values.at(3).get<std::string>(),
+              AllOf(HasSubstr("strain"), HasSubstr("10 %")));
+  ASSERT_EQ(looked.values.at(4).size(), 1) << looked.values.at(4);
+  EXPECT_THAT(looked.values.at(4).at(0).get<std::string>(),
+              AllOf(HasSubstr("Frame 6: lower: the strain jumps from 0 % to"), HasSubstr("slips")));
+  EXPECT_THAT(looked.messages, IsEmpty());
+}
+
+TEST(PlantedFault, UserWhoReadsAndClicks_FindsAllThree) {
+  SKIP_WITHOUT_BROWSER();
+  const TemporaryDirectory root;
+  const fs::path workspace = faulty_workspace(root.path(), [](int /*f*/, Points& /*skirt*/) {});
+  write_person(root.path() / "person", person_capture());
+  setenv("ATELIER", program_path().c_str(), 1);
+  const ChildResult result = run_child(
+      {"python3", (source_directory() / "tests/viewer/find_faults.py").string(),
+       (root.path() / "person").string(), workspace.string(), (root.path() / "out").string(), "1"});
+  EXPECT_EQ(result.exit_code, 0) << result.out << result.err;
+  EXPECT_THAT(result.out, Not(HasSubstr("the browser says")));
+}
+
+}  // namespace
+}  // namespace atelier::fixtures

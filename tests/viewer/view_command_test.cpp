@@ -1,0 +1,380 @@
+// `atelier view`: what a browser shows of a workspace and of a capture, who is served, what is
+// refused.
+
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include <arpa/inet.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "core/exit_code.h"
+#include "tests/apps/dressed_workspace.h"
+#include "tests/support/child_process.h"
+#include "tests/support/places.h"
+#include "tests/support/temporary_directory.h"
+#include "tests/viewer/look.h"
+
+namespace atelier::fixtures {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+namespace fs = std::filesystem;
+
+class View : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryDirectory;
+    SmallCapture small;
+    small.frames = {0, 1, 2};
+    small.consent = {{"P. Doe", "research", "", "", "", ""}};
+    write_small_capture(capture(), small);
+    write_dressed_workspace(capture(), workspace());
+    made_ = view({workspace().string(), "--out", page().string()});
+  }
+  static void TearDownTestSuite() { delete folder_; }
+  static fs::path capture() { return folder_->path() / "capture"; }
+  static fs::path workspace() { return folder_->path() / "a \"<img src=x onerror=alert(1)>'"; }
+  static fs::path page() { return folder_->path() / "page"; }
+  static std::string file_address(const fs::path& folder) {
+    return "file://" + (folder / "index.html").string();
+  }
+  void SetUp() override { ASSERT_EQ(made_.exit_code, 0) << made_.err; }
+  static inline TemporaryDirectory* folder_ = nullptr;
+  static inline ChildResult made_ = {};
+  TemporaryDirectory own_;
+};
+
+TEST_F(View, Workspace_IsDrawnOfflineFromTheDiskWithoutAnError) {
+  SKIP_WITHOUT_BROWSER();
+  const Looked looked =
+      look(file_address(page()),
+           {"eval:document.documentElement.dataset.state", kSettled, "eval:" + kCounts, "key:1",
+            kSettled, "eval:" + kCounts, "key:2", kSettled, "eval:" + kCounts});
+  ASSERT_EQ(looked.values.size(), 4);
+  EXPECT_EQ(looked.values[0], "ready");
+  EXPECT_GT(looked.values[1]["blue"], 0.02) << "the skirt";
+  EXPECT_GT(looked.values[1]["warm"], 0.02) << "the trunk";
+  EXPECT_LT(looked.values[2]["warm"], 0.001) << "key 1 hides the body";
+  EXPECT_GT(looked.values[2]["blue"], 0.02);
+  EXPECT_LT(looked.values[3]["blue"], 0.001) << "key 2 hides the garment";
+  EXPECT_THAT(looked.messages, IsEmpty());
+  EXPECT_THAT(looked.outside, IsEmpty());
+}
+
+TEST_F(View, KeysAlone_LeadThroughFramesCamerasAndViews) {
+  SKIP_WITHOUT_BROWSER();
+  const std::string frame = "eval:document.documentElement.dataset.frame";
+  const std::string focus =
+      "eval:[...Array(60)].length && document.activeElement.tagName + '#' + "
+      "document.activeElement.id";
+  const Looked looked = look(
+      file_address(page()),
+      {"key:ArrowRight", kSettled, frame, "key:End", kSettled, frame, "key:Home", kSettled, frame,
+       "key:c", "eval:atelier.panes[0].through", "key:Escape", "eval:atelier.panes[0].through",
+       "key:b", "eval:atelier.isSplit", "key:b", "shift:ArrowLeft",
+       "eval:atelier.orbit.azimuth > 0.55", "key: ", "eval:atelier.timeline.playing",
+       "key: ", "key:?", "eval:document.getElementById('keys').hidden", "key:Tab", focus,
+       // Everything that can be done is a button, a field or the view, and none leaves the order.
+       "eval:[...document.querySelectorAll('[onclick],[role=button],[role=tab],button,input,select'"
+       ")]"
+       ".filter(one => one.tabIndex < 0).length"});
+  ASSERT_EQ(looked.values.size(), 11);
+  EXPECT_EQ(looked.values[0], "1");
+  EXPECT_EQ(looked.values[1], "2");
+  EXPECT_EQ(looked.values[2], "0");
+  EXPECT_EQ(looked.values[3], 0);
+  EXPECT_EQ(looked.values[4], -1);
+  EXPECT_EQ(looked.values[5], true);
+  EXPECT_EQ(looked.values[6], true) << "turned";
+  EXPECT_EQ(looked.values[7], true);
+  EXPECT_EQ(looked.values[8], false);
+  EXPECT_THAT(looked.values[9], Not(HasSubstr("BODY"))) << "Tab reaches a control";
+  EXPECT_EQ(looked.values[10], 0);
+  EXPECT_THAT(looked.messages, IsEmpty());
+}
+
+TEST_F(View, NamesOfFiles_AreText) {
+  SKIP_WITHOUT_BROWSER();
+  const Looked looked =
+      look(file_address(page()),
+           {"eval:document.getElementById('title').textContent", "eval:document.images.length"});
+  EXPECT_EQ(looked.values.at(0), workspace().filename().string());
+  EXPECT_EQ(looked.values.at(1), 0);
+  EXPECT_THAT(looked.messages, IsEmpty());
+}
+
+TEST_F(View, Address_RestoresWhatIsSeen) {
+  SKIP_WITHOUT_BROWSER();
+  const Looked first =
+      look(file_address(page()), {"key:End", "key:1", "shift:ArrowLeft", kSettled,
+                                  "eval:(atelier.writeAddress(true), location.hash)"});
+  const Looked again =
+      look(file_address(page()) + first.values.at(0).get<std::string>(),
+           {kSettled, "eval:document.documentElement.dataset.frame", "eval:" + kCounts,
+            "eval:(atelier.writeAddress(true), location.hash)"});
+  EXPECT_EQ(again.values.at(0), "2");
+  EXPECT_LT(again.values.at(1)["warm"], 0.001);
+  EXPECT_EQ(again.values.at(2), first.values.at(0));
+  const Looked odd = look(file_address(page()) + "#view=x,1&panes=9/9/9,a&frame=zz&color=q&light=z",
+                          {"eval:document.documentElement.dataset.state"});
+  EXPECT_EQ(odd.values.at(0), "ready") << "an address of nonsense shows the page";
+  EXPECT_THAT(odd.messages, IsEmpty());
+}
+
+TEST_F(View, Camera_ShowsItsImageBehindTheMeshes) {
+  SKIP_WITHOUT_BROWSER();
+  const Looked looked =
+      look(file_address(page()),
+           {"key:c", kSettled, "wait:atelier.timelines[0].cameras.canvas.width === 64",
+            "eval:[...atelier.timelines[0].cameras.canvas.getContext('2d').getImageData(7, 9, 1, "
+            "1).data]",
+            "wait:atelier.timelines[0].cameras.agreement",
+            "eval:atelier.timelines[0].cameras.agreement.cameras.length"});
+  ASSERT_EQ(looked.values.size(), 2);
+  EXPECT_EQ(looked.values[0], nlohmann::json({100, 0, 40, 255}));
+  EXPECT_EQ(looked.values[1], 3);
+  EXPECT_THAT(looked.messages, IsEmpty());
+}
+
+TEST_F(View, ImageAndVideo_AreFilesThatOthersRead) {
+  SKIP_WITHOUT_BROWSER();
+  const std::string image = (own_.path() / "image.png").string();
+  const std::string video = (own_.path() / "video.avi").string();
+  look(file_address(page()), {"key:i", "took:" + image, "key:v", "took:" + video});
+  std::ifstream file(image, std::ios::binary);
+  const std::string start{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_EQ(start.substr(1, 3), "PNG");
+  const ChildResult probed =
+      run_child({"ffprobe", "-v", "error", "-count_frames", "-show_entries",
+                 "stream=codec_name,r_frame_rate,nb_read_frames", "-of", "csv=p=0", video});
+  if (probed.exit_code != -1 && probed.exit_code != 127) {
+    EXPECT_THAT(probed.out, HasSubstr("mjpeg,12/1,3")) << probed.err;
+  }
+}
+
+TEST_F(View, DamagedFrame_IsSaidWhereItIsAndTheOthersAreShown) {
+  SKIP_WITHOUT_BROWSER();
+  const fs::path copy = own_.path() / "w";
+  fs::copy(workspace(), copy, fs::copy_options::recursive | fs::copy_options::copy_symlinks);
+  const fs::path frame = copy / "register/current/registered/lower/frames/000001.h5";
+  {
+    std::fstream file(frame, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(-40, std::ios::end);
+    file << "damage";
+  }
+  const fs::path out = own_.path() / "page";
+  ASSERT_EQ(view({copy.string(), "--out", out.string()}).exit_code, 0);
+  const Looked looked =
+      look(file_address(out), {kSettled, "eval:" + kCounts, "key:ArrowRight", kSettled,
+                               "eval:document.getElementById('message').textContent",
+                               "eval:" + kCounts, "key:ArrowRight", kSettled, "eval:" + kCounts});
+  ASSERT_EQ(looked.values.size(), 4);
+  EXPECT_GT(looked.values[0]["blue"], 0.02);
+  EXPECT_THAT(looked.values[1].get<std::string>(),
+              AllOf(HasSubstr("lower: frame 1 cannot be read"), HasSubstr("000001.h5")));
+  EXPECT_LT(looked.values[2]["blue"], 0.001);
+  EXPECT_GT(looked.values[3]["blue"], 0.02);
+}
+
+TEST_F(View, TwoPlaces_AreShownBesideEachOther) {
+  SKIP_WITHOUT_BROWSER();
+  const fs::path out = own_.path() / "page";
+  const fs::path registered = workspace() / "register/current/registered/lower";
+  ASSERT_EQ(view({workspace().string(), "--beside", registered.string(), "--out", out.string()})
+                .exit_code,
+            0);
+  const Looked looked = look(file_address(out),
+                             {"key:ArrowRight", kSettled, "eval:atelier.drawnPanes.length",
+                              "eval:atelier.timelines[1].layers[0].shownFrame", "eval:" + kCounts});
+  EXPECT_EQ(looked.values.at(0), 2);
+  EXPECT_EQ(looked.values.at(1), 1);
+  EXPECT_GT(looked.values.at(2)["blue"], 0.02);
+  EXPECT_THAT(looked.messages, IsEmpty());
+}
+
+/// The files of a page, which are their owner's alone and name no folder of the machine.
+void expect_private(const fs::path& page, const fs::path& machine) {
+  for (const auto& entry : fs::recursive_directory_iterator(page)) {
+    EXPECT_EQ(entry.status().permissions() & (fs::perms::group_all | fs::perms::others_all),
+              fs::perms::none)
+        << entry.path();
+    if (entry.is_regular_file() && entry.path().filename() != "three.js") {
+      std::ifstream file(entry.path());
+      const std::string text{std::istreambuf_iterator<char>(file), {}};
+      EXPECT_EQ(text.find(machine.string()), std::string::npos) << entry.path();
+    }
+  }
+}
+
+TEST_F(View, Page_HoldsNoPlaceOfTheMachineAndIsItsOwnersAlone) {
+  expect_private(page(), folder_->path());
+  const fs::path damaged = folder_->path() / "damaged workspace";
+  fs::copy(workspace(), damaged, fs::copy_options::recursive | fs::copy_options::copy_symlinks);
+  fs::resize_file(damaged / "register/current/registered/lower/frames/000001.h5", 100);
+  fs::remove(damaged / "body/current/frames/000002.h5");
+  const fs::path out = own_.path() / "page";
+  ASSERT_EQ(view({damaged.string(), "--out", out.string()}).exit_code, 0);
+  expect_private(out, folder_->path());
+  std::ifstream file(out / "scene.js");
+  const std::string scene{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_THAT(scene, AllOf(HasSubstr("output-size [register/"), HasSubstr("000001.h5")));
+  EXPECT_THAT(scene, HasSubstr("output-missing [body/"));
+}
+
+/// A server as a test talks to it.
+class Server {
+ public:
+  explicit Server(const fs::path& place, const fs::path& log)
+      : child_({"sh", "-c", "exec \"$0\" view \"$1\" > \"$2\"", program_path(), place.string(),
+                log.string()}) {
+    constexpr int kTries = 600;
+    for (int i = 0; i < kTries && address_.empty(); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(50));
+      std::ifstream file(log);
+      std::string line;
+      while (std::getline(file, line)) {
+        if (line.starts_with("http://") && !file.eof()) {
+          address_ = line;
+        }
+      }
+    }
+    const std::size_t port = address_.find_last_of(':');
+    if (port != std::string::npos) {
+      port_ = std::atoi(address_.c_str() + port + 1);
+      path_ = address_.substr(address_.find('/', port));
+    }
+  }
+  ~Server() { child_.kill(SIGTERM); }
+  const std::string& address() const { return address_; }
+  const std::string& path() const { return path_; }
+  int port() const { return port_; }
+  std::string get(const std::string& path, const std::string& more = "",
+                  const std::string& host = "127.0.0.1") const {
+    const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
+    sockaddr_in place{};
+    place.sin_family = AF_INET;
+    place.sin_port = htons(static_cast<std::uint16_t>(port_));
+    place.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    EXPECT_EQ(connect(socket, reinterpret_cast<sockaddr*>(&place), sizeof place), 0);
+    const std::string request = "GET " + path + " HTTP/1.1\r\nHost: " + host + ":" +
+                                std::to_string(port_) + "\r\nConnection: close\r\n" + more + "\r\n";
+    EXPECT_EQ(write(socket, request.data(), request.size()), static_cast<ssize_t>(request.size()));
+    std::string answer;
+    char piece[4096];
+    for (ssize_t got = 0; (got = read(socket, piece, sizeof piece)) > 0;) {
+      answer.append(piece, static_cast<std::size_t>(got));
+    }
+    close(socket);
+    return answer;
+  }
+
+ private:
+  ChildProcess child_;
+  std::string address_;
+  std::string path_;
+  int port_ = 0;
+};
+
+TEST_F(View, Server_GivesThePageToWhoeverHasItsTokenAlone) {
+  const Server server(workspace(), own_.path() / "log");
+  ASSERT_THAT(server.address(), HasSubstr("http://127.0.0.1:"));
+  EXPECT_EQ(server.path().size(), 34) << "32 digits between slashes";
+  const std::string index = server.get(server.path());
+  EXPECT_THAT(index, AllOf(HasSubstr("HTTP/1.1 200"), HasSubstr("<!doctype html>"),
+                           HasSubstr("Content-Security-Policy: default-src 'none'"),
+                           HasSubstr("Referrer-Policy: no-referrer")));
+  EXPECT_THAT(server.get(server.path() + "data/0/0/0.js"), HasSubstr("atelierData("));
+  std::string wrong = server.path();
+  wrong[5] = wrong[5] == '0' ? '1' : '0';
+  for (const std::string& path :
+       {std::string("/"), std::string("/index.html"), wrong, wrong + "scene.js",
+        server.path() + "../../etc/passwd", server.path() + "%2e%2e/%2e%2e/etc/passwd",
+        server.path() + "nothing.js", server.path().substr(0, 33)}) {
+    EXPECT_THAT(server.get(path), AllOf(HasSubstr("HTTP/1.1 404"), Not(HasSubstr("root:"))))
+        << path;
+  }
+  EXPECT_THAT(server.get(server.path(), "", "evil.example"), HasSubstr("HTTP/1.1 404"))
+      << "another name that leads here";
+  const std::string part = server.get(server.path() + "viewer.js", "Range: bytes=1-10\r\n");
+  EXPECT_THAT(part, AllOf(HasSubstr("HTTP/1.1 206"), HasSubstr("Content-Length: 10\r\n")));
+  const std::string beyond = server.get(server.path() + "viewer.js", "Range: bytes=99999999-\r\n");
+  EXPECT_THAT(beyond, AllOf(HasSubstr("HTTP/1.1 416"), HasSubstr("Content-Range: bytes */")));
+}
+
+TEST_F(View, Server_IsSeenByABrowserAsTheFilesAre) {
+  SKIP_WITHOUT_BROWSER();
+  const Server server(workspace(), own_.path() / "log");
+  const Looked looked = look(server.address(), {kSettled, "eval:" + kCounts});
+  EXPECT_GT(looked.values.at(0)["blue"], 0.02);
+  EXPECT_THAT(looked.messages, IsEmpty());
+  EXPECT_THAT(looked.outside, IsEmpty());
+}
+
+TEST_F(View, WhatCannotBeShown_IsRefusedWithAHint) {
+  const fs::path empty = own_.path() / "empty";
+  fs::create_directory(empty);
+  std::ofstream(own_.path() / "notes.txt") << "x";
+  std::ofstream(own_.path() / "point.obj") << "v 0 0 0\n";
+  const auto refused = [&](const fs::path& place) {
+    const ChildResult result = view({place.string(), "--out", (own_.path() / "p").string()});
+    EXPECT_EQ(result.exit_code, kExitBadData) << place << result.out;
+    EXPECT_FALSE(fs::exists(own_.path() / "p"));
+    return result.err;
+  };
+  EXPECT_THAT(refused(own_.path() / "nowhere"), HasSubstr("nothing is there"));
+  EXPECT_THAT(refused(empty), HasSubstr("an empty folder"));
+  EXPECT_THAT(refused(own_.path() / "notes.txt"), HasSubstr("a workspace, a capture"));
+  EXPECT_THAT(refused(own_.path() / "point.obj"), HasSubstr("no faces"));
+  EXPECT_THAT(refused(workspace() / "track/"),
+              AllOf(HasSubstr("stage track"), HasSubstr("atelier view ")));
+  EXPECT_EQ(view({}).exit_code, kExitUsage);
+  EXPECT_EQ(view({workspace().string(), "--out", page().string()}).exit_code, kExitUsage)
+      << "the folder is there";
+  EXPECT_EQ(view({workspace().string(), "--out", (own_.path() / "p").string(), "--port", "9000"})
+                .exit_code,
+            kExitUsage);
+}
+
+TEST_F(View, EndedConsent_RefusesThePage) {
+  const fs::path ended = own_.path() / "capture";
+  SmallCapture small;
+  small.consent = {{"P. Doe", "research", "2020-01-01", "", "", ""}};
+  write_small_capture(ended, small);
+  const ChildResult result = view({ended.string(), "--out", (own_.path() / "p").string()});
+  EXPECT_NE(result.exit_code, 0);
+  EXPECT_THAT(result.err, HasSubstr("2020-01-01"));
+  EXPECT_FALSE(fs::exists(own_.path() / "p"));
+  const ChildResult other =
+      view({capture().string(), "--out", (own_.path() / "p").string(), "--purpose", "product"});
+  EXPECT_NE(other.exit_code, 0) << "research is agreed to, and nothing else";
+}
+
+TEST_F(View, HeldOutCamera_IsThereWithoutItsImages) {
+  const fs::path held = own_.path() / "capture";
+  fs::copy(capture(), held, fs::copy_options::recursive);
+  CaptureInfo info = read_capture_info(held);
+  const std::string id = SmallCapture().cameras[1].id;
+  info.held_out_cameras = {id};
+  fs::remove(held / "capture.toml");
+  write_file_atomically(held / "capture.toml", capture_toml(info));
+  ASSERT_EQ(view({held.string(), "--out", (own_.path() / "p").string()}).exit_code, 0);
+  std::ifstream file(own_.path() / "p/data/0/capture/1/0.js");
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  EXPECT_THAT(text, AllOf(HasSubstr("keypoints"), Not(HasSubstr("image"))));
+  EXPECT_THAT(text, Not(HasSubstr("labels")));
+}
+
+}  // namespace
+}  // namespace atelier::fixtures

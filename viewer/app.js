@@ -1,0 +1,521 @@
+// The page: what is seen is state, and the address's last part restores it.
+
+import {byId, element, say} from "./data.js";
+import {Cameras, residualSeries} from "./cameras.js";
+import {boundsOf, feetOf, frontOf} from "./framing.js";
+import {keyTable, onKey} from "./keyboard.js";
+import {Layer} from "./layer.js";
+import {Orbit} from "./orbit.js";
+import {readAddress, writeAddress} from "./address.js";
+import {saveImage, saveVideo} from "./export_view.js";
+import {Scene3d} from "./scene3d.js";
+import {showLayers, showLegend, showPanes} from "./panels.js";
+import {SidePanel} from "./side_panel.js";
+import {survey} from "./survey.js";
+import {Timeline} from "./timeline.js";
+
+const root = document.documentElement;
+root.dataset.state = "loading";
+
+class App {
+  constructor(scene) {
+    this.scene = scene;
+    this.orbit = new Orbit();
+    this.opacity = 0.6;  // of what is drawn over a camera's image
+    this.light = null;  // angle of the key light; null: it goes with the viewer
+    this.step = 1;      // frames from one that was shown to the next, while it plays
+    this.asked = 0;     // counts what was asked for, so that late answers are dropped
+    this.askedAt = -Infinity;  // ms, when a frame was asked for last
+    this.dirty = true;
+    try {
+      this.view = new Scene3d(byId("view"));
+    } catch (error) {
+      say("This browser offers no WebGL, which the view needs. (" + error.message + ")", true);
+      root.dataset.state = "no-webgl";
+      return;
+    }
+    this.timelines = scene.timelines.map((info, i) => this.build(info, i));
+    this.timeline = new Timeline({scrub: byId("scrub"), frame: byId("frame"), time: byId("time"), play: byId("play"),
+      loop: byId("loop"), chart: byId("chart"), marks: byId("marks"), series: byId("series")}, index => this.go(index));
+    this.panes = [this.pane(0), this.pane(Math.min(scene.beside || 0, this.timelines.length - 1))];
+    this.active = 0;
+    this.isSplit = scene.beside > 0;
+    this.side = new SidePanel(this);
+    this.listen();
+    readAddress(this);
+    document.title = scene.title + " · Atelier";
+    byId("title").textContent = scene.title;
+    byId("title").title = scene.title;
+    this.setTimeline();
+    this.start();
+  }
+
+  build(info, number) {
+    const counts = {};
+    const layers = info.layers.map(one => {
+      counts[one.role] = (counts[one.role] ?? -1) + 1;
+      const layer = new Layer(one, number, counts[one.role]);
+      if (one.texture) {
+        layer.coloring = "texture";
+      } else if (one.role === "scan" && one.stage) {
+        layer.coloring = "colors";
+      }
+      this.view.add(layer);
+      return layer;
+    });
+    const timeline = {info, number, layers, cameras: null};
+    if (info.capture) {
+      timeline.cameras = new Cameras(info.capture, this.view, number, () => this.touch());
+      timeline.cameras.showFrusta = timeline.cameras.showSkeleton = layers.length === 0;
+    }
+    return timeline;
+  }
+
+  pane(timeline) {
+    return {timeline, hidden: new Set(this.timelines[timeline].layers.map((l, i) => l.info.shown ? -1 : i)), through: -1};
+  }
+
+  get now() {
+    return this.timelines[this.panes[this.active].timeline];
+  }
+
+  get shownPanes() {
+    return this.isSplit ? this.panes : [this.panes[this.active]];
+  }
+
+  get frameId() {
+    return this.timeline.frames[this.timeline.index];
+  }
+
+  /// The frame of another timeline at the same moment: of the same number where frames are the
+  /// same, else by the time since the first.
+  frameOf(timeline) {
+    const {frames, fps} = timeline.info;
+    if (timeline === this.now || (fps === this.now.info.fps && frames.includes(this.frameId))) {
+      return this.frameId;
+    }
+    const index = Math.round(this.timeline.index / this.timeline.fps * fps);
+    return frames[Math.min(index, frames.length - 1)];
+  }
+
+  // What is shown.
+
+  async start() {
+    try {
+      await this.load();
+      if (!this.hasAddress) {
+        this.fit();
+        this.orbit.azimuth = frontOf(this.now.layers) ?? this.orbit.azimuth;
+      }
+      this.now.seen = true;
+      this.draw();
+      root.dataset.state = "ready";
+      root.dataset.firstPicture = Math.round(performance.now());
+    } catch (error) {
+      say(error.message, true);
+      root.dataset.state = "failed";
+    }
+    const loop = now => {
+      this.tick(now);
+      requestAnimationFrame(loop);
+    };
+    requestAnimationFrame(loop);
+    this.loadRest();
+  }
+
+  tick(now) {
+    if (this.timeline.playing && !this.loading) {
+      const index = this.timeline.due(now);
+      if (index !== this.timeline.index) {
+        this.step = Math.max(index - this.timeline.index, 1);
+        this.go(index, true);
+      }
+    }
+    if (this.dirty || this.view.width !== byId("view").clientWidth || this.view.height !== byId("view").clientHeight) {
+      this.draw();
+    } else if (this.view.software && !this.timeline.playing && now - this.drawnAt > 250) {
+      this.draw(true);
+    }
+  }
+
+  /// Loads the frame for all that is seen.
+  async load() {
+    const asked = ++this.asked;
+    const isStill = () => asked === this.asked;
+    this.loading = true;
+    try {
+      const shown = new Map();
+      for (const pane of this.shownPanes) {
+        const timeline = this.timelines[pane.timeline];
+        for (const layer of timeline.layers) {
+          if (!pane.hidden.has(timeline.layers.indexOf(layer))) {
+            shown.set(layer, this.frameOf(timeline));
+          }
+        }
+      }
+      const camera = this.cameraWork(isStill);
+      await Promise.all([...shown].map(([layer, frame]) => layer.show(frame, isStill)));
+      if (!isStill()) {
+        return;
+      }
+      const problems = [...shown.keys()].map(layer => layer.problem).filter(Boolean);
+      this.problem = problems.join("; ");
+      if (this.problem) {
+        say(this.problem, true);
+      } else if (byId("message").classList.contains("bad")) {
+        say("");
+      }
+      for (const [layer, frame] of this.timeline.playing ? shown : []) {
+        layer.prefetch(frame, this.step);
+      }
+      await camera;
+    } finally {
+      if (isStill()) {
+        this.loading = false;
+      }
+    }
+    if (this.timeline.playing) {
+      this.draw();  // not at the next tick: what is shown would be late by one
+    } else {
+      this.touch();
+    }
+  }
+
+  async cameraWork(isStill) {
+    const {cameras} = this.now;
+    if (!cameras) {
+      return;
+    }
+    if (cameras.showSkeleton) {
+      cameras.drawSkeleton(this.frameId);
+    }
+    if (cameras.selected >= 0) {
+      const note = await cameras.showImage(this.frameId, isStill);
+      if (isStill()) {
+        this.side.tellOfImage(note);
+      }
+    }
+    if (cameras.showFrusta && !this.timeline.playing) {
+      cameras.showThumbs(this.frameId, isStill);
+    }
+  }
+
+  /// What may come after the first picture: how well the cameras agree, and findings of that.
+  async loadRest() {
+    for (const {cameras, info} of this.timelines) {
+      const agreement = await cameras?.loadAgreement().catch(error => say(error.message, true));
+      if (agreement) {
+        for (const {severity, text, place} of agreement.findings ?? []) {
+          const camera = cameras.cameras.find(one => one.id === place)?.id;
+          info.marks.push({severity, text, stage: "", ...(camera ? {camera} : {})});
+        }
+        info.series.push(...residualSeries(cameras));
+      }
+    }
+    this.setFindings();
+    if (this.side.tab === "cameras") {
+      this.side.show();
+    }
+    this.load();
+    survey(this);
+  }
+
+  touch() {
+    this.dirty = true;
+  }
+
+  draw(fine = false) {
+    this.dirty = false;
+    this.drawnAt = fine ? Infinity : performance.now();
+    const panes = this.shownPanes.map((pane, i) => {
+      const timeline = this.timelines[pane.timeline];
+      const camera = timeline.cameras?.cameras[pane.through];
+      return {
+        timeline: pane.timeline,
+        x: this.isSplit ? i / 2 : 0,
+        width: this.isSplit ? 0.5 : 1,
+        through: camera ? {camera, texture: timeline.cameras.texture} : null,
+        opacity: this.opacity,
+        shows: layer => layer.timeline === pane.timeline && !pane.hidden.has(timeline.layers.indexOf(layer)) &&
+          layer.faces !== undefined,
+      };
+    });
+    this.drawnPanes = panes;
+    feetOf(this.now.layers, this.view.ground.feet);
+    this.view.draw(panes, this.orbit, this.light, fine);
+    root.dataset.frame = this.frameId;
+    root.dataset.drawn = Number(root.dataset.drawn ?? 0) + 1;
+  }
+
+  go(index, playing = false) {
+    const wanted = Math.min(Math.max(index, 0), this.timeline.frames.length - 1);
+    this.askedAt = performance.now();
+    this.timeline.show(wanted);
+    if (!playing) {
+      this.timeline.started = null;
+      this.writeAddress();
+    }
+    this.side.syncVideo();
+    return this.load().catch(error => {
+      say(error.message, true);
+      this.loading = false;
+    });
+  }
+
+  /// All that is shown fills the view.
+  fit() {
+    const {hidden} = this.panes[this.active];
+    const bounds = boundsOf(this.now.layers.filter((_, i) => !hidden.has(i)), this.now.cameras);
+    if (bounds) {
+      this.orbit.frame(bounds.low, bounds.high);
+      this.orbit.distance *= bounds.ofCameras ? 0.6 : 1;  // cameras stand round what matters
+    }
+    this.touch();
+  }
+
+  writeAddress(now) {
+    writeAddress(this, now);
+  }
+
+  // What stands around the view.
+
+  setTimeline() {
+    const {info} = this.now;
+    byId("tabs").replaceChildren(...this.timelines.map((timeline, i) => element("button", {role: "tab",
+      ariaSelected: String(timeline === this.now), onclick: () => this.choose(i)}, timeline.info.name)));
+    this.timeline.set({frames: info.frames, fps: info.fps, marks: info.marks, series: this.seriesOf(this.now)},
+      mark => this.jump(mark));
+    this.timeline.show(Math.min(this.wantedIndex ?? 0, info.frames.length - 1));
+    this.wantedIndex = null;
+    showLayers(this);
+    this.side.show();
+    showPanes(this);
+    showLegend(this);
+  }
+
+  /// Findings and figures that have come while something is seen.
+  setFindings() {
+    const {info} = this.now;
+    this.timeline.set({frames: info.frames, fps: info.fps, marks: info.marks, series: this.seriesOf(this.now)},
+      mark => this.jump(mark));
+    this.timeline.show(this.timeline.index);
+    this.side.showFindings();
+  }
+
+  /// Figures of files, and those that the page makes of frames it has seen.
+  seriesOf({info, layers}) {
+    return [...layers.flatMap(layer => layer.series()), ...info.series];
+  }
+
+  choose(number) {
+    if (this.panes[this.active].timeline === number) {
+      return;
+    }
+    this.now.index = this.timeline.index;
+    this.panes[this.active] = this.pane(number);
+    this.timeline.setPlaying(false);
+    this.wantedIndex = this.now.index ?? 0;
+    this.setTimeline();
+    this.go(this.timeline.index).then(() => {
+      if (!this.now.seen) {
+        this.fit();
+      }
+      this.now.seen = true;
+      survey(this);
+    });
+  }
+
+  /// Shows where a finding is: its camera, its frame, the layer in its colour, from the side where it is.
+  async jump(mark) {
+    if (mark.camera !== undefined && this.now.cameras) {
+      this.select(this.now.cameras.cameras.findIndex(camera => camera.id === mark.camera), true);
+    }
+    if (mark.frame !== undefined) {
+      this.timeline.setPlaying(false);
+      this.go(this.timeline.nearest(mark.frame));
+    }
+    say(mark.text);
+    const layer = this.now.layers.findIndex(({info}) => info.name === mark.layer && info.stage === mark.stage);
+    if (layer >= 0) {
+      this.panes[this.active].hidden.delete(layer);
+      await this.recolor(this.now.layers[layer], mark.coloring);
+      showLayers(this);
+      const {places} = this.now.layers[layer];
+      this.orbit.face([0, 1, 2].map(k => places[3 * mark.vertex + k]));
+      this.touch();
+    }
+  }
+
+  toggle(i) {
+    const {hidden} = this.panes[this.active];
+    hidden.has(i) ? hidden.delete(i) : hidden.add(i);
+    const check = byId(`layer${i}`);
+    if (check) {
+      check.checked = !hidden.has(i);
+    }
+    this.writeAddress();
+    this.load().catch(error => say(error.message, true));
+  }
+
+  recolor(layer, coloring) {
+    layer.coloring = coloring;
+    showLegend(this);
+    this.writeAddress();
+    return this.load().catch(error => say(error.message, true));
+  }
+
+  select(camera, through = false) {
+    const {cameras} = this.now;
+    if (!cameras || camera < 0) {
+      return;
+    }
+    cameras.selected = camera;
+    cameras.drawFrusta();
+    this.side.tab = "cameras";
+    if (through) {
+      this.panes[this.active].through = camera;
+    } else if (this.panes[this.active].through >= 0) {
+      this.panes[this.active].through = camera;
+    }
+    this.side.show();
+    this.writeAddress();
+    this.load().catch(error => say(error.message, true));
+  }
+
+  lookThrough(camera) {
+    this.panes[this.active].through = camera;
+    this.side.show();
+    this.writeAddress();
+    this.load();
+  }
+
+  // Keys, buttons.
+
+  listen() {
+    this.orbit.listen(byId("view"), () => {
+      this.panes.forEach(pane => { pane.through = -1; });
+      this.writeAddress();
+      this.touch();
+    });
+    byId("view").addEventListener("click", event => this.pick(event));
+    byId("play").onclick = () => this.play();
+    byId("loop").onclick = () => this.loop();
+    byId("split").onclick = () => this.split();
+    byId("save").onclick = () => saveImage(this);
+    byId("film").onclick = () => saveVideo(this);
+    byId("link").onclick = () => this.copyLink();
+    byId("help").onclick = () => this.help();
+    addEventListener("keydown", event => onKey(this, event));
+    addEventListener("resize", () => {
+      this.timeline.drawChart();
+      this.touch();
+    });
+    addEventListener("hashchange", () => {
+      if (location.hash.slice(1) !== this.written) {
+        readAddress(this);
+        this.setTimeline();
+        this.load();
+      }
+    });
+    byId("keys").append(keyTable());
+  }
+
+  zoom(factor) {
+    this.orbit.zoom(factor);
+    this.lookThroughNothing();
+  }
+
+  lookThroughNothing() {
+    this.panes.forEach(pane => { pane.through = -1; });
+    this.writeAddress();
+    this.touch();
+  }
+
+  escape() {
+    byId("keys").hidden = true;
+    if (this.panes[this.active].through >= 0) {
+      this.lookThrough(-1);
+    }
+  }
+
+  nextCamera(step) {
+    const {cameras} = this.now;
+    if (cameras) {
+      const count = cameras.cameras.length;
+      this.select((cameras.selected + step + count) % count, true);
+    }
+  }
+
+  nextMark(step) {
+    const marks = this.now.info.marks.filter(mark => mark.frame !== undefined || mark.camera !== undefined);
+    if (marks.length > 0) {
+      this.markAt = ((this.markAt ?? (step > 0 ? -1 : 0)) + step + marks.length) % marks.length;
+      this.jump(marks[this.markAt]);
+    } else {
+      say("No finding here names a frame or a camera.");
+    }
+  }
+
+  play() {
+    this.timeline.setPlaying(!this.timeline.playing);
+    if (this.timeline.playing && !this.timeline.looping && this.timeline.index === this.timeline.frames.length - 1) {
+      this.go(0);
+    }
+    this.writeAddress();
+    this.side.syncVideo();
+  }
+
+  loop() {
+    this.timeline.looping = !this.timeline.looping;
+    byId("loop").setAttribute("aria-pressed", String(this.timeline.looping));
+  }
+
+  split() {
+    this.isSplit = !this.isSplit;
+    showPanes(this);
+    showLegend(this);
+    this.writeAddress();
+    this.load();
+  }
+
+  help() {
+    byId("keys").hidden = !byId("keys").hidden;
+    byId("help").setAttribute("aria-expanded", String(!byId("keys").hidden));
+  }
+
+  /// A click on a camera in space chooses it.
+  pick(event) {
+    const {cameras} = this.now;
+    if (!cameras?.showFrusta || this.panes[this.active].through >= 0 || !this.drawnPanes) {
+      return;
+    }
+    const pane = this.drawnPanes.find(one => one.timeline === this.now.number);
+    const near = 18;  // px
+    let best = -1, distance = near;
+    cameras.cameras.forEach((_, c) => {
+      const pixel = this.view.pixelOf(cameras.centre(c), pane, this.orbit);
+      const away = pixel ? Math.hypot(pixel[0] - event.offsetX, pixel[1] - event.offsetY) : Infinity;
+      if (away < distance) {
+        best = c;
+        distance = away;
+      }
+    });
+    if (best >= 0) {
+      this.select(best);
+    }
+  }
+
+  copyLink() {
+    this.writeAddress(true);
+    const copied = navigator.clipboard?.writeText(location.href);
+    (copied ?? Promise.reject()).then(() => say("The address of this view is in the clipboard."),
+      () => say("The browser's address line holds the address of this view."));
+  }
+
+}
+
+globalThis.atelierScene = scene => {
+  globalThis.atelier = new App(scene);
+};
+addEventListener("error", event => say(event.message, true));
+addEventListener("unhandledrejection", event => say(String(event.reason?.message ?? event.reason), true));

@@ -1,0 +1,185 @@
+// What stands at the side: cameras, the pattern, the video, findings.
+
+import {byId, element, say} from "./data.js";
+import {patternView} from "./pattern.js";
+
+export class SidePanel {
+  constructor(app) {
+    this.app = app;
+    this.tab = null;  // what was chosen
+  }
+
+  /// What there is to say of the camera's image.
+  tellOfImage(note) {
+    if (this.imageNote) {
+      this.imageNote.textContent = note;
+    }
+  }
+
+  tabs() {
+    const {info, cameras, layers} = this.app.now;
+    const tabs = [];
+    if (cameras) tabs.push(["cameras", "Cameras"]);
+    if (layers.some(layer => layer.info.pattern)) tabs.push(["pattern", "Pattern"]);
+    if (info.videos.length > 0) tabs.push(["video", "Video"]);
+    tabs.push(["findings", `Findings (${info.marks.length})`]);
+    return tabs;
+  }
+
+  showTabs() {
+    const tabs = this.tabs();
+    if (!tabs.some(([name]) => name === this.tab)) {
+      this.tab = tabs[0][0];
+    }
+    byId("side-tabs").replaceChildren(...tabs.map(([name, words]) => element("button", {role: "tab",
+      className: name === "findings" ? this.worstFinding() : "", ariaSelected: String(name === this.tab), onclick: () => {
+        this.tab = name;
+        this.app.writeAddress();
+        this.show();
+      }}, words)));
+  }
+
+  /// Findings that have come since; whoever looks at something else keeps it.
+  showFindings() {
+    this.showTabs();
+    if (this.tab === "findings") {
+      byId("side-body").replaceChildren(...this.findingsParts());
+    }
+  }
+
+  /// "error", "warning", or "" where there are notes alone.
+  worstFinding() {
+    const severities = this.app.now.info.marks.map(mark => mark.severity);
+    return ["error", "warning"].find(one => severities.includes(one)) ?? "";
+  }
+
+  show() {
+    this.showTabs();
+    this.video = null;
+    this.imageNote = null;
+    const show = {cameras: () => this.camerasParts(), pattern: () => this.patternParts(),
+      video: () => this.videoParts(), findings: () => this.findingsParts()}[this.tab];
+    byId("side-body").replaceChildren(...show());
+  }
+
+  camerasParts() {
+    const {cameras} = this.app.now;
+    const buttons = cameras.cameras.map((camera, c) => element("button", {title: camera.held_out ? "held out" : "",
+      ariaPressed: String(c === cameras.selected), onclick: () => this.app.select(c, c === cameras.selected)}, camera.id));
+    const parts = [element("div", {className: "cameras"}, ...buttons)];
+    if (cameras.selected >= 0) {
+      const through = this.app.panes[this.app.active].through === cameras.selected;
+      parts.push(element("button", {id: "through", ariaPressed: String(through),
+        onclick: () => this.app.lookThrough(through ? -1 : cameras.selected)}, "Look through it (C)"));
+      const opacity = element("input", {type: "range", min: "0", max: "100", value: String(100 * this.app.opacity), id: "opacity",
+        oninput: () => {
+          this.app.opacity = Number(opacity.value) / 100;
+          this.app.touch();
+        }});
+      parts.push(element("label", {className: "slider"}, "Meshes over the image ", opacity));
+      parts.push(element("div", {className: "toggles"}, ...[["keypoints", "detected keypoints"],
+        ["projected", "keypoints in space"], ["mask", "mask"], ["labels", "labels"]].map(([name, words]) => {
+        const check = element("input", {type: "checkbox", checked: cameras.overlays[name], onchange: () => {
+          cameras.overlays[name] = check.checked;
+          this.app.load();
+        }});
+        return element("label", {}, check, " ", words);
+      })));
+      parts.push(cameras.canvas);
+      this.imageNote = element("p", {className: "quiet"});
+      parts.push(this.imageNote);
+    } else {
+      parts.push(element("p", {className: "quiet"}, "Choose a camera for its image."));
+    }
+    const {agreement} = cameras;
+    if (agreement?.cameras) {
+      parts.push(element("h2", {}, "Keypoints to their detections, median px"));
+      const worst = Math.max(cameras.worstResidual(), 1e-9);
+      parts.push(element("div", {className: "bars"}, ...cameras.cameras.flatMap((camera, c) => {
+        const residual = cameras.residual(c);
+        const bar = element("span", {className: cameras.isOff(c) ? "bar off" : "bar"});
+        bar.style.width = `${100 * (residual ?? 0) / worst}%`;
+        return [element("button", {onclick: () => this.app.select(c, true)}, camera.id), bar,
+          element("span", {}, residual === null ? "–" : residual.toFixed(1))];
+      })));
+      const off = cameras.cameras.filter((_, c) => cameras.isOff(c)).map(camera => camera.id);
+      if (off.length > 0) {
+        parts.push(element("p", {}, `Camera ${off.join(", ")} is more than twice as far off as the median camera: ` +
+          "its calibration, its clock or its name may be wrong."));
+      }
+    } else if (cameras.info.agreement) {
+      parts.push(element("p", {className: "quiet"}, "The residuals of the calibration are being computed."));
+    }
+    for (const problem of agreement?.problems ?? []) {
+      parts.push(element("p", {}, problem));
+    }
+    return parts;
+  }
+
+  patternParts() {
+    const box = element("div", {});
+    const layers = this.app.now.layers.filter(layer => layer.info.pattern);
+    Promise.all(layers.map(layer => layer.topology())).then(topologies => {
+      topologies.forEach((topology, i) => {
+        const layer = layers[i];
+        box.append(element("h2", {}, layer.info.name), patternView(topology.arrays.pattern_faces,
+          topology.arrays.pattern, layer.panels(topology).panels, panel => {
+            layer.highlightPanel(panel, topology);
+            if (panel < 0) {
+              this.app.load();
+            }
+            this.app.touch();
+          }));
+      });
+    }, error => say(error.message, true));
+    return [box];
+  }
+
+  videoParts() {
+    this.video = element("video", {src: this.app.now.info.videos[0], muted: true, preload: "auto", playsInline: true,
+      ariaLabel: "The rendered images of these frames"});
+    this.video.onloadeddata = () => this.syncVideo();
+    this.video.onerror = () => {
+      byId("side-body").replaceChildren(element("p", {}, "The video cannot be read: its file is damaged, or this browser " +
+        "does not play it. If atelier status says that animate is damaged, run the stage again."));
+    };
+    return [this.video, element("p", {className: "quiet"}, "The images that the networks rendered, at the frame of the view.")];
+  }
+
+  syncVideo() {
+    const {video} = this;
+    if (!video || !Number.isFinite(video.duration) || video.duration === 0) {
+      return;
+    }
+    const wanted = (this.app.timeline.index + 0.5) / this.app.timeline.frames.length * video.duration;
+    if (this.app.timeline.playing) {
+      const speed = video.duration / (this.app.timeline.frames.length / this.app.timeline.fps);
+      if (Math.abs(video.currentTime - wanted) > 0.15) {
+        video.currentTime = wanted;
+      }
+      if (video.paused) {
+        video.playbackRate = Math.min(Math.max(speed, 0.1), 8);
+        video.play().catch(() => {});
+      }
+    } else {
+      video.pause();
+      video.currentTime = wanted;
+    }
+  }
+
+  findingsParts() {
+    const {marks} = this.app.now.info;
+    if (marks.length === 0) {
+      return [element("p", {className: "quiet"}, "Nothing was found.")];
+    }
+    const order = {error: 0, warning: 2, note: 4};
+    // Of one severity, first what the page has found and shows where it is.
+    const rank = mark => order[mark.severity] - (mark.vertex === undefined ? 0 : 1);
+    return [...marks].sort((a, b) => rank(a) - rank(b)).map(mark => element("button", {
+      className: "finding " + mark.severity, onclick: () => this.app.jump(mark),
+      disabled: mark.frame === undefined && mark.camera === undefined},
+      mark.stage ? element("b", {}, mark.stage + ": ") : "", mark.text,
+      mark.frame !== undefined ? element("small", {}, ` → frame ${mark.frame}`) : "",
+      mark.camera !== undefined ? element("small", {}, ` → camera ${mark.camera}`) : ""));
+  }
+}

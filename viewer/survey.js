@@ -1,0 +1,82 @@
+// What the page computes of the frames that nobody looked at yet: a torn frame or cloth that slips is
+// told without anybody having come upon it.
+
+const kRest = 1000;  // ms without a request, from which on work in the background disturbs nobody
+
+/// Figures of all frames of what is shown, file by file while nothing plays and nobody has asked for
+/// a frame of late; what stands out becomes a finding.
+export async function survey(app) {
+  if (app.surveying) {
+    return;
+  }
+  app.surveying = true;
+  let timeline = null, left = [];
+  for (;;) {
+    if (timeline !== app.now) {
+      timeline = app.now;
+      left = [...timeline.layers];
+    }
+    if (left.length === 0) {
+      break;
+    }
+    const isBusy = app.timeline.playing || app.loading || performance.now() - app.askedAt < kRest;
+    await new Promise(resolve => setTimeout(resolve, isBusy ? 100 : 0));
+    if (isBusy || await left[0].surveyNext().catch(() => true)) {
+      continue;
+    }
+    const marks = marksOf(left.shift());
+    timeline.info.marks.push(...marks);
+    marks.length > 0 ? app.setFindings() : app.timeline.chooseSeries();
+  }
+  timeline.surveyed = true;
+  app.surveying = false;
+}
+
+/// What the figures of a layer's frames tell.
+function marksOf(layer) {
+  if (layer.isTold) {
+    return [];
+  }
+  layer.isTold = true;
+  const {info, figures} = layer;
+  const mark = (index, text, vertex, coloring = layer.coloring) => ({severity: "warning", stage: info.stage,
+    text: `${info.name}: ${text}`, frame: info.frames[index], layer: info.name, coloring, vertex});
+  const torn = tornFrames(figures.deviation);
+  return [
+    ...torn.map(i => mark(i, `torn: edges are up to ${(1000 * figures.deviation[i]).toFixed(0)} mm longer or shorter than in ` +
+      "the frames beside", layer.worst.deviation[i])),
+    ...suddenRises(figures.strain).filter(i => !torn.includes(i) && !torn.includes(i - 1)).map(i => mark(i,
+      `the strain jumps from ${percent(figures.strain[i - 1])} to ${percent(figures.strain[i])}: the cloth slips or a seam opens`,
+      layer.worst.strain[i], "strain")),
+  ];
+}
+
+const percent = share => `${(100 * share).toFixed(0)} %`;
+
+/// Values that are so far above the median, in median absolute deviations, are none of the others.
+const kStandsOut = 8;
+
+function isHigh(values) {
+  const sorted = values.filter(Number.isFinite).sort((a, b) => a - b);
+  const middle = sorted[sorted.length >> 1];
+  const spread = sorted.map(value => Math.abs(value - middle)).sort((a, b) => a - b)[sorted.length >> 1];
+  return value => value > middle + kStandsOut * 1.4826 * spread;
+}
+
+/// Frames whose edges are off by more than a centimetre, and by far more than in other frames, and that
+/// stand alone: of what changes and stays, two frames are off alike. At the ends, where nobody can tell
+/// these apart, by more than three centimetres.
+export function tornFrames(deviation) {
+  const isTorn = isHigh(deviation);
+  const least = i => i === 0 || i === deviation.length - 1 ? 0.03 : 0.01;  // m
+  return deviation.flatMap((value, i) => value > least(i) && isTorn(value) &&
+    value > 1.5 * Math.max(deviation[i - 1] ?? 0, deviation[i + 1] ?? 0) ? [i] : []);
+}
+
+/// Frames in which the strain is more than 3 % above that of the frame before, and rises far more than
+/// elsewhere.
+export function suddenRises(strain) {
+  const rises = strain.map((value, i) => i > 0 && Number.isFinite(strain[i - 1]) ? Math.abs(value - strain[i - 1]) : NaN);
+  const isJump = isHigh(rises);
+  return rises.flatMap((rise, i) => rise > 0.03 && strain[i] > strain[i - 1] && isJump(rise) ? [i] : []);
+}

@@ -1,0 +1,206 @@
+// The timeline: frames under their own numbers, played at their rate; marks of findings; a figure of
+// each frame as a curve.
+
+import {element} from "./data.js";
+
+const labelOf = one => [one.stage, one.name].filter(Boolean).join(": ");
+const valuesOf = one => typeof one.values === "function" ? one.values() : one.values;
+
+function median(sorted) {
+  return sorted[sorted.length >> 1];
+}
+
+/// How far the largest of the values is above their median, in median absolute deviations (scaled to
+/// the standard deviation of a normal distribution); where more than half are the same, and these
+/// are 0, in standard deviations. -1: of fewer than three values.
+export function peakHeight(values) {
+  const known = values.filter(Number.isFinite).sort((a, b) => a - b);
+  if (known.length < 3) {
+    return -1;
+  }
+  const middle = median(known);
+  const spread = 1.4826 * median(known.map(value => Math.abs(value - middle)).sort((a, b) => a - b));
+  const mean = known.reduce((sum, value) => sum + value, 0) / known.length;
+  const deviation = Math.sqrt(known.reduce((sum, value) => sum + (value - mean) ** 2, 0) / known.length);
+  // Rounding makes a spread of what stays the same.
+  return (known.at(-1) - middle) / (spread > 1e-3 * Math.abs(middle) ? spread : deviation || 1);
+}
+
+export class Timeline {
+  constructor(parts, go) {
+    this.parts = parts;  // {scrub, frame, time, play, loop, chart, marks, series}
+    this.go = go;
+    this.frames = [0];
+    this.fps = 1;
+    this.index = 0;
+    this.playing = false;
+    this.looping = true;
+    parts.scrub.addEventListener("input", () => go(Number(parts.scrub.value)));
+    parts.frame.addEventListener("change", () => {
+      const wanted = Number(parts.frame.value);
+      go(this.nearest(Number.isFinite(wanted) ? wanted : this.frames[this.index]));
+    });
+    parts.chart.addEventListener("pointerdown", event => {
+      const share = (event.offsetX - 8) / Math.max(parts.chart.clientWidth - 16, 1);
+      go(Math.round(Math.min(Math.max(share, 0), 1) * (this.frames.length - 1)));
+    });
+    parts.series.addEventListener("change", () => {
+      this.chosen = labelOf(this.seriesList[Number(parts.series.value)]);
+      this.drawChart();
+    });
+  }
+
+  nearest(frameId) {
+    let best = 0;
+    this.frames.forEach((id, i) => {
+      if (Math.abs(id - frameId) < Math.abs(this.frames[best] - frameId)) {
+        best = i;
+      }
+    });
+    return best;
+  }
+
+  set({frames, fps, marks, series}, jump) {
+    this.frames = frames;
+    this.fps = fps;
+    this.seriesList = series;
+    this.parts.scrub.max = frames.length - 1;
+    this.parts.marks.replaceChildren();
+    const last = Math.max(frames.length - 1, 1);
+    for (const mark of marks) {
+      if (mark.frame !== undefined) {
+        const button = element("button", {className: mark.severity, title: mark.text,
+          ariaLabel: `Frame ${mark.frame}: ${mark.text}`, onclick: () => jump(mark)});
+        button.style.left = `${100 * this.nearest(mark.frame) / last}%`;
+        this.parts.marks.append(button);
+      }
+    }
+    this.parts.series.replaceChildren(...series.map((one, i) =>
+      element("option", {value: String(i)}, labelOf(one))));
+    this.parts.series.closest("label").hidden = series.length === 0;
+    this.parts.chart.hidden = series.length === 0;
+    this.chooseSeries();
+  }
+
+  /// Shows the figure that was chosen, or else the one whose peak stands out most, but for those that
+  /// another one sums up.
+  chooseSeries() {
+    const list = this.seriesList;
+    let best = list.findIndex(one => labelOf(one) === this.chosen);
+    if (best < 0 && list.length > 0) {
+      const heights = list.map(one => one.isDetail ? -2 : peakHeight(valuesOf(one)));
+      best = heights.indexOf(Math.max(...heights));
+    }
+    this.parts.series.value = String(Math.max(best, 0));
+    this.drawChart();
+  }
+
+  show(index) {
+    this.index = index;
+    const now = performance.now();
+    if (this.playing && now - (this.shown ?? 0) < 200) {
+      return;  // numbers that nobody could read cost as much as the meshes where the CPU draws
+    }
+    this.shown = now;
+    this.parts.scrub.value = index;
+    this.parts.frame.value = String(this.frames[index]);
+    this.parts.time.textContent = `${(index / this.fps).toFixed(2)} s of ${((this.frames.length - 1) / this.fps).toFixed(2)}`;
+    this.drawChart();
+  }
+
+  setPlaying(playing) {
+    const ends = this.playing && !playing;
+    this.playing = playing && this.frames.length > 1;
+    this.parts.play.textContent = this.playing ? "Pause" : "Play";
+    this.started = null;
+    if (ends) {
+      this.show(this.index);
+    }
+  }
+
+  /// The frame that is due at a time (ms) while playing: frames are left out, never slowed down.
+  due(now) {
+    if (this.started === null) {
+      this.started = now - 1000 * this.index / this.fps;
+    }
+    let index = Math.floor((now - this.started) * this.fps / 1000 + 1e-6);
+    if (index >= this.frames.length) {
+      if (!this.looping) {
+        this.setPlaying(false);
+        return this.frames.length - 1;
+      }
+      this.started = now;
+      index = 0;
+    }
+    return Math.max(index, 0);
+  }
+
+  drawChart() {
+    const {chart, series} = this.parts;
+    const one = this.seriesList?.[Number(series.value)];
+    series.title = one ? labelOf(one) : "";
+    const width = chart.clientWidth, height = chart.clientHeight;
+    if (!one || width === 0) {
+      return;
+    }
+    const ratio = devicePixelRatio || 1;
+    if (chart.width !== Math.round(width * ratio)) {
+      chart.width = Math.round(width * ratio);
+      chart.height = Math.round(height * ratio);
+    }
+    const context = chart.getContext("2d");
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    context.clearRect(0, 0, width, height);
+    const values = valuesOf(one);
+    if (!values.some(Number.isFinite)) {
+      context.fillStyle = "#6b6f76";
+      context.font = "10px system-ui, sans-serif";
+      context.fillText("being computed of the frames", 8, height / 2);
+      return;
+    }
+    const frames = one.frames ?? this.frames;
+    let high = 0, low = 0;
+    for (const value of values) {
+      if (value !== null && Number.isFinite(value)) {
+        high = Math.max(high, value);
+        low = Math.min(low, value);
+      }
+    }
+    const last = Math.max(this.frames.length - 1, 1);
+    const first = this.frames[0], span = Math.max(this.frames.at(-1) - first, 1);
+    const evenly = span === last;
+    const x = id => 8 + (width - 16) * (evenly ? (id - first) / span : this.nearest(id) / last);
+    const y = value => height - 13 - (height - 26) * (value - low) / (high - low || 1);
+    context.strokeStyle = "#2f6f73";
+    context.lineWidth = 1.3;
+    context.beginPath();
+    let drawing = false;
+    values.forEach((value, i) => {
+      if (value === null || !Number.isFinite(value)) {
+        drawing = false;
+        return;
+      }
+      drawing ? context.lineTo(x(frames[i]), y(value)) : context.moveTo(x(frames[i]), y(value));
+      drawing = true;
+    });
+    context.stroke();
+    context.fillStyle = "#6b6f76";
+    context.font = "10px system-ui, sans-serif";
+    context.textAlign = "left";
+    context.fillText(`${Number(high.toPrecision(3))}${one.unit ? " " + one.unit : ""}`, 8, 9);
+    const at = frames.indexOf(this.frames[this.index]);
+    const now = at < 0 ? null : values[at];
+    context.strokeStyle = "#23262b";
+    context.beginPath();
+    context.moveTo(x(this.frames[this.index]), 0);
+    context.lineTo(x(this.frames[this.index]), height);
+    context.stroke();
+    if (now !== null && now !== undefined && Number.isFinite(now)) {
+      const text = String(Number(now.toPrecision(3)));
+      const place = x(this.frames[this.index]);
+      context.fillStyle = "#23262b";
+      context.textAlign = place > width - 70 ? "right" : "left";
+      context.fillText(text, place + (place > width - 70 ? -5 : 5), height - 3);
+    }
+  }
+}
