@@ -81,7 +81,7 @@ MotionClip read_npz_motion(const std::filesystem::path& path, const MotionFileOp
   const BodyModel* body = options.body;
   const bool neutral = body != nullptr && options.shape.size() == 0;
   MotionOptions turned = options.motion;
-  turned.up = 'y';  // by then
+  turned.up = 'y';             // by then
   turned.metres_per_unit = 0;  // the path is, and bones are the body's
   return as_said(read_amass(path, body, neutral ? neutral_shape(*body) : options.shape,
                             options.motion, limits),

@@ -27,9 +27,10 @@ struct SmplBody {
 /// Reads SMPL, SMPL-H, SMPL-X (Loper et al. 2015, Romero et al. 2017, Pavlakos et al. 2019) and
 /// STAR (Osman et al. 2020) from an npz that the user supplies; which one it is follows from the
 /// number of joints and pose directions, and is the model's name, with the gender behind it where
-/// the file or its folder is named by one ("smplx_female"). Arrays: v_template [V,3], f [F,3], weights [V,J],
-/// J_regressor [J,V], kintree_table [2,J], shapedirs [V,3,S], posedirs [V,3,P] or [P,3V]; vt and ft
-/// where there are. Metres, Y up. Pickles are not read: converting them needs their own programs.
+/// the file or its folder is named by one ("smplx_female"). Arrays: v_template [V,3], f [F,3],
+/// weights [V,J], J_regressor [J,V], kintree_table [2,J], shapedirs [V,3,S], posedirs [V,3,P] or
+/// [P,3V]; vt and ft where there are. Metres, Y up. Pickles are not read: converting them needs
+/// their own programs.
 ///
 /// Throws DataError, naming array, found and expected shape, for missing arrays, wrong shapes,
 /// numbers that are not finite or beyond `limits.mesh_coordinate`, indices out of range, a tree

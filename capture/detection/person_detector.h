@@ -28,8 +28,8 @@ const Eigen::Matrix<double, Eigen::Dynamic, 2>& person_anchors();
 /// of their union the mean weighted by score remains. Best first.
 /// @param threshold  least score, (0, 1)
 /// Throws DataError (`file`) for outputs of other shapes.
-std::vector<DetectedPerson> decode_people(const std::vector<NetworkOutput>& outputs, int image_width,
-                                      int image_height, double threshold,
-                                      const std::string& file = "");
+std::vector<DetectedPerson> decode_people(const std::vector<NetworkOutput>& outputs,
+                                          int image_width, int image_height, double threshold,
+                                          const std::string& file = "");
 
 }  // namespace atelier
