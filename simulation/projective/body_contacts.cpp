@@ -7,11 +7,6 @@ namespace {
 
 constexpr Index kContactGrain = 256;
 
-/// For searches that ask the body's tree.
-struct NoCandidates {
-  FaceChoice<double> operator()(const Passage<double>&) const { return {}; }
-};
-
 }  // namespace
 
 BodyContacts::BodyContacts(const Triangles& faces, const CommonSolverOptions& options,
@@ -77,7 +72,6 @@ std::vector<TouchedBody> BodyContacts::find_across(int s, double h,
                                                    const std::vector<TouchedBody>& known,
                                                    const std::vector<Vec4<double>>& x,
                                                    const std::vector<Vec4<double>>& v) const {
-  constexpr double kAcross = 0.5;  // cosine of the angle between two surfaces, at most
   const BodySubstep<double> step = substep(s, rules_.wide);
   std::vector<TouchedBody> found(known.size());
   parallel_for(std::ssize(known), kContactGrain, [&](Index begin, Index end) {
@@ -86,15 +80,14 @@ std::vector<TouchedBody> BodyContacts::find_across(int s, double h,
       const int i = known[k].particle;
       Vec4<double> start = x[i];
       const Passage<double> way{xyz(start), xyz(start) + h * xyz(v[i]), step.t0, step.t1};
-      if (squared_norm(way.p1 - way.p0) < rules_.wide.thickness * rules_.wide.thickness) {
+      if (!is_looked_at_again(way, rules_)) {
         continue;
       }
       const FaceChoice<double> choice =
           choose_on_way(body_.body(), outlook()[i], way, BodySearch::Tree, rules_.wide,
                         NoCandidates{}, AloneInTree{});
       const VelocityBound bound = bound_of_choice(body_.body(), choice, way, rules_, h, start);
-      const bool passes = dot(lacking_velocity(bound, xyz(v[i])), bound.normal) > 0;
-      if (bound.holds != 0 && passes && dot(bound.normal, known[k].bound.normal) < kAcross) {
+      if (lies_across(bound, known[k].bound, xyz(v[i]))) {
         found[k] = {i, bound};
       }
     }

@@ -14,7 +14,6 @@ namespace {
 
 constexpr Index kImpulseGrain = 512;
 constexpr int kSweeps = 2;       ///< of an iteration over contacts of cloth, up the levels and down
-constexpr int kTurns = 4;        ///< of a particle's two contacts with the body
 constexpr int kMostLevels = 64;  ///< more are solved as one
 constexpr int kMostColours = 64;  ///< of a level; what is left is solved one after the other
 
@@ -168,7 +167,7 @@ void ContactImpulses::hold_each(std::vector<BodyImpulse>& contacts,
 
 void ContactImpulses::hold_body(std::vector<Vec4<double>>& velocity) {
   hold_each(body_, velocity);
-  for (int turn = 0; turn < kTurns && !across_.empty(); ++turn) {
+  for (int turn = 0; turn < kBodyTurns && !across_.empty(); ++turn) {
     hold_each(across_, velocity);
     hold_each(body_, velocity);
   }

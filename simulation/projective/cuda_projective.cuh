@@ -133,9 +133,11 @@ struct ProjectiveFrame {
   Vec4<double>* v;       ///< of the iteration
   Vec4<double>* at;      ///< where they lead to
   VelocityBound* bounds;
-  Vec4<double>* impulses;     ///< N s
-  int* touched;               ///< null: no body
-  Vec4<double>* self_origin;  ///< null: no contact with itself
+  Vec4<double>* impulses;  ///< N s
+  VelocityBound* across;   ///< second contacts, with what lies across the first; null: no body
+  Vec4<double>* across_impulses;  ///< N s
+  int* touched;                   ///< null: no body
+  Vec4<double>* self_origin;      ///< null: no contact with itself
   Vec4<double>* self_carry;
   TouchesView touches;
 
@@ -154,12 +156,15 @@ struct ProjectiveFrame {
   BoundRules rules;
   BodyOutlook<double>* outlook;
   const int* candidates;
-  int* bad;  ///< smallest index of a particle that is not finite
+  int* bad;      ///< smallest index of a particle that is not finite
+  int* pinched;  ///< 1 + the last substep with a second contact of a particle; 0: there was none
 };
 
 /// The steps of a substep, each one launch. `k` counts iterations.
 void launch_projective_begin(const ProjectiveFrame& frame, int s, cudaStream_t stream);
 void launch_projective_find(const ProjectiveFrame& frame, int s, cudaStream_t stream);
+/// Second contacts of particles with a first one (BodyContacts::find_across), before iteration `k`.
+void launch_projective_across(const ProjectiveFrame& frame, int s, int k, cudaStream_t stream);
 /// `k`: the iteration, `j`: the sweep over contacts between pieces of cloth in it.
 void launch_projective_forces(const ProjectiveFrame& frame, int k, cudaStream_t stream);
 void launch_projective_hold(const ProjectiveFrame& frame, int k, int j, cudaStream_t stream);

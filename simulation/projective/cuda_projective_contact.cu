@@ -1,3 +1,4 @@
+#include "simulation/projective/cuda_chain.cuh"
 #include "simulation/projective/cuda_projective.cuh"
 #include "simulation/xpbd/cuda_team.cuh"
 
@@ -74,6 +75,38 @@ __global__ void __launch_bounds__(kContactThreads)
   });
 }
 
+/// Second contacts in substep `s` before iteration `k`, which with them begins another equation.
+__global__ void __launch_bounds__(kContactThreads)
+    across_kernel(const __grid_constant__ ProjectiveFrame f, int s, int k) {
+  wait_for_kernels_before();
+  for_free_particle(f, [&](int i, const ContactWarp& warp) {
+    if (f.bounds[i].holds == 0 || f.across[i].holds != 0) {
+      return;
+    }
+    const BodySubstep<double> step = substep_of(f, s, f.rules.wide);
+    Vec4<double> x = f.x[i];
+    const Vec3d v = xyz(f.v[i]);
+    const Passage<double> way{xyz(x), xyz(x) + f.h * v, step.t0, step.t1};
+    if (!is_looked_at_again(way, f.rules)) {
+      return;
+    }
+    const FaceChoice<double> choice = choose_on_way(f.body, f.outlook[i], way, BodySearch::Tree,
+                                                    f.rules.wide, NoCandidates{}, warp.team);
+    const VelocityBound bound = bound_of_choice(f.body, choice, way, f.rules, f.h, x);
+    if (warp.tile.thread_rank() != 0 || !lies_across(bound, f.bounds[i], v)) {
+      return;
+    }
+    f.across[i] = bound;
+    // Whoever comes here writes the same.
+    AndersonMemory& memory = f.memory[k % 2];
+    memory.count = 0;
+    memory.newest = 0;
+    memory.first = 1;
+    memory.least = 0;
+    *f.pinched = s + 1;
+  });
+}
+
 /// What passed through the body in substep `s`, or ended in it, is moved out.
 __global__ void __launch_bounds__(kContactThreads)
     guard_kernel(const __grid_constant__ ProjectiveFrame f, int s) {
@@ -109,6 +142,11 @@ void launch_projective_find(const ProjectiveFrame& frame, int s, cudaStream_t st
   find_kernel<<<cuda_blocks(frame.count, kContactThreads / 32), kContactThreads, 0, stream>>>(frame,
                                                                                               s);
   ATELIER_CUDA_LAUNCHED(find_kernel);
+}
+
+void launch_projective_across(const ProjectiveFrame& frame, int s, int k, cudaStream_t stream) {
+  launch_in_chain(across_kernel, cuda_blocks(frame.count, kContactThreads / 32), kContactThreads,
+                  stream, frame, s, k);
 }
 
 void launch_projective_guard(const ProjectiveFrame& frame, int s, cudaStream_t stream) {

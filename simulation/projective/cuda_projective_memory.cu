@@ -226,8 +226,10 @@ MovingProjective::MovingProjective(std::size_t n, std::size_t unknowns,
     outlook = CudaBuffer<BodyOutlook<double>>(n);
     candidates = CudaBuffer<int>(n * kBodyCandidates);
     depth = CudaBuffer<double>(n);
+    across = CudaBuffer<VelocityBound>(n);
+    across_impulses = CudaBuffer<Vec4<double>>(n);
   }
-  bad = CudaBuffer<int>(std::vector<int>{kAllFinite});
+  bad = CudaBuffer<int>(std::vector<int>{kAllFinite, 0});
 }
 
 }  // namespace atelier

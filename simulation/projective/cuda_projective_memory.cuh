@@ -109,8 +109,8 @@ struct MovingProjective {
                    std::size_t window, bool with_body);
 
   CudaBuffer<Vec4<double>> x, velocity, frame_start, frame_velocity, origin, start, wish, v, at,
-      impulses, target, air;
-  CudaBuffer<VelocityBound> bounds;
+      impulses, across_impulses, target, air;
+  CudaBuffer<VelocityBound> bounds, across;
   CudaBuffer<Vec4<float>> right, partial;
   CudaBuffer<Vec4<double>> change, last_change, last_next, of_change, of_next;
   CudaBuffer<double> dots;
@@ -119,7 +119,7 @@ struct MovingProjective {
   CudaBuffer<BodyOutlook<double>> outlook;
   CudaBuffer<int> candidates;
   CudaBuffer<double> depth;
-  CudaBuffer<int> bad;
+  CudaBuffer<int> bad;  ///< [2] what ProjectiveFrame::bad and ::pinched point to
 };
 
 }  // namespace atelier

@@ -41,6 +41,10 @@ __global__ void begin_kernel(const __grid_constant__ ProjectiveFrame f, int s) {
   f.at[i] = with_w(xyz(x) + f.h * velocity, 0.0);
   f.bounds[i].holds = 0;
   f.impulses[i] = Lane{};
+  if (f.across != nullptr) {
+    f.across[i].holds = 0;
+    f.across_impulses[i] = Lane{};
+  }
   if (f.self_origin != nullptr) {
     if (!is_free) {
       f.touches.reached[0][i] = f.touches.reached[1][i] = with_w(velocity, 0.0);
@@ -84,6 +88,30 @@ __device__ inline Vec3d sum_in_team(const RowTeam& team, Vec3d sum) {
   return sum;
 }
 
+/// The same of one that two parts of the body pinch, each of which has its own impulse.
+__device__ __noinline__ Vec3d impulses_of_pinch(const ProjectiveFrame& f, int i, Vec3d v) {
+  const double mass = f.mass[i];
+  const bool gentle = f.gentle[i] != 0;
+  Vec3d first = xyz(f.impulses[i]);
+  Vec3d second = xyz(f.across_impulses[i]);
+  if (gentle) {
+    first = bound_impulse(f.bounds[i], first, mass, xyz(f.v[i]), f.friction);
+    second = bound_impulse(f.across[i], second, mass, xyz(f.v[i]), f.friction);
+  } else {
+    const auto held = [&](const VelocityBound& bound, Vec3d other) {
+      return bound_impulse(bound, {}, mass, v + (1 / mass) * other, f.friction);
+    };
+    first = held(f.bounds[i], second);
+    for (int turn = 0; turn < kBodyTurns; ++turn) {
+      second = held(f.across[i], first);
+      first = held(f.bounds[i], second);
+    }
+  }
+  f.impulses[i] = with_w(first, 0.0);
+  f.across_impulses[i] = with_w(second, 0.0);
+  return first + second;
+}
+
 /// The impulse of the body on free particle `i`, whose velocity without it is `v`. One that is held
 /// gently has its own for the iteration (`renews`: in the first sweep of one).
 __device__ inline Vec3d impulse_of_body(const ProjectiveFrame& f, int i, Vec3d v, bool renews) {
@@ -92,8 +120,12 @@ __device__ inline Vec3d impulse_of_body(const ProjectiveFrame& f, int i, Vec3d v
     return {};
   }
   const bool gentle = f.gentle[i] != 0;
+  const bool pinched = f.across[i].holds != 0;
   if (gentle && !renews) {
-    return xyz(f.impulses[i]);
+    return xyz(f.impulses[i]) + (pinched ? xyz(f.across_impulses[i]) : Vec3d{});
+  }
+  if (pinched) {
+    return impulses_of_pinch(f, i, v);
   }
   const Vec3d impulse = bound_impulse(bound, gentle ? xyz(f.impulses[i]) : Vec3d{}, f.mass[i],
                                       gentle ? xyz(f.v[i]) : v, f.friction);
@@ -199,6 +231,9 @@ __global__ void leave_kernel(const __grid_constant__ ProjectiveFrame f) {
   f.origin[i] = x;
   f.start[i] = x;
   if (f.touched != nullptr) {
+    if (!(squared_norm(xyz(f.impulses[i])) > 0)) {  // of two contacts one pushes: that counts
+      f.impulses[i] = f.across_impulses[i];
+    }
     f.touched[i] = squared_norm(xyz(f.impulses[i])) > 0 ? 1 : 0;
   }
   Lane next = with_w(xyz(f.at[i]), x.w);

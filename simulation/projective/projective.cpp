@@ -33,9 +33,6 @@ bool asks_body_anew(int pass) {
   return beyond >= 0 && beyond % kSelfStays == 0;
 }
 
-/// Times as many iterations has a substep in which parts of the body pinch cloth.
-constexpr int kPinchedIterations = 3;
-
 using Lanes = std::vector<Vec4<double>>;
 
 /// Free particles in their order; -1: fixed.
@@ -163,13 +160,10 @@ struct ProjectiveSolver::Scene {
 
   /// Iterations before which contacts are looked for once more, where the cloth pulls by then.
   bool looks_again(int k) const {
-    const int all = options.projective.iterations;
-    return k > 0 && !body.empty() && (k == all / 4 || k == all / 2 || k % all == 0);
+    return !body.empty() && looks_across(k, options.projective.iterations);
   }
 
-  /// As many as asked for; more where parts of the body pinch cloth. What pulls there on particles
-  /// that two surfaces push at is far from known by then, and a substep that ends with it throws
-  /// them the further, substep by substep, until the cloth tears.
+  /// As many as asked for; more where parts of the body pinch cloth.
   int iterations_of_step() const {
     return options.projective.iterations * (impulses.across().empty() ? 1 : kPinchedIterations);
   }

@@ -156,8 +156,11 @@ struct ProjectiveCudaSolver::Scene {
     f.memory = m.memory.data();
     f.rules = rules;
     f.bad = m.bad.data();
+    f.pinched = m.bad.data() + 1;
     if (with_body) {
       f.touched = m.touched.data();
+      f.across = m.across.data();
+      f.across_impulses = m.across_impulses.data();
       f.body = body.view();
       f.outlook = m.outlook.data();
       f.candidates = m.candidates.data();
@@ -212,7 +215,11 @@ struct ProjectiveCudaSolver::Scene {
       flight.x = touches.flight();
       launch_projective_touches(flight, f, s, pairs_clock, stream);
     }
-    for (int k = 0; k < f.iterations && f.unknowns > 0; ++k) {
+    int iterations = f.unknowns > 0 ? f.iterations : 0;
+    for (int k = 0; k < iterations; ++k) {
+      if (f.body.face_count > 0 && looks_across(k, f.iterations)) {
+        launch_projective_across(f, s, k, stream);
+      }
       launch_projective_forces(f, k, stream);
       for (int j = 0; j < kTouchSweeps && self != nullptr; ++j) {
         launch_projective_hold(f, k, j, stream);
@@ -220,6 +227,9 @@ struct ProjectiveCudaSolver::Scene {
       launch_projective_rows(f, stream);
       launch_projective_columns(f, k, stream);
       launch_projective_next(f, k, stream);
+      if (pinched && k + 1 == f.iterations && flags().pinched == s + 1) {
+        iterations *= kPinchedIterations;
+      }
     }
     launch_projective_leave(f, stream);
     if (self != nullptr) {
@@ -241,12 +251,27 @@ struct ProjectiveCudaSolver::Scene {
     }
     const FrameReplay::Key key{f.gravity, f.body.face_count > 0, f.air != nullptr,
                                self != nullptr ? g.self.room : 0};
-    replay.run(key, [&](cudaStream_t stream) {
+    const auto launch = [&](cudaStream_t stream) {
       for (int s = 0; s < f.substeps; ++s) {
         launch_substep(f, g, s, stream);
       }
-    });
+    };
+    if (pinched) {  // how many launches there are is known on the way
+      launch(cudaStreamLegacy);
+    } else {
+      replay.run(key, launch);
+    }
   }
+
+  /// What a frame leaves.
+  struct Flags {
+    int bad, pinched;
+  };
+  Flags flags() const {
+    const std::vector<int> both = moving.bad.download();
+    return {both[0], both[1]};
+  }
+  void clear_flags() { moving.bad.upload({kAllFinite, 0}); }
 
   static void copy_state(CudaBuffer<Lane>& to, const CudaBuffer<Lane>& from) {
     ATELIER_CUDA_CHECK(cudaMemcpyAsync(to.data(), from.data(), from.size() * sizeof(Lane),
@@ -257,7 +282,7 @@ struct ProjectiveCudaSolver::Scene {
   void restore() {
     copy_state(moving.x, moving.frame_start);
     copy_state(moving.velocity, moving.frame_velocity);
-    moving.bad.upload(&kAllFinite, 1);
+    clear_flags();
     if (self != nullptr) {
       self->reset();
     }
@@ -290,23 +315,34 @@ struct ProjectiveCudaSolver::Scene {
       run(f);
     };
     once();
-    while (self != nullptr && self->too_short()) {
-      // A list of pairs was too short: the frame is done again with longer ones.
-      restore();
-      ran = false;
-      self->grow();
-      once();
+    Flags left{};
+    for (bool done = false; !done;) {
+      const bool longer = self != nullptr && self->too_short();  // a list of pairs has to be
+      left = flags();
+      const bool slower = left.pinched > 0 && !pinched;  // some substeps take more iterations
+      done = !longer && !slower;
+      if (!done) {  // the frame is done again
+        restore();
+        ran = false;
+        if (longer) {
+          self->grow();
+        }
+        pinched = left.pinched > 0;
+        once();
+      }
     }
+    pinched = left.pinched > 0;
     const FrameParticles<double> at_start{f.count, f.frame_start, f.frame_velocity, f.frame_time};
     if (with_body && *closed) {
       launch_end_outside(f.body, rules.kept, at_start, moving.outlook.data(), f.substeps,
                          moving.x.data());
     }
     after.record();
-    int bad = 0;
-    ATELIER_CUDA_CHECK(cudaMemcpy(&bad, moving.bad.data(), sizeof(bad), cudaMemcpyDeviceToHost));
-    if (bad != kAllFinite) {
-      throw_not_finite(frame_number + 1, prepared.particles.external[bad]);
+    if (left.bad != kAllFinite) {
+      throw_not_finite(frame_number + 1, prepared.particles.external[left.bad]);
+    }
+    if (pinched) {
+      clear_flags();
     }
     std::vector<FrameReport> reports(1);
     FrameReport& report = reports[0];
@@ -375,6 +411,7 @@ struct ProjectiveCudaSolver::Scene {
   std::int64_t frame_number = 0;
   bool targets_current = false;
   bool use_air = false;
+  bool pinched = false;  ///< parts of the body pinch cloth, in the last frame or this one
   FrameClock before, after;
   FrameReplay replay;
 };

@@ -118,6 +118,40 @@ ATELIER_HOST_DEVICE inline Vec3d bound_impulse(const VelocityBound& bound, Vec3d
   return coulomb_impulse(before + mass * lacking_velocity(bound, v), bound.normal, friction);
 }
 
+/// For searches that ask the body's tree.
+struct NoCandidates {
+  ATELIER_HOST_DEVICE FaceChoice<double> operator()(const Passage<double>& /*way*/) const {
+    return {};
+  }
+};
+
+/// True for a particle so fast on a way that it may meet another surface than that of its contact.
+ATELIER_HOST_DEVICE inline bool is_looked_at_again(const Passage<double>& way,
+                                                   const BoundRules& rules) {
+  return squared_norm(way.p1 - way.p0) >= rules.wide.thickness * rules.wide.thickness;
+}
+
+/// True for a bound that lies across the one that a particle of velocity `v` has already, and that
+/// it would pass.
+ATELIER_HOST_DEVICE inline bool lies_across(const VelocityBound& bound, const VelocityBound& has,
+                                            Vec3d v) {
+  constexpr double kAcross = 0.5;  // cosine of the angle between two surfaces, at most
+  return bound.holds != 0 && dot(lacking_velocity(bound, v), bound.normal) > 0 &&
+         dot(bound.normal, has.normal) < kAcross;
+}
+
+/// Turns of a particle's two contacts with the body in a sweep.
+constexpr int kBodyTurns = 4;
+/// Times as many iterations has a substep in which parts of the body pinch cloth: what pulls there
+/// on particles that two surfaces push at is far from known by then, and a substep that ends with
+/// it throws them the further, substep by substep, until the cloth tears.
+constexpr int kPinchedIterations = 3;
+/// True before the iterations of a substep, of `all` usual ones, in which second contacts are
+/// looked for: where the cloth pulls by then.
+inline bool looks_across(int k, int all) {
+  return k > 0 && (k == all / 4 || k == all / 2 || k % all == 0);
+}
+
 /// True for a particle of `mass` kg that contact holds gently (contact_impulses.h), where the
 /// diagonal of the constant matrix is `resists` kg.
 inline bool is_held_gently(double resists, double mass) {
