@@ -423,7 +423,7 @@ struct KeptCourse {
     Archive archive = archive_of(now);
     visit_numbers([&](const std::string& of, double& value) { archive.numbers[of] = value; });
     write_archive(file, archive);
-    std::cout << file.stem().string() << ": " << done << " frames, deepest " << deepest
+    std::cout << file.stem().string() << ": " << looked_at << " frames, deepest " << deepest
               << " m, crossings " << crossings.text() << std::endl;
   }
 
@@ -511,7 +511,9 @@ void survive_extreme_motion(const std::string& solver_name, Device device) {
   // Where the leg squeezes folds against the hip, which it overlaps, the body may win; such
   // crossings come apart within a few frames.
   EXPECT_LT(std::max(crossings.early(), crossings.late()), 10) << "of 1,000 edges";
-  EXPECT_LT(strain.late(), 1.2 * strain.early() + 0.02) << "strain must not grow";
+  if (frames >= 100) {  // half a course has every part of the motion
+    EXPECT_LT(strain.late(), 1.2 * strain.early() + 0.02) << "strain must not grow";
+  }
   if (all_frames >= 2000) {
     EXPECT_LE(crossings.late(), 1.5 * crossings.early() + 10) << "crossings must not grow";
   }
