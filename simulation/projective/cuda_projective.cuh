@@ -165,9 +165,12 @@ void launch_projective_begin(const ProjectiveFrame& frame, int s, cudaStream_t s
 void launch_projective_find(const ProjectiveFrame& frame, int s, cudaStream_t stream);
 /// Second contacts of particles with a first one (BodyContacts::find_across), before iteration `k`.
 void launch_projective_across(const ProjectiveFrame& frame, int s, int k, cudaStream_t stream);
-/// `k`: the iteration, `j`: the sweep over contacts between pieces of cloth in it.
-void launch_projective_forces(const ProjectiveFrame& frame, int k, cudaStream_t stream);
-void launch_projective_hold(const ProjectiveFrame& frame, int k, int j, cudaStream_t stream);
+/// `k`: the iteration, `j`: the sweep over contacts between pieces of cloth in it; `pinched`:
+/// second contacts count.
+void launch_projective_forces(const ProjectiveFrame& frame, int k, bool pinched,
+                              cudaStream_t stream);
+void launch_projective_hold(const ProjectiveFrame& frame, int k, int j, bool pinched,
+                            cudaStream_t stream);
 void launch_projective_rows(const ProjectiveFrame& frame, cudaStream_t stream);
 void launch_projective_columns(const ProjectiveFrame& frame, int k, cudaStream_t stream);
 void launch_projective_next(const ProjectiveFrame& frame, int k, cudaStream_t stream);

@@ -220,9 +220,9 @@ struct ProjectiveCudaSolver::Scene {
       if (f.body.face_count > 0 && looks_across(k, f.iterations)) {
         launch_projective_across(f, s, k, stream);
       }
-      launch_projective_forces(f, k, stream);
+      launch_projective_forces(f, k, pinched, stream);
       for (int j = 0; j < kTouchSweeps && self != nullptr; ++j) {
-        launch_projective_hold(f, k, j, stream);
+        launch_projective_hold(f, k, j, pinched, stream);
       }
       launch_projective_rows(f, stream);
       launch_projective_columns(f, k, stream);
