@@ -31,7 +31,7 @@ struct ProjectiveCudaSolver::Scene {
         options(options),
         shared(options_of_parts(options)),
         h(options.time_step / options.projective.substeps),
-        prepared(cloth, options.projective.strain_limit, h),
+        prepared(cloth, options.projective, h),
         device(prepared),
         body(body_faces),
         moving(prepared.place.size(), prepared.particle.size(), device.inverse,
