@@ -92,11 +92,16 @@ class App {
   /// same, else by the time since the first.
   frameOf(timeline) {
     const {frames, fps} = timeline.info;
-    if (timeline === this.now || (fps === this.now.info.fps && frames.includes(this.frameId))) {
+    if (this.hasThisFrame(timeline)) {
       return this.frameId;
     }
     const index = Math.round(this.timeline.index / this.timeline.fps * fps);
     return frames[Math.min(index, frames.length - 1)];
+  }
+
+  hasThisFrame(timeline) {
+    const {frames, fps} = timeline.info;
+    return timeline === this.now || (fps === this.now.info.fps && frames.includes(this.frameId));
   }
 
   // What is shown.
@@ -343,10 +348,11 @@ class App {
     if (this.panes[this.active].timeline === number) {
       return;
     }
+    const next = this.timelines[number];
     this.now.index = this.timeline.index;
+    this.wantedIndex = this.hasThisFrame(next) ? next.info.frames.indexOf(this.frameId) : next.index ?? 0;
     this.panes[this.active] = this.pane(number);
     this.timeline.setPlaying(false);
-    this.wantedIndex = this.now.index ?? 0;
     this.setTimeline();
     this.go(this.timeline.index).then(() => {
       if (!this.now.seen) {

@@ -54,7 +54,7 @@ export class Orbit {
   }
 
   text() {
-    return [...this.target, this.azimuth, this.elevation, this.distance].map(x => x.toFixed(4)).join(",");
+    return [...this.target, this.azimuth, this.elevation, this.distance].map(x => (Number(x.toFixed(4)) + 0).toFixed(4)).join(",");
   }
 
   read(text) {
