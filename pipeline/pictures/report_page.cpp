@@ -185,10 +185,13 @@ std::string in_short(std::span<const StageStatus> stages, std::span<const Gauge>
       missed.push_back(gauge.name + " " + gauge.value + " (" + gauge.range + ")");
     }
   }
-  if (!gauges.empty()) {
+  if (gauges.size() == 1) {
+    text += "The figure that matters most is " +
+            (missed.empty() ? std::string("in its range. ")
+                            : "out of its range: " + missed.front() + ". ");
+  } else if (!gauges.empty()) {
     text += std::to_string(gauges.size() - missed.size()) + " of the " +
-            counted(static_cast<std::int64_t>(gauges.size()), "figure") +
-            " that matter most are in their range" +
+            std::to_string(gauges.size()) + " figures that matter most are in their range" +
             (missed.empty() ? "" : "; out of it: " + some_of(missed)) + ". ";
   }
   const auto errors = std::count_if(attention.begin(), attention.end(),
@@ -630,11 +633,15 @@ std::string report_page(std::span<const StageStatus> stages, const std::filesyst
   const FirstPictures first = first_pictures(stages, options);
   for (const StageStatus& status : stages) {
     attend_to(status, attention);
-    overview += "<tr><th><a href=\"#" + html_text(status.stage) + "\">" + html_text(status.stage) +
-                "</a></th><td>" + html_text(state_name(status.state)) +
-                (status.running ? ", running when this was written" : "") + "</td></tr>\n";
     const auto pictures = drawn.find(status.stage);
-    if (status.state != StageStatus::State::None || pictures != drawn.end()) {
+    const bool has_section = status.state != StageStatus::State::None || pictures != drawn.end();
+    const std::string name = html_text(status.stage);
+    if (has_section || status.running) {
+      overview += "<tr><th>" + (has_section ? "<a href=\"#" + name + "\">" + name + "</a>" : name) +
+                  "</th><td>" + html_text(state_name(status.state)) +
+                  (status.running ? ", running when this was written" : "") + "</td></tr>\n";
+    }
+    if (has_section) {
       sections += section_of(status, workspace, options,
                              pictures == drawn.end() ? std::string() : pictures->second, first);
     }

@@ -174,6 +174,33 @@ TEST(ReportPage, DetailsOfAStage_AreFolded) {
   EXPECT_THAT(open, AllOf(Not(HasSubstr("<table")), Not(HasSubstr("the capture"))));
 }
 
+TEST(ReportPage, StagesWithoutAResult_AreNotListed) {
+  const StageStatus done = result_of({{"a.txt", 1, {}}});
+  StageStatus none;
+  none.stage = "track";
+  StageStatus running = none;
+  running.stage = "body";
+  running.running = true;
+  const std::vector<StageStatus> stages = {done, none, running};
+  EXPECT_THAT(report_page(stages, "w"),
+              AllOf(HasSubstr("<a href=\"#statistics\">"), Not(HasSubstr("track")),
+                    HasSubstr("<th>body</th><td>none, running when this was written")));
+}
+
+TEST(ReportPage, FiguresThatMatter_AreASentence) {
+  const Gauge met = {"labels.miou", "", "0.98", "at least 0.95", 0.98, 0.95, true, true};
+  const Gauge missed = {"track.mean_mm", "", "8 mm", "at most 6", 8, 6, false, false};
+  EXPECT_THAT(report_page({}, "w", {}, {.gauges = {met}}),
+              HasSubstr("The figure that matters most is in its range. "));
+  EXPECT_THAT(
+      report_page({}, "w", {}, {.gauges = {missed}}),
+      HasSubstr(
+          "The figure that matters most is out of its range: track.mean_mm 8 mm (at most 6). "));
+  EXPECT_THAT(
+      report_page({}, "w", {}, {.gauges = {met, missed}}),
+      HasSubstr("1 of the 2 figures that matter most are in their range; out of it: track."));
+}
+
 TEST(ReportPage, Viewer_IsAStepAway) {
   EXPECT_THAT(
       report_page({}, "/home/me/w <1>", {}, {.viewer = {.place = "w <1>/report/view"}}),
