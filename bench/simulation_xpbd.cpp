@@ -276,7 +276,7 @@ void run(benchmark::State& state, Case c, Device device) {
       c.options.self_contact ? count_crossings(solver.state(0).positions, c.cloth.faces) : 0;
 }
 
-/// Bytes of the matrix whose products solve an iteration of projective dynamics.
+/// Bytes of the matrix whose products solve an iteration of projective dynamics on a GPU.
 double inverse_bytes(const Cloth& cloth, double h) {
   std::vector<int> vertices(cloth.mass.size());
   std::iota(vertices.begin(), vertices.end(), 0);
@@ -286,15 +286,18 @@ double inverse_bytes(const Cloth& cloth, double h) {
     place[v] = cloth.fixed[v] == 0 ? count++ : -1;
   }
   Points positions(count, 3);
+  std::vector<double> mass(static_cast<std::size_t>(count));
   for (std::size_t v = 0; v < place.size(); ++v) {
     if (place[v] >= 0) {
       positions.row(place[v]) = cloth.rest_positions.row(static_cast<Index>(v));
+      mass[place[v]] = cloth.mass[v];
     }
   }
-  const InverseFactor factor(
-      projective_matrix(make_elastic_rows(cloth, vertices), cloth.mass, place, count, h),
-      positions);
-  return static_cast<double>(factor.values().size() * sizeof(float));
+  const Eigen::SparseMatrix<double> matrix =
+      projective_matrix(make_elastic_rows(cloth, vertices), cloth.mass, place, count, h);
+  const InverseFactor factor(matrix, positions);
+  return static_cast<double>(factor.values().size()) *
+         (half_precision_serves(matrix, mass) ? 2 : sizeof(float));
 }
 
 /// The same by projective dynamics with dry friction, with its usual substeps and iterations.

@@ -1,15 +1,26 @@
 // The address's last part: what is seen, for whoever opens it again.
 
+/// What is shown of cameras: over the image, and in space.
+function overlaysOf({overlays, showFrusta, showSkeleton}) {
+  return Object.entries({...overlays, cameras: showFrusta, points: showSkeleton}).filter(([, on]) => on).map(([name]) => name);
+}
+
 /// Writes what is seen, a while from now: it costs as much as a picture.
 export function writeAddress(app, now = false) {
   clearTimeout(app.writing);
   const write = () => {
     const pane = one => [one.timeline, [...one.hidden].filter(i => i >= 0).sort((a, b) => a - b).join("."), one.through].join("/");
+    const colors = one => one.layers.map(layer => layer.coloring).join(",");
+    const {cameras} = app.now;
+    const other = app.timelines[app.panes[1 - app.active].timeline];
     const words = new URLSearchParams({
       frame: String(app.frameId), view: app.orbit.text(), panes: app.panes.map(pane).join(","),
-      active: String(app.active), split: app.isSplit ? "1" : "0", side: app.side.tab ?? "",
-      color: app.now.layers.map(layer => layer.coloring).join(","),
+      active: String(app.active), split: app.isSplit ? "1" : "0", side: app.side.tab ?? "", color: colors(app.now),
+      ...(app.isSplit && other !== app.now ? {beside: colors(other)} : {}),
       ...(app.light === null ? {} : {light: app.light.toFixed(2)}),
+      ...(app.timeline.chosen ? {figure: app.timeline.chosen} : {}),
+      ...(app.timeline.looping ? {} : {loop: "0"}),
+      ...(cameras ? {camera: String(cameras.selected), over: overlaysOf(cameras).join(","), opacity: app.opacity.toFixed(2)} : {}),
     });
     app.written = words.toString().replaceAll("%2C", ",").replaceAll("%2F", "/");
     history.replaceState(null, "", "#" + app.written);
@@ -36,15 +47,43 @@ export function readAddress(app) {
   app.isSplit = words.get("split") === "1";
   app.side.tab = words.get("side") || null;
   app.light = words.has("light") && Number.isFinite(Number(words.get("light"))) ? Number(words.get("light")) : null;
-  (words.get("color") ?? "").split(",").forEach((coloring, i) => {
-    const layer = app.now.layers[i];
-    if (layer?.colorings().some(([name]) => name === coloring)) {
-      layer.coloring = coloring;
-    }
-  });
+  const other = app.timelines[app.panes[1 - app.active].timeline];
+  for (const [name, {layers}] of [["beside", other], ["color", app.now]]) {
+    (words.get(name) ?? "").split(",").forEach((coloring, i) => {
+      if (layers[i]?.mayHave(coloring)) {
+        layers[i].coloring = coloring;
+      }
+    });
+  }
+  app.timeline.chosen = words.get("figure") ?? app.timeline.chosen;
+  if ((words.get("loop") === "0") === app.timeline.looping) {
+    app.loop();
+  }
   const {cameras, info} = app.now;
-  if (cameras && cameras.cameras[app.panes[app.active].through]) {
-    cameras.selected = app.panes[app.active].through;
+  if (cameras) {
+    readCameras(app, cameras, words);
   }
   app.wantedIndex = Math.max(info.frames.indexOf(Number(words.get("frame"))), 0);
+}
+
+function readCameras(app, cameras, words) {
+  const number = Number(words.get("camera") ?? -1);
+  cameras.selected = cameras.cameras[number] ? number : -1;
+  for (const pane of app.panes) {
+    const seen = app.timelines[pane.timeline].cameras;
+    if (seen?.cameras[pane.through]) {
+      seen.selected = pane.through;
+    }
+  }
+  cameras.drawFrusta();
+  if (words.has("over")) {
+    const over = words.get("over").split(",");
+    for (const name of Object.keys(cameras.overlays)) {
+      cameras.overlays[name] = over.includes(name);
+    }
+    cameras.showFrusta = over.includes("cameras");
+    cameras.showSkeleton = over.includes("points");
+  }
+  const opacity = Number(words.get("opacity") ?? "");
+  app.opacity = words.has("opacity") && opacity >= 0 && opacity <= 1 ? opacity : app.opacity;
 }

@@ -2,7 +2,7 @@
 
 import {byId, element, say} from "./data.js";
 import {Cameras, residualSeries} from "./cameras.js";
-import {boundsOf, feetOf, frontOf} from "./framing.js";
+import {boundsOf, feetOf, frontOf, middleOf} from "./framing.js";
 import {keyTable, onKey} from "./keyboard.js";
 import {Layer} from "./layer.js";
 import {Orbit} from "./orbit.js";
@@ -36,7 +36,8 @@ class App {
     }
     this.timelines = scene.timelines.map((info, i) => this.build(info, i));
     this.timeline = new Timeline({scrub: byId("scrub"), frame: byId("frame"), time: byId("time"), play: byId("play"),
-      loop: byId("loop"), chart: byId("chart"), marks: byId("marks"), series: byId("series")}, index => this.go(index));
+      loop: byId("loop"), chart: byId("chart"), marks: byId("marks"), series: byId("series")}, index => this.go(index),
+      () => this.writeAddress());
     this.panes = [this.pane(0), this.pane(Math.min(scene.beside || 0, this.timelines.length - 1))];
     this.active = 0;
     this.isSplit = scene.beside > 0;
@@ -91,11 +92,16 @@ class App {
   /// same, else by the time since the first.
   frameOf(timeline) {
     const {frames, fps} = timeline.info;
-    if (timeline === this.now || (fps === this.now.info.fps && frames.includes(this.frameId))) {
+    if (this.hasThisFrame(timeline)) {
       return this.frameId;
     }
     const index = Math.round(this.timeline.index / this.timeline.fps * fps);
     return frames[Math.min(index, frames.length - 1)];
+  }
+
+  hasThisFrame(timeline) {
+    const {frames, fps} = timeline.info;
+    return timeline === this.now || (fps === this.now.info.fps && frames.includes(this.frameId));
   }
 
   // What is shown.
@@ -158,6 +164,9 @@ class App {
       if (!isStill()) {
         return;
       }
+      if ([...shown.keys()].some(layer => layer.hasNewConfidence())) {
+        showLayers(this);
+      }
       const problems = [...shown.keys()].map(layer => layer.problem).filter(Boolean);
       this.problem = problems.join("; ");
       if (this.problem) {
@@ -182,21 +191,21 @@ class App {
   }
 
   async cameraWork(isStill) {
-    const {cameras} = this.now;
-    if (!cameras) {
-      return;
-    }
-    if (cameras.showSkeleton) {
-      cameras.drawSkeleton(this.frameId);
-    }
-    if (cameras.selected >= 0) {
-      const note = await cameras.showImage(this.frameId, isStill);
-      if (isStill()) {
-        this.side.tellOfImage(note);
+    for (const timeline of new Set(this.shownPanes.map(pane => this.timelines[pane.timeline]))) {
+      const {cameras} = timeline;
+      const frame = this.frameOf(timeline);
+      if (cameras?.showSkeleton) {
+        cameras.drawSkeleton(frame);
       }
-    }
-    if (cameras.showFrusta && !this.timeline.playing) {
-      cameras.showThumbs(this.frameId, isStill);
+      if (cameras?.selected >= 0) {
+        const note = await cameras.showImage(frame, isStill);
+        if (isStill() && timeline === this.now) {
+          this.side.tellOfImage(note);
+        }
+      }
+      if (cameras?.showFrusta && !this.timeline.playing) {
+        cameras.showThumbs(frame, isStill);
+      }
     }
   }
 
@@ -227,15 +236,18 @@ class App {
   draw(fine = false) {
     this.dirty = false;
     this.drawnAt = fine ? Infinity : performance.now();
+    const cameraOf = pane => this.timelines[pane.timeline].cameras?.cameras[pane.through];
+    const leading = cameraOf(this.panes[this.active]) ?? this.shownPanes.map(cameraOf).find(Boolean);
     const panes = this.shownPanes.map((pane, i) => {
       const timeline = this.timelines[pane.timeline];
-      const camera = timeline.cameras?.cameras[pane.through];
+      const own = cameraOf(pane);
+      const camera = own ?? leading;  // a view beside it goes with it
       return {
         timeline: pane.timeline,
         x: this.isSplit ? i / 2 : 0,
         width: this.isSplit ? 0.5 : 1,
-        through: camera ? {camera, texture: timeline.cameras.texture} : null,
-        opacity: this.opacity,
+        through: camera ? {camera, texture: own ? timeline.cameras.texture : null} : null,
+        opacity: own ? this.opacity : 1,
         shows: layer => layer.timeline === pane.timeline && !pane.hidden.has(timeline.layers.indexOf(layer)) &&
           layer.faces !== undefined,
       };
@@ -307,14 +319,40 @@ class App {
     return [...layers.flatMap(layer => layer.series()), ...info.series];
   }
 
+  /// Of two views, the one that layers, tabs and frames are of.
+  activate(number) {
+    if (!this.isSplit || number === this.active) {
+      return;
+    }
+    const frame = this.frameOf(this.timelines[this.panes[number].timeline]);
+    this.active = number;
+    this.wantedIndex = Math.max(this.now.info.frames.indexOf(frame), 0);
+    this.timeline.started = null;
+    this.setTimeline();
+    this.writeAddress();
+    this.load().catch(error => say(error.message, true));
+    survey(this);
+  }
+
+  /// Goes to the view that shows a timeline, or shows it in the active one.
   choose(number) {
+    if (this.isSplit && this.panes[1 - this.active].timeline === number) {
+      this.activate(1 - this.active);
+    } else {
+      this.putTimeline(number);
+    }
+  }
+
+  /// Shows a timeline in the active view.
+  putTimeline(number) {
     if (this.panes[this.active].timeline === number) {
       return;
     }
+    const next = this.timelines[number];
     this.now.index = this.timeline.index;
+    this.wantedIndex = this.hasThisFrame(next) ? next.info.frames.indexOf(this.frameId) : next.index ?? 0;
     this.panes[this.active] = this.pane(number);
     this.timeline.setPlaying(false);
-    this.wantedIndex = this.now.index ?? 0;
     this.setTimeline();
     this.go(this.timeline.index).then(() => {
       if (!this.now.seen) {
@@ -341,7 +379,7 @@ class App {
       await this.recolor(this.now.layers[layer], mark.coloring);
       showLayers(this);
       const {places} = this.now.layers[layer];
-      this.orbit.face([0, 1, 2].map(k => places[3 * mark.vertex + k]));
+      this.orbit.face([0, 1, 2].map(k => places[3 * mark.vertex + k]), middleOf(places));
       this.touch();
     }
   }
@@ -353,6 +391,7 @@ class App {
     if (check) {
       check.checked = !hidden.has(i);
     }
+    showLegend(this);
     this.writeAddress();
     this.load().catch(error => say(error.message, true));
   }
@@ -372,18 +411,28 @@ class App {
     cameras.selected = camera;
     cameras.drawFrusta();
     this.side.tab = "cameras";
-    if (through) {
-      this.panes[this.active].through = camera;
-    } else if (this.panes[this.active].through >= 0) {
-      this.panes[this.active].through = camera;
+    if (through || this.panes[this.active].through >= 0) {
+      this.setThrough(camera);
     }
     this.side.show();
     this.writeAddress();
     this.load().catch(error => say(error.message, true));
   }
 
-  lookThrough(camera) {
+  /// A view beside it looks through its own camera of the same name, if it has one.
+  setThrough(camera) {
+    const id = this.now.cameras?.cameras[camera]?.id;
+    const other = this.panes[1 - this.active];
+    const {cameras} = this.timelines[other.timeline];
     this.panes[this.active].through = camera;
+    other.through = cameras?.cameras.findIndex(one => one.id === id) ?? -1;
+    if (other.through >= 0) {
+      cameras.selected = other.through;
+    }
+  }
+
+  lookThrough(camera) {
+    this.setThrough(camera);
     this.side.show();
     this.writeAddress();
     this.load();
@@ -433,7 +482,7 @@ class App {
 
   escape() {
     byId("keys").hidden = true;
-    if (this.panes[this.active].through >= 0) {
+    if (this.shownPanes.some(pane => pane.through >= 0)) {
       this.lookThrough(-1);
     }
   }
@@ -468,10 +517,12 @@ class App {
   loop() {
     this.timeline.looping = !this.timeline.looping;
     byId("loop").setAttribute("aria-pressed", String(this.timeline.looping));
+    this.writeAddress();
   }
 
   split() {
     this.isSplit = !this.isSplit;
+    this.setThrough(this.panes[this.active].through);
     showPanes(this);
     showLegend(this);
     this.writeAddress();
@@ -483,26 +534,21 @@ class App {
     byId("help").setAttribute("aria-expanded", String(!byId("keys").hidden));
   }
 
-  /// A click on a camera in space chooses it.
+  /// A click on a camera in space chooses it, another one looks through it; one into the other of two
+  /// views goes there.
   pick(event) {
-    const {cameras} = this.now;
-    if (!cameras?.showFrusta || this.panes[this.active].through >= 0 || !this.drawnPanes) {
+    if (this.orbit.dragged > 0) {
       return;
     }
-    const pane = this.drawnPanes.find(one => one.timeline === this.now.number);
-    const near = 18;  // px
-    let best = -1, distance = near;
-    cameras.cameras.forEach((_, c) => {
-      const pixel = this.view.pixelOf(cameras.centre(c), pane, this.orbit);
-      const away = pixel ? Math.hypot(pixel[0] - event.offsetX, pixel[1] - event.offsetY) : Infinity;
-      if (away < distance) {
-        best = c;
-        distance = away;
-      }
-    });
-    if (best >= 0) {
-      this.select(best);
+    const number = this.isSplit && event.offsetX >= this.view.width / 2 ? 1 : 0;
+    this.activate(number);
+    const {cameras} = this.now;
+    const pane = this.drawnPanes?.[number];
+    if (!cameras?.showFrusta || !pane || pane.through) {
+      return;
     }
+    const camera = cameras.cameraAt([event.offsetX, event.offsetY], place => this.view.pixelOf(place, pane, this.orbit));
+    this.select(camera, camera === cameras.selected);
   }
 
   copyLink() {

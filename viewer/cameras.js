@@ -72,6 +72,27 @@ export class Cameras {
       .map(([u, v]) => unproject(camera, u, v, kDepth));
   }
 
+  /// The camera whose frustum or image is at a pixel; -1: none.
+  /// @param pixelOf  of a place in the world: [x, y], or null
+  cameraAt([x, y], pixelOf) {
+    const kNear = 18;  // px from the centre
+    let best = -1, least = Infinity;
+    this.cameras.forEach((camera, c) => {
+      const centre = pixelOf(this.centre(c)), corners = this.corners(camera).map(pixelOf);
+      let away = centre ? Math.hypot(centre[0] - x, centre[1] - y) : Infinity;
+      away = away < kNear ? away : Infinity;
+      if (corners.every(Boolean) && isInside([x, y], corners)) {
+        const middle = [0, 1].map(k => corners.reduce((sum, corner) => sum + corner[k] / 4, 0));
+        away = Math.min(away, Math.hypot(middle[0] - x, middle[1] - y));
+      }
+      if (away < least) {
+        best = c;
+        least = away;
+      }
+    });
+    return best;
+  }
+
   drawFrusta() {
     const places = [], colors = [];
     const worst = this.worstResidual();
@@ -288,6 +309,13 @@ export class Cameras {
       }
     }
   }
+}
+
+function isInside([x, y], corners) {
+  return corners.reduce((inside, [ax, ay], i) => {
+    const [bx, by] = corners[(i + 1) % corners.length];
+    return (ay > y) !== (by > y) && x < ax + (y - ay) / (by - ay) * (bx - ax) ? !inside : inside;
+  }, false);
 }
 
 /// An image of numbers as colours: RGBA of each number.

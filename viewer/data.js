@@ -135,6 +135,19 @@ export function element(tag, properties = {}, ...children) {
   return node;
 }
 
+/// Puts other parts into a box; what had the focus there hands it to the part of the same name.
+export function refill(box, ...parts) {
+  const nameOf = one => one.tagName + (one.id || one.getAttribute("aria-label") || one.labels?.[0]?.textContent || one.textContent);
+  const named = name => [...box.querySelectorAll("button, input, select, [tabindex]")].filter(one => nameOf(one) === name);
+  const had = document.activeElement;
+  const name = box.contains(had) ? nameOf(had) : null;
+  const number = name === null ? -1 : named(name).indexOf(had);
+  box.replaceChildren(...parts);
+  if (name !== null) {
+    (named(name)[number] ?? named(name)[0])?.focus();
+  }
+}
+
 export function imageOf(address) {
   return new Promise((resolve, reject) => {
     const image = new Image();

@@ -47,7 +47,7 @@ function aviOf(jpegs, width, height, fps) {
 }
 
 export async function saveImage(app) {
-  app.draw();
+  app.draw(true);
   download(`${app.now.info.name.replace(/[^\w-]+/g, "_")}-${app.frameId}.png`, await blobOf(byId("view"), "image/png"));
 }
 

@@ -19,6 +19,13 @@ export function boundsOf(layers, cameras) {
   return low[0] <= high[0] ? {low, high, ofCameras} : null;
 }
 
+/// The mean of places [V*3].
+export function middleOf(places) {
+  const sum = [0, 0, 0];
+  places.forEach((value, i) => { sum[i % 3] += value; });
+  return sum.map(value => 3 * value / places.length);
+}
+
 /// Azimuth of the view from the front, a little from the side, of a body that stands: toes are
 /// before shins. null: there is none, or that does not tell.
 export function frontOf(layers) {

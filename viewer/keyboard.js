@@ -7,15 +7,27 @@ const kKeys = [
   ["Space", "play, pause"], ["← →", "a frame back, on (Page keys: ten)"], ["Home End", "first, last frame"],
   ["R", "repeat"], ["Shift+arrows ↑ ↓", "turn the view"], ["+ -", "nearer, farther"], ["F", "fit what is shown"],
   ["1 … 9", "show, hide a layer"], ["C Shift+C", "look through the next camera, the one before"],
-  ["Esc", "leave the camera"], ["N Shift+N", "next finding, the one before"], ["B", "side by side"],
+  ["Esc", "leave the camera"], ["N Shift+N", "next finding, the one before"],
+  ["B P", "side by side; the other of the two views"],
   ["I", "save an image"], ["V", "save a video"], ["L", "copy the address of this view"],
 ];
 
+/// Whether what has the focus does something of its own with a key.
+function takesKey(target, key) {
+  const kind = target.tagName === "INPUT" ? target.type : target.getAttribute?.("role") === "button" ? "button"
+    : target.tagName.toLowerCase();
+  const arrows = ["ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "Home", "End", "PageUp", "PageDown"];
+  switch (kind) {
+    case "text": case "select": case "textarea": return key !== "Escape";
+    case "range": return (target.id === "scrub" ? ["ArrowUp", "ArrowDown"] : arrows).includes(key);
+    case "checkbox": return key === " ";
+    case "button": return key === " " || key === "Enter";
+    default: return false;
+  }
+}
+
 export function onKey(app, event) {
-  const typing = /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName);
-  const onButton = event.target.tagName === "BUTTON" || event.target.getAttribute?.("role") === "button";
-  if (event.ctrlKey || event.metaKey || event.altKey || (typing && event.target.type !== "checkbox" && event.key !== "Escape") ||
-      (onButton && (event.key === " " || event.key === "Enter"))) {
+  if (event.ctrlKey || event.metaKey || event.altKey || takesKey(event.target, event.key)) {
     return;
   }
   const turn = 0.12;
@@ -25,7 +37,7 @@ export function onKey(app, event) {
     r: () => app.loop(), b: () => app.split(), i: () => saveImage(app), v: () => saveVideo(app),
     l: () => app.copyLink(), "?": () => app.help(), f: () => app.fit(), "+": () => app.zoom(0.85), "-": () => app.zoom(1.18),
     c: () => app.nextCamera(1), C: () => app.nextCamera(-1), Escape: () => app.escape(),
-    n: () => app.nextMark(1), N: () => app.nextMark(-1),
+    n: () => app.nextMark(1), N: () => app.nextMark(-1), p: () => app.activate(1 - app.active),
   };
   const turns = {ArrowLeft: [turn, 0], ArrowRight: [-turn, 0], ArrowUp: [0, turn], ArrowDown: [0, -turn]};
   if (step !== null && step !== undefined) {

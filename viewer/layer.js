@@ -138,11 +138,24 @@ export class Layer {
     const all = [["plain", "one colour"]];
     if (info.texture) all.push(["texture", "texture"]);
     if (info.role === "scan") all.push(["colors", "captured colour"], ["labels", "labels"]);
-    if (this.hasConfidence !== false) all.push(["confidence", "confidence"]);
+    if (this.hasConfidence) all.push(["confidence", "confidence"]);
     if (info.strain) all.push(["strain", "strain"]);
     if (info.distance) all.push(["distance", "distance to the scan"]);
     if (info.pattern) all.push(["panels", "panels"]);
     return all;
+  }
+
+  /// Whether it may have a colour: of confidence, that is known once a frame was read.
+  mayHave(coloring) {
+    return (coloring === "confidence" && this.hasConfidence === undefined) ||
+      this.colorings().some(([name]) => name === coloring);
+  }
+
+  /// Whether it has become known that there is confidence since this was asked last.
+  hasNewConfidence() {
+    const isNew = this.hasConfidence === true && !this.offersConfidence;
+    this.offersConfidence ||= isNew;
+    return isNew;
   }
 
   /// Range and words of the legend; null where colour is no number.
@@ -396,7 +409,7 @@ export class Layer {
     const vertices = this.places.length / 3;
     const {arrays} = chunk;
     this.uniforms.shade.value = ["strain", "distance", "confidence"].includes(this.coloring) ? 0.6 : 1;
-    this.hasConfidence = arrays.confidence !== undefined;
+    this.hasConfidence ||= arrays.confidence !== undefined;
     if (this.coloring === "strain" && topology?.arrays.rest) {
       const strain = faceStrain(this.places, this.faces, topology.arrays.rest);
       this.setNumbers(faceToVertex(strain, this.faces, vertices), 0, this.strainHigh);

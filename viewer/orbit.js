@@ -1,12 +1,15 @@
 // The viewer's own camera: turns round a place, goes nearer, moves across. Angles in radians,
 // lengths in metres.
 
+const kStill = 4;  // px that a hand moves in a click
+
 export class Orbit {
   constructor() {
     this.target = [0, 0.9, 0];
     this.azimuth = 0.5;
     this.elevation = 0.12;
     this.distance = 3.2;
+    this.dragged = 0;  // px, since a button or finger went down last: 0 of a click
   }
 
   /// A box [low, high] fills the view.
@@ -15,9 +18,10 @@ export class Orbit {
     this.distance = 1.7 * Math.max(Math.hypot(...high.map((h, k) => h - low[k])), 0.05);
   }
 
-  /// Turns to the side on which a place is.
-  face([x, , z]) {
-    const dx = x - this.target[0], dz = z - this.target[2];
+  /// Turns to the side of `middle`, which comes into the middle, on which a place is.
+  face([x, , z], middle) {
+    this.target = [middle[0], this.target[1], middle[2]];
+    const dx = x - middle[0], dz = z - middle[2];
     if (Math.hypot(dx, dz) > 1e-3) {
       this.azimuth = Math.atan2(dx, dz);
     }
@@ -50,7 +54,7 @@ export class Orbit {
   }
 
   text() {
-    return [...this.target, this.azimuth, this.elevation, this.distance].map(x => x.toFixed(4)).join(",");
+    return [...this.target, this.azimuth, this.elevation, this.distance].map(x => (Number(x.toFixed(4)) + 0).toFixed(4)).join(",");
   }
 
   read(text) {
@@ -69,6 +73,7 @@ export class Orbit {
       element.setPointerCapture(event.pointerId);
       fingers.set(event.pointerId, [event.clientX, event.clientY]);
       spread = 0;
+      this.dragged = 0;
     });
     element.addEventListener("pointermove", event => {
       const before = fingers.get(event.pointerId);
@@ -76,6 +81,10 @@ export class Orbit {
         return;
       }
       const dx = event.clientX - before[0], dy = event.clientY - before[1];
+      if (this.dragged === 0 && Math.hypot(dx, dy) < kStill) {
+        return;
+      }
+      this.dragged += Math.hypot(dx, dy);
       fingers.set(event.pointerId, [event.clientX, event.clientY]);
       const height = element.clientHeight;
       if (fingers.size === 2) {

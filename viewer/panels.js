@@ -1,6 +1,6 @@
 // What stands round the view: its layers, the legend of their colours, which two are beside each other.
 
-import {byId, element} from "./data.js";
+import {byId, element, refill} from "./data.js";
 import {labelColor, labelCount, labelName, scaleColor} from "./color.js";
 
 export function showLayers(app) {
@@ -34,7 +34,7 @@ export function showLayers(app) {
       rows.push(toggleRow(app, "keypoints in space", cameras.showSkeleton, on => {
         cameras.showSkeleton = on;
         app.load();
-      }));
+      }, "The cross at each is as wide as one standard deviation of its place"));
     }
   }
   rows.push(element("h2", {}, "Light"));
@@ -52,16 +52,25 @@ export function showLayers(app) {
   if (app.scene.notes.length > 0) {
     rows.push(element("h2", {}, "Notes"), ...app.scene.notes.map(note => element("p", {className: "quiet"}, note)));
   }
-  byId("layers").replaceChildren(...rows);
+  refill(byId("layers"), ...rows);
 }
 
-function toggleRow(app, words, on, change) {
+function toggleRow(app, words, on, change, title = "") {
   const id = "toggle-" + words.replaceAll(" ", "-");
   const check = element("input", {type: "checkbox", id, checked: on, onchange: () => {
     change(check.checked);
     app.writeAddress();
   }});
-  return element("div", {className: "layer"}, check, element("label", {htmlFor: id}, words));
+  return element("div", {className: "layer"}, check, element("label", {htmlFor: id, title}, words));
+}
+
+/// The colours of labels with their names.
+export function labelSwatches() {
+  return Array.from({length: labelCount}, (_, n) => {
+    const swatch = element("span", {className: "swatch"});
+    swatch.style.background = `rgb(${labelColor(n).join(",")})`;
+    return element("span", {}, swatch, labelName(n));
+  });
 }
 
 export function showLegend(app) {
@@ -81,12 +90,7 @@ export function showLegend(app) {
   byId("legend").hidden = legends.length === 0;
   byId("legend").replaceChildren(...legends.flatMap(legend => {
     if (legend.labels) {
-      return [element("div", {}, legend.title), element("div", {className: "toggles"},
-        ...Array.from({length: labelCount}, (_, n) => {
-          const swatch = element("span", {className: "swatch"});
-          swatch.style.background = `rgb(${labelColor(n).join(",")})`;
-          return element("span", {}, swatch, labelName(n));
-        }))];
+      return [element("div", {}, legend.title), element("div", {className: "toggles"}, ...labelSwatches())];
     }
     const bar = element("canvas", {width: 220, height: 1});
     const context = bar.getContext("2d");
@@ -107,17 +111,13 @@ export function showPanes(app) {
   }
   const selects = app.panes.map((pane, i) => {
     const select = element("select", {ariaLabel: i === 0 ? "Shown on the left" : "Shown on the right",
-      onchange: () => {
-        app.panes[i] = app.pane(Number(select.value));
-        if (i === app.active) {
-          app.setTimeline();
-        }
-        app.writeAddress();
-        app.load();
+      className: i === app.active ? "active" : "", onchange: () => {
+        app.activate(i);
+        app.putTimeline(Number(select.value));
       }}, ...app.timelines.map((timeline, t) => element("option", {value: String(t)}, timeline.info.name)));
     select.value = String(pane.timeline);
     select.style.left = i === 0 ? "12px" : "calc(50% + 12px)";
     return select;
   });
-  byId("panes").replaceChildren(element("div", {className: "divider"}), ...selects);
+  refill(byId("panes"), element("div", {className: "divider"}), ...selects);
 }

@@ -1,6 +1,7 @@
 // What stands at the side: cameras, the pattern, the video, findings.
 
-import {byId, element, say} from "./data.js";
+import {byId, element, refill, say} from "./data.js";
+import {labelSwatches} from "./panels.js";
 import {patternView} from "./pattern.js";
 
 export class SidePanel {
@@ -31,7 +32,7 @@ export class SidePanel {
     if (!tabs.some(([name]) => name === this.tab)) {
       this.tab = tabs[0][0];
     }
-    byId("side-tabs").replaceChildren(...tabs.map(([name, words]) => element("button", {role: "tab",
+    refill(byId("side-tabs"), ...tabs.map(([name, words]) => element("button", {role: "tab",
       className: name === "findings" ? this.worstFinding() : "", ariaSelected: String(name === this.tab), onclick: () => {
         this.tab = name;
         this.app.writeAddress();
@@ -43,7 +44,7 @@ export class SidePanel {
   showFindings() {
     this.showTabs();
     if (this.tab === "findings") {
-      byId("side-body").replaceChildren(...this.findingsParts());
+      refill(byId("side-body"), ...this.findingsParts());
     }
   }
 
@@ -59,7 +60,7 @@ export class SidePanel {
     this.imageNote = null;
     const show = {cameras: () => this.camerasParts(), pattern: () => this.patternParts(),
       video: () => this.videoParts(), findings: () => this.findingsParts()}[this.tab];
-    byId("side-body").replaceChildren(...show());
+    refill(byId("side-body"), ...show());
   }
 
   camerasParts() {
@@ -74,18 +75,22 @@ export class SidePanel {
       const opacity = element("input", {type: "range", min: "0", max: "100", value: String(100 * this.app.opacity), id: "opacity",
         oninput: () => {
           this.app.opacity = Number(opacity.value) / 100;
+          this.app.writeAddress();
           this.app.touch();
         }});
       parts.push(element("label", {className: "slider"}, "Meshes over the image ", opacity));
+      const swatches = element("div", {className: "toggles", hidden: !cameras.overlays.labels}, ...labelSwatches());
       parts.push(element("div", {className: "toggles"}, ...[["keypoints", "detected keypoints"],
         ["projected", "keypoints in space"], ["mask", "mask"], ["labels", "labels"]].map(([name, words]) => {
         const check = element("input", {type: "checkbox", checked: cameras.overlays[name], onchange: () => {
           cameras.overlays[name] = check.checked;
+          swatches.hidden = !cameras.overlays.labels;
+          this.app.writeAddress();
           this.app.load();
         }});
         return element("label", {}, check, " ", words);
       })));
-      parts.push(cameras.canvas);
+      parts.push(swatches, cameras.canvas);
       this.imageNote = element("p", {className: "quiet"});
       parts.push(this.imageNote);
     } else {

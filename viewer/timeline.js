@@ -27,7 +27,8 @@ export function peakHeight(values) {
 }
 
 export class Timeline {
-  constructor(parts, go) {
+  /// @param changed  is told when another figure is chosen
+  constructor(parts, go, changed) {
     this.parts = parts;  // {scrub, frame, time, play, loop, chart, marks, series}
     this.go = go;
     this.frames = [0];
@@ -47,6 +48,7 @@ export class Timeline {
     parts.series.addEventListener("change", () => {
       this.chosen = labelOf(this.seriesList[Number(parts.series.value)]);
       this.drawChart();
+      changed();
     });
   }
 

@@ -47,10 +47,6 @@ constexpr std::array kMaterialFigures = {
     KeyFigure{"distance", "simulated cloth from the captured, rms", Measure::Side::AtMost, 0.02},
 };
 
-constexpr std::array kSimulateFigures = {
-    KeyFigure{"strain_p95", "edge strain, 95th percentile", Measure::Side::AtMost, 0.1},
-};
-
 }  // namespace
 
 const StageRow& material_row() {

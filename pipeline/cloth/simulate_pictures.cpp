@@ -107,7 +107,8 @@ std::string simulation_plots(const fs::path& result) {
   const std::vector<std::string> names = lines.empty() ? lines : split_text(lines.front(), ',');
   std::vector<FramePlot> plots;
   for (const Line& wanted : kLines) {
-    plots.push_back({wanted.label, {}, {}});
+    plots.push_back(
+        {wanted.label, {}, {}, scaled_limit(kSimulateFigures, wanted.column, wanted.scale)});
   }
   for (std::size_t i = 1; i < lines.size(); ++i) {
     const std::vector<std::string> cells = split_text(lines[i], ',');

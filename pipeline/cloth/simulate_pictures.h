@@ -1,10 +1,17 @@
 #pragma once
 
+#include <array>
 #include <string>
 
+#include "pipeline/row/key_figure.h"
 #include "pipeline/row/report_places.h"
 
 namespace atelier {
+
+/// What a result is judged by without a ground truth; plots have the limits as lines.
+inline constexpr std::array kSimulateFigures = {
+    KeyFigure{"strain_p95", "edge strain, 95th percentile", Measure::Side::AtMost, 0.1},
+};
 
 /// A strip of frames, and what each simulated frame came to as plots.
 std::string simulate_pictures(const StageStatus& own, const ReportPlaces& places);

@@ -81,10 +81,11 @@ std::string register_plots(const fs::path& result) {
   std::string html;
   for (const auto& [name, garment] : figures.items()) {
     const JsonPlace frames = JsonPlace(garment, file.string(), name).at("frames");
-    std::vector<FramePlot> plots = {{"distance to the scan, mm rms", {}, {}},
-                                    {"edge strain, p95", {}, {}},
-                                    {"correlation with images", {}, {}},
-                                    {"inside the body, %", {}, {}}};
+    std::vector<FramePlot> plots = {
+        {"distance to the scan, mm rms", {}, {}, scaled_limit(kRegisterFigures, "scan_rms", 1e3)},
+        {"edge strain, p95", {}, {}},
+        {"correlation with images", {}, {}},
+        {"inside the body, %", {}, {}}};
     constexpr std::pair<const char*, double> kNumbers[] = {
         {"scan_rms", 1e3}, {"strain_p95", 1}, {"correlation", 1}, {"inside", 100}};
     for (const auto& [frame, numbers] : frames.value().items()) {

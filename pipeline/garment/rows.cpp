@@ -33,11 +33,6 @@ constexpr std::array kTemplateFigures = {
               0.1},
 };
 
-constexpr std::array kRegisterFigures = {
-    KeyFigure{"support", "share of the garments near a scan", Measure::Side::AtLeast, 0.75},
-    KeyFigure{"scan_rms", "distance from the scans, rms", Measure::Side::AtMost, 0.006},
-};
-
 }  // namespace
 
 const StageRow& template_row() {

@@ -71,7 +71,10 @@ std::string body_plots(const fs::path& result) {
                                                          {"skin_distance", 1e3},
                                                          {"proximity", 1e3},
                                                          {"seen_rate", 100}};
-  std::vector<FramePlot> plots = {{"covered skin outside of the clothes, %", {}, {}},
+  std::vector<FramePlot> plots = {{"covered skin outside of the clothes, %",
+                                   {},
+                                   {},
+                                   scaled_limit(kBodyFigures, "outside_rate", 100)},
                                   {"its depth, mm", {}, {}},
                                   {"seen skin off the body, mm", {}, {}},
                                   {"gap under clothes that are near, mm", {}, {}},

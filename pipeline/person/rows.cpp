@@ -56,16 +56,6 @@ constexpr std::array kPersonalizeFigures = {
     KeyFigure{"scan_rms", "distance from the scans, rms", Measure::Side::AtMost, 0.006},
 };
 
-constexpr std::array kTrackFigures = {
-    KeyFigure{"trusted_share", "share of frames with a trusted pose", Measure::Side::AtLeast, 0.95},
-    KeyFigure{"keypoint_rms", "distance from the keypoints, rms", Measure::Side::AtMost, 0.02},
-};
-
-constexpr std::array kBodyFigures = {
-    KeyFigure{"outside_rate", "share of covered skin outside the clothes", Measure::Side::AtMost,
-              0.03},
-};
-
 }  // namespace
 
 const StageRow& personalize_row() {

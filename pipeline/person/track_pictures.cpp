@@ -27,7 +27,8 @@ std::string track_plots(const fs::path& result) {
     const std::string svg =
         plots_svg({{"standard deviation of joints, mm", ids,
                     series(tracked.deviations.rowwise().mean(), 1e3)},
-                   {"keypoints, mm rms", ids, series(tracked.keypoint_rms, 1e3)},
+                   {"keypoints, mm rms", ids, series(tracked.keypoint_rms, 1e3),
+                    scaled_limit(kTrackFigures, "keypoint_rms", 1e3)},
                    {"scan, mm rms", ids, series(tracked.scan_rms, 1e3)},
                    {"share of the scan that counted", ids, series(tracked.scan_share, 1)}});
     html += svg.empty()

@@ -57,6 +57,7 @@ std::string bar_svg(const Gauge& gauge, const char* color) {
              "xmlns=\"http://www.w3.org/2000/svg\">",
              width, kBarHeight, width, kBarHeight) +
          bar(kBarEnd, kBarWidth, "#eceef0") + bar(from, to - from, "#bfe0cd") +
+         svg_text("<rect x=\"%.1f\" y=\"1\" width=\"2\" height=\"14\" fill=\"#555\"/>", limit - 1) +
          svg_text("<circle cx=\"%.1f\" cy=\"8\" r=\"6\" fill=\"%s\"/></svg>", mark, color);
 }
 

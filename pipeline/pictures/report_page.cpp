@@ -28,7 +28,6 @@ table { border-collapse: collapse; margin: .5rem 0; }
 th, td { text-align: left; padding: .15rem .8rem .15rem 0; vertical-align: top; }
 th { font-weight: 600; color: #555; } td.number { text-align: right; }
 td.number, td.state { white-space: nowrap; }
-.beside { display: flex; flex-wrap: wrap; gap: 0 3rem; align-items: flex-start; }
 svg { max-width: 100%; height: auto; }
 td.number, code { font-family: ui-monospace, monospace; font-size: 13px; }
 td { overflow-wrap: anywhere; } figure { margin: 1rem 0; } img, video { max-width: 100%; }
@@ -164,10 +163,9 @@ std::string some_of(const std::vector<std::string>& names) {
 }
 
 /// What one came for in three sentences: which results there are, which figures are in their
-/// range, what asks for attention; and where all of it is seen from every side.
+/// range, what asks for attention.
 std::string in_short(std::span<const StageStatus> stages, std::span<const Gauge> gauges,
-                     const std::vector<Attention>& attention,
-                     const std::filesystem::path& workspace) {
+                     const std::vector<Attention>& attention) {
   std::vector<std::string> unsound;
   std::size_t sound = 0;
   for (const StageStatus& status : stages) {
@@ -187,10 +185,13 @@ std::string in_short(std::span<const StageStatus> stages, std::span<const Gauge>
       missed.push_back(gauge.name + " " + gauge.value + " (" + gauge.range + ")");
     }
   }
-  if (!gauges.empty()) {
+  if (gauges.size() == 1) {
+    text += "The figure that matters most is " +
+            (missed.empty() ? std::string("in its range. ")
+                            : "out of its range: " + missed.front() + ". ");
+  } else if (!gauges.empty()) {
     text += std::to_string(gauges.size() - missed.size()) + " of the " +
-            counted(static_cast<std::int64_t>(gauges.size()), "figure") +
-            " that matter most are in their range" +
+            std::to_string(gauges.size()) + " figures that matter most are in their range" +
             (missed.empty() ? "" : "; out of it: " + some_of(missed)) + ". ";
   }
   const auto errors = std::count_if(attention.begin(), attention.end(),
@@ -199,9 +200,23 @@ std::string in_short(std::span<const StageStatus> stages, std::span<const Gauge>
   text += attention.empty() ? "Nothing asks for attention."
                             : counted(errors, "error") + " and " + counted(warnings, "warning") +
                                   " ask for attention, below.";
-  return "<p>" + html_text(text) +
-         "</p>\n<p class=\"quiet\">From every side, frame by frame: <code>" +
-         html_text("atelier view " + workspace.filename().string()) + "</code></p>\n";
+  return "<p>" + html_text(text) + "</p>\n";
+}
+
+/// Where all of it is seen from every side: the viewer's page beside this one, or what makes it.
+std::string view_line(const ReportView& view, const std::filesystem::path& workspace) {
+  constexpr const char* kWords = "From every side, frame by frame";
+  if (view.page.empty()) {
+    const std::string command = html_text("atelier view " + workspace.filename().string());
+    return std::string("<p class=\"quiet\">") + kWords + ": <code>" + command + "</code>" +
+           (view.place.empty() ? ""
+                               : "; <code>" + command + html_text(" --out " + view.place) +
+                                     "</code> makes a page that the next report leads to") +
+           "</p>\n";
+  }
+  return "<p><a href=\"" + html_text(view.page) + "\">" + kWords + "</a>" +
+         (view.is_older ? " <span class=\"warning\">(made before these results)</span>" : "") +
+         "</p>\n";
 }
 
 /// One list item each, errors first.
@@ -432,7 +447,8 @@ std::string section_of(const StageStatus& status, const std::filesystem::path& w
         pictures_of(status, results_of_stage(workspace, status.stage) / folder_name(manifest.key),
                     options, above ? first.paths : std::vector<std::string>{});
   }
-  html += "<div class=\"beside\">" + in_table(figures) + in_table(facts) + "</div>\n";
+  html += folded(counted(static_cast<std::int64_t>(manifest.metrics.size()), "figure"),
+                 in_table(figures));
   std::string warned;
   for (const std::string& line : manifest.warnings) {
     warned += "<li class=\"warning\">" + told_html(line) + "</li>\n";
@@ -445,14 +461,17 @@ std::string section_of(const StageStatus& status, const std::filesystem::path& w
       set_options += row(option.name, option.json + "  (" + option.source + ")");
     }
   }
-  html += set_options.empty() ? "<p class=\"quiet\">Every option has its default.</p>\n"
-                              : "<p>Options that were set:</p>\n" + in_table(set_options);
   std::string inputs;
   for (const ManifestInput& input : manifest.inputs) {
     inputs += row(input.kind, input.path + ", " + counted(input.files, "file") + ", " +
                                   bytes_text(static_cast<double>(input.bytes)));
   }
-  html += in_table(inputs);
+  html +=
+      folded("how it was made",
+             in_table(facts) +
+                 (set_options.empty() ? "<p class=\"quiet\">Every option has its default.</p>\n"
+                                      : "<p>Options that were set:</p>\n" + in_table(set_options)) +
+                 in_table(inputs));
   std::string outputs;
   for (const ManifestOutput& output : manifest.outputs) {
     outputs += row(output.path, bytes_text(static_cast<double>(output.size)), "number");
@@ -586,7 +605,7 @@ std::string html_text(std::string_view text) {
 
 std::string report_page(std::span<const StageStatus> stages, const std::filesystem::path& workspace,
                         const ReportOptions& options, const ReportContent& content) {
-  const auto& [figures, gauges, run, run_problem, drawn, subject] = content;
+  const auto& [figures, gauges, run, run_problem, drawn, subject, viewer] = content;
   const std::string title =
       "Atelier: " + workspace.filename().string() + (subject.empty() ? "" : ", " + subject);
   std::vector<Attention> attention;
@@ -614,17 +633,21 @@ std::string report_page(std::span<const StageStatus> stages, const std::filesyst
   const FirstPictures first = first_pictures(stages, options);
   for (const StageStatus& status : stages) {
     attend_to(status, attention);
-    overview += "<tr><th><a href=\"#" + html_text(status.stage) + "\">" + html_text(status.stage) +
-                "</a></th><td>" + html_text(state_name(status.state)) +
-                (status.running ? ", running when this was written" : "") + "</td></tr>\n";
     const auto pictures = drawn.find(status.stage);
-    if (status.state != StageStatus::State::None || pictures != drawn.end()) {
+    const bool has_section = status.state != StageStatus::State::None || pictures != drawn.end();
+    const std::string name = html_text(status.stage);
+    if (has_section || status.running) {
+      overview += "<tr><th>" + (has_section ? "<a href=\"#" + name + "\">" + name + "</a>" : name) +
+                  "</th><td>" + html_text(state_name(status.state)) +
+                  (status.running ? ", running when this was written" : "") + "</td></tr>\n";
+    }
+    if (has_section) {
       sections += section_of(status, workspace, options,
                              pictures == drawn.end() ? std::string() : pictures->second, first);
     }
   }
   const std::string chart = gauges_table(gauges);
-  const std::string sentences = in_short(stages, gauges, attention, workspace);
+  const std::string sentences = in_short(stages, gauges, attention) + view_line(viewer, workspace);
   return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
          "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "
          "img-src data:; media-src data:; style-src 'unsafe-inline'\">\n"

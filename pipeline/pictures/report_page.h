@@ -43,6 +43,13 @@ struct ReportFigures {
   std::vector<ReportFigure> others;   ///< all other figures
 };
 
+/// The viewer's page (atelier view --out) that the report leads to.
+struct ReportView {
+  std::string page = {};   ///< its address from the report, "view/index.html"; "" where none is
+  bool is_older = false;   ///< than a result that the report is on
+  std::string place = {};  ///< where a report would find it, for a command: "work/report/view"
+};
+
 /// Content of the page beside the stages; all of it optional.
 struct ReportContent {
   ReportFigures figures = {};
@@ -52,16 +59,17 @@ struct ReportContent {
   std::map<std::string, std::string> drawn = {};  ///< HTML for stages' sections, by stage
                                                   ///< (stage_pictures)
   std::string subject = {};                       ///< who was captured, for the title
+  ReportView viewer = {};
 };
 
 /// The report on a workspace as one HTML page that needs no other file. First the video and the
 /// strip of the last stage in their order that has any; then what asks for attention (what failed
 /// and is damaged before all else: outdated results, ended or missing consent, findings, each with
 /// the setting to try; one text of several stages once); then the figures that matter as a picture,
-/// and what the last run came to. The details follow: for each stage its images, videos and
-/// figures, the options that somebody set, its inputs and files; then every figure against the
-/// ground truth, where there is one. Every text that came from a file is escaped; the page runs no
-/// script and loads nothing.
+/// and what the last run came to. The details follow: for each stage its images, videos and plots,
+/// and folded its figures, the options that somebody set, its inputs and files; then every figure
+/// against the ground truth, where there is one. Every text that came from a file is escaped; the
+/// page runs no script and loads nothing.
 ///
 /// Images and videos of sound results are shown as far as the options allow, the others only
 /// named: what lies at the result's top first (strips, sheets), then some of each folder's,

@@ -11,6 +11,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/store/output_place.h"
+#include "core/store/result.h"
 #include "core/writable_place.h"
 #include "pipeline/evaluation/evaluation.h"
 #include "pipeline/evaluation/targets.h"
@@ -156,6 +157,32 @@ std::vector<Gauge> own_gauges(std::span<const StageStatus> stages) {
   return gauges;
 }
 
+/// The viewer's page in the folder `view` beside the report.
+ReportView view_beside(const std::filesystem::path& page, std::span<const StageStatus> stages,
+                       const std::filesystem::path& workspace) {
+  namespace fs = std::filesystem;
+  ReportView view;
+  const fs::path index = page.parent_path() / "view/index.html";
+  std::error_code absent;
+  const fs::file_time_type made = fs::last_write_time(index, absent);
+  if (absent) {
+    if (page.parent_path() == report_folder(workspace)) {
+      view.place = (report_folder(workspace.filename()) / "view").generic_string();
+    }
+    return view;
+  }
+  view.page = "view/index.html";
+  for (const StageStatus& status : stages) {
+    if (status.manifest) {
+      const fs::path result =
+          results_of_stage(workspace, status.stage) / folder_name(status.manifest->key);
+      std::error_code gone;
+      view.is_older = view.is_older || fs::last_write_time(result / "manifest.json", gone) > made;
+    }
+  }
+  return view;
+}
+
 }  // namespace
 
 std::vector<StageStatus> write_report(const std::filesystem::path& workspace,
@@ -180,6 +207,7 @@ std::vector<StageStatus> write_report(const std::filesystem::path& workspace,
   }
   content.drawn = stage_pictures(stages, workspace);
   content.subject = subject_of(stages);
+  content.viewer = view_beside(page, stages, workspace);
   write_file_atomically(page, report_page(stages, workspace, options, content));
   return stages;
 }

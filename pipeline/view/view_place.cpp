@@ -251,6 +251,40 @@ void add_table(ViewTimeline& timeline, const fs::path& file, const FigureSource&
   }
 }
 
+/// How sure the poses of a track are, frame by frame, and a mark for each run of frames that were
+/// bridged.
+void add_track(ViewTimeline& timeline, const TrackedMotion& tracked) {
+  const std::vector<int>& ids = tracked.motion.frame_ids;
+  const auto add = [&](const std::string& name, const Eigen::VectorXd& values) {
+    timeline.series.push_back({name, "track", ids, {values.begin(), values.end()}});
+  };
+  if (tracked.deviations.cols() > 0) {
+    add("standard deviation of joints, mean (m)", tracked.deviations.rowwise().mean());
+    add("standard deviation of joints, largest (m)", tracked.deviations.rowwise().maxCoeff());
+  }
+  if ((tracked.keypoint_rms.array() > 0).any()) {
+    add("keypoints to the fit, root mean square (m)", tracked.keypoint_rms);
+  }
+  if ((tracked.scan_rms.array() > 0).any()) {
+    add("scan to the fit, root mean square (m)", tracked.scan_rms);
+  }
+  for (std::size_t i = 0; i < tracked.trusted.size(); ++i) {
+    const std::size_t first = i;
+    while (i < tracked.trusted.size() && tracked.trusted[i] == 0) {
+      ++i;
+    }
+    if (i > first) {
+      const std::string run =
+          std::to_string(ids[first]) + (i > first + 1 ? " to " + std::to_string(ids[i - 1]) : "");
+      timeline.marks.push_back(
+          {Severity::Note,
+           (i > first + 1 ? "frames " : "frame ") + run +
+               ": bridged from those around; too little was seen, or it did not agree",
+           "track", ids[first], ""});
+    }
+  }
+}
+
 /// All frames of the layers, and those of the capture.
 void set_frames(ViewTimeline& timeline, double fps, std::vector<int> more) {
   std::set<int> ids(more.begin(), more.end());
@@ -363,6 +397,13 @@ void add_capture_timeline(Workspace& workspace) {
     });
     workspace.try_to("the figures of register", [&] {
       add_figures_file(timeline, result / "figures.json", figure_source(*status));
+    });
+  }
+  if (timeline.capture && workspace.find("track") != nullptr) {
+    workspace.try_to("the track", [&] {
+      if (const auto track = reported_track(workspace.places(), *timeline.capture)) {
+        add_track(timeline, track->motion);
+      }
     });
   }
   // Of scans and registered surfaces, which hide each other, the surfaces at first.

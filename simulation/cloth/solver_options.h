@@ -70,6 +70,8 @@ struct ProjectiveMethodOptions {
   /// Iterations that Anderson's acceleration combines, 0 to 20; 0: none, as published.
   int acceleration = 5;
   double strain_limit = 0;  ///< of springs and yarns, 0 to 10; 0: no limit
+  /// On a GPU, numbers of the inverse factor where half_precision_serves (inverse_factor.h).
+  bool half_precision = false;
 };
 
 /// The table of what every solver understands, without a prefix.

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cuda_fp16.h>
+
 #include "core/cuda_buffer.cuh"
 #include "simulation/projective/cloth_touch_math.h"
 #include "simulation/projective/elastic_math.h"
@@ -10,7 +12,8 @@
 namespace atelier {
 
 /// Projective dynamics on the device (projective.h), in double precision but for the products that
-/// solve an iteration: what float rounds there, the next iteration mends. Particles are those of
+/// solve an iteration, in float with a factor in half precision or float: what they round, the next
+/// iteration mends. Particles are those of
 /// PreparedCloth, unknowns the free ones in the order of InverseFactor.
 
 /// What Anderson's acceleration (anderson_acceleration.h) remembers from one iteration to the next.
@@ -46,14 +49,16 @@ struct ColumnsTile {
 /// A row in a tile of columns.
 struct TileRow {
   int row;
-  int quad;                 ///< its first four numbers in the tile, of all fours in W
-  unsigned char low, high;  ///< which fours of the tile it has
+  int eight;                ///< its first eight numbers in the tile, of all eights in W
+  unsigned char low, high;  ///< which eights of the tile it has
   unsigned short chunks;    ///< into which its products are cut
 };
 
 /// W on the device and how its products are shared out.
 struct InverseView {
-  const float* values;
+  const float* values;    ///< null: in half precision
+  const __half* halves;   ///< null: in float
+  const float* scale;     ///< [unknowns] of a row: its numbers are `scale` times what is stored
   const RowsItem* items;  ///< the longest first
   int long_items;         ///< of which each has a block; the others have a warp
   int items_count;
@@ -165,9 +170,12 @@ void launch_projective_begin(const ProjectiveFrame& frame, int s, cudaStream_t s
 void launch_projective_find(const ProjectiveFrame& frame, int s, cudaStream_t stream);
 /// Second contacts of particles with a first one (BodyContacts::find_across), before iteration `k`.
 void launch_projective_across(const ProjectiveFrame& frame, int s, int k, cudaStream_t stream);
-/// `k`: the iteration, `j`: the sweep over contacts between pieces of cloth in it.
-void launch_projective_forces(const ProjectiveFrame& frame, int k, cudaStream_t stream);
-void launch_projective_hold(const ProjectiveFrame& frame, int k, int j, cudaStream_t stream);
+/// `k`: the iteration, `j`: the sweep over contacts between pieces of cloth in it; `pinched`:
+/// second contacts count.
+void launch_projective_forces(const ProjectiveFrame& frame, int k, bool pinched,
+                              cudaStream_t stream);
+void launch_projective_hold(const ProjectiveFrame& frame, int k, int j, bool pinched,
+                            cudaStream_t stream);
 void launch_projective_rows(const ProjectiveFrame& frame, cudaStream_t stream);
 void launch_projective_columns(const ProjectiveFrame& frame, int k, cudaStream_t stream);
 void launch_projective_next(const ProjectiveFrame& frame, int k, cudaStream_t stream);

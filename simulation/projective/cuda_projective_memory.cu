@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <numeric>
 #include <set>
@@ -25,12 +26,13 @@ void add_rows(const InverseFactor::Part& part, std::vector<RowsItem>& items) {
 }
 
 void add_tile_rows(const InverseFactor::Part& part, int column, std::vector<TileRow>& rows) {
-  const int low = std::max(0, part.column - column) / 4;
-  const int high = std::min(kColumnsATile, part.column + part.stride - column) / 4;
+  static_assert(InverseFactor::kAlign == 8);
+  const int low = std::max(0, part.column - column) / 8;
+  const int high = std::min(kColumnsATile, part.column + part.stride - column) / 8;
   for (int row = std::max(part.begin, column); row < part.end; ++row) {
-    const std::int64_t quad = (part.row(row) + (column - part.column)) / 4;
-    ATELIER_CHECK(quad <= std::numeric_limits<int>::max(), "a factor of less than 32 GB");
-    rows.push_back({row, static_cast<int>(quad), static_cast<unsigned char>(low),
+    const std::int64_t eight = (part.row(row) + (column - part.column)) / 8;
+    ATELIER_CHECK(eight <= std::numeric_limits<int>::max() / 2, "a factor of less than 32 GB");
+    rows.push_back({row, static_cast<int>(eight), static_cast<unsigned char>(low),
                     static_cast<unsigned char>(high),
                     static_cast<unsigned short>(chunks_of(part))});
   }
@@ -60,6 +62,27 @@ std::vector<ColumnsTile> tiles_of(const InverseFactor& factor, std::vector<TileR
   return tiles;
 }
 
+/// W in half precision, each row divided by a power of two, `scale` [unknowns], so that its largest
+/// number has room above it and the others below.
+std::vector<__half> in_halves(const InverseFactor& factor, std::vector<float>& scale) {
+  constexpr int kLargest = 14;  // as an exponent of two; there is room up to 15
+  std::vector<__half> out(factor.values().size());
+  for (const InverseFactor::Part& part : factor.parts()) {
+    for (int i = part.begin; i < part.end; ++i) {
+      const double* const row = factor.values().data() + part.row(i);
+      const double largest = std::accumulate(
+          row, row + part.stride, 0.0,
+          [](double most, double value) { return std::max(most, std::fabs(value)); });
+      const int shift = largest > 0 ? std::ilogb(largest) - kLargest : 0;
+      scale[i] = std::ldexp(1.0f, shift);
+      std::transform(row, row + part.stride, out.begin() + part.row(i), [&](double value) {
+        return __float2half(static_cast<float>(std::ldexp(value, -shift)));
+      });
+    }
+  }
+  return out;
+}
+
 /// Of all rows.
 RowEntries row_entries(const ElasticRows& of) {
   RowEntries out;
@@ -87,8 +110,14 @@ RowEntries row_entries(const ElasticRows& of) {
 
 }  // namespace
 
-DeviceInverse::DeviceInverse(const InverseFactor& factor)
-    : values_(std::vector<float>(factor.values().begin(), factor.values().end())) {
+DeviceInverse::DeviceInverse(const InverseFactor& factor, bool halves) {
+  std::vector<float> scale(static_cast<std::size_t>(factor.size()), 1.0f);
+  if (halves) {
+    halves_ = CudaBuffer<__half>(in_halves(factor, scale));
+  } else {
+    values_ = CudaBuffer<float>(std::vector<float>(factor.values().begin(), factor.values().end()));
+  }
+  scale_ = CudaBuffer<float>(scale);
   std::vector<RowsItem> items;
   std::vector<TileRow> rows;
   for (const InverseFactor::Part& part : factor.parts()) {
@@ -111,9 +140,10 @@ DeviceInverse::DeviceInverse(const InverseFactor& factor)
   tile_rows_ = CudaBuffer<TileRow>(rows);
 }
 
-PreparedProjective::PreparedProjective(const Cloth& cloth, double strain_limit, double h)
+PreparedProjective::PreparedProjective(const Cloth& cloth, const ProjectiveMethodOptions& method,
+                                       double h)
     : particles(prepare_cloth<double>(cloth)),
-      rows(make_elastic_rows(cloth, particles.internal, strain_limit)),
+      rows(make_elastic_rows(cloth, particles.internal, method.strain_limit)),
       entries(row_entries(rows)) {
   std::vector<int> among_free(static_cast<std::size_t>(particles.count), -1);
   std::vector<int> particle_of;
@@ -126,7 +156,9 @@ PreparedProjective::PreparedProjective(const Cloth& cloth, double strain_limit, 
   }
   const int unknowns = static_cast<int>(particle_of.size());
   Points positions(unknowns, 3);
+  std::vector<double> mass_of_unknown;
   for (int u = 0; u < unknowns; ++u) {
+    mass_of_unknown.push_back(mass[particle_of[u]]);
     positions.row(u) = cloth.rest_positions.row(particles.external[particle_of[u]]);
   }
   const Eigen::SparseMatrix<double> matrix = projective_matrix(rows, mass, among_free, unknowns, h);
@@ -136,6 +168,7 @@ PreparedProjective::PreparedProjective(const Cloth& cloth, double strain_limit, 
     const int i = particle_of[u];
     gentle[i] = is_held_gently(matrix.coeff(u, u), mass[i]) ? 1 : 0;
   }
+  halves = method.half_precision && half_precision_serves(matrix, mass_of_unknown);
   place.assign(static_cast<std::size_t>(particles.count), -1);
   for (int u = 0; u < unknowns; ++u) {
     particle.push_back(particle_of[inverse->order()[u]]);
@@ -157,7 +190,7 @@ DeviceProjective::DeviceProjective(const PreparedProjective& p)
       gentle(p.gentle),
       tether_anchor(p.particles.tether_anchor),
       tether_length(p.particles.tether_length),
-      inverse(*p.inverse) {}
+      inverse(*p.inverse, p.halves) {}
 
 ElasticView DeviceProjective::elastic(const ElasticRows& of) const {
   return {rows.data(),   spring_rest.data(), bend_rest.data(), yarn_moduli.data(),

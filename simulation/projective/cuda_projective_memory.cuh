@@ -6,6 +6,7 @@
 #include <optional>
 #include <vector>
 
+#include "simulation/cloth/solver_options.h"
 #include "simulation/contact/body_encounter.h"
 #include "simulation/projective/cuda_projective.cuh"
 #include "simulation/projective/elastic_rows.h"
@@ -17,12 +18,18 @@ namespace atelier {
 /// W on the device.
 class DeviceInverse {
  public:
-  explicit DeviceInverse(const InverseFactor& factor);
+  /// `halves`: in half precision, each row by a scale of its own.
+  DeviceInverse(const InverseFactor& factor, bool halves);
 
   InverseView view() const {
-    return {values_.data(),   items_.data(),
-            long_items_,      static_cast<int>(items_.size()),
-            tiles_.data(),    static_cast<int>(tiles_.size()),
+    return {values_.size() > 0 ? values_.data() : nullptr,
+            halves_.size() > 0 ? halves_.data() : nullptr,
+            scale_.data(),
+            items_.data(),
+            long_items_,
+            static_cast<int>(items_.size()),
+            tiles_.data(),
+            static_cast<int>(tiles_.size()),
             tile_rows_.data()};
   }
   /// Into which the products of a row are cut at most.
@@ -31,6 +38,8 @@ class DeviceInverse {
 
  private:
   CudaBuffer<float> values_;
+  CudaBuffer<__half> halves_;
+  CudaBuffer<float> scale_;
   CudaBuffer<RowsItem> items_;
   CudaBuffer<ColumnsTile> tiles_;
   CudaBuffer<TileRow> tile_rows_;
@@ -47,8 +56,8 @@ struct RowEntries {
 
 /// What of a cloth never changes, on the host.
 struct PreparedProjective {
-  /// Substeps of `h` s; `strain_limit`: of ProjectiveMethodOptions.
-  PreparedProjective(const Cloth& cloth, double strain_limit, double h);
+  /// Substeps of `h` s.
+  PreparedProjective(const Cloth& cloth, const ProjectiveMethodOptions& method, double h);
 
   PreparedCloth<double> particles;
   ElasticRows rows;
@@ -56,6 +65,7 @@ struct PreparedProjective {
   std::vector<double> mass;
   std::vector<char> gentle;  ///< [V] 1: held gently by the body
   std::optional<InverseFactor> inverse;
+  bool halves = false;        ///< it is kept in half precision
   std::vector<int> place;     ///< of particles among the unknowns, -1: fixed
   std::vector<int> particle;  ///< of unknowns
 };

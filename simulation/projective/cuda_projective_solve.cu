@@ -41,14 +41,39 @@ __device__ inline float share_sums(float* sum, int lane, int& index) {
   }
 }
 
-/// Adds to `sum` what four columns of a row do.
-__device__ inline void add_products(const Vec4<float>& w, const Vec4<float> (&b)[4], float* sum) {
-  sum[0] += w.x * b[0].x + w.y * b[1].x + w.z * b[2].x + w.w * b[3].x;
-  sum[1] += w.x * b[0].y + w.y * b[1].y + w.z * b[2].y + w.w * b[3].y;
-  sum[2] += w.x * b[0].z + w.y * b[1].z + w.z * b[2].z + w.w * b[3].z;
+/// Numbers of W that a thread reads at once, 16 bytes.
+template <class T>
+constexpr int kWide = 16 / static_cast<int>(sizeof(T));
+
+__device__ inline uint4 read_wide(const void* from) {
+  return __ldcg(static_cast<const uint4*>(from));
+}
+__device__ inline void unpack(const uint4& wide, float (&to)[kWide<float>]) {
+  to[0] = __uint_as_float(wide.x);
+  to[1] = __uint_as_float(wide.y);
+  to[2] = __uint_as_float(wide.z);
+  to[3] = __uint_as_float(wide.w);
+}
+__device__ inline void unpack(const uint4& wide, float (&to)[kWide<__half>]) {
+  const unsigned words[4] = {wide.x, wide.y, wide.z, wide.w};
+#pragma unroll
+  for (int k = 0; k < 4; ++k) {
+    const float2 pair = __half22float2(reinterpret_cast<const __half2&>(words[k]));
+    to[2 * k] = pair.x;
+    to[2 * k + 1] = pair.y;
+  }
+}
+template <class T>
+__device__ inline const T* values_of(const InverseView& w) {
+  if constexpr (sizeof(T) == sizeof(float)) {
+    return w.values;
+  } else {
+    return w.halves;
+  }
 }
 
-/// Rows of W times the right hand side; a thread takes four columns at a time.
+/// Rows of W times the right hand side; a thread takes 16 bytes of each row at a time.
+template <class T>
 __global__ void __launch_bounds__(kSolveThreads)
     rows_kernel(const __grid_constant__ ProjectiveFrame f) {
   __shared__ float of_warps[kSolveWarps][kSums];
@@ -63,16 +88,28 @@ __global__ void __launch_bounds__(kSolveThreads)
   }
   const RowsItem item = w.items[at];
   wait_for_kernels_before();
-  const float* const values = w.values + item.offset;
+  const T* const values = values_of<T>(w) + item.offset;
   const Vec4<float>* const right = f.right + item.column;
   float sum[kSums] = {};
-  const int step = 4 * (by_block ? kSolveThreads : 32);
-  for (int c = 4 * (by_block ? static_cast<int>(threadIdx.x) : lane); c < item.columns; c += step) {
-    const Vec4<float> b[4] = {right[c], right[c + 1], right[c + 2], right[c + 3]};
+  const int step = kWide<T> * (by_block ? kSolveThreads : 32);
+  for (int c = kWide<T> * (by_block ? static_cast<int>(threadIdx.x) : lane); c < item.columns;
+       c += step) {
+    Vec4<float> b[kWide<T>];
+#pragma unroll
+    for (int k = 0; k < kWide<T>; ++k) {
+      b[k] = right[c + k];
+    }
 #pragma unroll
     for (int r = 0; r < kRowsAnItem; ++r) {
       const std::int64_t row = static_cast<std::int64_t>(min(r, item.rows - 1)) * item.stride;
-      add_products(*reinterpret_cast<const Vec4<float>*>(values + row + c), b, sum + 3 * r);
+      float of_row[kWide<T>];
+      unpack(read_wide(values + row + c), of_row);
+#pragma unroll
+      for (int k = 0; k < kWide<T>; ++k) {
+        sum[3 * r] += of_row[k] * b[k].x;
+        sum[3 * r + 1] += of_row[k] * b[k].y;
+        sum[3 * r + 2] += of_row[k] * b[k].z;
+      }
     }
   }
   static_assert(kSums == 24);
@@ -92,9 +129,9 @@ __global__ void __launch_bounds__(kSolveThreads)
     }
   }
   if (holds && index < 3 * item.rows) {
-    Vec4<float>* const to =
-        f.partial + static_cast<std::int64_t>(item.chunk) * f.unknowns + item.row;
-    (&to[index / 3].x)[index % 3] = own;
+    const int row = item.row + index / 3;
+    Vec4<float>& to = f.partial[static_cast<std::int64_t>(item.chunk) * f.unknowns + row];
+    (&to.x)[index % 3] = w.scale[row] * own;
   }
 }
 
@@ -170,24 +207,26 @@ __device__ inline void take_difference(const ProjectiveFrame& f, const TileMemor
   }
 }
 
-/// Rows of a tile that a block holds at once; eight threads take one, four columns each.
+/// Rows of a tile that a block holds at once; a few threads take one, 16 bytes each.
 constexpr int kRowsAtOnce = 1024;
-constexpr int kQuads = kColumnsATile / 4;
-constexpr int kRowsAStep = kSolveThreads / kQuads;
 constexpr int kSteps = 4;  ///< whose numbers are read together
 
 /// What a row of a tile is multiplied by, and where it lies.
 struct alignas(16) RowInHand {
   float x, y, z;
-  int quad;
+  int eight;
 };
 
 /// W^T times that: the change of the velocities. A block has a tile of columns; its rows, one list
 /// for all parts, are shared out among the threads, who wait for memory together.
+template <class T>
 __global__ void __launch_bounds__(kSolveThreads, 3)
     columns_kernel(const __grid_constant__ ProjectiveFrame f, int k) {
+  constexpr int kTeam = kColumnsATile / kWide<T>;  // threads that take a row
+  constexpr int kRowsAStep = kSolveThreads / kTeam;
+  constexpr int kSums = 3 * kWide<T>;
   __shared__ RowInHand in_hand[kRowsAtOnce];
-  __shared__ uchar2 quads_of[kRowsAtOnce];
+  __shared__ uchar2 eights_of[kRowsAtOnce];
   __shared__ float of_warps[kSolveWarps][kColumnsATile][3];
   __shared__ double changes[kColumnsATile][3];
   const InverseView& w = f.inverse;
@@ -195,13 +234,14 @@ __global__ void __launch_bounds__(kSolveThreads, 3)
   const int thread = static_cast<int>(threadIdx.x);
   const int warp = thread / 32;
   const int lane = thread % 32;
-  const int quad = thread % kQuads;
+  const int member = thread % kTeam;
+  const int eight = member * kWide<T> / 8;
   const bool has = lane < tile.columns;
   const int unknown = tile.column + (has ? lane : 0);
   wait_for_kernels_before();
   const TileMemory memory = tile_memory(f, f.memory[k % 2], unknown, has);
-  const Vec4<float>* const values = reinterpret_cast<const Vec4<float>*>(w.values) + quad;
-  float sum[12] = {};  // [axis][column]
+  const T* const values = values_of<T>(w) + member * kWide<T>;
+  float sum[kSums] = {};  // [axis][column]
   for (int first = tile.rows_begin; first < tile.rows_end; first += kRowsAtOnce) {
     const int rows = min(tile.rows_end - first, kRowsAtOnce);
     constexpr int kRound = kRowsAStep * kSteps;
@@ -209,51 +249,56 @@ __global__ void __launch_bounds__(kSolveThreads, 3)
     __syncthreads();
     for (int r = thread; r < filled; r += kSolveThreads) {
       RowInHand row{0, 0, 0, 0};
-      uchar2 quads = make_uchar2(0, 0);
+      uchar2 eights = make_uchar2(0, 0);
       if (r < rows) {
         const TileRow of = w.tile_rows[first + r];
         Vec3f all{};
         for (int c = 0; c < of.chunks; ++c) {
           all += xyz(f.partial[static_cast<std::int64_t>(c) * f.unknowns + of.row]);
         }
-        row = {all.x, all.y, all.z, of.quad};
-        quads = make_uchar2(of.low, of.high);
+        all = w.scale[of.row] * all;
+        row = {all.x, all.y, all.z, of.eight};
+        eights = make_uchar2(of.low, of.high);
       }
       in_hand[r] = row;
-      quads_of[r] = quads;
+      eights_of[r] = eights;
     }
     __syncthreads();
-    for (int r = thread / kQuads; r < filled; r += kRound) {
-      Vec4<float> value[kSteps];
+    for (int r = thread / kTeam; r < filled; r += kRound) {
+      uint4 wide[kSteps];
 #pragma unroll
       for (int step = 0; step < kSteps; ++step) {
-        const uchar2 quads = quads_of[r + step * kRowsAStep];
-        value[step] = Vec4<float>{};
-        if (quad >= quads.x && quad < quads.y) {
-          value[step] = load_shared_cache(values + in_hand[r + step * kRowsAStep].quad);
+        const uchar2 eights = eights_of[r + step * kRowsAStep];
+        wide[step] = make_uint4(0, 0, 0, 0);
+        if (eight >= eights.x && eight < eights.y) {
+          wide[step] = read_wide(
+              values + 8 * static_cast<std::int64_t>(in_hand[r + step * kRowsAStep].eight));
         }
       }
 #pragma unroll
       for (int step = 0; step < kSteps; ++step) {
         const RowInHand row = in_hand[r + step * kRowsAStep];
-        const Vec4<float> v = value[step];
+        float value[kWide<T>];
+        unpack(wide[step], value);
         const float y[3] = {row.x, row.y, row.z};
 #pragma unroll
         for (int axis = 0; axis < 3; ++axis) {
-          sum[4 * axis] += v.x * y[axis];
-          sum[4 * axis + 1] += v.y * y[axis];
-          sum[4 * axis + 2] += v.z * y[axis];
-          sum[4 * axis + 3] += v.w * y[axis];
+#pragma unroll
+          for (int c = 0; c < kWide<T>; ++c) {
+            sum[kWide<T> * axis + c] += value[c] * y[axis];
+          }
         }
       }
     }
   }
 #pragma unroll
-  for (int d = 0; d < 12; ++d) {
-    sum[d] += __shfl_xor_sync(kWholeWarp, sum[d], kQuads);
-    sum[d] += __shfl_xor_sync(kWholeWarp, sum[d], 2 * kQuads);
-    if (lane < kQuads) {
-      of_warps[warp][4 * quad + d % 4][d / 4] = sum[d];
+  for (int d = 0; d < kSums; ++d) {
+#pragma unroll
+    for (int other = kTeam; other < 32; other *= 2) {
+      sum[d] += __shfl_xor_sync(kWholeWarp, sum[d], other);
+    }
+    if (lane < kTeam) {
+      of_warps[warp][kWide<T> * member + d % kWide<T>][d / kWide<T>] = sum[d];
     }
   }
   __syncthreads();
@@ -420,12 +465,14 @@ void launch_projective_rows(const ProjectiveFrame& frame, cudaStream_t stream) {
   const int short_items = frame.inverse.items_count - frame.inverse.long_items;
   const unsigned blocks =
       static_cast<unsigned>(frame.inverse.long_items) + cuda_blocks(short_items, kSolveWarps);
-  launch_in_chain(rows_kernel, blocks, kSolveThreads, stream, frame);
+  launch_in_chain(frame.inverse.halves != nullptr ? rows_kernel<__half> : rows_kernel<float>,
+                  blocks, kSolveThreads, stream, frame);
 }
 
 void launch_projective_columns(const ProjectiveFrame& frame, int k, cudaStream_t stream) {
-  launch_in_chain(columns_kernel, static_cast<unsigned>(frame.inverse.tiles_count), kSolveThreads,
-                  stream, frame, k);
+  launch_in_chain(frame.inverse.halves != nullptr ? columns_kernel<__half> : columns_kernel<float>,
+                  static_cast<unsigned>(frame.inverse.tiles_count), kSolveThreads, stream, frame,
+                  k);
 }
 
 void launch_projective_next(const ProjectiveFrame& frame, int k, cudaStream_t stream) {

@@ -113,19 +113,26 @@ __device__ __noinline__ Vec3d impulses_of_pinch(const ProjectiveFrame& f, int i,
 }
 
 /// The impulse of the body on free particle `i`, whose velocity without it is `v`. One that is held
-/// gently has its own for the iteration (`renews`: in the first sweep of one).
+/// gently has its own for the iteration (`renews`: in the first sweep of one). `kPinched`: there
+/// may be second contacts; what they need slows the kernels down where there are none.
+template <bool kPinched>
 __device__ inline Vec3d impulse_of_body(const ProjectiveFrame& f, int i, Vec3d v, bool renews) {
   const VelocityBound bound = f.bounds[i];
   if (bound.holds == 0) {
     return {};
   }
   const bool gentle = f.gentle[i] != 0;
-  const bool pinched = f.across[i].holds != 0;
+  bool pinched = false;
+  if constexpr (kPinched) {
+    pinched = f.across[i].holds != 0;
+  }
   if (gentle && !renews) {
     return xyz(f.impulses[i]) + (pinched ? xyz(f.across_impulses[i]) : Vec3d{});
   }
-  if (pinched) {
-    return impulses_of_pinch(f, i, v);
+  if constexpr (kPinched) {
+    if (pinched) {
+      return impulses_of_pinch(f, i, v);
+    }
   }
   const Vec3d impulse = bound_impulse(bound, gentle ? xyz(f.impulses[i]) : Vec3d{}, f.mass[i],
                                       gentle ? xyz(f.v[i]) : v, f.friction);
@@ -143,6 +150,7 @@ __device__ inline void set_right(const ProjectiveFrame& f, int i, Vec3d reached)
 
 /// The right hand side of iteration `k`, with impulses of contact: those of the body, and those of
 /// other cloth as they are. A team of threads a particle.
+template <bool kPinched>
 __global__ void forces_kernel(const __grid_constant__ ProjectiveFrame f, int k) {
   const RowTeam team = row_team();
   const int i = thread_index() / kRowTeam;
@@ -175,7 +183,7 @@ __global__ void forces_kernel(const __grid_constant__ ProjectiveFrame f, int k) 
   const double share = 1 / f.mass[i];
   const Vec3d alone = xyz(f.wish[i]) + (f.h * share) * sum;
   const Vec3d held = alone + share * of_cloth;
-  const Vec3d reached = held + share * impulse_of_body(f, i, held, true);
+  const Vec3d reached = held + share * impulse_of_body<kPinched>(f, i, held, true);
   if (touches > 0) {
     t.alone[i] = with_w(alone, 0.0);
     t.reached[0][i] = with_w(reached, 0.0);
@@ -185,6 +193,7 @@ __global__ void forces_kernel(const __grid_constant__ ProjectiveFrame f, int k) 
 
 /// Sweep `j` of iteration `k` over contacts between pieces of cloth: every one anew, all at once;
 /// then the body. A team of threads a particle, each of which works out all of its own contacts.
+template <bool kPinched>
 __global__ void hold_kernel(const __grid_constant__ ProjectiveFrame f, int k, int j) {
   const RowTeam team = row_team();
   const TouchesView& t = f.touches;
@@ -215,7 +224,7 @@ __global__ void hold_kernel(const __grid_constant__ ProjectiveFrame f, int k, in
   }
   const double share = 1 / f.mass[i];
   const Vec3d held = xyz(t.alone[i]) + share * of_cloth;
-  const Vec3d next = held + share * impulse_of_body(f, i, held, false);
+  const Vec3d next = held + share * impulse_of_body<kPinched>(f, i, held, false);
   t.reached[(j + 1) % 2][i] = with_w(next, 0.0);
   set_right(f, i, next);
 }
@@ -275,14 +284,16 @@ void launch_projective_begin(const ProjectiveFrame& frame, int s, cudaStream_t s
   ATELIER_CUDA_LAUNCHED(begin_kernel);
 }
 
-void launch_projective_forces(const ProjectiveFrame& frame, int k, cudaStream_t stream) {
-  launch_in_chain(forces_kernel, cuda_blocks(frame.count, kCudaBlock / kRowTeam), kCudaBlock,
-                  stream, frame, k);
+void launch_projective_forces(const ProjectiveFrame& frame, int k, bool pinched,
+                              cudaStream_t stream) {
+  launch_in_chain(pinched ? forces_kernel<true> : forces_kernel<false>,
+                  cuda_blocks(frame.count, kCudaBlock / kRowTeam), kCudaBlock, stream, frame, k);
 }
 
-void launch_projective_hold(const ProjectiveFrame& frame, int k, int j, cudaStream_t stream) {
-  launch_in_chain(hold_kernel, cuda_blocks(frame.count, kCudaBlock / kRowTeam), kCudaBlock, stream,
-                  frame, k, j);
+void launch_projective_hold(const ProjectiveFrame& frame, int k, int j, bool pinched,
+                            cudaStream_t stream) {
+  launch_in_chain(pinched ? hold_kernel<true> : hold_kernel<false>,
+                  cuda_blocks(frame.count, kCudaBlock / kRowTeam), kCudaBlock, stream, frame, k, j);
 }
 
 void launch_projective_leave(const ProjectiveFrame& frame, cudaStream_t stream) {

@@ -17,9 +17,10 @@ class FrameClock {
   FrameClock& operator=(const FrameClock&) = delete;
 
   void record() { ATELIER_CUDA_CHECK(cudaEventRecord(event_)); }
-  /// ms from `before` to this one; both have to be over.
+  /// ms from `before` to this one; waits until it is over.
   double since(const FrameClock& before) const {
     float ms = 0;
+    ATELIER_CUDA_CHECK(cudaEventSynchronize(event_));
     ATELIER_CUDA_CHECK(cudaEventElapsedTime(&ms, before.event_, event_));
     return static_cast<double>(ms);
   }

@@ -105,4 +105,16 @@ void InverseFactor::fill(const Eigen::SparseMatrix<double, Eigen::RowMajor>& low
   });
 }
 
+bool half_precision_serves(const Eigen::SparseMatrix<double>& matrix,
+                           const std::vector<double>& mass) {
+  constexpr double kMostOverMass = 1e5;
+  for (std::size_t u = 0; u < mass.size(); ++u) {
+    const Index i = static_cast<Index>(u);
+    if (matrix.coeff(i, i) > kMostOverMass * mass[u]) {
+      return false;
+    }
+  }
+  return true;
+}
+
 }  // namespace atelier

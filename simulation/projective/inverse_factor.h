@@ -49,4 +49,13 @@ class InverseFactor {
   std::vector<double> values_;
 };
 
+/// True where numbers of W may be rounded to half precision, each row scaled by a power of two of
+/// its own: no diagonal of `matrix` is more than 1e5 times the unknown's mass. In the energy of the
+/// matrix, products with them are within 4% of the inverse's then (0.2% at 1e3, 1% at 1e4, measured
+/// on grids): iterations mend that as they mend what is not linear. Our choice.
+/// @param matrix  M + h^2 K of the unknowns
+/// @param mass    [unknowns] kg, above 0
+bool half_precision_serves(const Eigen::SparseMatrix<double>& matrix,
+                           const std::vector<double>& mass);
+
 }  // namespace atelier

@@ -31,7 +31,7 @@ struct ProjectiveCudaSolver::Scene {
         options(options),
         shared(options_of_parts(options)),
         h(options.time_step / options.projective.substeps),
-        prepared(cloth, options.projective.strain_limit, h),
+        prepared(cloth, options.projective, h),
         device(prepared),
         body(body_faces),
         moving(prepared.place.size(), prepared.particle.size(), device.inverse,
@@ -220,9 +220,9 @@ struct ProjectiveCudaSolver::Scene {
       if (f.body.face_count > 0 && looks_across(k, f.iterations)) {
         launch_projective_across(f, s, k, stream);
       }
-      launch_projective_forces(f, k, stream);
+      launch_projective_forces(f, k, pinched, stream);
       for (int j = 0; j < kTouchSweeps && self != nullptr; ++j) {
-        launch_projective_hold(f, k, j, stream);
+        launch_projective_hold(f, k, j, pinched, stream);
       }
       launch_projective_rows(f, stream);
       launch_projective_columns(f, k, stream);

@@ -11,8 +11,8 @@ namespace atelier {
 
 /// Projective dynamics with dry frictional contact (projective.h) on a CUDA device, the twin of
 /// ProjectiveSolver: in double precision, but for the solution of an iteration, by the inverse of
-/// the factor (inverse_factor.h) in float; the next iteration mends what it rounds. Repeats give
-/// the same bits.
+/// the factor (inverse_factor.h), in half precision where that serves, else in float; the next
+/// iteration mends what it rounds. Repeats give the same bits.
 class ProjectiveCudaSolver {
  public:
   /// Throws as ProjectiveSolver; EnvironmentError where there is no CUDA or its memory runs out.

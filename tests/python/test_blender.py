@@ -185,6 +185,22 @@ class Blender(Temporary):
             self.assertGreater(lower[1], 2 * lower[0])
         np.testing.assert_allclose(np.diff(centers), 0.25 / 2.0 * 48, atol=0.7)
 
+    def test_render_shows_the_colours_of_scans_whose_faces_change(self):
+        scans = self.folder / "scans"
+        scans.mkdir()
+        for frame, color in ((1, [0.8, 0, 0]), (2, [0, 0.8, 0])):
+            mesh = moving()[0]
+            faces = mesh.faces if frame == 1 else mesh.faces[:4]
+            colors = np.broadcast_to(color, mesh.vertices.shape)
+            atelier.write_mesh_archive(scans / f"{frame:06}.h5", atelier.Mesh(mesh.vertices, faces, colors=colors))
+        self.run_job({"sequences": [{"path": str(scans), "frames": [1]}],
+                      "render": {"frames": [1, 2], "scale": 2.0, "out": str(self.folder / "shot-")}})
+        for frame, channel in ((1, 0), (2, 1)):
+            image = atelier.read_byte_image(self.folder / f"shot-{frame:04}.png").astype(int)
+            lit = image[image.max(-1) > 40]
+            self.assertGreater(len(lit), 40)
+            self.assertTrue((lit[:, channel] > 2 * lit[:, 1 - channel]).all(), lit)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -388,6 +388,37 @@ TEST_F(ProjectiveTwins, StiffLightCloth_IsHeldGentlyOnBoth) {
   }
 }
 
+// Acceleration enlarges what half precision rounds, as it does all noise, but to cloth that is as
+// far from the solution as before.
+TEST_F(ProjectiveTwins, HalfPrecision_IsAsNearTheSolutionAsFloat) {
+  for (const char* membrane : {"springs", "strain"}) {
+    ClothOptions cloth_options;
+    cloth_options.membrane = membrane;
+    TwinScene scene = scene_on_a_ball(20, cloth_options, {0, 20}, 0.001, 1);
+    scene.from = {10, 10, 10};  // contacts would begin and end in other iterations
+    const auto solver_of = [&](int iterations, bool half, Device device) {
+      scene.options.projective.iterations = iterations;
+      scene.options.projective.half_precision = half;
+      return create_solver(scene.model, scene.options, device);
+    };
+    const std::unique_ptr<Solver> solved = solver_of(2000, false, Device::Cpu);
+    for (int frame = 0; frame < 3; ++frame) {
+      const ClothState start = solved->state();
+      solved->step(scene.control(frame));
+      const auto distance = [&](int iterations, bool half) {
+        const std::unique_ptr<Solver> solver = solver_of(iterations, half, Device::Cuda);
+        solver->set_state(start);
+        solver->step(scene.control(frame));
+        return (solver->state().positions - solved->state().positions).norm();
+      };
+      for (const int iterations : {8, 20, 60}) {
+        EXPECT_LT(distance(iterations, true), 1.2 * distance(iterations, false) + 1e-6)
+            << membrane << frame << iterations;
+      }
+    }
+  }
+}
+
 /// A frame or two of every kernel, for as long as a sanitizer has patience.
 TEST_F(ProjectiveTwins, ShortFrames_Agree) {
   for (const char* membrane : {"springs", "strain"}) {
@@ -399,6 +430,7 @@ TEST_F(ProjectiveTwins, ShortFrames_Agree) {
       scene.options.projective.substeps = 2;
       scene.options.projective.iterations = 3;
       scene.options.projective.acceleration = 2;
+      scene.options.projective.half_precision = self;
       if (!self) {
         EXPECT_LT(twin_distance(scene, 3), 1e-6) << membrane;
         continue;
@@ -425,10 +457,11 @@ TEST_F(ProjectiveTwins, ShortLayers_StayApart) {
 }
 
 TEST_F(ProjectiveTwins, Repeats_GiveTheSameBits) {
-  for (const int layers : {0, 1, 2}) {
+  for (const int layers : {0, 1, 2, 3}) {
     TwinScene scene = layers == 2 ? layers_on_a_ball(24, 2e-4, 6)
                                   : scene_on_a_ball(40, ClothOptions{}, {0}, 1e-4, 3);
     scene.options.self_contact = layers > 0;
+    scene.options.projective.half_precision = layers == 3;
     ClothState first;
     for (int repeat = 0; repeat < 3; ++repeat) {
       const std::unique_ptr<Solver> solver =
@@ -534,6 +567,56 @@ TEST(InverseFactor, ItsSquare_IsTheInverse) {
       }
     }
     EXPECT_LT(off, 1e-11) << n;
+  }
+}
+
+/// `value` with the 11 bits of half precision.
+double in_half(double value) {
+  int exponent = 0;
+  const double fraction = std::frexp(value, &exponent);
+  return std::ldexp(std::round(std::ldexp(fraction, 11)), exponent - 11);
+}
+
+TEST(InverseFactor, HalfPrecisionWhereItServes_IsWithinFourPercentInEnergy) {
+  Random random{5, 0, 0};
+  const int n = 500;
+  Points positions(n, 3);
+  for (int i = 0; i < n; ++i) {
+    positions.row(i) << uniform(random), uniform(random), 0;
+  }
+  Eigen::SparseMatrix<double> stiffness = near_matrix(positions, random);
+  const double most = stiffness.diagonal().maxCoeff();
+  for (const double contrast : {1e2, 1e4, 9e4}) {
+    Eigen::SparseMatrix<double> matrix = contrast / most * stiffness;
+    const std::vector<double> mass(static_cast<std::size_t>(n), 1.0);
+    for (int i = 0; i < n; ++i) {
+      matrix.coeffRef(i, i) += 1 - 0.5 * contrast / most;  // near_matrix has 0.5 of its own
+    }
+    ASSERT_TRUE(half_precision_serves(matrix, mass)) << contrast;
+    EXPECT_FALSE(half_precision_serves(2e5 / contrast * matrix, mass));
+    const InverseFactor factor(matrix, positions);
+    Eigen::MatrixXd w = Eigen::MatrixXd::Zero(n, n);
+    for (const InverseFactor::Part& part : factor.parts()) {
+      for (int i = part.begin; i < part.end; ++i) {
+        for (int c = part.column; c <= i; ++c) {
+          w(i, c) =
+              in_half(factor.values()[static_cast<std::size_t>(part.row(i) + c - part.column)]);
+        }
+      }
+    }
+    Eigen::MatrixXd ordered(n, n);
+    for (int i = 0; i < n; ++i) {
+      for (int j = 0; j < n; ++j) {
+        ordered(i, j) = matrix.coeff(factor.order()[i], factor.order()[j]);
+      }
+    }
+    // Of the inverse as the matrix's own energy sees it: 1 everywhere, where it is exact.
+    const Eigen::MatrixXd lower = ordered.llt().matrixL();
+    const Eigen::MatrixXd product = w * lower;
+    const Eigen::VectorXd values =
+        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(product.transpose() * product).eigenvalues();
+    EXPECT_GT(values.minCoeff(), 0.96) << contrast;
+    EXPECT_LT(values.maxCoeff(), 1.04) << contrast;
   }
 }
 

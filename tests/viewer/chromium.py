@@ -148,7 +148,11 @@ class Chromium:
             const box = one.getBoundingClientRect();
             return [box.x + box.width / 2, box.y + box.height / 2];
         }})()""")
-        for kind in ("mousePressed", "mouseReleased"):
+        self.mouse("mousePressed mouseReleased", x, y)
+
+    def mouse(self, kinds, x, y):
+        """Events of the mouse at a place on the page, with its left button."""
+        for kind in kinds.split():
             self.call("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", clickCount=1)
 
     def cpu_seconds(self):

@@ -28,6 +28,24 @@ inline const std::string kCounts = R"((() => {
   }
   return {blue: blue / (w * h), warm: warm / (w * h), yellow: yellow / (w * h)};
 })())";
+/// Step: the share of the view's pixels of which a condition on r, g, b (0 to 255) holds, and on x,
+/// their place from the left in [0, 1].
+inline std::string share(const std::string& condition) {
+  return R"(eval:(() => {
+  atelier.draw();
+  const gl = atelier.view.renderer.getContext();
+  const [w, h] = [gl.drawingBufferWidth, gl.drawingBufferHeight];
+  const p = new Uint8Array(4 * w * h);
+  gl.readPixels(0, 0, w, h, gl.RGBA, gl.UNSIGNED_BYTE, p);
+  let count = 0;
+  for (let i = 0; i < p.length; i += 4) {
+    const [r, g, b, x] = [p[i], p[i + 1], p[i + 2], i / 4 % w / w];
+    count += )" +
+         condition + R"(;
+  }
+  return count / (w * h);
+})())";
+}
 /// Step: until what was asked for is drawn.
 inline const std::string kSettled = "wait:!atelier.loading && !atelier.dirty";
 

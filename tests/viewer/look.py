@@ -1,8 +1,10 @@
 """Opens a page of the viewer in headless Chromium and does what it is told, a word each:
 
-    python3 look.py [--offline] ADDRESS [key:X] [shift:X] [eval:EXPRESSION] [wait:EXPRESSION] [shot:FILE] [took:FILE]...
+    python3 look.py ADDRESS [key:X] [shift:X] [click:EXPRESSION] [move:EXPRESSION] [drag:EXPRESSION] [eval:EXPRESSION]
+                    [wait:EXPRESSION] [shot:FILE] [took:FILE]...
 
-`took` waits for what the page gave out as a download.
+Of `click` and `move` the value is the place [x, y] on the page, of `drag` those of its ends; `took` waits for what the
+page gave out as a download. A page of files (file://) is shown without a network.
 Prints the value of each `eval` as a line of JSON, then what the browser logged ("message: ...") and each address that
 was asked for and does not begin like the page's own ("outside: ...").
 """
@@ -13,10 +15,8 @@ from chromium import Chromium
 
 
 def main():
-    words = sys.argv[1:]
-    offline = words[0] == "--offline"
-    address, *steps = words[1:] if offline else words
-    with Chromium(offline=offline) as page:
+    address, *steps = sys.argv[1:]
+    with Chromium(offline=address.startswith("file:")) as page:
         page.open(address)
         for step in steps:
             what, _, value = step.partition(":")
@@ -24,6 +24,14 @@ def main():
                 page.key(value)
             elif what == "shift":
                 page.key(value, shift=True)
+            elif what == "click":
+                page.mouse("mousePressed mouseReleased", *page.ask(value))
+            elif what == "move":
+                page.mouse("mouseMoved", *page.ask(value))
+            elif what == "drag":
+                begin_x, begin_y, x, y = page.ask(value)
+                page.mouse("mousePressed", begin_x, begin_y)
+                page.mouse("mouseMoved mouseReleased", x, y)
             elif what == "eval":
                 print(json.dumps(page.ask(value)))
             elif what == "wait":

@@ -149,6 +149,71 @@ TEST(ReportPlots, FrameSeries_IsPlottedWithItsRange) {
   EXPECT_EQ(plots_svg({{"not finite", {1}, {std::nan("")}}}), "");
 }
 
+TEST(ReportPlots, Target_IsALineInsideThePlot) {
+  const std::string svg =
+      plots_svg({{"distance <mm>", {0, 1}, {1, 2}, 4}, {"without", {0, 1}, {1, 2}}});
+  EXPECT_THAT(svg, HasSubstr("<title>target: 4</title>"));
+  EXPECT_EQ(svg.find("target"), svg.rfind("target")) << "of one plot alone";
+  EXPECT_THAT(svg, HasSubstr(">4</text>")) << "the plot reaches to it";
+  EXPECT_EQ(thinned({"a", {0, 1}, {1, 2}, 4}, 1).target, 4);
+}
+
+TEST(ReportPage, DetailsOfAStage_AreFolded) {
+  StageStatus status = result_of({{"a.txt", 1, {}}});
+  status.manifest->metrics = {{"frames", 3}};
+  status.manifest->inputs.emplace_back().path = "the capture";
+  const std::string page = report_page(std::span(&status, 1), "w");
+  const std::string section = page.substr(page.find("<h2 id=\"statistics\">"));
+  std::string open = section;  // what is seen without opening anything
+  for (std::size_t at = 0; (at = open.find("</summary>")) != std::string::npos;) {
+    open.erase(at, open.find("</details>") + std::string("</details>").size() - at);
+  }
+  EXPECT_THAT(section, AllOf(HasSubstr("<summary>1 figure</summary>"), HasSubstr("the capture"),
+                             HasSubstr("<summary>how it was made</summary>"),
+                             HasSubstr("<summary>1 file</summary>")));
+  EXPECT_THAT(open, AllOf(Not(HasSubstr("<table")), Not(HasSubstr("the capture"))));
+}
+
+TEST(ReportPage, StagesWithoutAResult_AreNotListed) {
+  const StageStatus done = result_of({{"a.txt", 1, {}}});
+  StageStatus none;
+  none.stage = "track";
+  StageStatus running = none;
+  running.stage = "body";
+  running.running = true;
+  const std::vector<StageStatus> stages = {done, none, running};
+  EXPECT_THAT(report_page(stages, "w"),
+              AllOf(HasSubstr("<a href=\"#statistics\">"), Not(HasSubstr("track")),
+                    HasSubstr("<th>body</th><td>none, running when this was written")));
+}
+
+TEST(ReportPage, FiguresThatMatter_AreASentence) {
+  const Gauge met = {"labels.miou", "", "0.98", "at least 0.95", 0.98, 0.95, true, true};
+  const Gauge missed = {"track.mean_mm", "", "8 mm", "at most 6", 8, 6, false, false};
+  EXPECT_THAT(report_page({}, "w", {}, {.gauges = {met}}),
+              HasSubstr("The figure that matters most is in its range. "));
+  EXPECT_THAT(
+      report_page({}, "w", {}, {.gauges = {missed}}),
+      HasSubstr(
+          "The figure that matters most is out of its range: track.mean_mm 8 mm (at most 6). "));
+  EXPECT_THAT(
+      report_page({}, "w", {}, {.gauges = {met, missed}}),
+      HasSubstr("1 of the 2 figures that matter most are in their range; out of it: track."));
+}
+
+TEST(ReportPage, Viewer_IsAStepAway) {
+  EXPECT_THAT(
+      report_page({}, "/home/me/w <1>", {}, {.viewer = {.place = "w <1>/report/view"}}),
+      AllOf(HasSubstr("<code>atelier view w &lt;1&gt;</code>"),
+            HasSubstr("<code>atelier view w &lt;1&gt; --out w &lt;1&gt;/report/view</code>"),
+            Not(HasSubstr("/home/me")), Not(HasSubstr("<a href=\"view"))));
+  const std::string page = report_page({}, "w", {}, {.viewer = {.page = "view/index.html"}});
+  EXPECT_THAT(page, AllOf(HasSubstr("<a href=\"view/index.html\">From every side"),
+                          Not(HasSubstr("made before"))));
+  EXPECT_THAT(report_page({}, "w", {}, {.viewer = {.page = "view/index.html", .is_older = true}}),
+              HasSubstr("(made before these results)"));
+}
+
 TEST(ReportPage, FailedAndSkippedStages_ComeFirst) {
   const RunAccount account{"<c>",
                            "",

@@ -1,0 +1,297 @@
+// How the page of `atelier view` is used: time, keys, views beside each other, addresses, names.
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/io/mesh_file.h"
+#include "core/sequence_archive.h"
+#include "tests/apps/dressed_workspace.h"
+#include "tests/support/temporary_directory.h"
+#include "tests/viewer/look.h"
+
+namespace atelier::fixtures {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+
+namespace fs = std::filesystem;
+
+class ViewControl : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder_ = new TemporaryDirectory;
+    write_dressed_workspace(folder_->path() / "capture", workspace());
+    made_ = view({workspace().string(), "--out", (folder_->path() / "page").string()});
+  }
+  static void TearDownTestSuite() { delete folder_; }
+  static fs::path workspace() { return folder_->path() / "workspace"; }
+  static std::string page() { return "file://" + (folder_->path() / "page/index.html").string(); }
+  void SetUp() override { ASSERT_EQ(made_.exit_code, 0) << made_.err; }
+  static inline TemporaryDirectory* folder_ = nullptr;
+  static inline ChildResult made_ = {};
+  TemporaryDirectory own_;
+};
+
+const std::string kShownFrame = "eval:document.documentElement.dataset.frame";
+const std::string kIsPlaying = "eval:atelier.timeline.playing";
+
+TEST_F(ViewControl, Timeline_PlaysAtItsRateAndLoops) {
+  SKIP_WITHOUT_BROWSER();
+  // Twelve frames a second: which frame is due at which time, of a clock that the test has.
+  const std::string due =
+      "eval:(() => { const one = atelier.timeline; one.setPlaying(true); const begin = 5000; "
+      "const frames = [0, 83, 84, 166, 167, 249, 251, 300, 334, 336].map(ms => one.index = "
+      "one.due(begin + ms)); one.setPlaying(false); one.index = 0; return frames; })()";
+  const std::string ends =
+      "eval:(() => { const one = atelier.timeline; one.setPlaying(true); one.due(5000); const "
+      "frame = one.due(5251); const left = one.playing; one.setPlaying(false); one.index = 0; "
+      "return [frame, left]; })()";
+  const Looked looked =
+      look(page(), {kSettled, due, "key:r", ends, "key:r",
+                    "key: ", "wait:document.documentElement.dataset.frame === '2'",
+                    "wait:document.documentElement.dataset.frame === '0'", "key: ", kIsPlaying});
+  ASSERT_EQ(looked.values.size(), 3) << looked.messages;
+  EXPECT_EQ(looked.values[0], nlohmann::json({0, 0, 1, 1, 2, 2, 0, 0, 0, 1}));
+  EXPECT_EQ(looked.values[1], nlohmann::json({2, false})) << "without the loop it ends";
+  EXPECT_EQ(looked.values[2], false);
+  EXPECT_THAT(looked.messages, IsEmpty());
+}
+
+TEST_F(ViewControl, Scrubbing_ShowsTheFrameAndKeysGoOnFromThere) {
+  SKIP_WITHOUT_BROWSER();
+  const std::string last =
+      "(() => { const box = document.getElementById('scrub').getBoundingClientRect(); return "
+      "[box.right - 3, box.y + box.height / 2]; })()";
+  const Looked looked =
+      look(page(), {kSettled, "click:" + last, kSettled, kShownFrame,
+                    "eval:document.activeElement.id", "key:ArrowLeft", kSettled, kShownFrame,
+                    "key: ", kIsPlaying, "key: ", kIsPlaying, "key:Home", kSettled, kShownFrame});
+  ASSERT_EQ(looked.values.size(), 6) << looked.messages;
+  EXPECT_EQ(looked.values[0], "2");
+  EXPECT_EQ(looked.values[1], "scrub");
+  EXPECT_EQ(looked.values[2], "1");
+  EXPECT_EQ(looked.values[3], true) << "Space plays from the slider, too";
+  EXPECT_EQ(looked.values[4], false);
+  EXPECT_EQ(looked.values[5], "0");
+  EXPECT_THAT(looked.messages, IsEmpty());
+}
+
+TEST_F(ViewControl, WhatHasTheFocus_TakesItsOwnKeysAndKeepsTheFocus) {
+  SKIP_WITHOUT_BROWSER();
+  const std::string focus = "eval:document.activeElement.textContent.trim()";
+  const Looked looked =
+      look(page(), {kSettled, "wait:(document.getElementById('layer0').focus(), true)", "key: ",
+                    "eval:[document.getElementById('layer0').checked, atelier.timeline.playing]",
+                    "wait:(document.querySelectorAll('.cameras button')[1].focus(), true)",
+                    "key:Enter", kSettled, "eval:atelier.now.cameras.selected", focus,
+                    "wait:(document.getElementById('through').focus(), true)", "key:Enter",
+                    kSettled, "eval:[atelier.panes[0].through, document.activeElement.id]",
+                    "wait:(document.getElementById('frame').focus(), true)", "key:End", kShownFrame,
+                    "key:Escape", "eval:atelier.panes[0].through"});
+  ASSERT_EQ(looked.values.size(), 6) << looked.messages;
+  EXPECT_EQ(looked.values[0], nlohmann::json({false, false})) << "the box, and nothing plays";
+  EXPECT_EQ(looked.values[1], 1);
+  EXPECT_EQ(looked.values[2], SmallCapture().cameras[1].id) << "of the button, drawn anew";
+  EXPECT_EQ(looked.values[3], nlohmann::json({1, "through"}));
+  EXPECT_EQ(looked.values[4], "0") << "End is the text's";
+  EXPECT_EQ(looked.values[5], -1);
+  EXPECT_THAT(looked.messages, IsEmpty());
+}
+
+TEST_F(ViewControl, ViewsBesideEachOther_HaveOneCameraAndLayersOfTheirOwn) {
+  SKIP_WITHOUT_BROWSER();
+  const fs::path out = own_.path() / "page";
+  ASSERT_EQ(view({workspace().string(), "--beside", workspace().string(), "--out", out.string()})
+                .exit_code,
+            0);
+  const std::string left = share("b > r + 25 && x < 0.5");
+  const std::string right = share("b > r + 25 && x >= 0.5");
+  const std::string through = "eval:atelier.drawnPanes.map(one => one.through?.camera.id)";
+  const std::string right_view =
+      "(() => { const box = document.getElementById('view').getBoundingClientRect(); return "
+      "[box.x + 0.9 * box.width, box.y + 0.9 * box.height]; })()";
+  const Looked looked = look("file://" + (out / "index.html").string(),
+                             {kSettled,
+                              left,
+                              right,
+                              "shift:ArrowLeft",
+                              "key:+",
+                              kSettled,
+                              left,
+                              right,
+                              "key:c",
+                              kSettled,
+                              through,
+                              "key:Escape",
+                              kSettled,
+                              through,
+                              "key:p",
+                              kSettled,
+                              "eval:[atelier.active, atelier.now.number]",
+                              "key:2",
+                              kSettled,
+                              left,
+                              right,
+                              "key:p",
+                              "click:" + right_view,
+                              kSettled,
+                              "eval:atelier.active",
+                              "key:ArrowRight",
+                              kSettled,
+                              "eval:atelier.timelines.map(one => one.layers[0].shownFrame)",
+                              "eval:(atelier.writeAddress(true), location.hash)"});
+  ASSERT_EQ(looked.values.size(), 12) << looked.messages;
+  const auto value = [&](std::size_t i) { return looked.values[i].get<double>(); };
+  EXPECT_GT(value(0), 0.01);
+  EXPECT_NEAR(value(1), value(0), 0.02 * value(0));
+  EXPECT_GT(value(2), 1.05 * value(0)) << "nearer";
+  EXPECT_NEAR(value(3), value(2), 0.02 * value(2)) << "in both";
+  EXPECT_EQ(looked.values[4],
+            nlohmann::json({SmallCapture().cameras[0].id, SmallCapture().cameras[0].id}));
+  EXPECT_EQ(looked.values[5], nlohmann::json({nullptr, nullptr}));
+  EXPECT_EQ(looked.values[6], nlohmann::json({1, 1})) << "P";
+  EXPECT_GT(value(7), 0.01);
+  EXPECT_LT(value(8), 0.0005) << "2 hides the garment on the right alone";
+  EXPECT_EQ(looked.values[9], 1) << "by a click";
+  EXPECT_EQ(looked.values[10], nlohmann::json({1, 1})) << "one time for both";
+  const Looked again =
+      look("file://" + (out / "index.html").string() + looked.values[11].get<std::string>(),
+           {kSettled, "eval:[atelier.active, atelier.isSplit]", right});
+  EXPECT_EQ(again.values.at(0), nlohmann::json({1, true}));
+  EXPECT_LT(again.values.at(1), 0.0005);
+  EXPECT_THAT(looked.messages, IsEmpty());
+}
+
+/// A workspace of the skirt simulated on the trunk by one of the solvers.
+fs::path simulated_by(const std::string& solver, const fs::path& root) {
+  const fs::path scene = root / "scene";
+  if (!fs::exists(scene)) {
+    fs::create_directory(scene);
+    write_mesh(scene / "garment.obj", tube_skirt().mesh);
+    write_mesh(scene / "body.obj", trunk_body().mesh);
+  }
+  const fs::path workspace = root / solver;
+  const ChildResult result =
+      run_child({program_path(), "simulate", scene.string(), workspace.string(), "--length", "4",
+                 "--settle", "0", "--pin-top", "0.02", "--solver", solver});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  return workspace;
+}
+
+TEST_F(ViewControl, TwoSimulators_AreShownBesideEachOtherWithTheirStrain) {
+  SKIP_WITHOUT_BROWSER();
+  const fs::path out = own_.path() / "page";
+  ASSERT_EQ(view({simulated_by("xpbd", own_.path()).string(), "--beside",
+                  simulated_by("projective-friction", own_.path()).string(), "--out", out.string()})
+                .exit_code,
+            0);
+  const std::string colour =
+      "wait:(() => { const one = document.querySelector('[aria-label^=\"Colour of\"]'); one.value "
+      "= "
+      "'strain'; one.dispatchEvent(new Event('change')); return true; })()";
+  const Looked looked =
+      look("file://" + (out / "index.html").string(),
+           {kSettled, share("b > r + 25 && x < 0.5"), share("b > r + 25 && x >= 0.5"),
+            share("r > b + 25 && x < 0.5"), "key:End", kSettled,
+            "eval:atelier.timelines.map(one => one.layers.map(layer => layer.shownFrame))",
+            "eval:atelier.timelines.map(one => one.info.name)", colour, kSettled,
+            "eval:document.getElementById('legend').textContent",
+            "eval:[...document.getElementById('series').options].some(one => "
+            "one.textContent.includes('kinetic energy'))"});
+  ASSERT_EQ(looked.values.size(), 7) << looked.messages;
+  EXPECT_GT(looked.values[0], 0.005) << "the skirt of the one";
+  EXPECT_GT(looked.values[1], 0.005) << "and of the other";
+  EXPECT_GT(looked.values[2], 0.005) << "on its body";
+  EXPECT_EQ(looked.values[3], nlohmann::json({{3, 3}, {3, 3}}));
+  EXPECT_EQ(looked.values[4], nlohmann::json({"xpbd: Simulation", "projective-friction: Simulation"}));
+  EXPECT_THAT(looked.values[5].get<std::string>(), AllOf(HasSubstr("strain"), HasSubstr("10 %")));
+  EXPECT_EQ(looked.values[6], true);
+  EXPECT_THAT(looked.messages, IsEmpty());
+}
+
+TEST_F(ViewControl, Address_HoldsWhatLiesOverImagesAndWhichFigureIsChosen) {
+  SKIP_WITHOUT_BROWSER();
+  const std::string state =
+      "eval:(() => { const one = atelier.now.cameras; return [one.selected, one.overlays, "
+      "one.showFrusta, one.showSkeleton, atelier.opacity, atelier.timeline.looping, "
+      "atelier.timeline.chosen, document.getElementById('series').selectedOptions[0].textContent]; "
+      "})()";
+  const Looked first = look(
+      page(),
+      {kSettled, "wait:atelier.now.surveyed && atelier.now.cameras.agreement", "key:r", "key:c",
+       "key:Escape", "wait:(document.querySelector('#side-body .toggles input').click(), true)",
+       "wait:(document.getElementById('toggle-cameras').click(), true)",
+       "wait:(() => { const one = document.getElementById('opacity'); one.value = 30; "
+       "one.dispatchEvent(new Event('input')); return true; })()",
+       "wait:(() => { const one = document.getElementById('series'); one.value = "
+       "one.options.length - 1; one.dispatchEvent(new Event('change')); return true; })()",
+       kSettled, state, "eval:(atelier.writeAddress(true), location.hash)"});
+  ASSERT_EQ(first.values.size(), 2) << first.messages;
+  EXPECT_EQ(first.values[0][0], 0);
+  EXPECT_EQ(first.values[0][1]["keypoints"], false);
+  EXPECT_EQ(first.values[0][2], true);
+  EXPECT_EQ(first.values[0][4], 0.3);
+  EXPECT_EQ(first.values[0][5], false);
+  const Looked again =
+      look(page() + first.values[1].get<std::string>(),
+           {kSettled, "wait:atelier.now.surveyed && atelier.now.cameras.agreement", state});
+  EXPECT_EQ(again.values.at(0), first.values[0]);
+  EXPECT_THAT(again.messages, IsEmpty());
+}
+
+TEST_F(ViewControl, NamesOfLayersCamerasAndFindings_AreText) {
+  SKIP_WITHOUT_BROWSER();
+  const std::string name = "<img src=x onerror=alert(1)>\"'&amp;";
+  const fs::path sequence = own_.path() / "names" / name;
+  Sequence skirt;
+  skirt.fps = 12;
+  skirt.frame_ids = {0, 1};
+  skirt.faces = tube_skirt().mesh.faces;
+  skirt.load = [](Index i) {
+    Mesh mesh = tube_skirt().mesh;
+    mesh.vertices.row(50).array() += i == 1 ? 0.5 : 0.0;
+    return mesh;
+  };
+  write_sequence(sequence, skirt);
+  ASSERT_EQ(
+      view({(own_.path() / "names").string(), "--out", (own_.path() / "page").string()}).exit_code,
+      0);
+  const std::string count = "eval:document.querySelectorAll('img, script:not([src])').length";
+  const Looked looked =
+      look("file://" + (own_.path() / "page/index.html").string(),
+           {kSettled, "eval:document.querySelector('#layers label').textContent",
+            "wait:atelier.now.surveyed",
+            "eval:[...document.querySelectorAll('.finding, #marks button')].map(one => "
+            "one.textContent || one.title).join()",
+            "eval:document.getElementById('series').textContent", count});
+  ASSERT_EQ(looked.values.size(), 4) << looked.messages;
+  EXPECT_THAT(looked.values[0].get<std::string>(), HasSubstr(name));
+  EXPECT_THAT(looked.values[1].get<std::string>(), HasSubstr(name + ": torn"));
+  EXPECT_THAT(looked.values[2].get<std::string>(), HasSubstr(name));
+  EXPECT_EQ(looked.values[3], 0);
+
+  SmallCapture capture;
+  capture.cameras[1].id = "\"<b>'";
+  write_small_capture(own_.path() / "capture", capture);
+  ASSERT_EQ(view({(own_.path() / "capture").string(), "--out", (own_.path() / "cameras").string()})
+                .exit_code,
+            0);
+  const Looked cameras =
+      look("file://" + (own_.path() / "cameras/index.html").string(),
+           {kSettled, "eval:document.querySelectorAll('.cameras button')[1].textContent", "key:c",
+            "key:c", kSettled, "eval:atelier.now.cameras.canvas.width", count});
+  EXPECT_EQ(cameras.values.at(0), "\"<b>'");
+  EXPECT_EQ(cameras.values.at(1), 64) << "its image";
+  EXPECT_EQ(cameras.values.at(2), 0);
+  EXPECT_THAT(looked.messages + cameras.messages, IsEmpty());
+}
+
+}  // namespace
+}  // namespace atelier::fixtures
