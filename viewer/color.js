@@ -52,5 +52,5 @@ export function roleColor(role, n) {
 /// Of panels and other things told apart by number.
 export function numberColor(n) {
   const hue = (n * 137.5) % 360;
-  return `hsl(${hue} 38% 74%)`;
+  return `hsl(${hue}, 38%, 74%)`;  // with commas, as three.js reads it
 }

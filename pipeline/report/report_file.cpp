@@ -157,18 +157,20 @@ std::vector<Gauge> own_gauges(std::span<const StageStatus> stages) {
   return gauges;
 }
 
-/// The viewer's page in the folder `view` beside the report.
+/// The viewer's page in the folder `view` beside the report, where that is in its own folder:
+/// beside others may be the page of another workspace.
 ReportView view_beside(const std::filesystem::path& page, std::span<const StageStatus> stages,
                        const std::filesystem::path& workspace) {
   namespace fs = std::filesystem;
   ReportView view;
-  const fs::path index = page.parent_path() / "view/index.html";
+  if (page.parent_path() != report_folder(workspace)) {
+    return view;
+  }
   std::error_code absent;
-  const fs::file_time_type made = fs::last_write_time(index, absent);
+  const fs::file_time_type made =
+      fs::last_write_time(report_folder(workspace) / "view/index.html", absent);
   if (absent) {
-    if (page.parent_path() == report_folder(workspace)) {
-      view.place = (report_folder(workspace.filename()) / "view").generic_string();
-    }
+    view.place = (report_folder(workspace.filename()) / "view").generic_string();
     return view;
   }
   view.page = "view/index.html";

@@ -210,7 +210,8 @@ TEST_F(ViewControl, TwoSimulators_AreShownBesideEachOtherWithTheirStrain) {
   EXPECT_GT(looked.values[1], 0.005) << "and of the other";
   EXPECT_GT(looked.values[2], 0.005) << "on its body";
   EXPECT_EQ(looked.values[3], nlohmann::json({{3, 3}, {3, 3}}));
-  EXPECT_EQ(looked.values[4], nlohmann::json({"xpbd: Simulation", "projective-friction: Simulation"}));
+  EXPECT_EQ(looked.values[4],
+            nlohmann::json({"xpbd: Simulation", "projective-friction: Simulation"}));
   EXPECT_THAT(looked.values[5].get<std::string>(), AllOf(HasSubstr("strain"), HasSubstr("10 %")));
   EXPECT_EQ(looked.values[6], true);
   EXPECT_THAT(looked.messages, IsEmpty());
@@ -246,17 +247,17 @@ TEST_F(ViewControl, Address_HoldsWhatLiesOverImagesAndWhichFigureIsChosen) {
   EXPECT_THAT(again.messages, IsEmpty());
 }
 
-TEST_F(ViewControl, NamesOfLayersCamerasAndFindings_AreText) {
+TEST_F(ViewControl, NamesOfLayersAndFindings_AreText) {
   SKIP_WITHOUT_BROWSER();
   const std::string name = "<img src=x onerror=alert(1)>\"'&amp;";
   const fs::path sequence = own_.path() / "names" / name;
   Sequence skirt;
   skirt.fps = 12;
-  skirt.frame_ids = {0, 1};
+  skirt.frame_ids = {0, 1, 2, 3, 4, 5, 6, 7};
   skirt.faces = tube_skirt().mesh.faces;
   skirt.load = [](Index i) {
     Mesh mesh = tube_skirt().mesh;
-    mesh.vertices.row(50).array() += i == 1 ? 0.5 : 0.0;
+    mesh.vertices.row(50).array() += i == 4 ? 0.5 : 0.0;
     return mesh;
   };
   write_sequence(sequence, skirt);
@@ -276,21 +277,7 @@ TEST_F(ViewControl, NamesOfLayersCamerasAndFindings_AreText) {
   EXPECT_THAT(looked.values[1].get<std::string>(), HasSubstr(name + ": torn"));
   EXPECT_THAT(looked.values[2].get<std::string>(), HasSubstr(name));
   EXPECT_EQ(looked.values[3], 0);
-
-  SmallCapture capture;
-  capture.cameras[1].id = "\"<b>'";
-  write_small_capture(own_.path() / "capture", capture);
-  ASSERT_EQ(view({(own_.path() / "capture").string(), "--out", (own_.path() / "cameras").string()})
-                .exit_code,
-            0);
-  const Looked cameras =
-      look("file://" + (own_.path() / "cameras/index.html").string(),
-           {kSettled, "eval:document.querySelectorAll('.cameras button')[1].textContent", "key:c",
-            "key:c", kSettled, "eval:atelier.now.cameras.canvas.width", count});
-  EXPECT_EQ(cameras.values.at(0), "\"<b>'");
-  EXPECT_EQ(cameras.values.at(1), 64) << "its image";
-  EXPECT_EQ(cameras.values.at(2), 0);
-  EXPECT_THAT(looked.messages + cameras.messages, IsEmpty());
+  EXPECT_THAT(looked.messages, IsEmpty());
 }
 
 }  // namespace

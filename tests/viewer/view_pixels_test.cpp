@@ -167,8 +167,9 @@ constexpr std::array kShownStages = {
                 write_avatar(run, "seen", walking_trunk());
                 write_meshes(run, "garments/lower", tube_skirt().mesh.faces, walking_skirt());
                 if (!film_file.empty()) {
-                  run.output("animation.mp4",
-                             [](const auto& file) { fs::copy_file(film_file, file); });
+                  run.output("animation.mp4", [](const auto& file) {
+                    fs::copy_file(film_file, file, fs::copy_options::overwrite_existing);
+                  });
                 }
               }},
 };
