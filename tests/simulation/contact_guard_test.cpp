@@ -447,16 +447,6 @@ int soak_number(const char* name, int usual) {
   return value != nullptr ? std::atoi(value) : usual;
 }
 
-/// Those of fixtures::devices(); in scripts/soak only ATELIER_SOAK_DEVICE, where that is set.
-std::vector<Device> soaked_devices() {
-  std::vector<Device> out = fixtures::devices();
-  const char* only = fixtures::soaking() ? std::getenv("ATELIER_SOAK_DEVICE") : nullptr;
-  if (only != nullptr) {
-    std::erase_if(out, [&](Device device) { return device_name(device) != std::string(only); });
-  }
-  return out;
-}
-
 /// A skirt in extreme motion, for as long as anyone likes: 300 frames here, of which every tenth is
 /// looked at, 100,000 in scripts/soak, every one. There, of ATELIER_SOAK_PARTS shares of the
 /// courses, ATELIER_SOAK_PART, from 0.
@@ -539,13 +529,13 @@ void survive_extreme_motion(const std::string& solver_name, Device device) {
 }
 
 TEST(ContactGuard, Skirt_SurvivesExtremeMotion) {
-  for (Device device : soaked_devices()) {
+  for (Device device : fixtures::devices()) {
     survive_extreme_motion("xpbd", device);
   }
 }
 
 TEST(ProjectiveGuard, Skirt_SurvivesExtremeMotion) {
-  for (Device device : soaked_devices()) {
+  for (Device device : fixtures::devices()) {
     survive_extreme_motion("projective-friction", device);
   }
 }
