@@ -183,26 +183,36 @@ void require_one_stage(const RunArguments& arguments) {
 /// do.
 bool prepare(RunArguments& arguments, const RecordingArguments& recording) {
   const fs::path capture = arguments.places.capture;
-  if (fs::exists(capture / "capture.toml") || board_folder(capture, recording).empty()) {
+  const auto as_it_is = [&] {
+    if (!recording.boards.empty()) {
+      standard_error() << "atelier: --boards is not used: " << printable(capture.string())
+                       << " has a calibration, or images of one camera alone" << std::endl;
+    }
     return true;
+  };
+  if (fs::exists(capture / "capture.toml") || board_folder(capture, recording).empty()) {
+    return as_it_is();
   }
   const Dataset dataset = open_dataset(capture);
   if (dataset.calibrated || dataset.cameras.size() < 2) {
-    return true;
+    return as_it_is();
   }
+  const auto say = [&](const std::string& line) {
+    if (arguments.json) {
+      show_event({{"event", "prepare"}, {"line", line}});
+    } else {
+      std::cout << "run: " << printable(line) << std::endl;
+    }
+  };
   const fs::path folder = arguments.places.workspace.string() + ".recording";
   const std::vector<PreparationStep> steps = preparation_steps(dataset, folder, recording);
   if (arguments.dry_run) {
     for (const PreparationStep& step : steps) {
-      std::cout << "run: would make " << printable(step.name) << " in "
-                << printable(folder.string()) << "\n";
+      say("would make " + step.name + " in " + folder.string());
     }
     return false;
   }
-  if (!prepare_recording(
-          dataset, steps, folder,
-          [](const std::string& line) { std::cout << "run: " << printable(line) << std::endl; },
-          interrupted)) {
+  if (!prepare_recording(dataset, steps, folder, say, interrupted)) {
     end_by_signal();
   }
   arguments.places.capture = folder / "capture";
@@ -211,6 +221,11 @@ bool prepare(RunArguments& arguments, const RecordingArguments& recording) {
 
 /// Jobs of a workflow are whole stages, and write for people.
 void require_whole_run(const RunArguments& arguments) {
+  if (arguments.jobs != 0) {
+    throw UsageError(
+        "--workflow takes no --jobs: a job works on as many frames at once as it has "
+        "processors; --threads says how many there are in all");
+  }
   if (arguments.json || !writes_report(arguments)) {
     throw UsageError(
         "--workflow does all of the stages and the report: without --shard, "

@@ -1,6 +1,9 @@
 // `atelier run` on images without calibration, with images of a board beside them.
 #ifdef ATELIER_HAS_CAPTURE
 
+#include <nlohmann/json.hpp>
+#include <sstream>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -50,6 +53,15 @@ TEST(Recording, DryRun_ListsWhatLeadsToACapture) {
     EXPECT_THAT(result.out, HasSubstr("would make " + std::string(step)));
   }
   EXPECT_FALSE(fs::exists(folder / "work.recording"));
+  const ChildResult json =
+      run_recording(folder / "recording", folder / "work", {"--dry-run", "--json"});
+  EXPECT_EQ(json.exit_code, 0) << json.err;
+  std::istringstream lines(json.out);
+  int prepared = 0;
+  for (std::string line; std::getline(lines, line);) {
+    prepared += nlohmann::json::parse(line).at("event") == "prepare" ? 1 : 0;
+  }
+  EXPECT_EQ(prepared, 5) << json.out;
 }
 
 TEST(Recording, StepThatFails_IsNamedAndWhatWasDoneIsKept) {

@@ -672,12 +672,21 @@ TEST_F(WholeRun, WorkflowOption_GivesTheSameDigests) {
 }
 
 TEST_F(WholeRun, WorkflowOptionWithPartOfTheWork_IsRefused) {
-  for (const char* flag : {"--no-report", "--json"}) {
-    const ChildResult result =
-        run_child(chain(this_capture(), root_ / "work", {"--workflow", "local", flag}));
+  for (const std::vector<std::string>& flags :
+       {std::vector<std::string>{"--no-report"}, {"--json"}, {"--jobs", "2"}}) {
+    std::vector<std::string> words = {"--workflow", "local"};
+    words.insert(words.end(), flags.begin(), flags.end());
+    const ChildResult result = run_child(chain(this_capture(), root_ / "work", words));
     EXPECT_EQ(result.exit_code, 2) << result.out;
     EXPECT_THAT(result.err, HasSubstr("--workflow"));
   }
+}
+
+TEST_F(WholeRun, BoardsBesideACalibratedCapture_AreSaidToBeUnused) {
+  const ChildResult result =
+      run_child(chain(this_capture(), root_ / "work", {"--dry-run", "--boards", "boards"}));
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("--boards is not used"));
 }
 
 TEST_F(WholeRun, PartOfManyStages_IsRefused) {
