@@ -54,7 +54,7 @@ struct Carver {
 
   bool keeps(const Eigen::Vector3d& centre, double cell) const {
     int seen = 0;
-    int against = 0;
+    int against = 0;  // most of space is against several masks: the views after them need no look
     for (std::size_t i = 0; i < cameras.size(); ++i) {
       const Camera& camera = cameras[i];
       const auto pixel = project(camera, centre);
@@ -69,9 +69,12 @@ struct Carver {
       }
       ++seen;
       against += masks[i].any_near(pixel->x(), pixel->y(), radius) ? 0 : 1;
+      if (against > options.tolerated) {
+        return false;
+      }
     }
     const auto views = static_cast<double>(cameras.size());
-    return seen >= std::max(2.0, options.min_share * views) && against <= options.tolerated;
+    return seen >= std::max(2.0, options.min_share * views);
   }
 };
 

@@ -1,8 +1,9 @@
 #include "registration/drafting/draft_pattern.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
+#include <Eigen/SparseCholesky>
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -228,7 +229,7 @@ void equalize_lengths(SewingPattern& pattern, const std::vector<EqualEdges>& equ
   const auto rows = static_cast<Index>(equal.size());
   constexpr int kRounds = 6;
   for (int round = 0; round < kRounds && rows > 0; ++round) {
-    Eigen::MatrixXd jacobian = Eigen::MatrixXd::Zero(rows, first.back());
+    std::vector<Eigen::Triplet<double>> slopes;
     Eigen::VectorXd differs(rows);
     for (Index r = 0; r < rows; ++r) {
       const EqualEdges& pair = equal[static_cast<std::size_t>(r)];
@@ -241,17 +242,28 @@ void equalize_lengths(SewingPattern& pattern, const std::vector<EqualEdges>& equ
           const Vector2 slope =
               (of_b ? -1 : 1) * length_at(pattern, place) * chord / chord.squaredNorm();
           const Index columns = first[static_cast<std::size_t>(place.panel)];
-          jacobian.block<1, 2>(r, columns + 2 * edge.end) += slope.transpose();
-          jacobian.block<1, 2>(r, columns + 2 * edge.start) -= slope.transpose();
+          for (Index axis = 0; axis < 2; ++axis) {
+            slopes.emplace_back(r, columns + 2 * edge.end + axis, slope[axis]);
+            slopes.emplace_back(r, columns + 2 * edge.start + axis, -slope[axis]);
+          }
         }
       }
     }
     if (differs.cwiseAbs().maxCoeff() < 1e-6) {
       return;
     }
-    Eigen::MatrixXd normal = jacobian * jacobian.transpose();
-    normal.diagonal().array() += 1e-6;  // of seams that contradict each other
-    const Eigen::VectorXd step = -jacobian.transpose() * normal.ldlt().solve(differs);
+    // A seam moves the corners of two panels: nearly all of it is zero.
+    Eigen::SparseMatrix<double, Eigen::RowMajor> jacobian(rows, first.back());
+    jacobian.setFromTriplets(slopes.begin(), slopes.end());
+    Eigen::SparseMatrix<double> normal = jacobian * jacobian.transpose();
+    Eigen::SparseMatrix<double> contradicting(rows, rows);
+    contradicting.setIdentity();
+    normal += 1e-6 * contradicting;  // of seams that contradict each other
+    const Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>> solver(normal);
+    if (solver.info() != Eigen::Success) {
+      return;
+    }
+    const Eigen::VectorXd step = -(jacobian.transpose() * solver.solve(differs));
     for (std::size_t p = 0; p < pattern.panels.size(); ++p) {
       Panel& panel = pattern.panels[p];
       Points2 corners = panel.corners;

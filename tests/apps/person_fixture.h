@@ -55,12 +55,16 @@ inline std::vector<std::string> person_scans(const std::string& capture,
           "1"};
 }
 
-/// A capture with its scans, keypoints, person and motion for all tests of this file; a copy of the
-/// workspace for each, which has what `run_stage("track")` asks for until something is changed.
+/// A capture with its scans, keypoints, person and motion, made once for all suites of this
+/// fixture; a copy of the workspace for each test, which has what `run_stage("track")` asks for
+/// until something is changed.
 class Person : public ::testing::Test {
  protected:
   static void SetUpTestSuite() {
-    folder_ = new TemporaryDirectory;
+    if (folder_ != nullptr) {
+      return;
+    }
+    folder_ = new TemporaryDirectory;  // in the program's own folder, which is gone at its end
     const std::string capture = (folder_->path() / "capture").string();
     const std::string made = (folder_->path() / "made").string();
     const std::vector<std::vector<std::string>> steps = {
@@ -78,7 +82,6 @@ class Person : public ::testing::Test {
       }
     }
   }
-  static void TearDownTestSuite() { delete folder_; }
 
   void SetUp() override {
     ASSERT_EQ(made_.exit_code, 0) << made_.err;
