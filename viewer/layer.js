@@ -5,7 +5,7 @@ import {labelColor, numberColor, roleColor, scaleRow} from "./color.js";
 import {CodedFrames, deviationAtEnd, edgeLengths, edgesOf, faceStrain, faceToVertex, largestDeviation, panelsOf, toMetres, vertexNormals} from "./mesh_math.js";
 
 /// Decoded vertices of all layers stay below this; more is loaded again when it is needed.
-export const chunkCache = new DataCache(96e6);
+export const chunkCache = new DataCache(72e6);
 
 // What a vertex carries beside its place and normal: nothing, a colour, a number, a texture coordinate.
 const kPlain = 0, kTinted = 1, kScaled = 2, kTextured = 3;
