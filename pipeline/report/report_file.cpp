@@ -158,19 +158,19 @@ std::vector<Gauge> own_gauges(std::span<const StageStatus> stages) {
 }
 
 /// The viewer's page in the folder `view` beside the report, where that is in its own folder:
-/// beside others may be the page of another workspace.
+/// beside others may be the page of another workspace. Where there is none, its place.
 ReportView view_beside(const std::filesystem::path& page, std::span<const StageStatus> stages,
                        const std::filesystem::path& workspace) {
   namespace fs = std::filesystem;
   ReportView view;
-  if (page.parent_path() != report_folder(workspace)) {
-    return view;
-  }
   std::error_code absent;
   const fs::file_time_type made =
       fs::last_write_time(report_folder(workspace) / "view/index.html", absent);
   if (absent) {
     view.place = (report_folder(workspace.filename()) / "view").generic_string();
+    return view;
+  }
+  if (page.parent_path() != report_folder(workspace)) {
     return view;
   }
   view.page = "view/index.html";

@@ -11,6 +11,7 @@
 
 #include "core/exit_code.h"
 #include "tests/apps/seal_fixture.h"
+#include "tests/apps/simulate_fixture.h"
 #include "tests/support/outside_judge.h"
 
 namespace atelier::fixtures {
@@ -336,10 +337,21 @@ TEST_F(Seal, KilledCommand_LeavesNoPlainData) {
   }
 }
 
-TEST_F(Seal, ProcessThatHasOpened_MayWriteNoCoreDump) {
-  make_workspace();
-  ASSERT_EQ(seal({"--to", key("one")}).exit_code, 0);
-  const ChildProcess child(atelier({"view", place("p.sealed"), "--identity", place("one")}));
+/// A simulation, which `view` serves until it is ended.
+class SealedView : public Simulate {};
+
+TEST_F(SealedView, ProcessThatHasOpened_MayWriteNoCoreDump) {
+  const std::string work = (root_ / "work").string();
+  const std::string identity = (root_ / "one").string();
+  const std::string sealed = (root_ / "p.sealed").string();
+  ASSERT_EQ(stage("work").exit_code, 0);
+  const ChildResult made = run({"key", "--out", identity});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const std::string recipient = made.out.substr(0, made.out.find('\n'));
+  const ChildResult closed = run(
+      {"seal", work, "--to", recipient, "--consent", "none-needed", "made up", "--out", sealed});
+  ASSERT_EQ(closed.exit_code, 0) << closed.err;
+  const ChildProcess child({program_path(), "view", sealed, "--identity", identity});
   for (int i = 0; i < 1000 && !child.catches(SIGTERM) && !child.has_ended(); ++i) {
     usleep(10'000);  // until it has opened the file, and serves it
   }
