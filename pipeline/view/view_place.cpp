@@ -573,9 +573,9 @@ void refuse_stage_folder(const fs::path& place, std::span<const Stage> stages) {
 }
 
 bool is_mesh_name(const fs::path& file) {
-  static const std::set<std::string> kMeshes = {".obj", ".ply",  ".glb", ".gltf",
-                                                ".fbx", ".usdc", ".usdz"};
-  return kMeshes.contains(lower_extension(file));
+  static const std::set<std::string> mesh_endings = {".obj", ".ply",  ".glb", ".gltf",
+                                                     ".fbx", ".usdc", ".usdz"};
+  return mesh_endings.contains(lower_extension(file));
 }
 
 }  // namespace
