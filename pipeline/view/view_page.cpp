@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/error.h"
+#include "core/image.h"
 #include "core/io/file_bytes.h"
 #include "core/io/json_text.h"
 #include "core/limits.h"

@@ -73,9 +73,9 @@ void layers(DxfText& dxf) {
   dxf.pair(0, "TABLE");
   dxf.pair(2, "LAYER");
   dxf.integer(70, 7);
-  const std::pair<const char*, int> kLayers[] = {
+  const std::pair<const char*, int> colors_of_layers[] = {
       {"0", 7}, {kCut, 7}, {kNotches, 1}, {kMirror, 6}, {kGrain, 8}, {kSew, 5}, {kAnnotation, 3}};
-  for (const auto& [name, color] : kLayers) {
+  for (const auto& [name, color] : colors_of_layers) {
     dxf.pair(0, "LAYER");
     dxf.pair(2, name);
     dxf.integer(70, 0);

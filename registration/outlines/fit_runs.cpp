@@ -3,6 +3,7 @@
 #include <Eigen/QR>
 #include <Eigen/SparseCholesky>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -135,7 +136,7 @@ EdgeFit fit_arc(const Points2& part, const EndDirections& directions) {
 }
 
 struct Cubic {
-  Vector2 points[4];
+  std::array<Vector2, 4> points;
   Vector2 at(double t) const {
     const double s = 1 - t;
     return s * s * s * points[0] + 3 * s * s * t * points[1] + 3 * s * t * t * points[2] +
