@@ -34,8 +34,15 @@ constexpr const char* kTaken =
     "a workspace, a capture, a sequence of meshes, or a mesh: .obj .ply .glb .gltf .fbx .usdc";
 constexpr double kStill = 1;  // frames a second of what says none
 
-/// Folders below `root` that are sequences, itself among them, by name; not those of results that
-/// are no longer current.
+/// Whether a folder of results is not the one that `current` beside it leads to.
+bool is_past_result(const fs::path& folder) {
+  const fs::path current = folder.parent_path() / "current";
+  std::error_code error;
+  return fs::is_symlink(current, error) && !fs::equivalent(folder, current, error);
+}
+
+/// Folders below `root` that are sequences, itself among them, by name, each once; not those of
+/// results that are no longer current.
 std::vector<fs::path> sequence_folders(const fs::path& root) {
   std::vector<fs::path> folders;
   if (fs::exists(root / kHeader)) {
@@ -47,12 +54,26 @@ std::vector<fs::path> sequence_folders(const fs::path& root) {
        it != fs::recursive_directory_iterator(); ++it) {
     if (it.depth() >= kDeepest || it->path().filename() == "frames") {
       it.disable_recursion_pending();
-    } else if (it->is_directory() && fs::exists(it->path() / kHeader)) {
-      folders.push_back(it->path());
+    } else if (it->is_directory() && it->path().filename() != "current") {
+      if (is_past_result(it->path())) {
+        it.disable_recursion_pending();
+      } else if (fs::exists(it->path() / kHeader)) {
+        folders.push_back(it->path());
+      }
     }
   }
   std::sort(folders.begin(), folders.end());
   return folders;
+}
+
+/// What a sequence is called: its folder, or the stage whose result it is.
+std::string sequence_name(const fs::path& folder) {
+  const fs::path whole = fs::absolute(folder / ".").lexically_normal().parent_path();
+  const fs::path stage = whole.parent_path();
+  std::error_code error;
+  return whole.filename() == "current" || fs::is_symlink(stage / "current", error)
+             ? stage.filename().string()
+             : whole.filename().string();
 }
 
 ViewLayer sequence_layer(const fs::path& folder, const std::string& stage, const std::string& name,
@@ -564,10 +585,9 @@ void refuse_stage_folder(const fs::path& place, std::span<const Stage> stages) {
   for (const Stage& stage : stages) {
     if (results_of_stage(folder.parent_path(), stage.name) == folder &&
         (fs::exists(folder / "current") || unlinked_results(folder) > 0)) {
-      throw DataError(
-          place.string(), "",
-          "the folder of stage " + std::string(stage.name) + " of a workspace, with no meshes",
-          "the workspace: atelier view " + folder.parent_path().string());
+      throw DataError(place.string(), "",
+                      "the folder of stage " + std::string(stage.name) + " of a workspace",
+                      "the workspace: atelier view " + folder.parent_path().string());
     }
   }
 }
@@ -599,10 +619,10 @@ ViewKind view_kind(const fs::path& place, std::span<const Stage> stages) {
   if (fs::exists(place / "capture.toml") || fs::exists(place / "cameras.json")) {
     return ViewKind::Capture;
   }
+  refuse_stage_folder(place, stages);
   if (!sequence_folders(place).empty()) {
     return ViewKind::Sequences;
   }
-  refuse_stage_folder(place, stages);
   if (fs::is_empty(place)) {
     throw DataError(place.string(), "", "an empty folder", kTaken);
   }
@@ -676,8 +696,8 @@ ViewScene view_of_sequences(const fs::path& root) {
   ViewTimeline timeline;
   timeline.name = "Sequence";
   for (const fs::path& folder : sequence_folders(root)) {
-    const std::string name = folder.filename().string();
-    const bool body = name == "body" || name == "seen";
+    const std::string name = sequence_name(folder);
+    const bool body = name == "body" || name == "seen" || name == "surface";
     timeline.layers.push_back(sequence_layer(folder, "", name, body ? "body" : "garment"));
   }
   add_table(timeline, root / "frames.csv", {});

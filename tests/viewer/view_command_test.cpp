@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <fstream>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -286,6 +287,79 @@ TEST_F(View, WhatCannotBeShown_IsRefusedWithAHint) {
   EXPECT_EQ(view({workspace().string(), "--out", (own_.path() / "p").string(), "--port", "9000"})
                 .exit_code,
             kExitUsage);
+}
+
+/// What a page shows: scene.js.
+nlohmann::json scene_of(const fs::path& page) {
+  std::ifstream file(page / "scene.js");
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
+  const std::size_t begin = text.find('{');
+  return nlohmann::json::parse(text.substr(begin, text.rfind('}') + 1 - begin));
+}
+
+/// "name: role" of the layers of a page's first timeline, each followed by a blank.
+std::string layers_of(const fs::path& page) {
+  const nlohmann::json scene = scene_of(page);
+  std::string layers;
+  for (const nlohmann::json& layer : scene.at("timelines").at(0).at("layers")) {
+    layers +=
+        layer.at("name").get<std::string>() + ": " + layer.at("role").get<std::string>() + " ";
+  }
+  return layers;
+}
+
+TEST_F(View, StageFolder_IsAnsweredWithTheWorkspace) {
+  const ChildResult result =
+      view({(workspace() / "body").string(), "--out", (own_.path() / "p").string()});
+  EXPECT_EQ(result.exit_code, kExitBadData);
+  EXPECT_THAT(result.err,
+              AllOf(HasSubstr("stage body of a workspace"), HasSubstr("atelier view ")));
+}
+
+TEST_F(View, ResultOfAStage_IsNamedByTheStageAndShownOnce) {
+  const fs::path out = own_.path() / "p";
+  ASSERT_EQ(view({(workspace() / "body/current").string(), "--out", out.string()}).exit_code, 0);
+  EXPECT_EQ(layers_of(out), "body: body ");
+  // Beside it lies a result that is no longer current; the folder around the workspace has both.
+  const fs::path around = own_.path() / "around";
+  fs::create_directories(around / "w");
+  fs::copy(workspace() / "body", around / "w/body",
+           fs::copy_options::recursive | fs::copy_options::copy_symlinks);
+  fs::copy(fs::canonical(workspace() / "body/current"), around / "w/body/0000000000000000",
+           fs::copy_options::recursive);
+  const fs::path whole = own_.path() / "whole";
+  ASSERT_EQ(view({around.string(), "--out", whole.string()}).exit_code, 0);
+  EXPECT_EQ(layers_of(whole), "body: body ");
+}
+
+TEST_F(View, OutIsRefused_InWhatIsShownOnEitherSide) {
+  const auto refused = [&](const std::vector<std::string>& arguments) {
+    const ChildResult result = view(arguments);
+    EXPECT_EQ(result.exit_code, kExitUsage) << result.out;
+    return result.err;
+  };
+  const std::string in_results = (workspace() / "track/page").string();
+  const std::string in_capture = (capture() / "page").string();
+  EXPECT_THAT(refused({capture().string(), "--beside", workspace().string(), "--out", in_results}),
+              HasSubstr("the results of 'track'"));
+  EXPECT_THAT(refused({capture().string(), "--out", in_capture}), HasSubstr("lies in the capture"));
+  EXPECT_THAT(refused({workspace().string(), "--beside", capture().string(), "--out", in_capture}),
+              HasSubstr("lies in the capture"));
+  const fs::path lower = workspace() / "register/current/registered/lower";
+  EXPECT_THAT(refused({lower.string(), "--out", (lower / "page").string()}),
+              HasSubstr("lies in the sequence"));
+  EXPECT_FALSE(fs::exists(in_results));
+  EXPECT_FALSE(fs::exists(in_capture));
+}
+
+TEST_F(View, EmptyPlaces_AreRefused) {
+  const ChildResult out = view({workspace().string(), "--out", ""});
+  EXPECT_EQ(out.exit_code, kExitUsage);
+  EXPECT_THAT(out.err, HasSubstr("--out is empty"));
+  const ChildResult beside =
+      view({workspace().string(), "--beside", "", "--out", (own_.path() / "p").string()});
+  EXPECT_EQ(beside.exit_code, kExitUsage);
+  EXPECT_THAT(beside.err, HasSubstr("--beside is empty"));
 }
 
 TEST_F(View, EndedConsent_RefusesThePage) {
