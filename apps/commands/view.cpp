@@ -29,6 +29,7 @@
 #include "pipeline/sealing/consent_check.h"
 #include "pipeline/sealing/sealed_subject.h"
 #include "pipeline/stages/stages.h"
+#include "pipeline/view/view_meshes.h"
 #include "pipeline/view/view_place.h"
 
 namespace atelier {
@@ -83,6 +84,10 @@ ViewScene scene_of(const std::string& place, const ViewCommandOptions& options) 
     case ViewKind::Sequences:
       consent = read_consent(place);
       open = [place] { return view_of_sequences(place); };
+      break;
+    case ViewKind::MeshFrames:
+      consent = read_consent(place);
+      open = [place] { return view_of_mesh_frames(place); };
       break;
     case ViewKind::Mesh:
       consent = read_consent(place);
@@ -164,6 +169,11 @@ void require_outside(const std::string& out, const std::string& place) {
       break;
     case ViewKind::Sequences:
       require_outside_input(out, place, "--out", "the sequence");
+      break;
+    case ViewKind::MeshFrames:
+      if (fs::is_directory(place)) {
+        require_outside_input(out, place, "--out", "the sequence");
+      }
       break;
     case ViewKind::Workspace:
     case ViewKind::Mesh:

@@ -15,7 +15,6 @@
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/json.h"
-#include "core/io/lower_extension.h"
 #include "core/io/mesh_file.h"
 #include "core/limits.h"
 #include "core/sequence_archive.h"
@@ -23,6 +22,7 @@
 #include "pipeline/cloth/simulation_scene.h"
 #include "pipeline/pictures/report_drawings.h"
 #include "pipeline/view/view_data.h"
+#include "pipeline/view/view_meshes.h"
 
 namespace atelier {
 namespace {
@@ -31,7 +31,9 @@ namespace fs = std::filesystem;
 
 constexpr const char* kHeader = "sequence.h5";
 constexpr const char* kTaken =
-    "a workspace, a capture, a sequence of meshes, or a mesh: .obj .ply .glb .gltf .fbx .usdc";
+    "a workspace, a capture, a mesh (.obj .ply .stl .glb .gltf .fbx .usd .usda .usdc .usdz), or "
+    "meshes over time: a folder with sequence.h5, a folder of numbered .obj, .ply, .glb, .gltf or "
+    ".h5 files, or one file .h5 .hdf5 .npz .usd .usda .usdc .usdz";
 constexpr double kStill = 1;  // frames a second of what says none
 
 /// Whether a folder of results is not the one that `current` beside it leads to.
@@ -85,29 +87,6 @@ ViewLayer sequence_layer(const fs::path& folder, const std::string& stage, const
   layer.sequence = open_sequence(folder);
   layer.shared = read_sequence_header(folder).shared;
   return layer;
-}
-
-/// Meshes of single files, frames by their names; of any faces.
-Sequence scans_in(const fs::path& folder, double fps) {
-  Sequence scans;
-  scans.fps = fps;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    const std::string stem = entry.path().stem().string();
-    int id = -1;
-    if (entry.path().extension() == ".h5" &&
-        std::from_chars(stem.data(), stem.data() + stem.size(), id).ptr ==
-            stem.data() + stem.size() &&
-        id >= 0) {
-      scans.frame_ids.push_back(id);
-    }
-  }
-  std::sort(scans.frame_ids.begin(), scans.frame_ids.end());
-  scans.load = [folder, ids = scans.frame_ids](Index i) {
-    char name[32];
-    std::snprintf(name, sizeof name, "%06d.h5", ids[static_cast<std::size_t>(i)]);
-    return read_mesh_archive(folder / name);
-  };
-  return scans;
 }
 
 /// A mesh of a file as the rest shape or the pattern of a layer: with as many faces.
@@ -360,19 +339,25 @@ void add_capture_timeline(Workspace& workspace) {
   ViewTimeline timeline;
   timeline.name = "Capture";
   double fps = 0;
+  std::optional<std::string> problem;
   for (const char* stage : {"reconstruct", "track", "validate"}) {
     const StageStatus* status = workspace.find(stage);
     if (status == nullptr || timeline.capture || status->manifest->inputs.empty() ||
         status->manifest->inputs.front().kind != "capture") {
       continue;
     }
-    workspace.try_to("the capture", [&] {
+    const auto failed = problem_of([&] {
       Dataset dataset = dataset_of(*status);
       fps = clothed_fps(dataset.info);
       if (dataset.calibrated) {
         timeline.capture = std::move(dataset);
       }
     });
+    problem = problem ? problem : failed;
+  }
+  if (problem && !timeline.capture) {
+    workspace.scene.notes.push_back("the cameras and their images cannot be shown: " + *problem +
+                                    "; if the capture was moved, move it back");
   }
   if (const StageStatus* status = workspace.find("reconstruct")) {
     const fs::path result = workspace.result(*status);
@@ -592,12 +577,6 @@ void refuse_stage_folder(const fs::path& place, std::span<const Stage> stages) {
   }
 }
 
-bool is_mesh_name(const fs::path& file) {
-  static const std::set<std::string> mesh_endings = {".obj", ".ply",  ".glb", ".gltf",
-                                                     ".fbx", ".usdc", ".usdz"};
-  return mesh_endings.contains(lower_extension(file));
-}
-
 }  // namespace
 
 ViewKind view_kind(const fs::path& place, std::span<const Stage> stages) {
@@ -605,7 +584,13 @@ ViewKind view_kind(const fs::path& place, std::span<const Stage> stages) {
     throw DataError(place.string(), "", "nothing is there", kTaken);
   }
   if (!fs::is_directory(place)) {
-    if (!is_mesh_name(place)) {
+    if (place.filename() == kHeader) {
+      return ViewKind::Sequences;
+    }
+    if (holds_mesh_frames(place)) {
+      return ViewKind::MeshFrames;
+    }
+    if (!is_mesh_file(place)) {
       throw DataError(place.string(), "", "a file of another kind", kTaken);
     }
     return ViewKind::Mesh;
@@ -622,6 +607,9 @@ ViewKind view_kind(const fs::path& place, std::span<const Stage> stages) {
   refuse_stage_folder(place, stages);
   if (!sequence_folders(place).empty()) {
     return ViewKind::Sequences;
+  }
+  if (holds_mesh_frames(place)) {
+    return ViewKind::MeshFrames;
   }
   if (fs::is_empty(place)) {
     throw DataError(place.string(), "", "an empty folder", kTaken);
@@ -690,7 +678,9 @@ ViewScene view_of_capture(Dataset dataset) {
   return scene;
 }
 
-ViewScene view_of_sequences(const fs::path& root) {
+ViewScene view_of_sequences(const fs::path& place) {
+  const fs::path root =
+      fs::is_directory(place) ? place : fs::absolute(place).lexically_normal().parent_path();
   ViewScene scene;
   scene.title = fs::absolute(root / ".").lexically_normal().parent_path().filename().string();
   ViewTimeline timeline;
@@ -705,30 +695,6 @@ ViewScene view_of_sequences(const fs::path& root) {
   if (timeline.frame_ids.empty()) {
     throw DataError(root.string(), "", "no frames", "a sequence with frames");
   }
-  scene.timelines.push_back(std::move(timeline));
-  return scene;
-}
-
-ViewScene view_of_mesh(const fs::path& file) {
-  MeshFile read = read_mesh_file(file);
-  if (read.mesh.faces.rows() == 0) {
-    throw DataError(file.string(), "", "no faces", "a triangle mesh");
-  }
-  ViewScene scene;
-  scene.title = file.filename().string();
-  if (const auto finding = unit_finding(read, file.filename().string())) {
-    scene.notes.push_back(to_string(*finding));
-  }
-  ViewLayer layer;
-  layer.name = file.stem().string();
-  layer.role = "scan";
-  layer.sequence.fps = kStill;
-  layer.sequence.frame_ids = {0};
-  layer.sequence.load = [mesh = std::move(read.mesh)](Index /*frame*/) { return mesh; };
-  ViewTimeline timeline;
-  timeline.name = "Mesh";
-  timeline.layers.push_back(std::move(layer));
-  set_frames(timeline, kStill, {});
   scene.timelines.push_back(std::move(timeline));
   return scene;
 }

@@ -12,7 +12,7 @@
 namespace atelier {
 
 /// What is at a place that somebody names.
-enum class ViewKind { Workspace, Capture, Sequences, Mesh };
+enum class ViewKind { Workspace, Capture, Sequences, MeshFrames, Mesh };
 
 /// Tells it by the files that are there. Throws DataError for anything else, with what is taken.
 ViewKind view_kind(const std::filesystem::path& place, std::span<const Stage> stages);
@@ -28,11 +28,9 @@ ViewScene view_of_workspace(const std::filesystem::path& workspace,
 /// calibrated cameras.
 ViewScene view_of_capture(Dataset dataset);
 
-/// Every sequence in a folder, or the one that it is. Throws DataError.
-ViewScene view_of_sequences(const std::filesystem::path& folder);
-
-/// A mesh of a file. Throws DataError.
-ViewScene view_of_mesh(const std::filesystem::path& file);
+/// Every sequence in a folder, or the one that it is; a file sequence.h5 is that of its folder.
+/// Throws DataError.
+ViewScene view_of_sequences(const std::filesystem::path& place);
 
 /// What a finding says of where it is: the number of a frame ("frame 12", "000012.png") of those
 /// there are, and the camera whose id stands in it.

@@ -3,7 +3,6 @@
 
 #include <filesystem>
 #include <fstream>
-#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -16,6 +15,7 @@
 #include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 #include "tests/viewer/look.h"
+#include "tests/viewer/page_scene.h"
 #include "tests/viewer/server.h"
 
 namespace atelier::fixtures {
@@ -289,25 +289,6 @@ TEST_F(View, WhatCannotBeShown_IsRefusedWithAHint) {
             kExitUsage);
 }
 
-/// What a page shows: scene.js.
-nlohmann::json scene_of(const fs::path& page) {
-  std::ifstream file(page / "scene.js");
-  const std::string text{std::istreambuf_iterator<char>(file), {}};
-  const std::size_t begin = text.find('{');
-  return nlohmann::json::parse(text.substr(begin, text.rfind('}') + 1 - begin));
-}
-
-/// "name: role" of the layers of a page's first timeline, each followed by a blank.
-std::string layers_of(const fs::path& page) {
-  const nlohmann::json scene = scene_of(page);
-  std::string layers;
-  for (const nlohmann::json& layer : scene.at("timelines").at(0).at("layers")) {
-    layers +=
-        layer.at("name").get<std::string>() + ": " + layer.at("role").get<std::string>() + " ";
-  }
-  return layers;
-}
-
 TEST_F(View, StageFolder_IsAnsweredWithTheWorkspace) {
   const ChildResult result =
       view({(workspace() / "body").string(), "--out", (own_.path() / "p").string()});
@@ -350,6 +331,20 @@ TEST_F(View, OutIsRefused_InWhatIsShownOnEitherSide) {
               HasSubstr("lies in the sequence"));
   EXPECT_FALSE(fs::exists(in_results));
   EXPECT_FALSE(fs::exists(in_capture));
+}
+
+TEST_F(View, CaptureThatIsGone_IsSaidOnceWithAdvice) {
+  const fs::path gone = own_.path() / "capture";
+  fs::copy(capture(), gone, fs::copy_options::recursive);
+  write_dressed_workspace(gone, own_.path() / "w");
+  fs::rename(gone, own_.path() / "elsewhere");
+  const ChildResult result =
+      view({(own_.path() / "w").string(), "--out", (own_.path() / "p").string()});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const std::size_t first = result.out.find("cannot be shown");
+  ASSERT_NE(first, std::string::npos) << result.out;
+  EXPECT_EQ(result.out.find("cannot be shown", first + 1), std::string::npos) << result.out;
+  EXPECT_THAT(result.out, HasSubstr("if the capture was moved, move it back"));
 }
 
 TEST_F(View, EmptyPlaces_AreRefused) {
