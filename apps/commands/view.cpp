@@ -76,6 +76,9 @@ ViewScene scene_of(const std::string& place, const ViewCommandOptions& options) 
       break;
     }
     case ViewKind::Capture: {
+      if (options.capture.layout == "auto") {
+        require_capture(place);
+      }
       Dataset dataset = open_dataset(place, options.capture);
       consent = dataset.info.consent;
       open = [dataset = std::move(dataset)] { return view_of_capture(dataset); };

@@ -102,14 +102,16 @@ bool is_mesh_file(const fs::path& file) {
 }
 
 bool holds_mesh_frames(const fs::path& place) {
-  if (!fs::is_directory(place)) {
+  if (std::error_code error; !fs::is_directory(place, error)) {
     static const std::set<std::string> endings = {".h5", ".hdf5", ".npz"};
     return endings.contains(lower_extension(place)) || has_usd_extension(place);
   }
   static const std::set<std::string> frame_endings = {".obj", ".ply", ".glb", ".gltf"};
   bool meshes = false;
-  for (const auto& entry : fs::directory_iterator(place)) {
-    if (entry.is_directory()) {
+  std::error_code error;
+  for (const auto& entry :
+       fs::directory_iterator(place, fs::directory_options::skip_permission_denied)) {
+    if (entry.is_directory(error)) {
       return false;
     }
     meshes = meshes || frame_endings.contains(lower_extension(entry.path())) ||

@@ -11,10 +11,12 @@
 #include <set>
 #include <utility>
 
+#include "capture/layouts/layout_table.h"
 #include "capture/layouts/open_dataset.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/json.h"
+#include "core/io/lower_extension.h"
 #include "core/io/mesh_file.h"
 #include "core/limits.h"
 #include "core/sequence_archive.h"
@@ -577,6 +579,32 @@ void refuse_stage_folder(const fs::path& place, std::span<const Stage> stages) {
   }
 }
 
+/// Whether the files of a folder are those of a capture; images alone are those of anything.
+bool is_capture(const fs::path& place, bool images_alone) {
+  return std::any_of(all_layouts().begin(), all_layouts().end(), [&](const Layout& layout) {
+    return (images_alone || std::string(layout.name) != "images") &&
+           !layout.recognize(place).empty();
+  });
+}
+
+/// The first place below a folder, by name, that holds meshes over time; none where there is none.
+std::optional<fs::path> mesh_frames_below(const fs::path& root) {
+  std::optional<fs::path> first;
+  constexpr int kDeepest = 4;
+  for (auto it =
+           fs::recursive_directory_iterator(root, fs::directory_options::skip_permission_denied);
+       it != fs::recursive_directory_iterator(); ++it) {
+    if (it.depth() >= kDeepest) {
+      it.disable_recursion_pending();
+    }
+    const bool other = lower_extension(it->path()) == ".npz";  // more often parameters than meshes
+    if (!other && holds_mesh_frames(it->path()) && (!first || it->path() < *first)) {
+      first = it->path();
+    }
+  }
+  return first;
+}
+
 }  // namespace
 
 ViewKind view_kind(const fs::path& place, std::span<const Stage> stages) {
@@ -608,13 +636,24 @@ ViewKind view_kind(const fs::path& place, std::span<const Stage> stages) {
   if (!sequence_folders(place).empty()) {
     return ViewKind::Sequences;
   }
-  if (holds_mesh_frames(place)) {
+  if (!is_capture(place, false) && holds_mesh_frames(place)) {
     return ViewKind::MeshFrames;
   }
   if (fs::is_empty(place)) {
     throw DataError(place.string(), "", "an empty folder", kTaken);
   }
-  return ViewKind::Capture;  // of another layout, or an error that says what was looked for
+  return ViewKind::Capture;  // of another layout, or of none: require_capture
+}
+
+void require_capture(const fs::path& place) {
+  if (is_capture(place, true)) {
+    return;
+  }
+  require_no_folder_above(place);
+  const std::optional<fs::path> meshes = mesh_frames_below(place);
+  throw DataError(
+      place.string(), "", "no workspace, no capture and no meshes",
+      meshes ? "one place: atelier view " + meshes->string() + ", for example" : kTaken);
 }
 
 ViewScene view_of_workspace(const fs::path& path, std::span<const StageStatus> stages) {

@@ -17,6 +17,10 @@ enum class ViewKind { Workspace, Capture, Sequences, MeshFrames, Mesh };
 /// Tells it by the files that are there. Throws DataError for anything else, with what is taken.
 ViewKind view_kind(const std::filesystem::path& place, std::span<const Stage> stages);
 
+/// Refuses a folder that no layout of captures fits, with what is taken, or with a place in it that
+/// is. Throws DataError.
+void require_capture(const std::filesystem::path& place);
+
 /// The current results of a workspace: of the capture its scans, body, garments and avatar with the
 /// cameras, where the capture is still there; the simulated garments on their body; the animated
 /// avatar. What is damaged or cannot be shown is a note. Throws DataError where there is nothing to

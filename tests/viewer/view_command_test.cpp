@@ -333,6 +333,27 @@ TEST_F(View, OutIsRefused_InWhatIsShownOnEitherSide) {
   EXPECT_FALSE(fs::exists(in_capture));
 }
 
+TEST_F(View, WhatExportWrites_IsOpened) {
+  for (const std::string format : {"h5", "usda", "ply", "obj"}) {
+    const fs::path place = own_.path() / format;
+    const ChildResult made =
+        run_child({program_path(), "export", workspace().string(), place.string(), "--stage",
+                   "register", "--format", format, "--purpose", "research"});
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+    const fs::path folder = place / "register/registered/lower";
+    const fs::path out = own_.path() / ("page_" + format);
+    const bool one_file = format == "h5" || format == "usda";
+    const ChildResult viewed =
+        view({one_file ? folder.string() + "." + format : folder.string(), "--out", out.string()});
+    ASSERT_EQ(viewed.exit_code, 0) << format << viewed.err << made.out;
+    EXPECT_EQ(layers_of(out), "lower: garment ") << format;
+    EXPECT_EQ(page_scene(out)["timelines"][0]["frames"], nlohmann::json({0, 1, 2})) << format;
+    const ChildResult whole = view({place.string(), "--out", (own_.path() / "w").string()});
+    EXPECT_EQ(whole.exit_code, kExitBadData);
+    EXPECT_THAT(whole.err, HasSubstr("atelier view " + folder.string())) << "a place in it";
+  }
+}
+
 TEST_F(View, CaptureThatIsGone_IsSaidOnceWithAdvice) {
   const fs::path gone = own_.path() / "capture";
   fs::copy(capture(), gone, fs::copy_options::recursive);
