@@ -2,7 +2,7 @@
 
 Edit > Preferences > Add-ons > Install, then File > Import > Atelier sequence. Opens a folder of a workspace
 (`animate/current/body`, `register/current/...`, anything with `sequence.h5`), one file of a sequence (`T.h5` of
-`atelier simulate`, `export --format h5`), or a folder of meshes (`export --format ply` or `obj`). Texture
+`atelier simulate`, `export --format h5`), a folder of meshes (`export --format ply` or `obj`), or one mesh. Texture
 coordinates, colours and the material stay on the object: a frame replaces places of vertices alone, also in a
 render. Frames are the capture's own numbers.
 
@@ -180,15 +180,24 @@ class Sequence:
             self.shared = {name: arrays[name] for name in ("faces", "uvs", "uv_faces") if name in arrays}
             self.files = {int(frame): self.path / "frames" / f"{frame:06}.h5" for frame in arrays["frame_ids"]}
         elif self.path.is_dir():
-            names = set()
+            names, unnumbered = set(), []
             for file in sorted(self.path.iterdir()):
                 number = re.search(r"^(.*?)(\d+)\.(ply|obj|h5)$", file.name, re.IGNORECASE)
                 if number:
                     self.files[int(number[2])] = file
                     names.add(number[1])
+                elif file.suffix.lower() in (".ply", ".obj"):
+                    unnumbered.append(file.name)
+            if unnumbered and not self.files:
+                raise SequenceError(f"{self.path / unnumbered[0]}: no number of a frame at the end of its name; a single "
+                                    "mesh is opened by its file, frames are named like frame_000012.ply")
             if len(names) > 1:
                 raise SequenceError(f"{self.path}: frames of several meshes ({', '.join(sorted(names))}); "
                                     "give each a folder of its own")
+        elif not self.path.exists():
+            raise SequenceError(f"{self.path}: nothing is there; a sequence is a folder, or a file .h5, .ply or .obj")
+        elif self.path.suffix.lower() in (".ply", ".obj"):
+            self.files = {0: self.path}
         else:
             schema, _, arrays = read_archive(self.path)
             if schema == "atelier.mesh_sequence":
@@ -373,7 +382,8 @@ if bpy:
 
         def execute(self, context):
             path = pathlib.Path(self.filepath)
-            if path.suffix.lower() in (".ply", ".obj") or (path.suffix == ".h5" and path.parent.name == "frames"):
+            numbered = path.suffix.lower() in (".ply", ".obj") and re.search(r"\d$", path.stem)
+            if numbered or (path.suffix == ".h5" and path.parent.name == "frames"):
                 path = path.parent.parent if path.parent.name == "frames" else path.parent
             try:
                 import_sequence(path, bpy.path.abspath(self.texture) or None, set_scene=self.set_scene)

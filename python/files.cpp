@@ -125,6 +125,10 @@ void bind_images(py::module_& module) {
   module.def(
       "write_image",
       [](const Path& path, const py::array& image, int quality, int bit_depth) {
+        if (!image_format_of_name(path)) {
+          throw DataError(path.string(), "", "the extension '" + lower_extension(path) + "'",
+                          ".png, .jpg, .jpeg, .tif, .tiff, .webp, .bmp or .avif");
+        }
         const ImageWriteOptions options{.quality = quality, .bit_depth = bit_depth};
         if (image.dtype().kind() == 'u') {
           const ByteImage bytes = image_of<std::uint8_t>(image);

@@ -3,6 +3,7 @@
 PYBIND11_MODULE(_atelier, module) {
   using namespace atelier::python;
   module.doc() = "Bindings of Atelier's C++ libraries; use the package atelier.";
+  module.attr("__version__") = ATELIER_VERSION;
   bind_errors();
   bind_options(module);
   bind_core(module);

@@ -29,6 +29,7 @@
 #include "pipeline/sealing/consent_check.h"
 #include "pipeline/sealing/sealed_subject.h"
 #include "pipeline/stages/stages.h"
+#include "pipeline/view/view_meshes.h"
 #include "pipeline/view/view_place.h"
 
 namespace atelier {
@@ -38,8 +39,8 @@ namespace fs = std::filesystem;
 
 struct ViewArguments {
   std::string place;
-  std::string beside;
-  std::string out;
+  std::optional<std::string> beside;
+  std::optional<std::string> out;
   KeyArguments keys;
 };
 
@@ -75,6 +76,9 @@ ViewScene scene_of(const std::string& place, const ViewCommandOptions& options) 
       break;
     }
     case ViewKind::Capture: {
+      if (options.capture.layout == "auto") {
+        require_capture(place);
+      }
       Dataset dataset = open_dataset(place, options.capture);
       consent = dataset.info.consent;
       open = [dataset = std::move(dataset)] { return view_of_capture(dataset); };
@@ -83,6 +87,10 @@ ViewScene scene_of(const std::string& place, const ViewCommandOptions& options) 
     case ViewKind::Sequences:
       consent = read_consent(place);
       open = [place] { return view_of_sequences(place); };
+      break;
+    case ViewKind::MeshFrames:
+      consent = read_consent(place);
+      open = [place] { return view_of_mesh_frames(place); };
       break;
     case ViewKind::Mesh:
       consent = read_consent(place);
@@ -140,43 +148,77 @@ void write_page(const ViewPage& page, const fs::path& out) {
   }
 }
 
-int run(ViewArguments arguments, const ViewCommandOptions& options) {
+void refuse_empty(const ViewArguments& arguments) {
   if (arguments.place.empty()) {
     throw UsageError(
         "view takes a WORKSPACE, a CAPTURE or a FILE: atelier view WORKSPACE, or, for a folder of "
         "files to be opened without Atelier, atelier view WORKSPACE --out FOLDER");
   }
+  const auto refuse = [](const std::optional<std::string>& given, const std::string& flag) {
+    if (given && given->empty()) {
+      throw UsageError(flag + " is empty; name a place, or leave it out");
+    }
+  };
+  refuse(arguments.beside, "--beside");
+  refuse(arguments.out, "--out");
+}
+
+/// Refuses a folder for the page in what the page shows.
+void require_outside(const std::string& out, const std::string& place) {
+  require_outside_results(out, place, all_stages(), "--out");
+  switch (view_kind(place, all_stages())) {
+    case ViewKind::Capture:
+      require_outside_input(out, place, "--out", "the capture");
+      break;
+    case ViewKind::Sequences:
+      require_outside_input(out, place, "--out", "the sequence");
+      break;
+    case ViewKind::MeshFrames:
+      if (fs::is_directory(place)) {
+        require_outside_input(out, place, "--out", "the sequence");
+      }
+      break;
+    case ViewKind::Workspace:
+    case ViewKind::Mesh:
+      break;
+  }
+}
+
+int run(ViewArguments arguments, const ViewCommandOptions& options) {
+  refuse_empty(arguments);
   std::optional<OpenedWorkspace> opened;
   if (is_sealed_file(arguments.place) || arguments.keys.any() ||
       view_kind(arguments.place, all_stages()) == ViewKind::Workspace) {
     opened.emplace(arguments.place, arguments.keys);
     arguments.place = opened->path();
   }
-  if (!arguments.out.empty()) {
-    require_new_place(arguments.out, "--out");
-    require_outside_results(arguments.out, arguments.place, all_stages(), "--out");
+  if (arguments.out) {
+    require_new_place(*arguments.out, "--out");
+    require_outside(*arguments.out, arguments.place);
+    if (arguments.beside) {
+      require_outside(*arguments.out, *arguments.beside);
+    }
     if (options.port != 0) {
       throw UsageError(
           "--port does nothing with --out, which serves nothing; leave one of them out");
     }
-    require_folder_place(arguments.out);
+    require_folder_place(*arguments.out);
   }
   catch_interrupts();
   ViewScene scene = scene_of(arguments.place, options);
-  if (!arguments.beside.empty()) {
-    put_beside(scene, scene_of(arguments.beside, options));
+  if (arguments.beside) {
+    put_beside(scene, scene_of(*arguments.beside, options));
   }
   ViewPage page = view_page(std::move(scene), options.page);
   if (opened) {
-    opened->log("view", (arguments.out.empty() ? "in a browser" : arguments.out) + ", for " +
-                            options.use.purpose);
+    opened->log("view", arguments.out.value_or("in a browser") + ", for " + options.use.purpose);
   }
-  if (!arguments.out.empty()) {
-    write_page(page, arguments.out);
+  if (arguments.out) {
+    write_page(page, *arguments.out);
     if (interrupted()) {
       end_by_signal();
     }
-    std::cout << printable((fs::path(arguments.out) / "index.html").string()) << ": "
+    std::cout << printable((fs::path(*arguments.out) / "index.html").string()) << ": "
               << counted(static_cast<std::int64_t>(page.size()), "file")
               << "; a browser opens it from the disk or from any web server\n";
     return kExitDone;
@@ -203,11 +245,14 @@ Action add_view(CLI::App& parser) {
              "Workspace, capture, sequence of meshes, mesh, or sealed workspace")
       .required()
       .type_name("WORKSPACE|CAPTURE|FILE");
-  add_option(parser, "--beside", arguments->beside, "Another one, shown beside it with one camera")
+  add_option(
+      parser, "--beside", [arguments](const std::string& place) { arguments->beside = place; },
+      "Another one, shown beside it with one camera")
       .type_name("WORKSPACE|CAPTURE|FILE");
-  add_option(parser, "--out", arguments->out,
-             "New folder for the page as files that a browser opens without Atelier [served at an "
-             "address of this machine]")
+  add_option(
+      parser, "--out", [arguments](const std::string& folder) { arguments->out = folder; },
+      "New folder for the page as files that a browser opens without Atelier [served at an "
+      "address of this machine]")
       .type_name("FOLDER");
   add_key_arguments(parser, arguments->keys);
   const OptionReader options = add_option_flags(parser, view_options());

@@ -11,6 +11,7 @@
 #include <set>
 #include <utility>
 
+#include "capture/layouts/layout_table.h"
 #include "capture/layouts/open_dataset.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
@@ -23,6 +24,7 @@
 #include "pipeline/cloth/simulation_scene.h"
 #include "pipeline/pictures/report_drawings.h"
 #include "pipeline/view/view_data.h"
+#include "pipeline/view/view_meshes.h"
 
 namespace atelier {
 namespace {
@@ -31,11 +33,20 @@ namespace fs = std::filesystem;
 
 constexpr const char* kHeader = "sequence.h5";
 constexpr const char* kTaken =
-    "a workspace, a capture, a sequence of meshes, or a mesh: .obj .ply .glb .gltf .fbx .usdc";
+    "a workspace, a capture, a mesh (.obj .ply .stl .glb .gltf .fbx .usd .usda .usdc .usdz), or "
+    "meshes over time: a folder with sequence.h5, a folder of numbered .obj, .ply, .glb, .gltf or "
+    ".h5 files, or one file .h5 .hdf5 .npz .usd .usda .usdc .usdz";
 constexpr double kStill = 1;  // frames a second of what says none
 
-/// Folders below `root` that are sequences, itself among them, by name; not those of results that
-/// are no longer current.
+/// Whether a folder of results is not the one that `current` beside it leads to.
+bool is_past_result(const fs::path& folder) {
+  const fs::path current = folder.parent_path() / "current";
+  std::error_code error;
+  return fs::is_symlink(current, error) && !fs::equivalent(folder, current, error);
+}
+
+/// Folders below `root` that are sequences, itself among them, by name, each once; not those of
+/// results that are no longer current.
 std::vector<fs::path> sequence_folders(const fs::path& root) {
   std::vector<fs::path> folders;
   if (fs::exists(root / kHeader)) {
@@ -47,12 +58,26 @@ std::vector<fs::path> sequence_folders(const fs::path& root) {
        it != fs::recursive_directory_iterator(); ++it) {
     if (it.depth() >= kDeepest || it->path().filename() == "frames") {
       it.disable_recursion_pending();
-    } else if (it->is_directory() && fs::exists(it->path() / kHeader)) {
-      folders.push_back(it->path());
+    } else if (it->is_directory() && it->path().filename() != "current") {
+      if (is_past_result(it->path())) {
+        it.disable_recursion_pending();
+      } else if (fs::exists(it->path() / kHeader)) {
+        folders.push_back(it->path());
+      }
     }
   }
   std::sort(folders.begin(), folders.end());
   return folders;
+}
+
+/// What a sequence is called: its folder, or the stage whose result it is.
+std::string sequence_name(const fs::path& folder) {
+  const fs::path whole = fs::absolute(folder / ".").lexically_normal().parent_path();
+  const fs::path stage = whole.parent_path();
+  std::error_code error;
+  return whole.filename() == "current" || fs::is_symlink(stage / "current", error)
+             ? stage.filename().string()
+             : whole.filename().string();
 }
 
 ViewLayer sequence_layer(const fs::path& folder, const std::string& stage, const std::string& name,
@@ -64,29 +89,6 @@ ViewLayer sequence_layer(const fs::path& folder, const std::string& stage, const
   layer.sequence = open_sequence(folder);
   layer.shared = read_sequence_header(folder).shared;
   return layer;
-}
-
-/// Meshes of single files, frames by their names; of any faces.
-Sequence scans_in(const fs::path& folder, double fps) {
-  Sequence scans;
-  scans.fps = fps;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    const std::string stem = entry.path().stem().string();
-    int id = -1;
-    if (entry.path().extension() == ".h5" &&
-        std::from_chars(stem.data(), stem.data() + stem.size(), id).ptr ==
-            stem.data() + stem.size() &&
-        id >= 0) {
-      scans.frame_ids.push_back(id);
-    }
-  }
-  std::sort(scans.frame_ids.begin(), scans.frame_ids.end());
-  scans.load = [folder, ids = scans.frame_ids](Index i) {
-    char name[32];
-    std::snprintf(name, sizeof name, "%06d.h5", ids[static_cast<std::size_t>(i)]);
-    return read_mesh_archive(folder / name);
-  };
-  return scans;
 }
 
 /// A mesh of a file as the rest shape or the pattern of a layer: with as many faces.
@@ -339,19 +341,25 @@ void add_capture_timeline(Workspace& workspace) {
   ViewTimeline timeline;
   timeline.name = "Capture";
   double fps = 0;
+  std::optional<std::string> problem;
   for (const char* stage : {"reconstruct", "track", "validate"}) {
     const StageStatus* status = workspace.find(stage);
     if (status == nullptr || timeline.capture || status->manifest->inputs.empty() ||
         status->manifest->inputs.front().kind != "capture") {
       continue;
     }
-    workspace.try_to("the capture", [&] {
+    const auto failed = problem_of([&] {
       Dataset dataset = dataset_of(*status);
       fps = clothed_fps(dataset.info);
       if (dataset.calibrated) {
         timeline.capture = std::move(dataset);
       }
     });
+    problem = problem ? problem : failed;
+  }
+  if (problem && !timeline.capture) {
+    workspace.scene.notes.push_back("the cameras and their images cannot be shown: " + *problem +
+                                    "; if the capture was moved, move it back");
   }
   if (const StageStatus* status = workspace.find("reconstruct")) {
     const fs::path result = workspace.result(*status);
@@ -564,18 +572,37 @@ void refuse_stage_folder(const fs::path& place, std::span<const Stage> stages) {
   for (const Stage& stage : stages) {
     if (results_of_stage(folder.parent_path(), stage.name) == folder &&
         (fs::exists(folder / "current") || unlinked_results(folder) > 0)) {
-      throw DataError(
-          place.string(), "",
-          "the folder of stage " + std::string(stage.name) + " of a workspace, with no meshes",
-          "the workspace: atelier view " + folder.parent_path().string());
+      throw DataError(place.string(), "",
+                      "the folder of stage " + std::string(stage.name) + " of a workspace",
+                      "the workspace: atelier view " + folder.parent_path().string());
     }
   }
 }
 
-bool is_mesh_name(const fs::path& file) {
-  static const std::set<std::string> mesh_endings = {".obj", ".ply",  ".glb", ".gltf",
-                                                     ".fbx", ".usdc", ".usdz"};
-  return mesh_endings.contains(lower_extension(file));
+/// Whether the files of a folder are those of a capture; images alone are those of anything.
+bool is_capture(const fs::path& place, bool images_alone) {
+  return std::any_of(all_layouts().begin(), all_layouts().end(), [&](const Layout& layout) {
+    return (images_alone || std::string(layout.name) != "images") &&
+           !layout.recognize(place).empty();
+  });
+}
+
+/// The first place below a folder, by name, that holds meshes over time; none where there is none.
+std::optional<fs::path> mesh_frames_below(const fs::path& root) {
+  std::optional<fs::path> first;
+  constexpr int kDeepest = 4;
+  for (auto it =
+           fs::recursive_directory_iterator(root, fs::directory_options::skip_permission_denied);
+       it != fs::recursive_directory_iterator(); ++it) {
+    if (it.depth() >= kDeepest) {
+      it.disable_recursion_pending();
+    }
+    const bool other = lower_extension(it->path()) == ".npz";  // more often parameters than meshes
+    if (!other && holds_mesh_frames(it->path()) && (!first || it->path() < *first)) {
+      first = it->path();
+    }
+  }
+  return first;
 }
 
 }  // namespace
@@ -585,7 +612,13 @@ ViewKind view_kind(const fs::path& place, std::span<const Stage> stages) {
     throw DataError(place.string(), "", "nothing is there", kTaken);
   }
   if (!fs::is_directory(place)) {
-    if (!is_mesh_name(place)) {
+    if (place.filename() == kHeader) {
+      return ViewKind::Sequences;
+    }
+    if (holds_mesh_frames(place)) {
+      return ViewKind::MeshFrames;
+    }
+    if (!is_mesh_file(place)) {
       throw DataError(place.string(), "", "a file of another kind", kTaken);
     }
     return ViewKind::Mesh;
@@ -599,14 +632,28 @@ ViewKind view_kind(const fs::path& place, std::span<const Stage> stages) {
   if (fs::exists(place / "capture.toml") || fs::exists(place / "cameras.json")) {
     return ViewKind::Capture;
   }
+  refuse_stage_folder(place, stages);
   if (!sequence_folders(place).empty()) {
     return ViewKind::Sequences;
   }
-  refuse_stage_folder(place, stages);
+  if (!is_capture(place, false) && holds_mesh_frames(place)) {
+    return ViewKind::MeshFrames;
+  }
   if (fs::is_empty(place)) {
     throw DataError(place.string(), "", "an empty folder", kTaken);
   }
-  return ViewKind::Capture;  // of another layout, or an error that says what was looked for
+  return ViewKind::Capture;  // of another layout, or of none: require_capture
+}
+
+void require_capture(const fs::path& place) {
+  if (is_capture(place, true)) {
+    return;
+  }
+  require_no_folder_above(place);
+  const std::optional<fs::path> meshes = mesh_frames_below(place);
+  throw DataError(
+      place.string(), "", "no workspace, no capture and no meshes",
+      meshes ? "one place: atelier view " + meshes->string() + ", for example" : kTaken);
 }
 
 ViewScene view_of_workspace(const fs::path& path, std::span<const StageStatus> stages) {
@@ -670,14 +717,16 @@ ViewScene view_of_capture(Dataset dataset) {
   return scene;
 }
 
-ViewScene view_of_sequences(const fs::path& root) {
+ViewScene view_of_sequences(const fs::path& place) {
+  const fs::path root =
+      fs::is_directory(place) ? place : fs::absolute(place).lexically_normal().parent_path();
   ViewScene scene;
   scene.title = fs::absolute(root / ".").lexically_normal().parent_path().filename().string();
   ViewTimeline timeline;
   timeline.name = "Sequence";
   for (const fs::path& folder : sequence_folders(root)) {
-    const std::string name = folder.filename().string();
-    const bool body = name == "body" || name == "seen";
+    const std::string name = sequence_name(folder);
+    const bool body = name == "body" || name == "seen" || name == "surface";
     timeline.layers.push_back(sequence_layer(folder, "", name, body ? "body" : "garment"));
   }
   add_table(timeline, root / "frames.csv", {});
@@ -685,30 +734,6 @@ ViewScene view_of_sequences(const fs::path& root) {
   if (timeline.frame_ids.empty()) {
     throw DataError(root.string(), "", "no frames", "a sequence with frames");
   }
-  scene.timelines.push_back(std::move(timeline));
-  return scene;
-}
-
-ViewScene view_of_mesh(const fs::path& file) {
-  MeshFile read = read_mesh_file(file);
-  if (read.mesh.faces.rows() == 0) {
-    throw DataError(file.string(), "", "no faces", "a triangle mesh");
-  }
-  ViewScene scene;
-  scene.title = file.filename().string();
-  if (const auto finding = unit_finding(read, file.filename().string())) {
-    scene.notes.push_back(to_string(*finding));
-  }
-  ViewLayer layer;
-  layer.name = file.stem().string();
-  layer.role = "scan";
-  layer.sequence.fps = kStill;
-  layer.sequence.frame_ids = {0};
-  layer.sequence.load = [mesh = std::move(read.mesh)](Index /*frame*/) { return mesh; };
-  ViewTimeline timeline;
-  timeline.name = "Mesh";
-  timeline.layers.push_back(std::move(layer));
-  set_frames(timeline, kStill, {});
   scene.timelines.push_back(std::move(timeline));
   return scene;
 }

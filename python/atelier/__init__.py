@@ -15,7 +15,9 @@ except ImportError as _error:
 
 from . import _atelier
 from ._atelier import *  # noqa: F403
-from .errors import DataError, EnvironmentError, Error, LogicError, NotConverged, UnknownValue, UsageError
+from ._atelier import __version__
+from .errors import (DataError, EnvironmentError, Error, LogicError, NotConverged, UnknownOption, UnknownValue,
+                     UsageError)
 from .options import Options, all_classes as _all_classes
 
 globals().update(_all_classes())

@@ -60,6 +60,10 @@ class UsageError(Error, ValueError):
     """Options that are wrong, a line for each."""
 
 
+class UnknownOption(UsageError, TypeError):
+    """An option that there is not; the message names the one that is near."""
+
+
 class NotConverged(Error, RuntimeError):
     """An optimisation that came to nothing of use."""
 

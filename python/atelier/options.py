@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import dataclasses
+import difflib
+import functools
 import keyword
 from typing import Any
 
@@ -43,8 +45,7 @@ class Options:
     def _set(self, name: str, value: Any) -> None:
         first, _, rest = name.partition(".")
         if first not in self._names:
-            known = ", ".join(self._names)
-            raise _errors.UsageError(f"there is no option '{name}'; there are {known}")
+            raise unknown(name, self._names)
         attribute = self._names[first]
         part = getattr(self, attribute)
         if (rest or isinstance(value, dict)) and not isinstance(part, Options):
@@ -58,6 +59,27 @@ class Options:
             raise _errors.UsageError(f"option '{first}' is a group; give a dict with some of {', '.join(part._names)}")
         else:
             setattr(self, attribute, value)
+
+
+def unknown(name: str, known) -> _errors.UnknownOption:
+    """What is said of a name that no option has."""
+    near = difflib.get_close_matches(name.partition(".")[0], known, 1)
+    advice = f"did you mean '{near[0]}'?" if near else f"there are {', '.join(known)}"
+    return _errors.UnknownOption(f"there is no option '{name}'; {advice}")
+
+
+def refusing_unknown(made_class: type) -> None:
+    """Makes the class say of a wrong keyword which name is near."""
+    initialise = made_class.__init__
+
+    @functools.wraps(initialise)
+    def __init__(self, *values, **named):
+        for name in named:
+            if name not in self._names.values():
+                raise unknown(name, list(self._names.values()))
+        initialise(self, *values, **named)
+
+    made_class.__init__ = __init__
 
 
 def camel(name: str) -> str:
@@ -105,6 +127,7 @@ def made(name: str, fields: list[dict[str, Any]], whole: bool = True) -> dict[st
     made_class.__doc__ = "\n".join(lines)
     made_class._class = name if whole else ""
     made_class._names = {first: attribute_of(first) for first in own}
+    refusing_unknown(made_class)
     classes[name] = made_class
     return classes
 

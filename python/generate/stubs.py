@@ -18,6 +18,8 @@ from typing import Any, Mapping, Sequence as _Sequence
 
 from numpy.typing import ArrayLike, NDArray
 
+__version__: str
+
 '''
 
 SIGNATURE = re.compile(r"^(?:\d+\. )?\w+\((.*)\) -> (.*)$")

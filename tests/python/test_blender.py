@@ -84,6 +84,14 @@ class BlenderReadersRefused(Temporary):
         with self.assertRaises(module.SequenceError):
             module.read_ply(self.folder / "d.ply")
 
+    def test_what_is_missing_is_said_in_a_sentence(self):
+        module = addon()
+        with self.assertRaisesRegex(module.SequenceError, "gone.h5: nothing is there"):
+            module.Sequence(self.folder / "gone.h5")
+        atelier.write_mesh(self.folder / "dress.ply", moving()[0])
+        with self.assertRaisesRegex(module.SequenceError, "dress.ply: no number of a frame"):
+            module.Sequence(self.folder)
+
     def test_faces_of_vertices_that_are_not_there_are_refused(self):
         module = addon()
         for name, face in (("far", "1 2 99"), ("zero", "0 1 2"), ("back", "-9 -2 -1")):
@@ -111,6 +119,14 @@ class BlenderReadersRefused(Temporary):
 
 
 class BlenderReadersAccept(Temporary):
+    def test_one_mesh_without_a_number_is_a_frame(self):
+        for ending in ("ply", "obj"):
+            path = self.folder / f"dress.{ending}"
+            atelier.write_mesh(path, moving()[0])
+            sequence = addon().Sequence(path)
+            self.assertEqual(sequence.frame_ids, [0])
+            np.testing.assert_allclose(sequence.arrays_of(0)["vertices"], moving()[0].vertices, atol=1e-6)
+
     def test_indices_back_from_the_last_and_headers_of_windows(self):
         module = addon()
         (self.folder / "f-000001.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf -3 -2 -1\n")

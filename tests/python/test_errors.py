@@ -3,6 +3,8 @@
 import pickle
 import unittest
 
+import numpy as np
+
 import atelier
 from support import Temporary
 
@@ -25,6 +27,13 @@ class ErrorsRefused(Temporary):
         self.assertTrue(error.found)
         self.assertTrue(error.expected)
         self.assertIn(error.found, str(error))
+
+    def test_images_of_an_unknown_ending_are_refused_with_those_there_are(self):
+        for image in (np.zeros((2, 2, 3)), np.zeros((2, 2, 3), np.uint8)):
+            with self.assertRaises(atelier.DataError) as raised:
+                atelier.write_image(self.folder / "a.xyz", image)
+            self.assertIn("'.xyz'; expected .png, .jpg", str(raised.exception))
+            self.assertIsInstance(raised.exception, ValueError)
 
     def test_missing_folders_are_refused(self):
         for read in (atelier.open_dataset, atelier.open_sequence, atelier.read_cameras,

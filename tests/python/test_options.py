@@ -58,6 +58,15 @@ class OptionsRefused(unittest.TestCase):
         with self.assertRaises(atelier.UsageError):
             atelier.TriangulationOptions.from_dict({"sigmaa": 2})
 
+    def test_unknown_names_are_answered_with_the_near_one(self):
+        for make in (lambda: atelier.SolverOptions(frction=5), lambda: atelier.SolverOptions.from_dict({"frction": 5})):
+            with self.assertRaises(atelier.UnknownOption) as raised:
+                make()
+            self.assertEqual(str(raised.exception), "there is no option 'frction'; did you mean 'friction'?")
+            self.assertIsInstance(raised.exception, atelier.UsageError)
+        with self.assertRaisesRegex(atelier.UsageError, "there are .*friction"):
+            atelier.SolverOptions(zzz=1)
+
     def test_values_out_of_range_are_refused_with_the_range(self):
         for value in (-1, 1e9, float("nan"), "three", None.__class__):
             with self.subTest(value), self.assertRaises(atelier.UsageError) as raised:

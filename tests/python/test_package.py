@@ -25,6 +25,9 @@ class Package(unittest.TestCase):
         self.assertEqual(missing, set())
         self.assertTrue(path.with_name("py.typed").exists())
 
+    def test_version_is_the_projects(self):
+        self.assertIn(f"project(atelier VERSION {atelier.__version__}", (PROJECT / "CMakeLists.txt").read_text())
+
     def test_stubs_have_names_of_python_alone(self):
         for name, value in vars(_atelier).items():
             texts = [value.__doc__ or ""] + [str(getattr(member, "__doc__", "")) for member in vars(value).values()] \

@@ -15,6 +15,7 @@
 #include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 #include "tests/viewer/look.h"
+#include "tests/viewer/page_scene.h"
 #include "tests/viewer/server.h"
 
 namespace atelier::fixtures {
@@ -286,6 +287,95 @@ TEST_F(View, WhatCannotBeShown_IsRefusedWithAHint) {
   EXPECT_EQ(view({workspace().string(), "--out", (own_.path() / "p").string(), "--port", "9000"})
                 .exit_code,
             kExitUsage);
+}
+
+TEST_F(View, StageFolder_IsAnsweredWithTheWorkspace) {
+  const ChildResult result =
+      view({(workspace() / "body").string(), "--out", (own_.path() / "p").string()});
+  EXPECT_EQ(result.exit_code, kExitBadData);
+  EXPECT_THAT(result.err,
+              AllOf(HasSubstr("stage body of a workspace"), HasSubstr("atelier view ")));
+}
+
+TEST_F(View, ResultOfAStage_IsNamedByTheStageAndShownOnce) {
+  const fs::path out = own_.path() / "p";
+  ASSERT_EQ(view({(workspace() / "body/current").string(), "--out", out.string()}).exit_code, 0);
+  EXPECT_EQ(layers_of(out), "body: body ");
+  // Beside it lies a result that is no longer current; the folder around the workspace has both.
+  const fs::path around = own_.path() / "around";
+  fs::create_directories(around / "w");
+  fs::copy(workspace() / "body", around / "w/body",
+           fs::copy_options::recursive | fs::copy_options::copy_symlinks);
+  fs::copy(fs::canonical(workspace() / "body/current"), around / "w/body/0000000000000000",
+           fs::copy_options::recursive);
+  const fs::path whole = own_.path() / "whole";
+  ASSERT_EQ(view({around.string(), "--out", whole.string()}).exit_code, 0);
+  EXPECT_EQ(layers_of(whole), "body: body ");
+}
+
+TEST_F(View, OutIsRefused_InWhatIsShownOnEitherSide) {
+  const auto refused = [&](const std::vector<std::string>& arguments) {
+    const ChildResult result = view(arguments);
+    EXPECT_EQ(result.exit_code, kExitUsage) << result.out;
+    return result.err;
+  };
+  const std::string in_results = (workspace() / "track/page").string();
+  const std::string in_capture = (capture() / "page").string();
+  EXPECT_THAT(refused({capture().string(), "--beside", workspace().string(), "--out", in_results}),
+              HasSubstr("the results of 'track'"));
+  EXPECT_THAT(refused({capture().string(), "--out", in_capture}), HasSubstr("lies in the capture"));
+  EXPECT_THAT(refused({workspace().string(), "--beside", capture().string(), "--out", in_capture}),
+              HasSubstr("lies in the capture"));
+  const fs::path lower = workspace() / "register/current/registered/lower";
+  EXPECT_THAT(refused({lower.string(), "--out", (lower / "page").string()}),
+              HasSubstr("lies in the sequence"));
+  EXPECT_FALSE(fs::exists(in_results));
+  EXPECT_FALSE(fs::exists(in_capture));
+}
+
+TEST_F(View, WhatExportWrites_IsOpened) {
+  for (const std::string format : {"h5", "usda", "ply", "obj"}) {
+    const fs::path place = own_.path() / format;
+    const ChildResult made =
+        run_child({program_path(), "export", workspace().string(), place.string(), "--stage",
+                   "register", "--format", format, "--purpose", "research"});
+    ASSERT_EQ(made.exit_code, 0) << made.err;
+    const fs::path folder = place / "register/registered/lower";
+    const fs::path out = own_.path() / ("page_" + format);
+    const bool one_file = format == "h5" || format == "usda";
+    const ChildResult viewed =
+        view({one_file ? folder.string() + "." + format : folder.string(), "--out", out.string()});
+    ASSERT_EQ(viewed.exit_code, 0) << format << viewed.err << made.out;
+    EXPECT_EQ(layers_of(out), "lower: garment ") << format;
+    EXPECT_EQ(page_scene(out)["timelines"][0]["frames"], nlohmann::json({0, 1, 2})) << format;
+    const ChildResult whole = view({place.string(), "--out", (own_.path() / "w").string()});
+    EXPECT_EQ(whole.exit_code, kExitBadData);
+    EXPECT_THAT(whole.err, HasSubstr("atelier view " + folder.string())) << "a place in it";
+  }
+}
+
+TEST_F(View, CaptureThatIsGone_IsSaidOnceWithAdvice) {
+  const fs::path gone = own_.path() / "capture";
+  fs::copy(capture(), gone, fs::copy_options::recursive);
+  write_dressed_workspace(gone, own_.path() / "w");
+  fs::rename(gone, own_.path() / "elsewhere");
+  const ChildResult result =
+      view({(own_.path() / "w").string(), "--out", (own_.path() / "p").string()});
+  EXPECT_EQ(result.exit_code, 0) << result.err;
+  const std::size_t first = result.out.find("cannot be shown");
+  ASSERT_NE(first, std::string::npos) << result.out;
+  EXPECT_EQ(result.out.find("cannot be shown", first + 1), std::string::npos) << result.out;
+  EXPECT_THAT(result.out, HasSubstr("if the capture was moved, move it back"));
+}
+
+TEST_F(View, EmptyPlaces_AreRefused) {
+  const ChildResult out = view({workspace().string(), "--out", ""});
+  EXPECT_EQ(out.exit_code, kExitUsage);
+  EXPECT_THAT(out.err, HasSubstr("--out is empty"));
+  const ChildResult beside =
+      view({workspace().string(), "--beside", "", "--out", (own_.path() / "p").string()});
+  EXPECT_EQ(beside.exit_code, kExitUsage);
+  EXPECT_THAT(beside.err, HasSubstr("--beside is empty"));
 }
 
 TEST_F(View, EndedConsent_RefusesThePage) {

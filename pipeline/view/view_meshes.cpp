@@ -1,0 +1,199 @@
+#include "pipeline/view/view_meshes.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cstdio>
+#include <optional>
+#include <set>
+#include <string>
+#include <utility>
+
+#include "core/archive.h"
+#include "core/error.h"
+#include "core/io/lower_extension.h"
+#include "core/io/mesh_file.h"
+#include "core/io/mesh_sequence_file.h"
+#include "core/io/scene_file.h"
+#include "core/io/sequence_folder.h"
+#include "core/io/usd_mesh.h"
+#include "core/sequence_archive.h"
+#include "pipeline/view/view_data.h"
+
+namespace atelier {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kOneFrame = 1;  // frames a second of a single mesh
+constexpr double kUsual = 24;    // of frames that do not say
+
+/// The frame of an archive named by its number alone, "000012.h5".
+std::optional<int> archive_frame(const fs::path& file) {
+  const std::string stem = file.stem().string();
+  int id = -1;
+  const bool number =
+      std::from_chars(stem.data(), stem.data() + stem.size(), id).ptr == stem.data() + stem.size();
+  return file.extension() == ".h5" && number && id >= 0 ? std::optional(id) : std::nullopt;
+}
+
+/// The name of a file or folder, also of "folder/".
+fs::path last_name(const fs::path& place) {
+  const fs::path whole = fs::absolute(place).lexically_normal();
+  return whole.has_filename() ? whole.filename() : whole.parent_path().filename();
+}
+
+ViewScene scene_of_layer(const std::string& title, const std::string& timeline_name,
+                         ViewLayer layer) {
+  ViewScene scene;
+  scene.title = title;
+  ViewTimeline timeline;
+  timeline.name = timeline_name;
+  timeline.fps = layer.sequence.fps;
+  timeline.frame_ids = layer.sequence.frame_ids;
+  timeline.layers.push_back(std::move(layer));
+  scene.timelines.push_back(std::move(timeline));
+  return scene;
+}
+
+ViewScene scene_of_one_mesh(const fs::path& file, Mesh mesh) {
+  if (mesh.faces.rows() == 0) {
+    throw DataError(file.string(), "", "no faces", "a triangle mesh");
+  }
+  ViewLayer layer;
+  layer.name = file.stem().string();
+  layer.role = "scan";
+  layer.sequence.fps = kOneFrame;
+  layer.sequence.frame_ids = {0};
+  layer.sequence.load = [mesh = std::move(mesh)](Index /*frame*/) { return mesh; };
+  return scene_of_layer(file.filename().string(), "Mesh", std::move(layer));
+}
+
+/// A layer of frames that are of one topology, or, with no faces in `sequence`, of their own.
+ViewLayer layer_of_frames(const fs::path& place) {
+  ViewLayer layer;
+  layer.name = last_name(place).stem().string();
+  layer.role = layer.name == "body" || layer.name == "seen" ? "body" : "garment";
+  const auto read = [&] {
+    MeshSequenceFile file = read_mesh_sequence(place, SequenceOf::Cloth);
+    layer.sequence = std::move(file.sequence);
+    layer.sequence.faces = file.shared.faces;
+    layer.shared = std::move(file.shared);
+  };
+  if (!fs::is_directory(place)) {
+    read();
+    return layer;
+  }
+  if (problem_of(read)) {  // scans, or a frame that cannot be read, which the page says
+    layer.role = "scan";
+    layer.shared = {};
+    layer.sequence = scans_in(place, 0);
+    if (layer.sequence.frame_ids.empty()) {
+      layer.sequence = read_sequence_folder(place);
+    }
+  }
+  return layer;
+}
+
+}  // namespace
+
+bool is_mesh_file(const fs::path& file) {
+  static const std::set<std::string> endings = {".obj", ".ply", ".stl", ".glb", ".gltf", ".fbx"};
+  return endings.contains(lower_extension(file));
+}
+
+bool holds_mesh_frames(const fs::path& place) {
+  if (std::error_code error; !fs::is_directory(place, error)) {
+    static const std::set<std::string> endings = {".h5", ".hdf5", ".npz"};
+    return endings.contains(lower_extension(place)) || has_usd_extension(place);
+  }
+  static const std::set<std::string> frame_endings = {".obj", ".ply", ".glb", ".gltf"};
+  bool meshes = false;
+  std::error_code error;
+  for (const auto& entry :
+       fs::directory_iterator(place, fs::directory_options::skip_permission_denied)) {
+    if (entry.is_directory(error)) {
+      return false;
+    }
+    meshes = meshes || frame_endings.contains(lower_extension(entry.path())) ||
+             archive_frame(entry.path());
+  }
+  return meshes;
+}
+
+Sequence scans_in(const fs::path& folder, double fps) {
+  Sequence scans;
+  scans.fps = fps;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (const auto id = archive_frame(entry.path())) {
+      scans.frame_ids.push_back(*id);
+    }
+  }
+  std::sort(scans.frame_ids.begin(), scans.frame_ids.end());
+  scans.load = [folder, ids = scans.frame_ids](Index i) {
+    char name[32];
+    std::snprintf(name, sizeof name, "%06d.h5", ids[static_cast<std::size_t>(i)]);
+    return read_mesh_archive(folder / name);
+  };
+  return scans;
+}
+
+ViewScene view_of_mesh(const fs::path& file) {
+  const std::string name = file.filename().string();
+  bool moves = false;
+  MeshFile read;
+  if (has_scene_extension(file)) {
+    const GltfScene scene = read_scene(file);
+    moves = !scene.animations.empty();
+    read = mesh_of_scene(scene, file.string());
+  } else {
+    read = read_mesh_file(file);
+  }
+  const std::optional<Finding> unit = unit_finding(read, name);
+  ViewScene scene = scene_of_one_mesh(file, std::move(read.mesh));
+  if (unit) {
+    scene.notes.push_back(name + ": " + unit->what +
+                          "; write the file in metres for its true size");
+  }
+  if (moves) {
+    scene.notes.push_back(name +
+                          " is animated, and its first pose alone is shown; view the workspace, or "
+                          "an export as h5, usda, ply or obj, for the motion");
+  }
+  return scene;
+}
+
+ViewScene view_of_mesh_frames(const fs::path& place) {
+  const fs::path name = last_name(place);
+  const std::string extension = lower_extension(place);
+  if (has_usd_extension(place) && !fs::is_directory(place)) {
+    UsdMesh usd = read_usd_mesh(place);
+    if (usd.frames.empty()) {
+      return scene_of_one_mesh(place, std::move(usd.mesh));
+    }
+  } else if (extension == ".h5" && !fs::is_directory(place)) {
+    std::string schema;
+    // Of other programs there is none, and the reader of sequences says what else is wrong.
+    (void)problem_of([&] { schema = archive_contents(place).schema; });
+    if (schema == "atelier.mesh") {
+      return scene_of_one_mesh(place, read_mesh_archive(place));
+    }
+    if (!schema.empty() && schema != "atelier.mesh_sequence") {
+      throw DataError(place.string(), "", "an archive of " + schema,
+                      "a mesh or a sequence of meshes; atelier inspect says what it is");
+    }
+  }
+  ViewLayer layer = layer_of_frames(place);
+  const bool untold = !(layer.sequence.fps > 0);
+  if (untold) {
+    layer.sequence.fps = layer.sequence.frame_ids.size() > 1 ? kUsual : kOneFrame;
+  }
+  const bool told = !untold || layer.sequence.frame_ids.size() < 2;
+  ViewScene scene = scene_of_layer(name.string(), "Sequence", std::move(layer));
+  if (!told) {
+    scene.notes.push_back(name.string() +
+                          " does not say its frames per second; they are played at 24");
+  }
+  return scene;
+}
+
+}  // namespace atelier

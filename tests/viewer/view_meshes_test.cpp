@@ -1,0 +1,145 @@
+// `atelier view` of meshes and of meshes over time that are no workspace's.
+
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "core/exit_code.h"
+#include "core/io/mesh_file.h"
+#include "core/io/mesh_gltf.h"
+#include "core/io/one_file_sequence.h"
+#include "core/io/usd_sequence.h"
+#include "core/sequence_archive.h"
+#include "tests/support/temporary_directory.h"
+#include "tests/viewer/look.h"
+#include "tests/viewer/page_scene.h"
+
+namespace atelier::fixtures {
+namespace {
+
+using ::testing::AllOf;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+namespace fs = std::filesystem;
+
+/// A square of side 1 m at a place along x, in two triangles.
+Mesh square_at(double x) {
+  Mesh mesh;
+  mesh.vertices.resize(4, 3);
+  mesh.vertices << x, 0, 0, x + 1, 0, 0, x + 1, 1, 0, x, 1, 0;
+  mesh.faces.resize(2, 3);
+  mesh.faces << 0, 1, 2, 0, 2, 3;
+  return mesh;
+}
+
+std::vector<Mesh> moving_squares() {
+  return {square_at(0), square_at(0.25), square_at(0.5)};
+}
+
+class ViewMeshes : public ::testing::Test {
+ protected:
+  fs::path at(const std::string& name) const { return folder_.path() / name; }
+  /// The page's first timeline of a place; what the command said is in `said_`.
+  nlohmann::json timeline_of(const fs::path& place) {
+    const fs::path out = at("page" + std::to_string(pages_++));
+    const ChildResult result = view({place.string(), "--out", out.string()});
+    EXPECT_EQ(result.exit_code, 0) << place << result.err;
+    said_ = result.out;
+    return result.exit_code == 0 ? page_scene(out).at("timelines").at(0) : nlohmann::json();
+  }
+  TemporaryDirectory folder_;
+  std::string said_;
+  int pages_ = 0;
+};
+
+TEST_F(ViewMeshes, FilesOfASequence_AreShownWithTheirFramesAndRate) {
+  const Sequence sequence = sequence_of(moving_squares(), 30, {3, 5, 6});
+  write_one_file_sequence(at("T.h5"), sequence);
+  write_usd_sequence(at("T.usda"), sequence, "T");
+  write_sequence(at("folder"), sequence);
+  for (const fs::path& place : {at("T.h5"), at("T.usda"), at("folder/sequence.h5")}) {
+    const nlohmann::json timeline = timeline_of(place);
+    EXPECT_EQ(timeline["frames"], nlohmann::json({3, 5, 6})) << place;
+    EXPECT_EQ(timeline["fps"], 30) << place;
+    EXPECT_EQ(timeline["layers"][0]["vertices"], 4) << place << " is of one topology";
+    EXPECT_THAT(said_, Not(HasSubstr("note:"))) << place;
+  }
+}
+
+TEST_F(ViewMeshes, FoldersOfNumberedFiles_AreSequences) {
+  for (const std::string ending : {".ply", ".obj", ".glb"}) {
+    const fs::path folder = at("dress" + ending.substr(1));
+    fs::create_directory(folder);
+    for (int i = 0; i < 3; ++i) {
+      write_mesh(folder / ("f-00001" + std::to_string(i) + ending), square_at(0.1 * i));
+    }
+    std::ofstream(folder / "readme.txt") << "x";
+    const nlohmann::json timeline = timeline_of(folder);
+    EXPECT_EQ(timeline["frames"], nlohmann::json({10, 11, 12})) << ending;
+    EXPECT_EQ(timeline["layers"][0]["vertices"], 4) << ending;
+    EXPECT_EQ(timeline["fps"], 24) << ending;
+    EXPECT_THAT(said_, HasSubstr("frames per second")) << ending;
+  }
+}
+
+TEST_F(ViewMeshes, FramesOfDifferentTopologies_AreScans) {
+  Mesh other = square_at(0);
+  other.faces.row(0) << 1, 2, 3;
+  for (const std::string name : {"ply", "h5"}) {
+    fs::create_directory(at(name));
+    const auto write = [&](const std::string& frame, const Mesh& mesh) {
+      const fs::path file = at(name) / (frame + "." + name);
+      name == "ply" ? write_mesh(file, mesh) : write_mesh_archive(file, mesh);
+    };
+    write("000001", square_at(0));
+    write("000002", other);
+    const nlohmann::json timeline = timeline_of(at(name));
+    EXPECT_EQ(timeline["frames"], nlohmann::json({1, 2})) << name;
+    EXPECT_EQ(timeline["layers"][0]["role"], "scan") << name;
+    EXPECT_EQ(timeline["layers"][0]["topology"], false) << name;
+  }
+}
+
+TEST_F(ViewMeshes, OneMeshOfAnArchive_IsShown) {
+  write_mesh_archive(at("one.h5"), square_at(0));
+  EXPECT_EQ(timeline_of(at("one.h5"))["name"], "Mesh");
+}
+
+TEST_F(ViewMeshes, AnimatedScene_SaysThatItStandsStill) {
+  write_gltf(at("moves.glb"), gltf_morph_sequence(moving_squares(), 30, "moves"));
+  timeline_of(at("moves.glb"));
+  EXPECT_THAT(said_, AllOf(HasSubstr("note: moves.glb is animated"), HasSubstr("first pose")));
+  write_mesh(at("still.glb"), square_at(0));
+  timeline_of(at("still.glb"));
+  EXPECT_THAT(said_, Not(HasSubstr("note:")));
+}
+
+TEST_F(ViewMeshes, UnknownUnit_IsNotedWithoutAnOptionThatViewHasNot) {
+  std::ofstream(at("cube mm.obj")) << "v 0 0 0\nv 900 0 0\nv 0 900 0\nf 1 2 3\n";
+  timeline_of(at("cube mm.obj"));
+  EXPECT_THAT(said_, AllOf(HasSubstr("does not say its unit"), Not(HasSubstr("--"))));
+}
+
+TEST_F(ViewMeshes, WhatIsNoMesh_IsRefusedWithWhatIsTaken) {
+  const auto refused = [&](const fs::path& place) {
+    const ChildResult result = view({place.string(), "--out", at("p").string()});
+    EXPECT_EQ(result.exit_code, kExitBadData) << place << result.out;
+    return result.err;
+  };
+  std::ofstream(at("a.abc")) << "x";
+  EXPECT_THAT(refused(at("a.abc")), AllOf(HasSubstr(".usda"), HasSubstr("a folder of numbered")));
+  fs::create_directory(at("names"));
+  write_mesh(at("names/dress.ply"), square_at(0));
+  EXPECT_THAT(refused(at("names")), AllOf(HasSubstr("dress.ply"), HasSubstr("frame number")));
+  std::ofstream(at("b.h5")) << "x";
+  EXPECT_THAT(refused(at("b.h5")), HasSubstr("b.h5"));
+}
+
+}  // namespace
+}  // namespace atelier::fixtures
