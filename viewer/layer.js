@@ -126,6 +126,7 @@ export class Layer {
     this.mesh.userData.layer = this;
     this.shownFrame = null;  // index on the layer's own frames
     this.problem = "";
+    this.lit = -1;  // the panel that is lit up; -1: none
   }
 
   get uniforms() {
@@ -410,7 +411,9 @@ export class Layer {
     const {arrays} = chunk;
     this.uniforms.shade.value = ["strain", "distance", "confidence"].includes(this.coloring) ? 0.6 : 1;
     this.hasConfidence ||= arrays.confidence !== undefined;
-    if (this.coloring === "strain" && topology?.arrays.rest) {
+    if (this.lit >= 0 && topology?.arrays.pattern_faces) {
+      this.tintPanel(this.lit, topology);
+    } else if (this.coloring === "strain" && topology?.arrays.rest) {
       const strain = faceStrain(this.places, this.faces, topology.arrays.rest);
       this.setNumbers(faceToVertex(strain, this.faces, vertices), 0, this.strainHigh);
     } else if (this.coloring === "distance" && distances) {
@@ -444,11 +447,8 @@ export class Layer {
     return this.foundPanels;
   }
 
-  /// Lights up the faces of a panel; -1: none.
-  highlightPanel(panel, topology) {
-    if (!this.faces) {
-      return;
-    }
+  /// Lights up the faces of a panel.
+  tintPanel(panel, topology) {
     const {panels} = this.panels(topology);
     const marked = new Uint8Array(this.places.length / 3);
     for (let f = 0; f < panels.length; ++f) {

@@ -56,11 +56,22 @@ export class SidePanel {
 
   show() {
     this.showTabs();
+    this.darken();
     this.video = null;
     this.imageNote = null;
     const show = {cameras: () => this.camerasParts(), pattern: () => this.patternParts(),
       video: () => this.videoParts(), findings: () => this.findingsParts()}[this.tab];
     refill(byId("side-body"), ...show());
+  }
+
+  /// A pattern that goes from the side, or is drawn anew there, leaves no panel lit up that the pointer could
+  /// not leave: under the pointer the new one lights up again.
+  darken() {
+    const lit = this.app.timelines.flatMap(({layers}) => layers).filter(layer => layer.lit >= 0);
+    lit.forEach(layer => { layer.lit = -1; });
+    if (lit.length > 0) {
+      this.app.load();
+    }
   }
 
   camerasParts() {
@@ -129,11 +140,8 @@ export class SidePanel {
         const layer = layers[i];
         box.append(element("h2", {}, layer.info.name), patternView(topology.arrays.pattern_faces,
           topology.arrays.pattern, layer.panels(topology).panels, panel => {
-            layer.highlightPanel(panel, topology);
-            if (panel < 0) {
-              this.app.load();
-            }
-            this.app.touch();
+            layer.lit = panel;
+            this.app.load();
           }));
       });
     }, error => say(error.message, true));
