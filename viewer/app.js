@@ -461,9 +461,10 @@ class App {
     });
     addEventListener("hashchange", () => {
       if (location.hash.slice(1) !== this.written) {
+        this.timeline.setPlaying(false);
         readAddress(this);
         this.setTimeline();
-        this.load();
+        this.go(this.timeline.index);
       }
     });
     byId("keys").append(keyTable());

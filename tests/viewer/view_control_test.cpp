@@ -247,6 +247,51 @@ TEST_F(ViewControl, Address_HoldsWhatLiesOverImagesAndWhichFigureIsChosen) {
   EXPECT_THAT(again.messages, IsEmpty());
 }
 
+TEST_F(ViewControl, Address_HoldsTheOverlaysOfBothViews) {
+  SKIP_WITHOUT_BROWSER();
+  const fs::path out = own_.path() / "page";
+  ASSERT_EQ(view({workspace().string(), "--beside", (folder_->path() / "capture").string(), "--out",
+                  out.string()})
+                .exit_code,
+            0);
+  const std::string address = "file://" + (out / "index.html").string();
+  const std::string state =
+      "eval:[0, 1].map(i => { const one = atelier.timelines[atelier.panes[i].timeline].cameras; "
+      "return [one.selected, one.overlays, one.showFrusta, one.showSkeleton]; })";
+  const Looked first = look(
+      address, {kSettled, "key:c", kSettled,
+                "wait:([...document.querySelectorAll('#side-body .toggles label')].find(one => "
+                "one.textContent.includes('detected')).click(), true)",
+                "wait:(document.getElementById('toggle-cameras').click(), true)", kSettled, "key:p",
+                kSettled, state, "eval:(atelier.writeAddress(true), location.hash)"});
+  ASSERT_EQ(first.values.size(), 2) << first.messages;
+  EXPECT_EQ(first.values[0][0][0], 0);
+  EXPECT_EQ(first.values[0][0][1]["keypoints"], false);
+  EXPECT_EQ(first.values[0][0][2], true);
+  EXPECT_EQ(first.values[0][1][1]["keypoints"], true);
+  const Looked again = look(address + first.values[1].get<std::string>(), {kSettled, state});
+  EXPECT_EQ(again.values.at(0), first.values[0]);
+  EXPECT_THAT(again.messages, IsEmpty());
+}
+
+TEST_F(ViewControl, AddressOfAFrameAlone_GoesThere) {
+  SKIP_WITHOUT_BROWSER();
+  const std::string typed =
+      "wait:(addEventListener('hashchange', () => globalThis.hasTyped = true), location.hash = "
+      "'#frame=1', true)";
+  const Looked looked =
+      look(page() + "#frame=2",
+           {kSettled, kShownFrame, "eval:atelier.orbit.text()", typed, "wait:globalThis.hasTyped",
+            kSettled, kShownFrame, "eval:atelier.orbit.text()",
+            "eval:document.getElementById('frame').value"});
+  ASSERT_EQ(looked.values.size(), 5) << looked.messages;
+  EXPECT_EQ(looked.values[0], "2");
+  EXPECT_EQ(looked.values[2], "1");
+  EXPECT_EQ(looked.values[3], looked.values[1]) << "seen from where it was";
+  EXPECT_EQ(looked.values[4], "1");
+  EXPECT_THAT(looked.messages, IsEmpty());
+}
+
 TEST_F(ViewControl, NamesOfLayersAndFindings_AreText) {
   SKIP_WITHOUT_BROWSER();
   const std::string name = "<img src=x onerror=alert(1)>\"'&amp;";
