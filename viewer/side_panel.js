@@ -4,17 +4,32 @@ import {byId, element, refill, say} from "./data.js";
 import {labelSwatches} from "./panels.js";
 import {patternView} from "./pattern.js";
 
+/// A finding without its head: of "warning frames-few [person]: four frames", what and where.
+export function withoutHead(text) {
+  const [head, place] = text.match(/^(?:(?:error|warning|note) [a-z0-9-]+|[a-z0-9]+(?:-[a-z0-9]+)+)(?: \[([^\]]*)\])?: /) ?? [];
+  return head === undefined ? text : (place ? place + ": " : "") + text.slice(head.length);
+}
+
 export class SidePanel {
   constructor(app) {
     this.app = app;
     this.tab = null;  // what was chosen
   }
 
-  /// What there is to say of the camera's image.
+  /// What there is to say of the camera's image, and which of its overlays there are.
   tellOfImage(note) {
     if (this.imageNote) {
       this.imageNote.textContent = note;
+      this.offerOverlays();
     }
+  }
+
+  offerOverlays() {
+    const {found, overlays} = this.app.now.cameras;
+    for (const [name, label] of Object.entries(this.overlayLabels)) {
+      label.hidden = !found.has(name);
+    }
+    this.labelNames.hidden = !overlays.labels || !found.has("labels");
   }
 
   tabs() {
@@ -90,18 +105,19 @@ export class SidePanel {
           this.app.touch();
         }});
       parts.push(element("label", {className: "slider"}, "Meshes over the image ", opacity));
-      const swatches = element("div", {className: "toggles", hidden: !cameras.overlays.labels}, ...labelSwatches());
-      parts.push(element("div", {className: "toggles"}, ...[["keypoints", "detected keypoints"],
+      this.labelNames = element("div", {className: "toggles"}, ...labelSwatches());
+      this.overlayLabels = Object.fromEntries([["keypoints", "detected keypoints"],
         ["projected", "keypoints in space"], ["mask", "mask"], ["labels", "labels"]].map(([name, words]) => {
         const check = element("input", {type: "checkbox", checked: cameras.overlays[name], onchange: () => {
           cameras.overlays[name] = check.checked;
-          swatches.hidden = !cameras.overlays.labels;
+          this.offerOverlays();
           this.app.writeAddress();
           this.app.load();
         }});
-        return element("label", {}, check, " ", words);
-      })));
-      parts.push(swatches, cameras.canvas);
+        return [name, element("label", {}, check, " ", words)];
+      }));
+      this.offerOverlays();
+      parts.push(element("div", {className: "toggles"}, ...Object.values(this.overlayLabels)), this.labelNames, cameras.canvas);
       this.imageNote = element("p", {className: "quiet"});
       parts.push(this.imageNote);
     } else {

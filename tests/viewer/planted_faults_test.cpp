@@ -25,6 +25,7 @@ namespace {
 using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
+using ::testing::MatchesRegex;
 using ::testing::Not;
 
 namespace fs = std::filesystem;
@@ -48,11 +49,18 @@ TEST(PlantedFault, CameraThatWasTurned_IsRedAndNamed) {
        "document.querySelectorAll('.bar')[i].classList.contains('off')).map(b => b.textContent)",
        "eval:document.getElementById('side-body').textContent",
        "eval:[...document.querySelectorAll('.bar.off')].map(bar => "
-       "getComputedStyle(bar).backgroundColor)"});
+       "getComputedStyle(bar).backgroundColor)",
+       "eval:atelier.now.info.marks.filter(mark => mark.camera === '" + bad.id +
+           "').map(mark => mark.text)"});
   EXPECT_EQ(looked.values.at(0), nlohmann::json({bad.id}));
   EXPECT_THAT(looked.values.at(1).get<std::string>(),
               HasSubstr("Camera " + bad.id + " is more than twice as far off"));
   EXPECT_EQ(looked.values.at(2), nlohmann::json({"rgb(179, 38, 30)"}));
+  ASSERT_GE(looked.values.at(3).size(), 1);
+  for (const nlohmann::json& text : looked.values.at(3)) {
+    EXPECT_THAT(text.get<std::string>(),
+                Not(MatchesRegex("((error|warning|note) |[a-z0-9]+-[a-z0-9-]+ \\[).*")));
+  }
   EXPECT_THAT(looked.messages, IsEmpty());
 }
 
@@ -210,7 +218,7 @@ TEST(PlantedFault, ClothThatSlipsAlongASeam_IsYellowInTheStrainAndAFinding) {
   EXPECT_LT(looked.values.at(1)["yellow"], 0.0005) << "as it rests";
   EXPECT_GT(looked.values.at(2)["yellow"], 0.002) << "the line along the seam";
   EXPECT_THAT(looked.values.at(3).get<std::string>(),
-              AllOf(HasSubstr("strain"), HasSubstr("10 %")));
+              AllOf(HasSubstr("strain"), HasSubstr("10 % and more")));
   ASSERT_EQ(looked.values.at(4).size(), 1) << looked.values.at(4);
   EXPECT_THAT(looked.values.at(4).at(0).get<std::string>(),
               AllOf(HasSubstr("Frame 6: lower: the strain jumps from 0 % to"), HasSubstr("slips")));

@@ -573,6 +573,26 @@ TEST(ViewCapture, KeypointsMasksAndLabels_LieOverTheImage) {
   EXPECT_THAT(looked.messages, IsEmpty());
 }
 
+TEST(ViewCapture, OverlaysThatAreOffered_AreThoseThatTheImageHas) {
+  SKIP_WITHOUT_BROWSER();
+  const TemporaryDirectory root;
+  write_small_capture(root.path() / "capture", SmallCapture());
+  fs::remove_all(root.path() / "capture/masks");
+  fs::remove_all(root.path() / "capture/labels");
+  ASSERT_EQ(view({(root.path() / "capture").string(), "--out", (root.path() / "page").string()})
+                .exit_code,
+            0);
+  const Looked looked =
+      look("file://" + (root.path() / "page/index.html").string(),
+           {"key:c", kSettled, "wait:atelier.now.cameras.canvas.width === 64", kSettled,
+            "eval:[...document.querySelectorAll('#side-body .toggles label')].filter(one => "
+            "one.checkVisibility()).map(one => one.textContent.trim())"});
+  EXPECT_THAT(
+      looked.values.at(0).get<std::vector<std::string>>(),
+      AllOf(Contains("detected keypoints"), Not(Contains("labels")), Not(Contains("mask"))));
+  EXPECT_THAT(looked.messages, IsEmpty());
+}
+
 TEST(ViewCapture, KeypointsInSpace_HaveCrossesAsWideAsTheirDeviation) {
   SKIP_WITHOUT_BROWSER();
   const TemporaryDirectory root;
