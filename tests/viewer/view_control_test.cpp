@@ -204,8 +204,11 @@ TEST_F(ViewControl, TwoSimulators_AreShownBesideEachOtherWithTheirStrain) {
             "eval:atelier.timelines.map(one => one.info.name)", colour, kSettled,
             "eval:document.getElementById('legend').textContent",
             "eval:[...document.getElementById('series').options].some(one => "
-            "one.textContent.includes('kinetic energy'))"});
-  ASSERT_EQ(looked.values.size(), 7) << looked.messages;
+            "one.textContent.includes('kinetic energy'))",
+            "wait:atelier.now.surveyed",
+            "eval:atelier.now.info.marks.filter(mark => mark.text.includes('torn')).map(mark => "
+            "mark.text)"});
+  ASSERT_EQ(looked.values.size(), 8) << looked.messages;
   EXPECT_GT(looked.values[0], 0.005) << "the skirt of the one";
   EXPECT_GT(looked.values[1], 0.005) << "and of the other";
   EXPECT_GT(looked.values[2], 0.005) << "on its body";
@@ -215,6 +218,7 @@ TEST_F(ViewControl, TwoSimulators_AreShownBesideEachOtherWithTheirStrain) {
   EXPECT_THAT(looked.values[5].get<std::string>(),
               AllOf(HasSubstr("strain"), HasSubstr("10 % and more")));
   EXPECT_EQ(looked.values[6], true);
+  EXPECT_EQ(looked.values[7], nlohmann::json::array()) << "four sound frames";
   EXPECT_THAT(looked.messages, IsEmpty());
 }
 
