@@ -7,9 +7,10 @@ import {patternView} from "./pattern.js";
 /// A finding without its head: of "warning frames-few [person]: four frames", what and where. A word before a
 /// colon may be a name as well: it is a head after a severity or before a place alone.
 export function withoutHead(text) {
-  const [head, first, second] = text.match(/^(?:(?:error|warning|note) [a-z0-9-]+(?: \[([^\]]*)\])?|[a-z0-9-]+ \[([^\]]*)\]): /) ?? [];
+  const [head, frame, first, second] =
+    text.match(/^(frame \d+: )?(?:(?:error|warning|note) [a-z0-9-]+(?: \[([^\]]*)\])?|[a-z0-9-]+ \[([^\]]*)\]): /) ?? [];
   const place = first ?? second;
-  return head === undefined ? text : (place ? place + ": " : "") + text.slice(head.length);
+  return head === undefined ? text : (frame ?? "") + (place ? place + ": " : "") + text.slice(head.length);
 }
 
 export class SidePanel {
