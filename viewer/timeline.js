@@ -7,7 +7,8 @@ const labelOf = one => [one.stage, one.name].filter(Boolean).join(": ");
 const valuesOf = one => typeof one.values === "function" ? one.values() : one.values;
 
 function median(sorted) {
-  return sorted[sorted.length >> 1];
+  const half = sorted.length >> 1;
+  return sorted.length % 2 ? sorted[half] : (sorted[half - 1] + sorted[half]) / 2;
 }
 
 /// How far a value is above the median of the others, in median absolute deviations (scaled to the
