@@ -1,8 +1,19 @@
 // The address's last part: what is seen, for whoever opens it again.
 
+import {nearestFrame} from "./timeline.js";
+
 /// What is shown of cameras: over the image, and in space.
 function overlaysOf({overlays, showFrusta, showSkeleton}) {
   return Object.entries({...overlays, cameras: showFrusta, points: showSkeleton}).filter(([, on]) => on).map(([name]) => name);
+}
+
+/// Of each of the two views' captures the words that hold what is shown of its cameras: of the active view's,
+/// and of another one beside it.
+function cameraWords(app) {
+  const beside = app.timelines[app.panes[1 - app.active].timeline];
+  return [{cameras: app.now.cameras, camera: "camera", over: "over"},
+    {cameras: app.isSplit && beside !== app.now ? beside.cameras : null, camera: "camera-beside", over: "over-beside"},
+  ].filter(({cameras}) => cameras);
 }
 
 /// Writes what is seen, a while from now: it costs as much as a picture.
@@ -11,7 +22,7 @@ export function writeAddress(app, now = false) {
   const write = () => {
     const pane = one => [one.timeline, [...one.hidden].filter(i => i >= 0).sort((a, b) => a - b).join("."), one.through].join("/");
     const colors = one => one.layers.map(layer => layer.coloring).join(",");
-    const {cameras} = app.now;
+    const ofCameras = cameraWords(app);
     const other = app.timelines[app.panes[1 - app.active].timeline];
     const words = new URLSearchParams({
       frame: String(app.frameId), view: app.orbit.text(), panes: app.panes.map(pane).join(","),
@@ -20,7 +31,9 @@ export function writeAddress(app, now = false) {
       ...(app.light === null ? {} : {light: app.light.toFixed(2)}),
       ...(app.timeline.chosen ? {figure: app.timeline.chosen} : {}),
       ...(app.timeline.looping ? {} : {loop: "0"}),
-      ...(cameras ? {camera: String(cameras.selected), over: overlaysOf(cameras).join(","), opacity: app.opacity.toFixed(2)} : {}),
+      ...Object.fromEntries(ofCameras.flatMap(({cameras, camera, over}) =>
+        [[camera, String(cameras.selected)], [over, overlaysOf(cameras).join(",")]])),
+      ...(ofCameras.length > 0 ? {opacity: app.opacity.toFixed(2)} : {}),
     });
     app.written = words.toString().replaceAll("%2C", ",").replaceAll("%2F", "/");
     history.replaceState(null, "", "#" + app.written);
@@ -28,10 +41,15 @@ export function writeAddress(app, now = false) {
   now ? write() : app.writing = setTimeout(write, 250);
 }
 
+/// Of an address without a view, as one that is typed, the frame alone counts: that of this number, or
+/// else the nearest.
 export function readAddress(app) {
   const words = new URLSearchParams(location.hash.slice(1));
+  const number = words.get("frame") ? Number(words.get("frame")) : NaN;
+  const frameOf = ({frames}) => Number.isFinite(number) ? nearestFrame(frames, number) : app.timeline.index;
   app.hasAddress = words.has("view");
   if (!app.hasAddress) {
+    app.wantedIndex = frameOf(app.now.info);
     return;
   }
   app.orbit.read(words.get("view"));
@@ -59,15 +77,16 @@ export function readAddress(app) {
   if ((words.get("loop") === "0") === app.timeline.looping) {
     app.loop();
   }
-  const {cameras, info} = app.now;
-  if (cameras) {
-    readCameras(app, cameras, words);
+  for (const one of cameraWords(app)) {
+    readCameras(app, one, words);
   }
-  app.wantedIndex = Math.max(info.frames.indexOf(Number(words.get("frame"))), 0);
+  const opacity = Number(words.get("opacity") ?? "");
+  app.opacity = words.has("opacity") && opacity >= 0 && opacity <= 1 ? opacity : app.opacity;
+  app.wantedIndex = frameOf(app.now.info);
 }
 
-function readCameras(app, cameras, words) {
-  const number = Number(words.get("camera") ?? -1);
+function readCameras(app, {cameras, ...names}, words) {
+  const number = Number(words.get(names.camera) ?? -1);
   cameras.selected = cameras.cameras[number] ? number : -1;
   for (const pane of app.panes) {
     const seen = app.timelines[pane.timeline].cameras;
@@ -76,14 +95,12 @@ function readCameras(app, cameras, words) {
     }
   }
   cameras.drawFrusta();
-  if (words.has("over")) {
-    const over = words.get("over").split(",");
+  if (words.has(names.over)) {
+    const over = words.get(names.over).split(",");
     for (const name of Object.keys(cameras.overlays)) {
       cameras.overlays[name] = over.includes(name);
     }
     cameras.showFrusta = over.includes("cameras");
     cameras.showSkeleton = over.includes("points");
   }
-  const opacity = Number(words.get("opacity") ?? "");
-  app.opacity = words.has("opacity") && opacity >= 0 && opacity <= 1 ? opacity : app.opacity;
 }

@@ -10,7 +10,7 @@ import {readAddress, writeAddress} from "./address.js";
 import {saveImage, saveVideo} from "./export_view.js";
 import {Scene3d} from "./scene3d.js";
 import {showLayers, showLegend, showPanes} from "./panels.js";
-import {SidePanel} from "./side_panel.js";
+import {SidePanel, withoutHead} from "./side_panel.js";
 import {survey} from "./survey.js";
 import {Timeline} from "./timeline.js";
 
@@ -58,12 +58,15 @@ class App {
       const layer = new Layer(one, number, counts[one.role]);
       if (one.texture) {
         layer.coloring = "texture";
-      } else if (one.role === "scan" && one.stage) {
+      } else if (one.role === "scan") {
         layer.coloring = "colors";
       }
       this.view.add(layer);
       return layer;
     });
+    for (const mark of info.marks) {
+      mark.text = withoutHead(mark.text);
+    }
     const timeline = {info, number, layers, cameras: null};
     if (info.capture) {
       timeline.cameras = new Cameras(info.capture, this.view, number, () => this.touch());
@@ -164,8 +167,9 @@ class App {
       if (!isStill()) {
         return;
       }
-      if ([...shown.keys()].some(layer => layer.hasNewConfidence())) {
+      if ([...shown.keys()].filter(layer => layer.takeNews()).length > 0) {
         showLayers(this);
+        showLegend(this);
       }
       const problems = [...shown.keys()].map(layer => layer.problem).filter(Boolean);
       this.problem = problems.join("; ");
@@ -216,7 +220,7 @@ class App {
       if (agreement) {
         for (const {severity, text, place} of agreement.findings ?? []) {
           const camera = cameras.cameras.find(one => one.id === place)?.id;
-          info.marks.push({severity, text, stage: "", ...(camera ? {camera} : {})});
+          info.marks.push({severity, text: withoutHead(text), stage: "", ...(camera ? {camera} : {})});
         }
         info.series.push(...residualSeries(cameras));
       }
@@ -279,7 +283,8 @@ class App {
     const {hidden} = this.panes[this.active];
     const bounds = boundsOf(this.now.layers.filter((_, i) => !hidden.has(i)), this.now.cameras);
     if (bounds) {
-      this.orbit.frame(bounds.low, bounds.high);
+      const {clientWidth: width, clientHeight: height} = byId("view");
+      this.orbit.frame(bounds.low, bounds.high, width / this.shownPanes.length / Math.max(height, 1));
       this.orbit.distance *= bounds.ofCameras ? 0.6 : 1;  // cameras stand round what matters
     }
     this.touch();
@@ -461,9 +466,10 @@ class App {
     });
     addEventListener("hashchange", () => {
       if (location.hash.slice(1) !== this.written) {
+        this.timeline.setPlaying(false);
         readAddress(this);
         this.setTimeline();
-        this.load();
+        this.go(this.timeline.index);
       }
     });
     byId("keys").append(keyTable());
@@ -481,7 +487,7 @@ class App {
   }
 
   escape() {
-    byId("keys").hidden = true;
+    this.help(false);
     if (this.shownPanes.some(pane => pane.through >= 0)) {
       this.lookThrough(-1);
     }
@@ -529,9 +535,9 @@ class App {
     this.load();
   }
 
-  help() {
-    byId("keys").hidden = !byId("keys").hidden;
-    byId("help").setAttribute("aria-expanded", String(!byId("keys").hidden));
+  help(isShown = byId("keys").hidden) {
+    byId("keys").hidden = !isShown;
+    byId("help").setAttribute("aria-expanded", String(isShown));
   }
 
   /// A click on a camera in space chooses it, another one looks through it; one into the other of two

@@ -43,6 +43,7 @@ export class Cameras {
     this.changed = changed;
     this.selected = -1;
     this.overlays = {keypoints: true, projected: true, mask: false, labels: false};
+    this.found = new Set(info.agreement ? ["projected"] : []);  // names of overlays that an image had
     this.canvas = element("canvas", {width: 2, height: 2});
     this.texture = new THREE.CanvasTexture(this.canvas);
     this.frusta = new THREE.LineSegments(new THREE.BufferGeometry(),
@@ -236,6 +237,7 @@ export class Cameras {
     }
     const {header} = await chunkCache.get(`${this.info.data}/${this.selected}/${frameId}`,
       data => ({value: data, bytes: JSON.stringify(data.header).length}));
+    ["keypoints", "mask", "labels"].filter(name => header[name]).forEach(name => this.found.add(name));
     const [image, mask, labels] = await Promise.all(["image", "mask", "labels"].map(
       name => header[name] && (name === "image" || this.overlays[name]) ? imageOf(header[name]) : null));
     if (!isStill()) {

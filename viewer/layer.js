@@ -10,6 +10,9 @@ export const chunkCache = new DataCache(72e6);
 // What a vertex carries beside its place and normal: nothing, a colour, a number, a texture coordinate.
 const kPlain = 0, kTinted = 1, kScaled = 2, kTextured = 3;
 
+// What vertices may carry in a frame's file, that is a colour: [name, words].
+const kCarried = [["colors", "captured colour"], ["labels", "labels"], ["confidence", "confidence"]];
+
 // A soft studio: light from above and below, a key light that goes with the viewer or stands, a
 // little light on the rim. Written for machines that draw by the CPU: each mode has its own program,
 // which carries no more than it needs, and gamma 2 stands for that of sRGB.
@@ -126,6 +129,9 @@ export class Layer {
     this.mesh.userData.layer = this;
     this.shownFrame = null;  // index on the layer's own frames
     this.problem = "";
+    this.carried = new Set();  // names of kCarried that a frame had
+    this.wasRead = this.hasNews = false;
+    this.lit = -1;  // the panel that is lit up; -1: none
   }
 
   get uniforms() {
@@ -137,32 +143,41 @@ export class Layer {
     const {info} = this;
     const all = [["plain", "one colour"]];
     if (info.texture) all.push(["texture", "texture"]);
-    if (info.role === "scan") all.push(["colors", "captured colour"], ["labels", "labels"]);
-    if (this.hasConfidence) all.push(["confidence", "confidence"]);
+    all.push(...kCarried.filter(([name]) => this.carried.has(name)));
     if (info.strain) all.push(["strain", "strain"]);
     if (info.distance) all.push(["distance", "distance to the scan"]);
     if (info.pattern) all.push(["panels", "panels"]);
     return all;
   }
 
-  /// Whether it may have a colour: of confidence, that is known once a frame was read.
+  /// Whether it may have a colour: of what vertices carry, that is known once a frame was read.
   mayHave(coloring) {
-    return (coloring === "confidence" && this.hasConfidence === undefined) ||
+    return (!this.wasRead && kCarried.some(([name]) => name === coloring)) ||
       this.colorings().some(([name]) => name === coloring);
   }
 
-  /// Whether it has become known that there is confidence since this was asked last.
-  hasNewConfidence() {
-    const isNew = this.hasConfidence === true && !this.offersConfidence;
-    this.offersConfidence ||= isNew;
-    return isNew;
+  /// Learns from a frame what its vertices carry; a colour that none does is given up.
+  learn(arrays) {
+    const found = kCarried.filter(([name]) => arrays[name] && !this.carried.has(name));
+    found.forEach(([name]) => this.carried.add(name));
+    this.wasRead = true;
+    const isGivenUp = !this.mayHave(this.coloring);
+    this.coloring = isGivenUp ? "plain" : this.coloring;
+    this.hasNews ||= isGivenUp || found.length > 0;
+  }
+
+  /// Whether more has become known of its colours since this was asked last.
+  takeNews() {
+    const {hasNews} = this;
+    this.hasNews = false;
+    return hasNews;
   }
 
   /// Range and words of the legend; null where colour is no number.
   legend() {
     const name = `${this.info.name}: `;
     switch (this.coloring) {
-      case "strain": return {title: name + "strain", low: "0 %", high: `${(100 * this.strainHigh).toFixed(0)} %`};
+      case "strain": return {title: name + "strain", low: "0 %", high: `${(100 * this.strainHigh).toFixed(0)} % and more`};
       case "distance": return {title: name + "distance to the scan", low: "0 mm",
         high: `${(1000 * this.info.distance.high).toFixed(0)} mm and more`};
       case "confidence": return {title: name + "confidence", low: "0", high: "1"};
@@ -408,9 +423,11 @@ export class Layer {
   colorVertices(index, offset, topology, chunk, distances) {
     const vertices = this.places.length / 3;
     const {arrays} = chunk;
+    this.learn(arrays);
     this.uniforms.shade.value = ["strain", "distance", "confidence"].includes(this.coloring) ? 0.6 : 1;
-    this.hasConfidence ||= arrays.confidence !== undefined;
-    if (this.coloring === "strain" && topology?.arrays.rest) {
+    if (this.lit >= 0 && topology?.arrays.pattern_faces) {
+      this.tintPanel(this.lit, topology);
+    } else if (this.coloring === "strain" && topology?.arrays.rest) {
       const strain = faceStrain(this.places, this.faces, topology.arrays.rest);
       this.setNumbers(faceToVertex(strain, this.faces, vertices), 0, this.strainHigh);
     } else if (this.coloring === "distance" && distances) {
@@ -444,11 +461,8 @@ export class Layer {
     return this.foundPanels;
   }
 
-  /// Lights up the faces of a panel; -1: none.
-  highlightPanel(panel, topology) {
-    if (!this.faces) {
-      return;
-    }
+  /// Lights up the faces of a panel.
+  tintPanel(panel, topology) {
     const {panels} = this.panels(topology);
     const marked = new Uint8Array(this.places.length / 3);
     for (let f = 0; f < panels.length; ++f) {

@@ -1,6 +1,10 @@
 // The viewer's own camera: turns round a place, goes nearer, moves across. Angles in radians,
 // lengths in metres.
 
+/// Of what is seen, from top to bottom, in degrees.
+export const kViewAngle = 36;
+const kHalfAngle = kViewAngle / 2 * Math.PI / 180;
+
 const kStill = 4;  // px that a hand moves in a click
 
 export class Orbit {
@@ -12,10 +16,12 @@ export class Orbit {
     this.dragged = 0;  // px, since a button or finger went down last: 0 of a click
   }
 
-  /// A box [low, high] fills the view.
-  frame(low, high) {
+  /// A box [low, high] fills a view of `aspect` times its height in width.
+  frame(low, high, aspect) {
     this.target = low.map((l, k) => (l + high[k]) / 2);
-    this.distance = 1.7 * Math.max(Math.hypot(...high.map((h, k) => h - low[k])), 0.05);
+    // A view that is narrower than high cuts a ball off at its sides first.
+    const narrow = Math.sin(kHalfAngle) / Math.sin(Math.atan(Math.min(aspect, 1) * Math.tan(kHalfAngle)));
+    this.distance = 1.7 * narrow * Math.max(Math.hypot(...high.map((h, k) => h - low[k])), 0.05);
   }
 
   /// Turns to the side of `middle`, which comes into the middle, on which a place is.

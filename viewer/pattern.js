@@ -44,10 +44,11 @@ export function patternView(faces, places, panels, light) {
   svg.setAttribute("viewBox", [low[0] - margin, low[1] - margin, high[0] - low[0] + 2 * margin, high[1] - low[1] + 2 * margin].join(" "));
   svg.setAttribute("role", "group");
   svg.setAttribute("aria-label", "Panels of the pattern");
+  const fill = one => [...svg.children].forEach(shape => shape.setAttribute("fill",
+    Number(shape.dataset.panel) === one ? "#ffc740" : numberColor(Number(shape.dataset.panel))));
   for (const [panel, d] of [...paths].sort((a, b) => a[0] - b[0])) {
     const shape = document.createElementNS(kSvg, "path");
     shape.setAttribute("d", d);
-    shape.setAttribute("fill", numberColor(panel));
     shape.setAttribute("fill-rule", "evenodd");
     shape.setAttribute("stroke", "#4a4d52");
     shape.setAttribute("stroke-width", margin / 6);
@@ -55,14 +56,15 @@ export function patternView(faces, places, panels, light) {
     shape.setAttribute("role", "button");
     shape.setAttribute("aria-label", `Panel ${panel + 1}`);
     shape.dataset.panel = panel;
-    for (const [event, lit] of [["pointerenter", panel], ["pointerleave", -1], ["focus", panel], ["blur", -1]]) {
+    for (const [event, one] of [["pointerenter", panel], ["pointerleave", -1], ["focus", panel], ["blur", -1]]) {
       shape.addEventListener(event, () => {
-        shape.setAttribute("fill", lit < 0 ? numberColor(panel) : "#ffc740");
-        light(lit);
+        fill(one);
+        light(one);
       });
     }
     svg.append(shape);
   }
+  fill(-1);
   const box = element("div", {}, element("p", {className: "quiet"},
     `${paths.size} panel${paths.size === 1 ? "" : "s"}, ${(high[0] - low[0]).toFixed(2)} by ${(high[1] - low[1]).toFixed(2)} m laid out. Point at one, or reach it with Tab, to see its place.`));
   box.append(svg);

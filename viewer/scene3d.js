@@ -1,5 +1,6 @@
 // Draws panes: one or two views of layers, free or through a capture's camera.
 
+import {kViewAngle} from "./orbit.js";
 import {Rasterizer} from "./rasterizer.js";
 
 /// Whether a context draws without a GPU.
@@ -42,7 +43,7 @@ export class Scene3d {
     this.renderer.autoClear = false;
     this.renderer.setClearColor(kBackground);
     this.scene = new THREE.Scene();
-    this.camera = new THREE.PerspectiveCamera(36, 1, 0.02, 400);
+    this.camera = new THREE.PerspectiveCamera(kViewAngle, 1, 0.02, 400);
     this.ground = ground();
     this.scene.add(this.ground.group);
     this.layers = [];

@@ -4,17 +4,35 @@ import {byId, element, refill, say} from "./data.js";
 import {labelSwatches} from "./panels.js";
 import {patternView} from "./pattern.js";
 
+/// A finding without its head: of "warning frames-few [person]: four frames", what and where. A word before a
+/// colon may be a name as well: it is a head after a severity or before a place alone.
+export function withoutHead(text) {
+  const [head, frame, first, second] =
+    text.match(/^(frame \d+: )?(?:(?:error|warning|note) [a-z0-9-]+(?: \[([^\]]*)\])?|[a-z0-9-]+ \[([^\]]*)\]): /) ?? [];
+  const place = first ?? second;
+  return head === undefined ? text : (frame ?? "") + (place ? place + ": " : "") + text.slice(head.length);
+}
+
 export class SidePanel {
   constructor(app) {
     this.app = app;
     this.tab = null;  // what was chosen
   }
 
-  /// What there is to say of the camera's image.
+  /// What there is to say of the camera's image, and which of its overlays there are.
   tellOfImage(note) {
     if (this.imageNote) {
       this.imageNote.textContent = note;
+      this.offerOverlays();
     }
+  }
+
+  offerOverlays() {
+    const {found, overlays} = this.app.now.cameras;
+    for (const [name, label] of Object.entries(this.overlayLabels)) {
+      label.hidden = !found.has(name);
+    }
+    this.labelNames.hidden = !overlays.labels || !found.has("labels");
   }
 
   tabs() {
@@ -56,11 +74,22 @@ export class SidePanel {
 
   show() {
     this.showTabs();
+    this.darken();
     this.video = null;
     this.imageNote = null;
     const show = {cameras: () => this.camerasParts(), pattern: () => this.patternParts(),
       video: () => this.videoParts(), findings: () => this.findingsParts()}[this.tab];
     refill(byId("side-body"), ...show());
+  }
+
+  /// A pattern that goes from the side, or is drawn anew there, leaves no panel lit up that the pointer could
+  /// not leave: under the pointer the new one lights up again.
+  darken() {
+    const lit = this.app.timelines.flatMap(({layers}) => layers).filter(layer => layer.lit >= 0);
+    lit.forEach(layer => { layer.lit = -1; });
+    if (lit.length > 0) {
+      this.app.load();
+    }
   }
 
   camerasParts() {
@@ -79,18 +108,19 @@ export class SidePanel {
           this.app.touch();
         }});
       parts.push(element("label", {className: "slider"}, "Meshes over the image ", opacity));
-      const swatches = element("div", {className: "toggles", hidden: !cameras.overlays.labels}, ...labelSwatches());
-      parts.push(element("div", {className: "toggles"}, ...[["keypoints", "detected keypoints"],
+      this.labelNames = element("div", {className: "toggles"}, ...labelSwatches());
+      this.overlayLabels = Object.fromEntries([["keypoints", "detected keypoints"],
         ["projected", "keypoints in space"], ["mask", "mask"], ["labels", "labels"]].map(([name, words]) => {
         const check = element("input", {type: "checkbox", checked: cameras.overlays[name], onchange: () => {
           cameras.overlays[name] = check.checked;
-          swatches.hidden = !cameras.overlays.labels;
+          this.offerOverlays();
           this.app.writeAddress();
           this.app.load();
         }});
-        return element("label", {}, check, " ", words);
-      })));
-      parts.push(swatches, cameras.canvas);
+        return [name, element("label", {}, check, " ", words)];
+      }));
+      this.offerOverlays();
+      parts.push(element("div", {className: "toggles"}, ...Object.values(this.overlayLabels)), this.labelNames, cameras.canvas);
       this.imageNote = element("p", {className: "quiet"});
       parts.push(this.imageNote);
     } else {
@@ -129,11 +159,8 @@ export class SidePanel {
         const layer = layers[i];
         box.append(element("h2", {}, layer.info.name), patternView(topology.arrays.pattern_faces,
           topology.arrays.pattern, layer.panels(topology).panels, panel => {
-            layer.highlightPanel(panel, topology);
-            if (panel < 0) {
-              this.app.load();
-            }
-            this.app.touch();
+            layer.lit = panel;
+            this.app.load();
           }));
       });
     }, error => say(error.message, true));

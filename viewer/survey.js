@@ -1,6 +1,8 @@
 // What the page computes of the frames that nobody looked at yet: a torn frame or cloth that slips is
 // told without anybody having come upon it.
 
+import {besideOf, heightOf} from "./timeline.js";
+
 const kRest = 1000;  // ms without a request, from which on work in the background disturbs nobody
 
 /// Figures of all frames of what is shown, file by file while nothing plays and nobody has asked for
@@ -53,30 +55,25 @@ function marksOf(layer) {
 
 const percent = share => `${(100 * share).toFixed(0)} %`;
 
-/// Values that are so far above the median, in median absolute deviations, are none of the others.
+/// Values that are so far above the others (heightOf) are none of them.
 const kStandsOut = 8;
 
-function isHigh(values) {
-  const sorted = values.filter(Number.isFinite).sort((a, b) => a - b);
-  const middle = sorted[sorted.length >> 1];
-  const spread = sorted.map(value => Math.abs(value - middle)).sort((a, b) => a - b)[sorted.length >> 1];
-  return value => value > middle + kStandsOut * 1.4826 * spread;
+/// Frames whose edges are off by more than a centimetre, and by far more than in other frames, and that
+/// stand alone: of what changes and stays, two frames are off alike. At the ends, and among a few frames,
+/// where nobody can tell these apart, by more than three centimetres.
+export function tornFrames(deviation) {
+  const count = deviation.length;
+  const least = i => i === 0 || i === count - 1 || count < kFew ? 0.03 : 0.01;  // m
+  return deviation.flatMap((value, i) => value > least(i) &&
+    value > 1.5 * Math.max(deviation[i - 1] || 0, deviation[i + 1] || 0) &&
+    heightOf(deviation, i, besideOf(i, count)) > kStandsOut ? [i] : []);
 }
 
-/// Frames whose edges are off by more than a centimetre, and by far more than in other frames, and that
-/// stand alone: of what changes and stays, two frames are off alike. At the ends, where nobody can tell
-/// these apart, by more than three centimetres.
-export function tornFrames(deviation) {
-  const isTorn = isHigh(deviation);
-  const least = i => i === 0 || i === deviation.length - 1 ? 0.03 : 0.01;  // m
-  return deviation.flatMap((value, i) => value > least(i) && isTorn(value) &&
-    value > 1.5 * Math.max(deviation[i - 1] ?? 0, deviation[i + 1] ?? 0) ? [i] : []);
-}
+const kFew = 7;  // frames
 
 /// Frames in which the strain is more than 3 % above that of the frame before, and rises far more than
 /// elsewhere.
 export function suddenRises(strain) {
   const rises = strain.map((value, i) => i > 0 && Number.isFinite(strain[i - 1]) ? Math.abs(value - strain[i - 1]) : NaN);
-  const isJump = isHigh(rises);
-  return rises.flatMap((rise, i) => rise > 0.03 && strain[i] > strain[i - 1] && isJump(rise) ? [i] : []);
+  return rises.flatMap((rise, i) => rise > 0.03 && strain[i] > strain[i - 1] && heightOf(rises, i) > kStandsOut ? [i] : []);
 }

@@ -7,23 +7,53 @@ const labelOf = one => [one.stage, one.name].filter(Boolean).join(": ");
 const valuesOf = one => typeof one.values === "function" ? one.values() : one.values;
 
 function median(sorted) {
-  return sorted[sorted.length >> 1];
+  const half = sorted.length >> 1;
+  return sorted.length % 2 ? sorted[half] : (sorted[half - 1] + sorted[half]) / 2;
 }
 
-/// How far the largest of the values is above their median, in median absolute deviations (scaled to
-/// the standard deviation of a normal distribution); where more than half are the same, and these
-/// are 0, in standard deviations. -1: of fewer than three values.
-export function peakHeight(values) {
-  const known = values.filter(Number.isFinite).sort((a, b) => a - b);
-  if (known.length < 3) {
+/// How far a value is above the median of the others, in median absolute deviations (scaled to the
+/// standard deviation of a normal distribution) that are taken for a quarter of the median at least;
+/// Infinity: the others are all the same. -1: of fewer than three values.
+/// @param isLeftOut  of an index: it says nothing of how the others are
+export function heightOf(values, index, isLeftOut = () => false) {
+  const others = values.filter((value, i) => i !== index && !isLeftOut(i) && Number.isFinite(value)).sort((a, b) => a - b);
+  if (others.length === 0 || values.filter(Number.isFinite).length < 3) {
     return -1;
   }
-  const middle = median(known);
-  const spread = 1.4826 * median(known.map(value => Math.abs(value - middle)).sort((a, b) => a - b));
+  const middle = median(others);
+  const spread = median(others.map(value => Math.abs(value - middle)).sort((a, b) => a - b));
+  return (values[index] - middle) / (1.4826 * Math.max(spread, Math.abs(middle) / 4)) || 0;
+}
+
+/// Of a frame, the frames beside it, which what is wrong with it raises, too: but for the first and the
+/// last, which are compared to the nearer of two.
+export function besideOf(index, count) {
+  return i => Math.abs(i - index) === 1 && i > 0 && i < count - 1;
+}
+
+/// How high the largest of the values stands above the others (heightOf); where these are all the same, in
+/// standard deviations of all. -1: of fewer than three values.
+export function peakHeight(values) {
+  const known = values.filter(Number.isFinite);
+  const peak = values.indexOf(Math.max(...known));
+  const height = heightOf(values, peak, besideOf(peak, values.length));
+  if (height !== Infinity) {
+    return height;
+  }
   const mean = known.reduce((sum, value) => sum + value, 0) / known.length;
   const deviation = Math.sqrt(known.reduce((sum, value) => sum + (value - mean) ** 2, 0) / known.length);
-  // Rounding makes a spread of what stays the same.
-  return (known.at(-1) - middle) / (spread > 1e-3 * Math.abs(middle) ? spread : deviation || 1);
+  return (values[peak] - mean) / deviation;
+}
+
+/// Index of the frame whose number is nearest.
+export function nearestFrame(frames, frameId) {
+  let best = 0;
+  frames.forEach((id, i) => {
+    if (Math.abs(id - frameId) < Math.abs(frames[best] - frameId)) {
+      best = i;
+    }
+  });
+  return best;
 }
 
 export class Timeline {
@@ -53,13 +83,7 @@ export class Timeline {
   }
 
   nearest(frameId) {
-    let best = 0;
-    this.frames.forEach((id, i) => {
-      if (Math.abs(id - frameId) < Math.abs(this.frames[best] - frameId)) {
-        best = i;
-      }
-    });
-    return best;
+    return nearestFrame(this.frames, frameId);
   }
 
   set({frames, fps, marks, series}, jump) {

@@ -204,16 +204,21 @@ TEST_F(ViewControl, TwoSimulators_AreShownBesideEachOtherWithTheirStrain) {
             "eval:atelier.timelines.map(one => one.info.name)", colour, kSettled,
             "eval:document.getElementById('legend').textContent",
             "eval:[...document.getElementById('series').options].some(one => "
-            "one.textContent.includes('kinetic energy'))"});
-  ASSERT_EQ(looked.values.size(), 7) << looked.messages;
+            "one.textContent.includes('kinetic energy'))",
+            "wait:atelier.now.surveyed",
+            "eval:atelier.now.info.marks.filter(mark => mark.text.includes('torn')).map(mark => "
+            "mark.text)"});
+  ASSERT_EQ(looked.values.size(), 8) << looked.messages;
   EXPECT_GT(looked.values[0], 0.005) << "the skirt of the one";
   EXPECT_GT(looked.values[1], 0.005) << "and of the other";
   EXPECT_GT(looked.values[2], 0.005) << "on its body";
   EXPECT_EQ(looked.values[3], nlohmann::json({{3, 3}, {3, 3}}));
   EXPECT_EQ(looked.values[4],
             nlohmann::json({"xpbd: Simulation", "projective-friction: Simulation"}));
-  EXPECT_THAT(looked.values[5].get<std::string>(), AllOf(HasSubstr("strain"), HasSubstr("10 %")));
+  EXPECT_THAT(looked.values[5].get<std::string>(),
+              AllOf(HasSubstr("strain"), HasSubstr("10 % and more")));
   EXPECT_EQ(looked.values[6], true);
+  EXPECT_EQ(looked.values[7], nlohmann::json::array()) << "four sound frames";
   EXPECT_THAT(looked.messages, IsEmpty());
 }
 
@@ -245,6 +250,116 @@ TEST_F(ViewControl, Address_HoldsWhatLiesOverImagesAndWhichFigureIsChosen) {
            {kSettled, "wait:atelier.now.surveyed && atelier.now.cameras.agreement", state});
   EXPECT_EQ(again.values.at(0), first.values[0]);
   EXPECT_THAT(again.messages, IsEmpty());
+}
+
+TEST_F(ViewControl, Address_HoldsTheOverlaysOfBothViews) {
+  SKIP_WITHOUT_BROWSER();
+  const fs::path out = own_.path() / "page";
+  ASSERT_EQ(view({workspace().string(), "--beside", (folder_->path() / "capture").string(), "--out",
+                  out.string()})
+                .exit_code,
+            0);
+  const std::string address = "file://" + (out / "index.html").string();
+  const std::string state =
+      "eval:[0, 1].map(i => { const one = atelier.timelines[atelier.panes[i].timeline].cameras; "
+      "return [one.selected, one.overlays, one.showFrusta, one.showSkeleton]; })";
+  const Looked first = look(
+      address, {kSettled, "key:c", kSettled,
+                "wait:([...document.querySelectorAll('#side-body .toggles label')].find(one => "
+                "one.textContent.includes('detected')).click(), true)",
+                "wait:(document.getElementById('toggle-cameras').click(), true)", kSettled, "key:p",
+                kSettled, state, "eval:(atelier.writeAddress(true), location.hash)"});
+  ASSERT_EQ(first.values.size(), 2) << first.messages;
+  EXPECT_EQ(first.values[0][0][0], 0);
+  EXPECT_EQ(first.values[0][0][1]["keypoints"], false);
+  EXPECT_EQ(first.values[0][0][2], true);
+  EXPECT_EQ(first.values[0][1][1]["keypoints"], true);
+  const Looked again = look(address + first.values[1].get<std::string>(), {kSettled, state});
+  EXPECT_EQ(again.values.at(0), first.values[0]);
+  EXPECT_THAT(again.messages, IsEmpty());
+}
+
+TEST_F(ViewControl, AddressOfAFrameAlone_GoesThere) {
+  SKIP_WITHOUT_BROWSER();
+  const std::string typed =
+      "wait:(addEventListener('hashchange', () => globalThis.hasTyped = true), location.hash = "
+      "'#frame=1', true)";
+  const Looked looked =
+      look(page() + "#frame=2",
+           {kSettled, kShownFrame, "eval:atelier.orbit.text()", typed, "wait:globalThis.hasTyped",
+            kSettled, kShownFrame, "eval:atelier.orbit.text()",
+            "eval:document.getElementById('frame').value"});
+  ASSERT_EQ(looked.values.size(), 5) << looked.messages;
+  EXPECT_EQ(looked.values[0], "2");
+  EXPECT_EQ(looked.values[2], "1");
+  EXPECT_EQ(looked.values[3], looked.values[1]) << "seen from where it was";
+  EXPECT_EQ(looked.values[4], "1");
+  EXPECT_THAT(looked.messages, IsEmpty());
+}
+
+/// A plate, 4 m wide and 1 m high, with colours of its vertices if they are given (" R G B").
+fs::path plate(const fs::path& file, const std::string& color) {
+  std::ofstream ply(file);
+  ply << "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\n"
+         "property float z\n"
+      << (color.empty() ? "" : "property uchar red\nproperty uchar green\nproperty uchar blue\n")
+      << "element face 2\nproperty list uchar int vertex_indices\nend_header\n";
+  for (const char* place : {"0 0 0", "4 0 0", "4 1 0", "0 1 0"}) {
+    ply << place << color << "\n";
+  }
+  ply << "3 0 1 2\n3 0 2 3\n";
+  return file;
+}
+
+TEST_F(ViewControl, Mesh_OffersTheColoursThatItHasAndOpensInThem) {
+  SKIP_WITHOUT_BROWSER();
+  const std::string offered =
+      "eval:[...document.querySelectorAll('#layers select')].map(one => [one.value, "
+      "...[...one.options].map(option => option.value)])";
+  const std::string green = share("g > r + 60 && g > b + 60");
+  for (const bool has_colors : {true, false}) {
+    const fs::path out = own_.path() / (has_colors ? "green" : "grey");
+    const fs::path file = plate(out.string() + ".ply", has_colors ? " 20 200 20" : "");
+    ASSERT_EQ(view({file.string(), "--out", out.string()}).exit_code, 0);
+    const Looked looked =
+        look("file://" + (out / "index.html").string() + (has_colors ? "" : "#frame=0"),
+             {kSettled, offered, green, "eval:document.getElementById('legend').hidden"});
+    ASSERT_EQ(looked.values.size(), 3) << looked.messages;
+    if (has_colors) {
+      EXPECT_EQ(looked.values[0], nlohmann::json::parse(R"([["colors", "plain", "colors"]])"));
+      EXPECT_GT(looked.values[1], 0.05);
+    } else {
+      EXPECT_EQ(looked.values[0], nlohmann::json::array());
+      EXPECT_LT(looked.values[1], 0.0001);
+    }
+    EXPECT_EQ(looked.values[2], true);
+    EXPECT_THAT(looked.messages, IsEmpty());
+  }
+}
+
+TEST_F(ViewControl, ViewsBesideEachOther_ShowAllOfAWideMesh) {
+  SKIP_WITHOUT_BROWSER();
+  const fs::path file = plate(own_.path() / "plate.ply", "");
+  const fs::path out = own_.path() / "page";
+  ASSERT_EQ(view({file.string(), "--beside", file.string(), "--out", out.string()}).exit_code, 0);
+  const Looked looked =
+      look("file://" + (out / "index.html").string(),
+           {kSettled,
+            "wait:(atelier.orbit.azimuth = atelier.orbit.elevation = 0, atelier.touch(), true)",
+            kSettled,
+            "eval:atelier.drawnPanes.flatMap(pane => [[0, 0, 0], [4, 0, 0], [4, 1, 0], [0, 1, "
+            "0]].map(place => { const x = atelier.view.pixelOf(place, pane, atelier.orbit)[0] / "
+            "atelier.view.width; return x > pane.x && x < pane.x + pane.width; }))"});
+  EXPECT_EQ(looked.values.at(0), nlohmann::json(std::vector<bool>(8, true)));
+  EXPECT_THAT(looked.messages, IsEmpty());
+}
+
+TEST_F(ViewControl, HelpThatIsLeftByEscape_IsToldAsClosed) {
+  SKIP_WITHOUT_BROWSER();
+  const std::string told = "eval:document.getElementById('help').getAttribute('aria-expanded')";
+  const Looked looked = look(page(), {kSettled, "key:?", told, "key:Escape", told});
+  EXPECT_EQ(looked.values.at(0), "true");
+  EXPECT_EQ(looked.values.at(1), "false");
 }
 
 TEST_F(ViewControl, NamesOfLayersAndFindings_AreText) {

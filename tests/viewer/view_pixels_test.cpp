@@ -324,6 +324,56 @@ TEST_F(ViewPixels, PanelUnderThePointer_LightsUpOnTheGarment) {
   EXPECT_THAT(looked.messages, IsEmpty());
 }
 
+TEST_F(ViewPixels, PanelUnderThePointer_StaysLitOverFramesAndGoesOutWithItsTab) {
+  SKIP_WITHOUT_BROWSER();
+  const std::string lit_in_3d = "atelier.now.layers.find(one => one.info.name === 'lower')";
+  // Of the pattern the panels that are lit, and how much of the garment is.
+  const std::string lit =
+      "eval:[[...document.querySelectorAll('#side-body svg path')].filter(one => "
+      "one.getAttribute('fill') === '#ffc740').map(one => one.dataset.panel), (one => one.mode === "
+      "1 && one.tints.some((tint, i) => i % 3 === 0 && tint === 1))(" +
+      lit_in_3d + ")]";
+  const std::string over =
+      "move:(() => { const box = document.querySelectorAll('#side-body svg path')[1]"
+      ".getBoundingClientRect(); return [box.x + box.width / 2, box.y + box.height / 2]; })()";
+  const std::string drawn = "wait:document.querySelector('#side-body svg')";
+  const Looked looked = look(address(), {kSettled,
+                                         tab("Capture"),
+                                         kSettled,
+                                         tab("Pattern"),
+                                         drawn,
+                                         over,
+                                         kSettled,
+                                         lit,
+                                         "key:ArrowRight",
+                                         kSettled,
+                                         "eval:atelier.timeline.index",
+                                         lit,
+                                         "key: ",
+                                         "wait:atelier.timeline.index !== 1",
+                                         "key: ",
+                                         kSettled,
+                                         lit,
+                                         tab("Findings"),
+                                         kSettled,
+                                         lit,
+                                         tab("Pattern"),
+                                         drawn,
+                                         over,
+                                         kSettled,
+                                         lit});
+  ASSERT_EQ(looked.values.size(), 10) << looked.messages;
+  const nlohmann::json kBoth = {{"1"}, true};
+  EXPECT_EQ(looked.values[2], kBoth);
+  EXPECT_EQ(looked.values[3], 1);
+  EXPECT_EQ(looked.values[4], kBoth) << "in the next frame";
+  EXPECT_EQ(looked.values[5], kBoth) << "having played";
+  EXPECT_EQ(looked.values[7], nlohmann::json({nlohmann::json::array(), false}))
+      << "the pattern is not seen";
+  EXPECT_EQ(looked.values[9], kBoth);
+  EXPECT_THAT(looked.messages, IsEmpty());
+}
+
 TEST_F(ViewPixels, Avatar_HasItsTextureAndALightThatMoves) {
   SKIP_WITHOUT_BROWSER();
   const auto light = [](int degrees) {
@@ -520,6 +570,26 @@ TEST(ViewCapture, KeypointsMasksAndLabels_LieOverTheImage) {
       << "upper garments are blue";
   EXPECT_EQ(looked.values[11], nlohmann::json({40, 40, 40, 255})) << "background";
   EXPECT_THAT(looked.values[12].get<std::string>(), HasSubstr("upper")) << "what the colours mean";
+  EXPECT_THAT(looked.messages, IsEmpty());
+}
+
+TEST(ViewCapture, OverlaysThatAreOffered_AreThoseThatTheImageHas) {
+  SKIP_WITHOUT_BROWSER();
+  const TemporaryDirectory root;
+  write_small_capture(root.path() / "capture", SmallCapture());
+  fs::remove_all(root.path() / "capture/masks");
+  fs::remove_all(root.path() / "capture/labels");
+  ASSERT_EQ(view({(root.path() / "capture").string(), "--out", (root.path() / "page").string()})
+                .exit_code,
+            0);
+  const Looked looked =
+      look("file://" + (root.path() / "page/index.html").string(),
+           {"key:c", kSettled, "wait:atelier.now.cameras.canvas.width === 64", kSettled,
+            "eval:[...document.querySelectorAll('#side-body .toggles label')].filter(one => "
+            "one.checkVisibility()).map(one => one.textContent.trim())"});
+  EXPECT_THAT(
+      looked.values.at(0).get<std::vector<std::string>>(),
+      AllOf(Contains("detected keypoints"), Not(Contains("labels")), Not(Contains("mask"))));
   EXPECT_THAT(looked.messages, IsEmpty());
 }
 
