@@ -56,7 +56,7 @@ class RenderRefused(Temporary):
                 atelier.write_image(self.folder / "a.png", image)
 
     def test_extensions_that_are_not_known_are_refused(self):
-        with self.assertRaises(atelier.LogicError):
+        with self.assertRaisesRegex(atelier.DataError, r"\.xyz'; expected \.png"):
             atelier.write_image(self.folder / "a.xyz", np.zeros((2, 2, 3), np.uint8))
 
     def test_camera_and_options_that_cannot_be_are_refused(self):
