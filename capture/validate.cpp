@@ -274,37 +274,38 @@ void settle_turns(std::vector<Finding>& findings, const Dataset& dataset,
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
     hanging += hangs(c) ? 1 : 0;
   }
-  const auto blame_keypoints = [](Finding& finding, const std::string& cameras) {
-    finding.code = "keypoints-turned";
-    finding.what = std::string(cameras == "all" ? "all" : "its") +
-                   " keypoints are of the images as their EXIF says to show them, turned by "
-                   "180 degrees";
-    finding.advice = "read them so";
-    finding.setting = "--capture.keypoints " + cameras + "=turned_180";
+  // The cameras whose half a turn EXIF says, as a setting names them; "" where a finding is of
+  // none.
+  const auto told_by_exif = [&](const Finding& finding) -> std::string {
+    if (finding.code != "camera-turned") {
+      return "";
+    }
+    if (finding.setting == "--capture.turned all=180") {
+      return hanging == dataset.cameras.size() ? "all" : "";
+    }
+    const Index c = camera_index(dataset, finding.place);
+    return c >= 0 && hangs(static_cast<std::size_t>(c)) &&
+                   finding.setting == "--capture.turned " + finding.place + "=180"
+               ? finding.place
+               : "";
   };
   std::vector<Finding> settled;
   for (Finding& finding : findings) {
-    if (finding.code == "camera-turned" && finding.setting == "--capture.turned all=180" &&
-        hanging == dataset.cameras.size()) {
-      blame_keypoints(finding, "all");
-      settled.push_back(std::move(finding));
-      continue;
+    if (const std::string cameras = told_by_exif(finding); !cameras.empty()) {
+      finding.code = "keypoints-turned";
+      finding.what = std::string(cameras == "all" ? "all" : "its") +
+                     " keypoints are of the images as their EXIF says to show them, turned by "
+                     "180 degrees";
+      finding.advice = "read them so";
+      finding.setting = "--capture.keypoints " + cameras + "=turned_180";
     }
     const Index c = camera_index(dataset, finding.place);
-    if (c < 0 || (finding.code != "image-turned" && finding.code != "camera-turned")) {
+    if (c < 0 || finding.code != "image-turned") {
       settled.push_back(std::move(finding));
       continue;
     }
     const CameraFrames& frames = dataset.frames[static_cast<std::size_t>(c)];
     const Camera& camera = dataset.cameras[static_cast<std::size_t>(c)];
-    if (finding.code == "camera-turned") {
-      if (hangs(static_cast<std::size_t>(c)) &&
-          finding.setting == "--capture.turned " + camera.id + "=180") {
-        blame_keypoints(finding, camera.id);
-      }
-      settled.push_back(std::move(finding));
-      continue;
-    }
     const bool proven = is_proven(dataset, keypoints, static_cast<std::size_t>(c));
     if (proven && frames.turn % 4 != 0 && finding.setting.empty()) {
       continue;

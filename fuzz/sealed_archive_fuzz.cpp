@@ -1,21 +1,12 @@
-#include <algorithm>
 #include <vector>
 
 #include "core/seal/tar.h"
+#include "fuzz/read_on.h"
 #include "fuzz/reader.h"
 
 ATELIER_FUZZ_READER(sealed_archive) {
   std::size_t at = 0;
-  atelier::TarReader archive(
-      [&](std::span<std::uint8_t> buffer) {
-        const std::size_t count = std::min(buffer.size(), bytes.size() - at);
-        std::transform(bytes.begin() + static_cast<std::ptrdiff_t>(at),
-                       bytes.begin() + static_cast<std::ptrdiff_t>(at + count), buffer.begin(),
-                       [](std::byte byte) { return static_cast<std::uint8_t>(byte); });
-        at += count;
-        return count;
-      },
-      "archive");
+  atelier::TarReader archive(read_on(bytes, at), "archive");
   std::vector<std::uint8_t> piece(1000);
   for (auto entry = archive.next(); entry; entry = archive.next()) {
     ATELIER_CHECK(atelier::is_safe_tar_path(entry->path), "a path that leaves the folder");

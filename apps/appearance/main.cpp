@@ -2,21 +2,16 @@
 // that `atelier` has prepared, so that no other command waits for libtorch and a machine that
 // trains needs neither images nor the capture.
 #include <algorithm>
-#include <array>
 #include <chrono>
-#include <cmath>
 #include <csignal>
 #include <cstdio>
 #include <exception>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
-#include <mutex>
 #include <optional>
 #include <set>
-#include <sstream>
 #include <string>
-#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -27,8 +22,9 @@
 #include "appearance/appearance_colors.h"
 #include "appearance/body_surfaces.h"
 #include "appearance/learnt.h"
+#include "appearance/network/launch.h"
+#include "appearance/network/network_files.h"
 #include "appearance/network/painter.h"
-#include "appearance/network/peer_place.h"
 #include "appearance/network/peers.h"
 #include "appearance/network/train.h"
 #include "appearance/painted_picture.h"
@@ -40,13 +36,9 @@
 #include "core/device.h"
 #include "core/error.h"
 #include "core/exit_code.h"
-#include "core/file_kind.h"
-#include "core/io/child_program.h"
 #include "core/io/safetensors.h"
 #include "core/not_converged.h"
-#include "core/renamed_options.h"
 #include "core/usage_error.h"
-#include "core/writable_place.h"
 
 namespace {
 
@@ -74,9 +66,6 @@ constexpr const char* kNoMemory =
 
 volatile std::sig_atomic_t stopping = 0;
 
-/// Who starts the processes that train together.
-enum class Launcher { Self, Torchrun, Slurm };
-
 /// The arguments on the command line.
 struct Arguments {
   std::vector<std::string> places;
@@ -86,9 +75,7 @@ struct Arguments {
   TrainOptions options;
   PaintOptions paint;
   int ahead = 0;
-  Launcher launcher = Launcher::Self;
-  int rank = -1;
-  std::string rendezvous;
+  LaunchOptions launch;  ///< without what the fields above say
 };
 
 /// The options that a command takes: one of another command would do nothing.
@@ -100,12 +87,12 @@ OptionTable options_of(const std::string& command, Arguments& arguments) {
     table.add("log", arguments.log, std::vector<std::string>{},
               "CSV file with a line for every training step");
     table.add(
-        "launcher", arguments.launcher,
+        "launcher", arguments.launch.launcher,
         {{"self", Launcher::Self}, {"torchrun", Launcher::Torchrun}, {"slurm", Launcher::Slurm}},
         "Program that starts the processes: this one, torchrun, or Slurm's srun");
-    table.add("rank", arguments.rank, -1, kMostProcesses - 1, "",
+    table.add("rank", arguments.launch.rank, -1, kMostProcesses - 1, "",
               "Number of this process among those that train together; below 0: it starts them");
-    table.add("rendezvous", arguments.rendezvous, std::vector<std::string>{},
+    table.add("rendezvous", arguments.launch.rendezvous, std::vector<std::string>{},
               "File through which processes with a rank find each other");
   }
   table.add("device", arguments.device, {{"cpu", Device::Cpu}, {"cuda", Device::Cuda}},
@@ -150,271 +137,11 @@ void write_tensors(const fs::path& path, std::map<std::string, Tensor> tensors,
   write_safetensors(path, {std::move(tensors), std::move(texts)});
 }
 
-/// The content of a file; nothing where there is none.
-std::string text_of(const fs::path& path) {
-  std::ostringstream text;
-  text << std::ifstream(path).rdbuf();
-  return text.str();
-}
-
-/// Whether a file begins as tensors do: the length of a header, eight bytes, and the header.
-bool begins_as_tensors(const fs::path& path) {
-  std::array<char, 9> begin{};
-  return std::ifstream(path, std::ios::binary).read(begin.data(), begin.size()) &&
-         begin.back() == '{';
-}
-
-/// Whether a stage keeps this checkpoint among the work that it has not finished, of which no user
-/// knows: <workspace>/<stage>/.staging-<key>/...
-bool is_of_stage(const fs::path& checkpoint) {
-  return std::any_of(checkpoint.begin(), checkpoint.end(),
-                     [](const fs::path& part) { return part.string().starts_with(".staging-"); });
-}
-
-/// The training that a checkpoint holds. A checkpoint is worth some steps, no more: every refusal
-/// says how to do without it. Nobody is told to remove what is none: a network that was trained to
-/// its end, or somebody's pictures.
-Training checkpoint_of(const fs::path& path, const AppearanceData& data,
-                       const TrainOptions& options) {
-  constexpr const char* kAnother =
-      "a checkpoint, or no file yet; name another --checkpoint, or give --force to the stage that "
-      "trains it";
-  if (!begins_as_tensors(path)) {
-    throw DataError(path.string(), "", "no checkpoint of a training", kAnother);
-  }
-  try {
-    const Safetensors found = read_safetensors(path);
-    if (!found.metadata.contains("training")) {
-      const auto schema = found.metadata.find("schema");
-      const bool network = schema != found.metadata.end() && schema->second == kModelSchema;
-      throw DataError(path.string(), "",
-                      network ? "a finished network, which does not say how to go on"
-                              : "tensors that are no checkpoint of a training",
-                      kAnother);
-    }
-    Training training = training_of(found.tensors, found.metadata, path.string());
-    require_same_training(training, data, options, path.string());
-    return training;
-  } catch (const DataError& error) {
-    if (error.expected == kAnother) {
-      throw;
-    }
-    throw DataError(error.file, error.where, error.found,
-                    is_of_stage(path)
-                        ? "a sound checkpoint; give --force to train from the beginning"
-                        : error.expected +
-                              "; to train from the beginning remove that file, or "
-                              "give --force to the stage that trains it");
-  }
-}
-
-/// The network in a file of <workspace>/<stage>/<result>/<name>: what is wrong with it is said with
-/// the stage that recomputes it.
-AppearanceModel network_at(const fs::path& path) {
-  try {
-    const Safetensors found = read_safetensors(path);
-    return appearance_model_of(found.tensors, found.metadata, path.string());
-  } catch (const DataError& error) {
-    if (error.expected.find(" again") != std::string::npos) {
-      throw;
-    }
-    const std::string folder = path.parent_path().parent_path().parent_path().filename().string();
-    const bool on_truth = folder == "oracle" || renamed_stage(folder) == "oracle";
-    const char* stage = folder == "avatar" ? "avatar" : on_truth ? "oracle" : "appearance";
-    throw DataError(error.file, error.where, error.found,
-                    error.expected + "; run 'atelier " + stage + "' again");
-  }
-}
-
-/// A file on the command line.
-struct Place {
-  std::string name;  // "MODEL"
-  fs::path path;     // "": it was left out
-};
-
-bool is_same_file(const fs::path& a, const fs::path& b) {
-  std::error_code unknown;  // of what is not there, or may not be looked at
-  const fs::path real = fs::weakly_canonical(a, unknown);
-  return fs::equivalent(a, b, unknown) ||
-         (!real.empty() && real == fs::weakly_canonical(b, unknown));
-}
-
-/// Refuses one file in two places: what is written would replace what is read, or the other.
-void require_different(const std::vector<Place>& places) {
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    for (std::size_t j = 0; j < i; ++j) {
-      if (!places[i].path.empty() && !places[j].path.empty() &&
-          is_same_file(places[i].path, places[j].path)) {
-        throw UsageError(places[j].name + " and " + places[i].name +
-                         " are one file: " + places[i].path.string());
-      }
-    }
-  }
-}
-
-/// Refuses a file that could not be written in the end, and to put one in the place of a device, a
-/// link or a folder.
-void require_result_place(const fs::path& path) {
-  if (path.empty()) {
-    return;
-  }
-  const fs::file_type kind = link_kind(path);
-  if (kind != fs::file_type::not_found && kind != fs::file_type::regular) {
-    throw DataError(path.string(), "", "a link, device or folder",
-                    "a regular file, or none yet, to write to");
-  }
-  require_file_place(path);
-}
-
-/// How a file of a kind begins.
-bool begins_with(const fs::path& path, std::string_view begin) {
-  std::string found(begin.size(), '\0');
-  std::ifstream(path, std::ios::binary)
-      .read(found.data(), static_cast<std::streamsize>(found.size()));
-  return found == begin;
-}
-
-/// Refuses to replace somebody's file: one that does not begin as those that are written there.
-void require_own_file(const fs::path& path, bool own, const char* kind) {
-  if (fs::exists(path) && !own) {
-    throw DataError(path.string(), "", std::string("no ") + kind + ", and it would be replaced",
-                    std::string("such a file, or none yet"));
-  }
-}
-
-/// The log that is there; "" where there is none. Throws DataError for a text that is no log, which
-/// a log would replace.
-std::string log_at(const fs::path& path) {
-  std::string text = path.empty() ? "" : text_of(path);
-  if (!text.empty() && !text.starts_with(training_log_header())) {
-    throw DataError(path.string(), "first line", "no log of a training, and it would be replaced",
-                    "such a log, or no file");
-  }
-  return text;
-}
-
 /// Rows of a log may not be lost unsaid: what they say decides whether the network is a result.
 void write_rows(std::ofstream& log, const std::string& path) {
   if (log.is_open() && !log.flush()) {
     throw EnvironmentError(path, "cannot be written any more; is the disk full?");
   }
-}
-
-/// Where this process stands among those that train together; nothing where it trains alone.
-std::optional<PeerPlace> peer_place_of(const Arguments& arguments) {
-  const EnvironmentVariables environment = [](const std::string& name) {
-    const char* value = std::getenv(name.c_str());
-    return std::string(value == nullptr ? "" : value);
-  };
-  if (arguments.launcher != Launcher::Self) {
-    if (arguments.options.processes > 1 || arguments.rank >= 0) {
-      throw UsageError("--processes and --rank are said by the launcher; leave them out");
-    }
-    return arguments.launcher == Launcher::Slurm ? slurm_place(environment)
-                                                 : torchrun_place(environment);
-  }
-  if (arguments.rank < 0) {
-    return std::nullopt;
-  }
-  if (arguments.rank >= arguments.options.processes || arguments.rendezvous.empty()) {
-    throw UsageError("--rank is below --processes, and has a --rendezvous");
-  }
-  return PeerPlace{arguments.rank, arguments.options.processes, arguments.rank,
-                   arguments.rendezvous};
-}
-
-/// Chooses this process's GPU before CUDA begins, and its share of the processor.
-void take_place(const PeerPlace& place, const Arguments& arguments) {
-  if (arguments.device == Device::Cuda) {
-    const char* all = std::getenv("CUDA_VISIBLE_DEVICES");
-    std::istringstream listed(all == nullptr ? "" : all);
-    std::string own = std::to_string(place.local_rank);
-    for (int k = 0; all != nullptr && k <= place.local_rank; ++k) {
-      own.clear();
-      std::getline(listed, own, ',');
-    }
-    if (own.empty()) {
-      throw EnvironmentError("CUDA_VISIBLE_DEVICES", std::string(all) + " has no GPU for process " +
-                                                         std::to_string(place.local_rank) +
-                                                         "; start fewer");
-    }
-    setenv("CUDA_VISIBLE_DEVICES", own.c_str(), 1);
-  }
-  if (arguments.launcher == Launcher::Self && std::getenv("OMP_NUM_THREADS") == nullptr) {
-    const unsigned threads =
-        std::thread::hardware_concurrency() / static_cast<unsigned>(arguments.options.processes);
-    setenv("OMP_NUM_THREADS", std::to_string(std::max(1U, threads)).c_str(), 1);
-  }
-}
-
-std::string lost_text(int rank, int processes) {
-  return "process " + std::to_string(rank) + " of " + std::to_string(processes) +
-         " is lost, and a checkpoint goes on with any number of them";
-}
-
-/// An empty file for processes to find each other, gone in the end.
-struct Rendezvous {
-  std::string path = (fs::temp_directory_path() / "atelier-XXXXXX").string();
-
-  Rendezvous() {
-    const int file = mkstemp(path.data());
-    if (file < 0) {
-      throw EnvironmentError(path, "cannot be made");
-    }
-    close(file);
-  }
-  ~Rendezvous() { unlink(path.c_str()); }
-  Rendezvous(const Rendezvous&) = delete;
-  Rendezvous& operator=(const Rendezvous&) = delete;
-};
-
-/// Starts the processes that train together and waits for them: what the first one prints is
-/// printed, and of errors the first.
-int run_together(const std::vector<std::string>& words, int processes) {
-  const Rendezvous rendezvous;
-  std::mutex mutex;
-  std::exception_ptr error;  // of the process that ended first
-  bool whole = true;
-  std::vector<std::thread> threads;
-  for (int rank = 0; rank < processes; ++rank) {
-    std::vector<std::string> own = words;
-    own.insert(own.end(), {"--rank", std::to_string(rank), "--rendezvous", rendezvous.path});
-    threads.emplace_back([&, own, rank] {
-      try {
-        const bool done = run_child_program(
-            "atelier-appearance", own, "",
-            [&](const std::string& line) {
-              if (rank == 0) {
-                std::cout << line << "\n" << std::flush;
-              }
-            },
-            [&] {
-              const std::lock_guard lock(mutex);
-              return stopping != 0 || error != nullptr;
-            });
-        const std::lock_guard lock(mutex);
-        whole = whole && done;
-      } catch (const EnvironmentError& lost) {
-        const bool killed = lost.reason.starts_with("ended by signal");
-        const std::lock_guard lock(mutex);
-        error =
-            error != nullptr ? error
-            : killed
-                ? std::make_exception_ptr(EnvironmentError(lost_text(rank, processes), lost.reason))
-                : std::current_exception();
-      } catch (...) {
-        const std::lock_guard lock(mutex);
-        error = error == nullptr ? std::current_exception() : error;
-      }
-    });
-  }
-  for (std::thread& thread : threads) {
-    thread.join();
-  }
-  if (error != nullptr) {
-    std::rethrow_exception(error);
-  }
-  return whole ? kExitDone : kExitNotConverged;
 }
 
 /// Ends this process because another is lost, whatever it is at.
@@ -457,18 +184,24 @@ int run_training(const Arguments& arguments, const std::vector<std::string>& wor
   if (const std::string problem = training_problem(options, arguments.device); !problem.empty()) {
     throw UsageError(problem);
   }
-  const std::optional<PeerPlace> place = peer_place_of(arguments);
+  LaunchOptions launch = arguments.launch;
+  launch.processes = arguments.options.processes;
+  launch.device = arguments.device;
+  const std::optional<PeerPlace> place = launched_place(launch);
   if (place) {
-    take_place(*place, arguments);
+    take_place(*place, launch);
   }
   check_device(arguments.device);
   if (!place && arguments.options.processes > 1) {
-    return run_together(words, arguments.options.processes);
+    const auto say = [](const std::string& line) { std::cout << line << std::endl; };
+    const bool whole =
+        run_together(words, arguments.options.processes, say, [] { return stopping != 0; });
+    return whole ? kExitDone : kExitNotConverged;
   }
   const AppearanceData data = read_appearance_data(arguments.places[0]);
   Training training;
   if (!arguments.checkpoint.empty() && fs::exists(arguments.checkpoint)) {
-    training = checkpoint_of(arguments.checkpoint, data, options);
+    training = checkpoint_at(arguments.checkpoint, data, options);
   } else {
     training = start_training(data, options);
   }
@@ -502,7 +235,9 @@ int run_training(const Arguments& arguments, const std::vector<std::string>& wor
     std::cout << text << std::flush;
   };
   const pid_t starter = getppid();
-  hooks.stop = [&] { return stopping != 0 || (arguments.rank >= 0 && getppid() != starter); };
+  hooks.stop = [&] {
+    return stopping != 0 || (arguments.launch.rank >= 0 && getppid() != starter);
+  };
   hooks.checkpoint = [&](const Training& state) {
     write_rows(log, arguments.log);
     if (!arguments.checkpoint.empty()) {
@@ -551,7 +286,7 @@ int run_prediction(const Arguments& arguments) {
                      {"DATA", arguments.places[1]},
                      {"COLORS", arguments.places[2]}});
   require_result_place(arguments.places[2]);
-  require_own_file(arguments.places[2], begins_with(arguments.places[2], "ATELIER-ARCHIVE"),
+  require_own_file(arguments.places[2], file_begins_with(arguments.places[2], "ATELIER-ARCHIVE"),
                    "archive of colours");
   const AppearanceModel model = network_at(arguments.places[0]);
   const AppearanceData data = read_appearance_data(arguments.places[1]);
@@ -587,7 +322,7 @@ int run_shaping(const Arguments& arguments) {
                      {"SURFACES", arguments.places[1]},
                      {"OFFSETS", arguments.places[2]}});
   require_result_place(arguments.places[2]);
-  require_own_file(arguments.places[2], begins_with(arguments.places[2], "ATELIER-ARCHIVE"),
+  require_own_file(arguments.places[2], file_begins_with(arguments.places[2], "ATELIER-ARCHIVE"),
                    "archive of offsets");
   const AppearanceModel model = network_at(arguments.places[0]);
   const std::vector<FloatRows> surfaces =

@@ -5,15 +5,17 @@
 #include <set>
 #include <utility>
 
-#include "apps/commands/body_model_input.h"
 #include "apps/console/arguments.h"
 #include "apps/console/command.h"
 #include "apps/console/option_flags.h"
+#include "apps/console/standard_streams.h"
 #include "bodymodel/body_pieces.h"
 #include "bodymodel/formats/body_archive.h"
 #include "bodymodel/formats/gltf_body.h"
+#include "bodymodel/formats/marker_fit.h"
 #include "bodymodel/formats/motion_file.h"
 #include "bodymodel/humanoid.h"
+#include "bodymodel/input/body_input.h"
 #include "bodymodel/measure.h"
 #include "bodymodel/retarget/retarget.h"
 #include "bodymodel/skinning.h"
@@ -42,6 +44,52 @@ namespace {
 
 constexpr double kMinRate = 0.1;  // frames a second
 
+/// Text arguments of `atelier body-model`.
+struct BodyArguments : BodySource {
+  std::string action;
+  std::string motion;
+  std::string out;
+  std::string as;  ///< convert: "body", "motion" or "": what the file holds
+  bool json = false;
+};
+
+struct BodyOptions : BodyInputOptions {
+  std::string asf;  ///< skeleton of an .amc; "": the .asf beside it
+  MotionOptions motion;
+  MarkerFitOptions markers;
+  RetargetOptions retarget;
+  int pictures = 12;
+  PictureOptions picture{.width = 360, .height = 540, .samples = 8, .framing = {}};
+};
+
+OptionTable describe(BodyOptions& options) {
+  OptionTable table;
+  table.add("four_influences", options.four_influences,
+            "At most four joints influencing a vertex, as viewers and game engines expect");
+  table.add("metres_per_unit", options.metres_per_unit, 1e-6, 1e6, "m",
+            "Length of the unit of a glTF, FBX or SMPL-family body; 0.01 where it is in "
+            "centimetres and says metres");
+  table.add("rig", options.rig, {},
+            "MakeHuman rig, .mhskel or MPFB2's rig.*.json; empty: the one beside the body");
+  table.add("weights", options.weights, {},
+            "MakeHuman skinning weights, .mhw or weights.*.json; empty: those beside the body");
+  table.add("macros", describe(options.macros));
+  table.add("asf", options.asf, {}, "Skeleton (.asf) of an .amc motion; empty: the one beside it");
+  table.add("motion", describe(options.motion));
+  table.add("markers", describe(options.markers));
+  table.add("retarget", describe(options.retarget));
+  table.add("pictures", options.pictures, 1, 400, "",
+            "Number of poses on the contact sheet of pose");
+  return table.add(describe(options.picture));
+}
+
+/// Every finding as a line on standard error.
+void show_findings(const std::vector<Finding>& findings) {
+  for (const Finding& finding : findings) {
+    standard_error() << printable(to_string(finding)) << "\n";
+  }
+}
+
 Mesh shown(const BodyModel& model, Points vertices) {
   Mesh mesh;
   mesh.vertices = std::move(vertices);
@@ -55,7 +103,7 @@ int show(const BodyArguments& arguments, const BodyOptions& options) {
                      "': show takes a name with " + kPictureNames);
   }
   require_picture_size(options.picture, 4);
-  const auto [model, shape] = read_body_input(arguments, options);
+  const auto [model, shape] = read_body_input(arguments, options, show_findings);
   const Mesh mesh = shown(model, shape_body(model, shape).vertices);
   // From one distance, so that the images have one scale.
   const std::vector<Camera> cameras =
@@ -91,7 +139,7 @@ BodyMeasurements measured(const BodyModel& model, const Eigen::VectorXd& shape,
 }
 
 int measure(const BodyArguments& arguments, const BodyOptions& options) {
-  auto [model, shape] = read_body_input(arguments, options);
+  auto [model, shape] = read_body_input(arguments, options, show_findings);
   model.skeleton =
       with_smpl_names(model.skeleton, recognised_humanoid(model.skeleton, arguments.body));
   if (find_joint(model.skeleton, "neck") < 0) {
@@ -100,9 +148,10 @@ int measure(const BodyArguments& arguments, const BodyOptions& options) {
   }
   const int pieces = main_piece(model.mesh.vertices, model.mesh.faces).pieces;
   if (pieces > 1) {
-    print({{Severity::Warning, "measure-pieces", arguments.body,
-            std::to_string(pieces) + " pieces of skin, none with four fifths of the volume",
-            "all are measured as one, without mass: take a body without clothes and hair"}});
+    show_findings(
+        {{Severity::Warning, "measure-pieces", arguments.body,
+          std::to_string(pieces) + " pieces of skin, none with four fifths of the volume",
+          "all are measured as one, without mass: take a body without clothes and hair"}});
   }
   const BodyMeasurements found = measured(model, shape, arguments.body);
   nlohmann::ordered_json json;
@@ -148,7 +197,7 @@ int convert_motion(const BodyArguments& arguments, const BodyOptions& options) {
                                                             .markers = options.markers,
                                                             .body = nullptr,
                                                             .shape = {}});
-  print(clip.findings);
+  show_findings(clip.findings);
   write_motion_file(arguments.out, clip);
   std::cout << printable(arguments.out) << ": " << clip.skeleton.names.size() << " joints, "
             << counted(static_cast<std::int64_t>(clip.motion.poses.size()), "frame") << " at "
@@ -160,10 +209,10 @@ void say_what_gltf_lacks(const BodyModel& model, const std::string& file) {
   if (model.shape.empty() && model.correctives.empty()) {
     return;
   }
-  print({{Severity::Note, "gltf-left-out", file,
-          "glTF has no place for " + counted(std::ssize(model.shape), "shape parameter") + " and " +
-              counted(std::ssize(model.correctives), "pose corrective"),
-          "the body is written at its shape, without them; .npz holds all"}});
+  show_findings({{Severity::Note, "gltf-left-out", file,
+                  "glTF has no place for " + counted(std::ssize(model.shape), "shape parameter") +
+                      " and " + counted(std::ssize(model.correctives), "pose corrective"),
+                  "the body is written at its shape, without them; .npz holds all"}});
 }
 
 // glTF has one texture coordinate a vertex.
@@ -193,7 +242,7 @@ int convert_body(const BodyArguments& arguments, const BodyOptions& options) {
                      "': convert takes a name with .npz, .glb, .gltf, .obj or .ply for a body, "
                      ".bvh, .trc, .npz, .glb or .gltf for a motion");
   }
-  const auto [model, shape] = read_body_input(arguments, options);
+  const auto [model, shape] = read_body_input(arguments, options, show_findings);
   if (extension == ".npz") {
     write_body(arguments.out, at_shape(model, shape));
   } else if (is_gltf(extension)) {
@@ -247,20 +296,20 @@ int pose(const BodyArguments& arguments, const BodyOptions& options) {
         kPictureNames);
   }
   require_picture_size(options.picture, sheet_wanted ? options.pictures : 1);
-  const auto [read_model, shape] = read_body_input(arguments, options);
+  const auto [read_model, shape] = read_body_input(arguments, options, show_findings);
   const BodyModel& model = read_model;  // lambdas take no structured bindings
   const MotionClip clip = read_motion_file(arguments.motion, {.motion = options.motion,
                                                               .asf = options.asf,
                                                               .markers = options.markers,
                                                               .body = &model,
                                                               .shape = shape});
-  print(clip.findings);
+  show_findings(clip.findings);
   RetargetOptions retargeting = options.retarget;
   if (extension == ".mp4" && retargeting.fps == 0) {
     retargeting.fps = 30;
   }
   const Retargeted moved = retarget(clip, model, shape, retargeting);
-  print(moved.findings);
+  show_findings(moved.findings);
   const ShapedBody body = shape_body(model, shape);
   const Motion& motion = moved.motion;
   const Index frames = static_cast<Index>(motion.poses.size());
@@ -344,9 +393,10 @@ std::string use_of(const std::string& flag, const BodyArguments& arguments) {
                   : "is for bodies in .glb, .gltf, .fbx and .npz; motions have --motion." + flag;
   }
   if (belongs("macros") || flag == "rig" || flag == "weights") {
-    const std::string instead =
-        is_generated(arguments) ? "; " + arguments.body + " takes --shape stature=1.8,mass=70" : "";
-    return is_makehuman(arguments) ? "" : "is for MakeHuman's base.obj" + instead;
+    const std::string instead = is_generated_body(arguments.body)
+                                    ? "; " + arguments.body + " takes --shape stature=1.8,mass=70"
+                                    : "";
+    return is_makehuman_body(arguments.body) ? "" : "is for MakeHuman's base.obj" + instead;
   }
   if (belongs("motion")) {
     return motion ? "" : "is for a motion";
@@ -386,7 +436,7 @@ void refuse_flags_without_effect(const BodyArguments& arguments, const OptionTab
   if (!arguments.as.empty() && arguments.action != "convert") {
     throw UsageError("--as has no effect here: it is for convert");
   }
-  if (!arguments.target.empty() && !is_makehuman(arguments)) {
+  if (!arguments.target.empty() && !is_makehuman_body(arguments.body)) {
     throw UsageError("--target has no effect here: it is for MakeHuman's base.obj");
   }
   if (!arguments.shape.empty() && arguments.action == "convert" && converts_motion(arguments)) {

@@ -8,16 +8,13 @@
 #include "apps/console/interrupt.h"
 #include "apps/console/option_flags.h"
 #include "apps/console/tell_consent.h"
-#include "capture/frame_reader.h"
-#include "capture/layouts/frame_files.h"
 #include "capture/layouts/join_datasets.h"
 #include "capture/layouts/open_dataset.h"
+#include "capture/layouts/with_cameras.h"
 #include "capture/layouts/write_layout.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/exit_code.h"
-#include "core/io/cameras_file.h"
-#include "core/io/file_bytes.h"
 #include "core/printable.h"
 #include "core/store/digest_meter.h"
 #include "core/store/output_place.h"
@@ -43,55 +40,6 @@ std::string layout_choices() {
     text += (text.empty() ? "" : "|") + name;
   }
   return text;
-}
-
-/// The capture with the cameras of a calibration, by name; those it does not have are left out.
-Dataset with_cameras(Dataset dataset, const std::string& file) {
-  const std::vector<Camera> cameras =
-      parse_cameras_json(read_file_text(file, Limits{}.text_file_bytes), file);
-  std::vector<std::string> there;
-  std::vector<std::string> wanted;
-  there.reserve(cameras.size());
-  wanted.reserve(dataset.cameras.size());
-  for (const Camera& camera : cameras) {
-    there.push_back(camera.id);
-  }
-  for (const Camera& camera : dataset.cameras) {
-    wanted.push_back(camera.id);
-  }
-  const MatchedNames matched = matched_names(wanted, there);
-  Dataset result = dataset;
-  result.cameras.clear();
-  result.frames.clear();
-  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
-    const auto found = std::find_if(cameras.begin(), cameras.end(), [&](const Camera& camera) {
-      return camera.id == matched.names[c];
-    });
-    const CameraFrames& frames = dataset.frames[c];
-    if (found == cameras.end()) {
-      result.findings.push_back({Severity::Warning, "camera-left-out", dataset.cameras[c].id,
-                                 "the calibration does not have it", "calibrate it too"});
-      continue;
-    }
-    if (frames.image_width > 0 &&
-        (frames.image_width != found->width || frames.image_height != found->height)) {
-      throw DataError(
-          file, "camera '" + found->id + "'",
-          std::to_string(found->width) + " x " + std::to_string(found->height) + " pixels",
-          "the images' " + std::to_string(frames.image_width) + " x " +
-              std::to_string(frames.image_height));
-    }
-    result.cameras.push_back(*found);
-    result.cameras.back().id = dataset.cameras[c].id;
-    result.frames.push_back(frames);
-  }
-  if (result.cameras.empty()) {
-    throw DataError(file, "", "no camera of the capture", "those that it has images of");
-  }
-  std::erase_if(result.findings,
-                [](const Finding& finding) { return finding.code == "not-calibrated"; });
-  result.calibrated = true;
-  return result;
 }
 
 /// Writes the layout to ".NAME.unfinished/NAME" beside `out`, and moves it there once it is whole:
@@ -156,34 +104,6 @@ ConvertedPlaces places_of(const ConvertCaptureArguments& arguments) {
     require_outside_input(places.out, in, "OUT", "the capture");
   }
   return places;
-}
-
-/// Whether two captures have the same images: one folder by two names, or a copy. Of each camera
-/// the first, middle and last image are compared.
-bool same_images(const Dataset& a, const Dataset& b) {
-  FrameReader read_a(a);
-  FrameReader read_b(b);
-  bool any = false;
-  for (std::size_t c = 0; c < a.cameras.size(); ++c) {
-    const Index other = camera_index(b, a.cameras[c].id);
-    const std::vector<int> frames = a.frames[c].images.frames();
-    if (other < 0 || frames != b.frames[static_cast<std::size_t>(other)].images.frames()) {
-      return false;
-    }
-    for (std::size_t at = 0; at < 3 && !frames.empty(); ++at) {
-      const int frame = frames[at * (frames.size() - 1) / 2];
-      try {
-        if (read_a.byte_image(static_cast<Index>(c), frame)->data !=
-            read_b.byte_image(other, frame)->data) {
-          return false;
-        }
-      } catch (const DataError&) {  // damaged: it tells nothing
-        continue;
-      }
-      any = true;
-    }
-  }
-  return any;
 }
 
 /// Refuses a capture that is there twice, which would double its sequence.

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -15,19 +14,15 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/exit_code.h"
-#include "core/io/cameras_file.h"
-#include "core/io/file_bytes.h"
-#include "core/io/ground_truth_archive.h"
 #include "core/io/json_text.h"
 #include "core/io/mesh_file.h"
 #include "core/printable.h"
-#include "core/sha256.h"
 #include "core/store/frame_selection.h"
 #include "core/store/output_place.h"
 #include "core/unknown_value.h"
 #include "core/usage_error.h"
 #include "core/writable_place.h"
-#include "pipeline/capture/reconstruct_stage.h"
+#include "pipeline/capture/depth_folder.h"
 
 namespace atelier {
 namespace {
@@ -43,98 +38,6 @@ struct DepthArguments {
   bool json = false;
 };
 
-struct DepthOptions {
-  int frame = -1;
-  DatasetOptions capture;
-  ReconstructOptions reconstruct;
-  double memory = 8;  ///< GiB: images are halved until the work fits
-};
-
-OptionTable describe(DepthOptions& options) {
-  OptionTable table;
-  table.add("frame", options.frame, -1, 1000000000, "",
-            "Number of the frame of the capture; -1: the first with masks or labels");
-  table.add("capture", describe(options.capture));
-  table.add(describe(options.reconstruct));
-  table.add("memory", options.memory, 0.01, 4096, "GiB",
-            "Memory for the frame, all of whose views are processed at once; images are halved in "
-            "size until it suffices");
-  return table;
-}
-
-/// A digest of what the views are: cameras, images, masks.
-std::string digest_of(const std::vector<InstantView>& views) {
-  Sha256 sum;
-  const auto add = [&](const auto& values) {
-    sum.update(values.data(), values.size() * sizeof(values[0]));
-  };
-  for (const InstantView& view : views) {
-    const std::string camera = cameras_json({view.camera});
-    add(camera);
-    add(view.image.data);
-    add(view.mask.data);
-  }
-  return hex(sum.finish());
-}
-
-/// Inputs and options of the maps in a folder: those of other images or options are not mixed.
-/// Where the capture lies does not matter, as machines see it at different places.
-std::string origin_of(const DepthArguments& arguments, const DepthOptions& options, int frame,
-                      const std::vector<InstantView>& views) {
-  DepthOptions of_maps = options;
-  of_maps.capture = {};  // what these two do is in the views
-  of_maps.memory = DepthOptions{}.memory;
-  of_maps.frame = frame;
-  // Steps that only come after the maps.
-  of_maps.reconstruct.fuse = {};
-  of_maps.reconstruct.surface = {};
-  of_maps.reconstruct.labels = {};
-  of_maps.reconstruct.hull_support = false;
-  const nlohmann::ordered_json origin = {
-      {"schema", "atelier-depth"},
-      {"version", 1},
-      {"views", digest_of(views)},
-      {"device", arguments.device},
-      {"options", nlohmann::json::parse(canonical_json(describe(of_maps)))}};
-  return json_text(origin, 1);
-}
-
-/// Differences of two origins, in words.
-std::string difference_of(const nlohmann::json& there, const nlohmann::json& wanted) {
-  const auto differs = [&](const char* key) {
-    return there.value(key, nlohmann::json()) != wanted.at(key);
-  };
-  if (differs("views")) {
-    return "other images: of another capture or frame, or of another size (--memory)";
-  }
-  if (differs("device")) {
-    return "another device";
-  }
-  return "other options";
-}
-
-/// Where the maps go: a new folder, or one that was begun with the same options.
-void open_folder(const fs::path& folder, const std::string& origin) {
-  const fs::path file = folder / "depth.json";
-  if (!fs::exists(file)) {
-    require_new_place(folder, "OUT");
-    require_folder_place(folder);
-    return;
-  }
-  const std::string there = read_file_text(file, 1 << 24);
-  if (there == origin) {
-    return;
-  }
-  const nlohmann::json said = nlohmann::json::parse(there, nullptr, false);
-  if (!said.is_object() || said.value("schema", nlohmann::json()) != "atelier-depth") {
-    throw DataError(file.string(), "", "no record of what the maps were made from",
-                    "the file that depth wrote; give a new folder, or remove " + folder.string());
-  }
-  throw UsageError("OUT " + folder.string() + " holds maps of " +
-                   difference_of(said, nlohmann::json::parse(origin)) +
-                   "; give a new folder, or remove it");
-}
-
 /// The mesh is written last, after long work: what could stop that is refused first.
 void check_surface(const std::string& file) {
   const std::string extension = fs::path(file).extension().string();
@@ -143,28 +46,6 @@ void check_surface(const std::string& file) {
   }
   require_new_place(file, "--surface");
   require_file_place(file);
-}
-
-/// Some of the hull's cells.
-Points places_in(const VisualHull& hull) {
-  constexpr std::size_t kMost = 500;
-  std::vector<Eigen::Vector3d> cells;
-  for (int z = 0; z < hull.nz; ++z) {
-    for (int y = 0; y < hull.ny; ++y) {
-      for (int x = 0; x < hull.nx; ++x) {
-        if (hull.at(x, y, z)) {
-          cells.push_back(hull.origin +
-                          hull.voxel_size * Eigen::Vector3d(x + 0.5, y + 0.5, z + 0.5));
-        }
-      }
-    }
-  }
-  const std::size_t count = std::min(kMost, cells.size());
-  Points places(static_cast<Index>(count), 3);
-  for (std::size_t i = 0; i < count; ++i) {
-    places.row(static_cast<Index>(i)) = cells[i * cells.size() / count].transpose();
-  }
-  return places;
 }
 
 int run(const DepthArguments& arguments, const DepthOptions& options) {
@@ -202,14 +83,14 @@ int run(const DepthArguments& arguments, const DepthOptions& options) {
     standard_error() << halvings_text(halvings, options.memory) << "\n";
   }
   std::vector<InstantView> views = instant_of(dataset, frame, halvings);
-  const std::string origin = origin_of(arguments, options, frame, views);
-  open_folder(folder, origin);
+  const std::string origin = depth_origin(views, frame, arguments.device, options);
+  open_depth_folder(folder, origin);
   ReconstructOptions used = options.reconstruct;
   settle_cameras(views, used, device);
   const StraightInstant instant = straight_instant(std::move(views), used);
   make_private_directory(folder);
   write_file_atomically(folder / "depth.json", origin);  // first, so that a kill leaves it ours
-  write_dense_workspace(folder, instant.cameras, instant.images, places_in(instant.hull));
+  write_dense_workspace(folder, instant.cameras, instant.images, some_cells(instant.hull));
   std::vector<std::size_t> wanted = share_of_views(instant.cameras, share.shard, share.shards);
   std::erase_if(wanted,
                 [&](std::size_t view) { return has_depth_map(folder, instant.cameras[view]); });

@@ -1,6 +1,4 @@
-#include "capture/detection/detect.h"
 
-#include <algorithm>
 #include <iostream>
 #include <memory>
 
@@ -8,30 +6,21 @@
 #include "apps/console/command.h"
 #include "apps/console/option_flags.h"
 #include "apps/console/tell_consent.h"
-#include "capture/frame_reader.h"
 #include "capture/keypoint_schema.h"
 #include "capture/label_taxonomy.h"
 #include "capture/layouts/open_dataset.h"
-#include "capture/people/detect_people.h"
-#include "capture/people/person_mask.h"
 #include "capture/people/second_look.h"
-#include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/exit_code.h"
-#include "core/io/file_bytes.h"
-#include "core/io/ground_truth_archive.h"
-#include "core/io/image_file.h"
-#include "core/printable.h"
 #include "core/store/output_place.h"
 #include "core/usage_error.h"
 #include "core/writable_place.h"
+#include "pipeline/detection/detect_capture.h"
 
 namespace atelier {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr std::int64_t kMaxModelBytes = 2'000'000'000;  // protobuf holds no more
 
 struct DetectArguments {
   std::string capture;
@@ -40,15 +29,8 @@ struct DetectArguments {
   std::string out;
 };
 
-struct DetectCommandOptions {
+struct DetectCommandOptions : CaptureDetectOptions {
   DatasetOptions capture;
-  std::string schema = "auto";
-  std::string taxonomy = "auto";
-  DetectOptions network;
-  FindPeopleOptions people;
-  bool views = true;   ///< look again where calibrated cameras disagree
-  bool masks = false;  ///< of the built-in detector, as labels
-  PeopleMaskOptions mask;
 };
 
 OptionTable describe(DetectCommandOptions& options) {
@@ -69,67 +51,6 @@ OptionTable describe(DetectCommandOptions& options) {
   table.add("masks", options.masks,
             "Masks of the people beside their keypoints, by the built-in detector");
   return table.add("mask", describe(options.mask));
-}
-
-/// The order of that many points, unless the user says it.
-std::string schema_of(const std::string& said, Index points, const std::string& model) {
-  std::string schema = said != "auto" ? said : guess_keypoint_schema(points, {});
-  if (schema.empty() || static_cast<Index>(keypoint_schema(schema).points.size()) != points) {
-    throw DataError(model, "", std::to_string(points) + " points",
-                    schema.empty() ? "as many as an order that is known; --schema says which"
-                                   : std::to_string(keypoint_schema(schema).points.size()) +
-                                         ", as " + schema + " has");
-  }
-  return schema;
-}
-
-std::string taxonomy_of(const std::string& said, int classes, const std::string& model) {
-  if (said != "auto") {
-    if (static_cast<int>(label_taxonomy(said).labels.size()) != classes) {
-      throw DataError(model, "", std::to_string(classes) + " classes",
-                      std::to_string(label_taxonomy(said).labels.size()) + ", as " + said + " has");
-    }
-    return said;
-  }
-  std::string found;
-  for (const std::string& name : label_taxonomy_names()) {
-    if (static_cast<int>(label_taxonomy(name).labels.size()) == classes) {
-      if (!found.empty()) {
-        throw UsageError(std::string("--taxonomy must say which: ")
-                             .append(found)
-                             .append(" and ")
-                             .append(name)
-                             .append(" both have ")
-                             .append(std::to_string(classes))
-                             .append(" classes"));
-      }
-      found = name;
-    }
-  }
-  if (found.empty()) {
-    throw DataError(model, "", std::to_string(classes) + " classes",
-                    "as many as a taxonomy that is known has; --taxonomy lists them");
-  }
-  return found;
-}
-
-/// One part of an image that a network looks at: round the mask, or all of it.
-DetectBox box_of(FrameReader& reader, Index camera, int frame, const ByteImage& image,
-                 const DetectOptions& options) {
-  if (options.box != DetectArea::Mask) {
-    return whole_box(image.width, image.height);
-  }
-  const auto mask = reader.mask(camera, frame);
-  return mask ? mask_box(*mask, options.padding) : whole_box(image.width, image.height);
-}
-
-/// Notes the order of points in capture.toml, where the results are the capture's own.
-void note_schema(const fs::path& capture, const std::string& schema) {
-  CaptureInfo info = read_capture_info(capture);
-  if (info.keypoint_schema != schema) {
-    info.keypoint_schema = schema;
-    write_file_atomically(capture / "capture.toml", capture_toml(info));
-  }
 }
 
 /// The folder that results are written to, of a capture that was opened. Throws UsageError where
@@ -156,75 +77,23 @@ fs::path result_folder(const DetectArguments& arguments, const Dataset& dataset,
   return out;
 }
 
-void write_keypoints(const fs::path& out, const std::string& camera, int frame,
-                     const std::vector<PersonKeypoints>& people) {
-  make_private_directory(out / "keypoints2d" / camera);
-  write_file_atomically(out / "keypoints2d" / camera / (frame_name(frame) + ".json"),
-                        openpose_json(people));
-}
-
 /// By a network of the user's.
 int run_own_network(const DetectArguments& arguments, const DetectCommandOptions& options,
                     const Dataset& dataset, const fs::path& out) {
-  const std::vector<std::byte> model = read_file_bytes(arguments.model, kMaxModelBytes);
-  FrameReader reader(dataset);
-  std::string said;  // schema or taxonomy
-  int pictures = 0;
-  int people = 0;
-  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
-    const auto camera = static_cast<Index>(c);
-    const std::string& id = dataset.cameras[c].id;
-    std::vector<int> frames;
-    for (const auto& [frame, place] : dataset.frames[c].images) {
-      frames.push_back(frame);
-    }
-    for (std::size_t first = 0; first < frames.size();
-         first += static_cast<std::size_t>(options.network.batch)) {
-      const std::size_t last =
-          std::min(frames.size(), first + static_cast<std::size_t>(options.network.batch));
-      std::vector<DetectPicture> batch;
-      for (std::size_t i = first; i < last; ++i) {
-        DetectPicture picture;
-        picture.image = *reader.byte_image(camera, frames[i]);
-        picture.box = box_of(reader, camera, frames[i], picture.image, options.network);
-        batch.push_back(std::move(picture));
-      }
-      const std::vector<Detection> found = detect(model, batch, options.network, arguments.model);
-      for (std::size_t i = 0; i < found.size(); ++i) {
-        const Detection& one = found[i];
-        if (!one.classes.data.empty()) {
-          said = taxonomy_of(options.taxonomy, one.class_count, arguments.model);
-          make_private_directory(out / "labels" / id);
-          write_labels(out / "labels" / id / (frame_name(frames[first + i]) + ".png"),
-                       to_atelier_labels(one.classes, label_taxonomy(said), arguments.model));
-        } else {
-          std::vector<PersonKeypoints> persons;
-          for (const DetectedPoints& points : one.people) {
-            said = schema_of(options.schema, points.rows(), arguments.model);
-            PersonKeypoints person;
-            person.points = points;
-            persons.push_back(person);
-          }
-          people += static_cast<int>(persons.size());
-          write_keypoints(out, id, frames[first + i], persons);
-        }
-        ++pictures;
-      }
-    }
-  }
-  if (pictures == 0) {
+  const DetectedCapture found = detect_by_own_network(dataset, arguments.model, options, out);
+  if (found.images == 0) {
     throw DataError(arguments.capture, "", "no images", "some");
   }
   if (options.network.kind == NetworkKind::Parsing) {
-    std::cout << pictures << " images, classes of " << said
+    std::cout << found.images << " images, classes of " << found.said
               << " as labels of atelier: " << (out / "labels").string() << "\n";
     return kExitDone;
   }
-  if (arguments.out.empty() && !said.empty()) {
-    note_schema(out, said);
+  if (arguments.out.empty() && !found.said.empty()) {
+    note_schema(out, found.said);
   }
-  std::cout << pictures << " images, " << people << " people, points in the order "
-            << (said.empty() ? "(nobody was found)" : said) << ": "
+  std::cout << found.images << " images, " << found.people << " people, points in the order "
+            << (found.said.empty() ? "(nobody was found)" : found.said) << ": "
             << (out / "keypoints2d").string() << "\n";
   return kExitDone;
 }
@@ -232,26 +101,7 @@ int run_own_network(const DetectArguments& arguments, const DetectCommandOptions
 /// By the built-in detector.
 int run_built_in(const DetectArguments& arguments, const DetectCommandOptions& options,
                  const Dataset& dataset, const fs::path& out, const PeopleNetworks& networks) {
-  DetectPeopleOptions how;
-  how.find = options.people;
-  how.threshold = options.network.threshold;
-  how.views = options.views;
-  how.memory = options.network.memory;
-  const PeopleCount count = detect_people(
-      dataset, networks, how,
-      [&](Index camera, int frame, const PeopleInImage& people, const ByteImage& image) {
-        std::vector<PersonKeypoints> persons;
-        for (const PersonLandmarks& one : people) {
-          persons.push_back({-1, found_points(one, image.width, image.height, how.threshold)});
-        }
-        const std::string& id = dataset.cameras[static_cast<std::size_t>(camera)].id;
-        write_keypoints(out, id, frame, persons);
-        if (options.masks) {
-          make_private_directory(out / "labels" / id);
-          write_labels(out / "labels" / id / (frame_name(frame) + ".png"),
-                       people_mask(people, image, options.mask));
-        }
-      });
+  const PeopleCount count = detect_by_built_in(dataset, networks, options, out);
   for (const Finding& finding : count.findings) {
     std::cerr << "warning: " << finding.place << ": " << finding.what << "; " << finding.advice
               << "\n";

@@ -1,6 +1,4 @@
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
 #include <iostream>
 #include <memory>
 #include <numbers>
@@ -12,31 +10,24 @@
 #include "apps/console/command.h"
 #include "apps/console/interrupt.h"
 #include "apps/console/option_flags.h"
-#include "bodymodel/formats/personal_body.h"
 #include "capture/layouts/open_dataset.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/exit_code.h"
-#include "core/io/ground_truth_archive.h"
 #include "core/io/image_file.h"
 #include "core/io/lower_extension.h"
-#include "core/io/mesh_sequence_file.h"
-#include "core/io/safetensors.h"
-#include "core/nearest_name.h"
+#include "core/plain_name.h"
 #include "core/printable.h"
-#include "core/render/framing.h"
 #include "core/render/video.h"
 #include "core/seal/raw_signature.h"
-#include "core/sequence_archive.h"
 #include "core/store/build_info.h"
 #include "core/store/output_place.h"
 #include "core/store/result.h"
 #include "core/store/unfinished_folder.h"
 #include "core/usage_error.h"
 #include "core/writable_place.h"
-#include "pipeline/avatar/avatar_result.h"
+#include "pipeline/avatar/cast.h"
 #include "pipeline/chain/outdated_results.h"
-#include "pipeline/outfit/worn_subject.h"
 #include "pipeline/pictures/normal_pictures.h"
 #include "pipeline/pictures/paint_scene.h"
 #include "pipeline/pictures/picture_size.h"
@@ -51,12 +42,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct DrawArguments {
-  std::string workspace;
+struct DrawArguments : CastPlaces {
   std::string out;
-  std::string body;
-  std::vector<std::string> garments;
-  std::string capture;
   std::string camera;
   std::string signing_key;
   KeyArguments keys;
@@ -117,232 +104,6 @@ OptionTable describe(DrawOptions& options) {
   return table;
 }
 
-/// Everything that moves, as it is drawn.
-struct Cast {
-  PaintedScene scene;
-  std::vector<Sequence> sequences;  ///< of the layers
-};
-
-fs::path current_result(const fs::path& workspace, const std::string& stage) {
-  const fs::path results = results_of_stage(workspace, stage);
-  const auto current = current_name(results);
-  if (!current) {
-    throw DataError((workspace / stage).string(), "", "no result",
-                    "a result; run 'atelier " + stage + "' first");
-  }
-  return results / *current;
-}
-
-/// @param is_garment  has a network; a body is grey without its own, which is made on demand
-void add_layer(Cast& cast, const std::string& name, const fs::path& networks, bool is_garment,
-               Triangles faces, Sequence sequence) {
-  SceneLayer layer;
-  layer.name = name;
-  const fs::path model = networks / name / "model.safetensors";
-  layer.model = fs::exists(model) ? model.string() : "";
-  if (layer.model.empty() && is_garment) {
-    const std::string stage = networks.parent_path().filename().string();
-    throw DataError(model.string(), "", "no network", "the one that 'atelier " + stage + "' makes");
-  }
-  layer.faces = std::move(faces);
-  cast.sequences.push_back(std::move(sequence));
-  cast.scene.layers.push_back(std::move(layer));
-}
-
-void add_meshes(Cast& cast, const std::string& name, const fs::path& meshes,
-                const fs::path& networks) {
-  MeshSequenceFile read =
-      read_mesh_sequence(meshes, name == "body" ? SequenceOf::Body : SequenceOf::Cloth);
-  // A folder of meshes has faces in each; read.sequence then has none.
-  add_layer(cast, name, networks, name != "body", std::move(read.shared.faces),
-            std::move(read.sequence));
-}
-
-/// Ground truth of the first clothed sequence of a synthetic capture.
-Cast true_cast(const DrawArguments& arguments) {
-  const fs::path networks = current_result(arguments.workspace, "oracle");
-  const auto truth = std::make_shared<const GroundTruth>(read_ground_truth(arguments.capture));
-  const WornSubject worn = worn_in_truth(arguments.capture, truth);
-  const CaptureInfo info = open_dataset(arguments.capture).info;
-  const auto clothed = std::find_if(info.sequences.begin(), info.sequences.end(),
-                                    [](const auto& one) { return one.kind != "minimal"; });
-  if (clothed == info.sequences.end()) {
-    throw DataError(arguments.capture, "sequences", "none that is clothed", "a clothed one");
-  }
-  Cast cast;
-  for (std::size_t s = 0; s < worn.templates.size(); ++s) {
-    Sequence sequence;
-    sequence.fps = clothed->fps;
-    sequence.frame_ids = clothed->frame_ids;
-    sequence.load = [load = worn.subject.load, ids = clothed->frame_ids,
-                     faces = worn.subject.faces[s], s](Index i) {
-      Mesh mesh;
-      mesh.vertices = load(ids[static_cast<std::size_t>(i)])[s];
-      mesh.faces = faces;
-      return mesh;
-    };
-    add_layer(cast, worn.subject.names[s], networks, s >= worn.first_garment, worn.subject.faces[s],
-              std::move(sequence));
-  }
-  return cast;
-}
-
-/// The body as it is seen, where the workspace has an avatar of its faces.
-void show_avatar(Cast& cast, const fs::path& workspace) {
-  const auto avatar_name = current_name(workspace / "avatar");
-  const auto person_name = current_name(workspace / "personalize");
-  SceneLayer& layer = cast.scene.layers.front();
-  if (!avatar_name || !person_name) {
-    return;
-  }
-  const auto avatar = std::make_shared<const BodyAvatar>(read_body_avatar(
-      workspace / "avatar" / *avatar_name,
-      read_personal_body(workspace / "personalize" / *person_name / "person.npz").model));
-  if (!equal_arrays(avatar->rest.faces, layer.faces)) {
-    return;  // of another body, which is asked for by --body
-  }
-  constexpr double kSame = 1e-5;  // of texture coordinates, which files keep as floats
-  const Mesh first =
-      frame_count(cast.sequences.front()) > 0 ? frame(cast.sequences.front(), 0) : Mesh();
-  const bool seen_already = first.uvs.rows() > 0 && first.uvs.rows() == avatar->rest.uvs.rows() &&
-                            equal_arrays(first.uv_faces, avatar->rest.uv_faces) &&
-                            (first.uvs - avatar->rest.uvs).cwiseAbs().maxCoeff() < kSame;
-  layer.model = avatar->model.string();
-  layer.over = over_clothes(*avatar);
-  if (seen_already) {
-    return;  // meshes of `seen`, which have the texture's atlas
-  }
-  Sequence& bodies = cast.sequences.front();
-  bodies.load = [seen = seen_bodies(*avatar, frame_count(bodies),
-                                    [load = bodies.load](Index i) { return load(i).vertices; }),
-                 load = bodies.load](Index i) {
-    Mesh mesh = load(i);
-    mesh.vertices = seen(i);
-    return mesh;
-  };
-}
-
-Cast cast_of(const DrawArguments& arguments) {
-  const fs::path workspace = arguments.workspace;
-  const fs::path networks = current_result(workspace, "appearance");
-  Cast cast;
-  add_meshes(cast, "body",
-             arguments.body.empty() ? current_result(workspace, "body") : fs::path(arguments.body),
-             networks);
-  std::map<std::string, fs::path> given;
-  for (const std::string& garment : arguments.garments) {
-    const std::size_t at = garment.find('=');
-    if (at == std::string::npos || at == 0) {
-      throw UsageError("--garment takes NAME=MESHES, as in dress=simulated/dress, not '" +
-                       garment.substr(0, 80) + "'");
-    }
-    given[garment.substr(0, at)] = garment.substr(at + 1);
-  }
-  // Of the manifest, not of the folder: a garment whose folder is gone would be left out unsaid.
-  std::set<std::string> names;
-  for (const ManifestOutput& output : read_manifest(networks, "appearance").outputs) {
-    const fs::path path = output.path;
-    if (path.filename() == "model.safetensors" && path.parent_path() != "body") {
-      names.insert(path.parent_path().string());
-    }
-  }
-  for (const std::string& name : names) {
-    const auto found = given.find(name);
-    add_meshes(cast, name,
-               found != given.end() ? found->second
-                                    : current_result(workspace, "register") / "registered" / name,
-               networks);
-    if (found != given.end()) {
-      given.erase(found);
-    }
-  }
-  if (!given.empty()) {
-    const std::string name = given.begin()->first.substr(0, 80);
-    throw UsageError("the workspace has no network of a garment '" + name + "'" +
-                     did_you_mean(name, {names.begin(), names.end()}));
-  }
-  return cast;
-}
-
-/// Refuses a garment's meshes as the body's, and warns of meshes that are not as the workspace's:
-/// without its network a body is drawn whatever its faces are.
-void require_body(const Cast& cast, const DrawArguments& arguments) {
-  if (arguments.body.empty()) {
-    return;
-  }
-  const std::vector<SceneLayer>& layers = cast.scene.layers;
-  const Triangles& faces = layers[0].faces;
-  for (std::size_t i = 1; i < layers.size(); ++i) {
-    if (equal_arrays(layers[i].faces, faces)) {
-      throw DataError(arguments.body, "faces", "those of " + layers[i].name,
-                      "meshes of the body; --garment " + layers[i].name + "=MESHES takes these");
-    }
-  }
-  const fs::path stage = fs::path(arguments.workspace) / "body";
-  if (const auto current = current_name(stage)) {
-    const Index own = open_sequence(stage / *current).faces.rows();
-    if (own != faces.rows()) {
-      std::cout << "warning: --body has " << faces.rows() << " triangles, the workspace's body "
-                << own << ": is it a body?" << std::endl;
-    }
-  }
-}
-
-/// Frames in which every layer is there, with its vertices.
-void fill_frames(Cast& cast, const std::vector<double>& chosen) {
-  const auto is_chosen = [&](int id) {
-    return chosen.empty() || std::find(chosen.begin(), chosen.end(), id) != chosen.end();
-  };
-  for (const int id : cast.sequences[0].frame_ids) {
-    if (!is_chosen(id)) {
-      continue;
-    }
-    std::vector<Points> vertices;
-    for (const Sequence& sequence : cast.sequences) {
-      const auto at = std::lower_bound(sequence.frame_ids.begin(), sequence.frame_ids.end(), id);
-      if (at != sequence.frame_ids.end() && *at == id) {
-        vertices.push_back(frame(sequence, at - sequence.frame_ids.begin()).vertices);
-      }
-    }
-    if (vertices.size() == cast.sequences.size()) {
-      cast.scene.frame_ids.push_back(id);
-      cast.scene.vertices.push_back(std::move(vertices));
-    }
-  }
-  std::size_t most = 0;
-  for (const Sequence& sequence : cast.sequences) {
-    const auto count =
-        std::count_if(sequence.frame_ids.begin(), sequence.frame_ids.end(), is_chosen);
-    most = std::max({most, static_cast<std::size_t>(count), chosen.size()});
-  }
-  if (const std::size_t all = cast.scene.frame_ids.size(); all > 0 && all < most) {
-    std::cout << "warning: " << all << " of " << most
-              << " frames are drawn: those that body and garments share" << std::endl;
-  }
-  if (cast.scene.frame_ids.empty()) {
-    throw DataError("", "frames", "none that body and garments share",
-                    "sequences whose frames have the same numbers");
-  }
-}
-
-/// Requires the light that the networks learnt with: they know no other.
-void require_light(const Cast& cast, const DrawOptions& options) {
-  const OcclusionOptions& asked = options.paint.occlusion;
-  if (asked.strata <= 0 && asked.reach <= 0 && asked.offset < 0) {
-    return;
-  }
-  for (const SceneLayer& layer : cast.scene.layers) {
-    if (layer.model.empty()) {
-      continue;
-    }
-    const std::string problem = occlusion_problem(
-        asked, {layer.name, occlusion_at(read_safetensors(layer.model).metadata, layer.model)});
-    if (!problem.empty()) {
-      throw UsageError(problem + "; leave it out");
-    }
-  }
-}
-
 /// Whether somebody named this very file or folder as meshes, whatever it holds.
 bool is_named(const DrawArguments& arguments, const fs::path& file) {
   const auto is_value = [&](const std::string& value) {
@@ -360,12 +121,15 @@ Cast whole_cast(const DrawArguments& arguments, const DrawOptions& options) {
   }
   try {
     Cast cast = options.networks == "oracle" ? true_cast(arguments) : cast_of(arguments);
-    require_body(cast, arguments);
+    const auto warn = [](const std::string& sentence) {
+      std::cout << "warning: " << sentence << std::endl;
+    };
+    require_body(cast, arguments, warn);
     if (options.avatar && options.networks != "oracle") {
       show_avatar(cast, arguments.workspace);
     }
-    require_light(cast, options);
-    fill_frames(cast, options.frames);
+    require_light(cast, options.paint.occlusion);
+    fill_frames(cast, options.frames, warn);
     return cast;
   } catch (const DataError& error) {
     for (const Stage& stage : all_stages()) {
@@ -403,48 +167,8 @@ std::optional<Camera> captured_camera(const DrawArguments& arguments, const Draw
 }
 
 /// Round the subject.
-std::vector<Camera> cameras_round(const Cast& cast, const DrawOptions& options) {
-  Index count = 0;
-  for (const std::vector<Points>& frame : cast.scene.vertices) {
-    for (const Points& layer : frame) {
-      count += layer.rows();
-    }
-  }
-  Points all(count, 3);
-  Index at = 0;
-  for (const std::vector<Points>& frame : cast.scene.vertices) {
-    for (const Points& layer : frame) {
-      all.middleRows(at, layer.rows()) = layer;
-      at += layer.rows();
-    }
-  }
-  const View view{options.azimuth * std::numbers::pi / 180,
-                  options.elevation * std::numbers::pi / 180};
-  const int frames = static_cast<int>(cast.scene.frame_ids.size());
-  return options.turn
-             ? turntable_cameras(all, view, frames, options.picture.width, options.picture.height,
-                                 options.picture.framing)
-             : std::vector<Camera>{camera_around(all, view, options.picture.width,
-                                                 options.picture.height, options.picture.framing)};
-}
-
-/// Frames a second at which the sequences are played, 0 where none says it. Throws DataError where
-/// two say another: frames of one number are then of other moments.
-double rate_of(const Cast& cast) {
-  double rate = 0;
-  for (std::size_t i = 0; i < cast.sequences.size(); ++i) {
-    const double own = cast.sequences[i].fps;
-    constexpr double kSame = 1e-6;  // of it
-    if (own > 0 && rate > 0 && std::abs(own - rate) > kSame * rate) {
-      char found[60];
-      std::snprintf(found, sizeof found, "%g frames a second", own);
-      char expected[60];
-      std::snprintf(expected, sizeof expected, "%g, as those before them", rate);
-      throw DataError("", "meshes of " + cast.scene.layers[i].name, found, expected);
-    }
-    rate = own > 0 ? own : rate;
-  }
-  return rate;
+View view_of(const DrawOptions& options) {
+  return {options.azimuth * std::numbers::pi / 180, options.elevation * std::numbers::pi / 180};
 }
 
 /// How a video is played: as fast as its meshes say, unless it was said otherwise.
@@ -578,8 +302,10 @@ int run(DrawArguments arguments, const OptionSet& set) {
   for (const std::string& one : outdated_results(arguments.workspace, {options.networks})) {
     std::cout << "warning: " << printable(one) << std::endl;
   }
-  const VideoOptions video_as = video_options(set, rate_of(cast));
-  cast.scene.cameras = captured ? std::vector{*captured} : cameras_round(cast, options);
+  const VideoOptions video_as = video_options(set, cast_rate(cast));
+  cast.scene.cameras = captured
+                           ? std::vector{*captured}
+                           : cameras_round(cast, view_of(options), options.turn, options.picture);
   const std::string mark =
       options.mark ? "mark " + mark_text(mark_of(statement)) : "without a mark";
   std::optional<SignedRender> render;

@@ -8,46 +8,30 @@
 #include "apps/console/command.h"
 #include "apps/console/option_flags.h"
 #include "apps/console/tell_consent.h"
-#include "capture/frame_reader.h"
-#include "capture/layouts/frame_files.h"
 #include "capture/layouts/open_dataset.h"
-#include "capture/masks/background.h"
-#include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/exit_code.h"
 #include "core/file_kind.h"
-#include "core/io/ground_truth_archive.h"
-#include "core/io/image_file.h"
 #include "core/io/json_text.h"
-#include "core/parallel.h"
 #include "core/printable.h"
-#include "core/quantity_text.h"
 #include "core/store/output_place.h"
 #include "core/store/unfinished_folder.h"
 #include "core/usage_error.h"
 #include "core/writable_place.h"
+#include "pipeline/masks/capture_masks.h"
 
 namespace atelier {
 namespace {
 
 namespace fs = std::filesystem;
 
-enum class MaskMethod { Auto, Plates, Chroma, Time };
-
-struct MasksArguments {
-  std::string capture;
+struct MasksArguments : MaskSources {
   std::string out;
-  std::string plates;
-  std::string truth;
   bool json = false;
 };
 
-struct MasksOptions {
-  MaskMethod method = MaskMethod::Auto;
-  int background_frames = 40;
+struct MasksOptions : CaptureMaskOptions {
   DatasetOptions capture;
-  MaskOptions mask;
-  ChromaOptions chroma;
 };
 
 OptionTable describe(MasksOptions& options) {
@@ -68,146 +52,6 @@ OptionTable describe(MasksOptions& options) {
   return table;
 }
 
-Image three_channels(Image image) {
-  if (image.channels == 3) {
-    return image;
-  }
-  Image colour(image.width, image.height, 3);
-  for (std::size_t i = 0; i < colour.data.size(); ++i) {
-    colour.data[i] = image.data[i / 3];
-  }
-  return colour;
-}
-
-/// The empty stage as one camera sees it: PLATES/<camera>.png, or every image of
-/// PLATES/<camera>/.
-std::vector<Image> plates_of(const fs::path& folder, const std::string& camera) {
-  std::vector<Image> plates;
-  for (const char* extension : {".png", ".jpg", ".jpeg", ".tif", ".tiff", ".bmp", ".webp"}) {
-    const fs::path file = folder / (camera + extension);
-    if (fs::is_regular_file(file)) {
-      plates.push_back(three_channels(read_image(file)));
-    }
-  }
-  for (const auto& [frame, place] : camera_pictures(folder, camera)) {
-    if (place.index < 0 && place.member.empty()) {
-      plates.push_back(three_channels(read_image(place.file)));
-    }
-  }
-  if (plates.empty()) {
-    throw DataError(folder.string(), "camera '" + camera + "'", "no plate",
-                    camera + ".png, or a folder " + camera + " of images of the empty stage");
-  }
-  return plates;
-}
-
-/// Outcome for one camera.
-struct CameraMasks {
-  int written = 0;
-  double covered = 0;  ///< mean share of the image
-  double iou = 0;      ///< against the ground truth, mean
-  int judged = 0;
-  std::vector<Finding> findings;
-};
-
-/// Of the ground truth, of one image.
-fs::path truth_labels(const MasksArguments& arguments, const std::string& camera, int frame) {
-  return fs::path(arguments.truth) / "truth" / "labels" / camera / (frame_name(frame) + ".png");
-}
-
-/// @param out  folder of folders of cameras
-CameraMasks masks_of(const Dataset& dataset, std::size_t c, const MasksArguments& arguments,
-                     MaskMethod method, const MasksOptions& options, const fs::path& out) {
-  CameraMasks result;
-  FrameReader reader(dataset);
-  const auto index = static_cast<Index>(c);
-  const std::string& id = dataset.cameras[c].id;
-  std::vector<int> frames;
-  for (const auto& [frame, place] : dataset.frames[c].images) {
-    frames.push_back(frame);
-  }
-  if (frames.empty()) {
-    return result;
-  }
-  EmptyStage background;
-  MovingBackground moving;
-  if (method == MaskMethod::Plates) {
-    background = background_of_plates(plates_of(arguments.plates, id));
-  } else if (method == MaskMethod::Time) {
-    std::vector<Image> some;
-    const std::size_t count =
-        std::min(frames.size(), static_cast<std::size_t>(options.background_frames));
-    for (std::size_t i = 0; i < count; ++i) {
-      if (auto image = reader.image(index, frames[i * frames.size() / count])) {
-        some.push_back(three_channels(std::move(*image)));
-      }
-    }
-    moving = background_over_time(some, options.mask);
-    constexpr double kDoubtful = 0.05;
-    if (moving.still_share > kDoubtful) {
-      result.findings.push_back(
-          {Severity::Warning, "mask-background-doubtful", id,
-           "in " + percent(moving.still_share) +
-               " of the image something stays or moves for half of the time",
-           "take clean plates (--plates), or frames in which the person walks about"});
-    }
-    background = moving.background;
-  }
-  double cut = 0;  // of all masks' outlines, where they have no edge
-  const fs::path folder = out / id;
-  make_private_directory(folder);
-  for (const int frame : frames) {
-    std::optional<Image> image;
-    try {
-      image = reader.image(index, frame);
-    } catch (const DataError& error) {
-      result.findings.push_back({Severity::Warning, "mask-picture-broken",
-                                 id + " " + std::to_string(frame), error.what(), "it has no mask"});
-      continue;
-    }
-    const Image picture = three_channels(std::move(*image));
-    if (method != MaskMethod::Chroma &&
-        (picture.width != background.mean.width || picture.height != background.mean.height)) {
-      throw DataError(arguments.plates.empty() ? arguments.capture : arguments.plates,
-                      "camera '" + id + "'",
-                      "a background of " + std::to_string(background.mean.width) + " x " +
-                          std::to_string(background.mean.height) + " pixels",
-                      std::to_string(picture.width) + " x " + std::to_string(picture.height));
-    }
-    const ByteImage mask =
-        method == MaskMethod::Chroma ? mask_by_chroma(picture, options.chroma, options.mask)
-        : method == MaskMethod::Time ? mask_over_time(picture, moving, options.mask)
-                                     : mask_from_background(picture, background, options.mask);
-    const auto set = std::count_if(mask.data.begin(), mask.data.end(),
-                                   [](std::uint8_t value) { return value != 0; });
-    if (set == 0) {
-      result.findings.push_back(
-          {Severity::Warning, "mask-empty", id + " " + std::to_string(frame), "nobody was found",
-           method == MaskMethod::Time ? "take clean plates (--plates) of somebody who stands still"
-                                      : "lower --mask.threshold"});
-    } else if (method == MaskMethod::Time) {
-      cut += outline_without_edge(picture, mask, background, options.mask);
-    }
-    result.covered += static_cast<double>(set) / static_cast<double>(mask.data.size());
-    write_labels(folder / (frame_name(frame) + ".png"), mask);
-    if (!arguments.truth.empty()) {
-      result.iou += mask_iou(mask, read_labels(truth_labels(arguments, id, frame)));
-      ++result.judged;
-    }
-    ++result.written;
-  }
-  constexpr double kCut = 0.06;  // of true masks of rendered people at most 0.03
-  if (result.written > 0 && cut > kCut * result.written) {
-    result.findings.push_back(
-        {Severity::Warning, "mask-cuts-through", id,
-         "at " + percent(cut / result.written) +
-             " of the masks' outline both sides look alike: they cut through the person, or take "
-             "background in, where the background was hardly ever seen",
-         "take clean plates (--plates), or frames in which the person walks about"});
-  }
-  return result;
-}
-
 /// Refuses before the work what would end it: all of it, or none, is written.
 void check_places(const Dataset& dataset, const MasksArguments& arguments, MaskMethod method) {
   if (method == MaskMethod::Plates && arguments.plates.empty()) {
@@ -225,7 +69,7 @@ void check_places(const Dataset& dataset, const MasksArguments& arguments, MaskM
   }
   for (std::size_t c = 0; c < dataset.cameras.size() && !arguments.truth.empty(); ++c) {
     for (const int frame : dataset.frames[c].images.frames()) {
-      const fs::path file = truth_labels(arguments, dataset.cameras[c].id, frame);
+      const fs::path file = true_mask_file(arguments, dataset.cameras[c].id, frame);
       if (file_kind(file) == fs::file_type::not_found) {
         throw DataError(file.string(), "", "no ground-truth labels of an image of CAPTURE",
                         "--ground-truth with the synthetic capture that CAPTURE is of");
@@ -259,13 +103,10 @@ int run(MasksArguments arguments, const MasksOptions& options) {
   }
   check_places(dataset, arguments, method);
   const UnfinishedFolder unfinished(fs::path(arguments.out) / "labels");
-  std::vector<CameraMasks> results(dataset.cameras.size());
-  parallel_for(static_cast<Index>(results.size()), 1, [&](Index begin, Index end) {
-    for (Index c = begin; c < end; ++c) {
-      results[static_cast<std::size_t>(c)] = masks_of(
-          dataset, static_cast<std::size_t>(c), arguments, method, options, unfinished.content());
-    }
-  });
+  CaptureMaskOptions settled = options;
+  settled.method = method;
+  const std::vector<CameraMasks> results =
+      make_masks(dataset, arguments, settled, unfinished.content());
   unfinished.finish();
   nlohmann::ordered_json json = {{"capture", arguments.capture},
                                  {"out", (fs::path(arguments.out) / "labels").string()}};

@@ -1,11 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <iostream>
-#include <map>
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "apps/commands/chain_run.h"
 #include "apps/console/arguments.h"
@@ -13,16 +9,14 @@
 #include "apps/console/option_flags.h"
 #include "apps/console/stage_command.h"
 #include "core/exit_code.h"
-#include "core/io/json_text.h"
 #include "core/printable.h"
 #include "core/quantity_text.h"
-#include "core/saturating_cast.h"
 #include "core/store/workspace_folder.h"
 #include "core/usage_error.h"
 #include "pipeline/chain/plan_jobs.h"
 #include "pipeline/chain/run_chain.h"
 #include "pipeline/chain/run_options.h"
-#include "pipeline/stages/stages.h"
+#include "pipeline/chain/take_facts.h"
 
 namespace atelier {
 namespace {
@@ -37,70 +31,6 @@ struct PlanArguments {
   std::string material;
   bool json = false;
 };
-
-/// A take that is not there yet: cameras, frames, megapixels of an image. Of its frames a tenth are
-/// minimally clothed (our choice). Throws UsageError.
-CaptureFacts facts_of_take(const std::string& text) {
-  std::array<double, 3> numbers{};
-  std::size_t at = 0;
-  for (std::size_t i = 0; i < numbers.size(); ++i) {
-    const std::size_t end = i + 1 < numbers.size() ? text.find('x', at) : text.size();
-    const std::string part = end == std::string::npos ? "" : text.substr(at, end - at);
-    std::size_t read = 0;
-    try {
-      numbers[i] = std::stod(part, &read);
-    } catch (const std::exception&) {
-      read = 0;
-    }
-    const bool whole = i == 2 || numbers[i] == std::floor(numbers[i]);
-    if (part.empty() || read != part.size() || !whole || !(numbers[i] > 0 && numbers[i] <= 1e6)) {
-      throw UsageError("--take cannot be '" + text.substr(0, 60) +
-                       "': it takes cameras, frames and megapixels, such as 200x10000x4");
-    }
-    at = end + 1;
-  }
-  CaptureFacts facts;
-  facts.calibrated = facts.detections = true;
-  facts.cameras = saturating_cast<int>(numbers[0]);
-  facts.frames = facts.pictured_frames = facts.masked_frames = saturating_cast<int>(numbers[1]);
-  facts.minimal_frames = facts.frames / 10;
-  facts.clothed_frames = facts.frames - facts.minimal_frames;
-  facts.megapixels = numbers[2];
-  return facts;
-}
-
-nlohmann::ordered_json json_of(const PlannedJob& job) {
-  nlohmann::ordered_json json = {{"id", job.id}, {"stage", job.stage}};
-  if (job.parts > 1) {
-    json["part"] = job.part;
-    json["parts"] = job.parts;
-  }
-  json["needs"] = job.needs;
-  json["command"] = job.command;
-  json["reads"] = nlohmann::json::array();
-  for (const fs::path& folder : job.reads) {
-    json["reads"].push_back(folder.string());
-  }
-  json["writes"] = job.writes.string();
-  json["threads"] = job.threads;
-  json["expected_seconds"] = job.seconds;
-  json["expected_megabytes"] = job.megabytes;
-  return json;
-}
-
-/// A job behind those that it needs, when every job begins as soon as it may.
-double longest_way(const std::vector<PlannedJob>& jobs) {
-  std::map<std::string, double> ends;
-  double last = 0;
-  for (const PlannedJob& job : jobs) {
-    double begin = 0;
-    for (const std::string& needed : job.needs) {
-      begin = std::max(begin, ends[needed]);
-    }
-    last = std::max(last, ends[job.id] = begin + job.seconds);
-  }
-  return last;
-}
 
 void show(const std::vector<PlannedJob>& jobs) {
   double sum = 0;
@@ -146,24 +76,8 @@ int plan(PlanArguments arguments, OptionSet options) {
     show(jobs);
     return kExitDone;
   }
-  nlohmann::ordered_json json = {{"schema", "atelier.plan"},
-                                 {"version", 1},
-                                 {"capture", places.capture.string()},
-                                 {"workspace", places.workspace.string()},
-                                 {"jobs", nlohmann::json::array()}};
-  for (const PlannedJob& job : jobs) {
-    json["jobs"].push_back(json_of(job));
-  }
-  std::cout << json_text(json, 1) << "\n";
+  std::cout << plan_json(places, jobs) << "\n";
   return kExitDone;
-}
-
-std::string step_problem(const std::string& text) {
-  std::vector<std::string> names;
-  for (const StageRow* step : run_steps()) {
-    names.emplace_back(step->stage.name);
-  }
-  return one_of(names)(text);
 }
 
 std::string count_problem(const std::string& text) {
@@ -184,10 +98,10 @@ Action add_plan(CLI::App& parser) {
       "Folder of results")
       .required();
   add_option(parser, "--from", arguments->plan.from, "First stage [validate]")
-      .check(step_problem)
+      .check(one_of(step_names()))
       .type_name("STAGE");
   add_option(parser, "--to", arguments->plan.to, "Last stage before the report [all]")
-      .check(step_problem)
+      .check(one_of(step_names()))
       .type_name("STAGE");
   add_option(parser, "--parts", arguments->plan.parts,
              "Number of jobs that share the frames of each stage that can be divided")

@@ -1,12 +1,12 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
+#include <chrono>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "apps/commands/chain_run.h"
-#include "apps/commands/prepared_recording.h"
 #include "apps/commands/run_workflow.h"
 #include "apps/console/arguments.h"
 #include "apps/console/command.h"
@@ -29,6 +29,7 @@
 #include "pipeline/chain/outdated_results.h"
 #include "pipeline/chain/run_options.h"
 #include "pipeline/pictures/report_folder.h"
+#include "pipeline/preparation/prepare_recording.h"
 #include "pipeline/report/report_file.h"
 #include "pipeline/stages/stages.h"
 
@@ -74,6 +75,24 @@ std::vector<std::string> outdated_beside_chain(const fs::path& workspace) {
   return outdated_results(workspace, beside);
 }
 
+/// The event with which every run ends, of one without a report.
+nlohmann::json run_end(const RunAccount& account, double seconds) {
+  nlohmann::json json = {{"event", "run_end"},
+                         {"seconds", seconds},
+                         {"report", ""},
+                         {"video", ""},
+                         {"outdated", nlohmann::json::array()}};
+  json["stages"] = nlohmann::json::array();
+  for (const RunStageAccount& one : account.stages) {
+    json["stages"].push_back({{"stage", one.stage},
+                              {"end", one.end},
+                              {"why", one.why},
+                              {"expected_seconds", one.expected},
+                              {"seconds", one.seconds}});
+  }
+  return json;
+}
+
 /// @param page   the report; "" if it was not written
 /// @param video  "" if there is none
 void show_end(const RunArguments& arguments, const ChainRun& chain, const fs::path& page,
@@ -82,19 +101,10 @@ void show_end(const RunArguments& arguments, const ChainRun& chain, const fs::pa
   const double seconds = chain.seconds();  // with the report
   const std::vector<std::string> outdated = outdated_beside_chain(arguments.places.workspace);
   if (arguments.json) {
-    nlohmann::json json = {{"event", "run_end"},
-                           {"seconds", seconds},
-                           {"report", page.string()},
-                           {"video", video.string()},
-                           {"outdated", outdated}};
-    json["stages"] = nlohmann::json::array();
-    for (const RunStageAccount& one : account.stages) {
-      json["stages"].push_back({{"stage", one.stage},
-                                {"end", one.end},
-                                {"why", one.why},
-                                {"expected_seconds", one.expected},
-                                {"seconds", one.seconds}});
-    }
+    nlohmann::json json = run_end(account, seconds);
+    json["report"] = page.string();
+    json["video"] = video.string();
+    json["outdated"] = outdated;
     show_event(json);
     return;
   }
@@ -260,7 +270,12 @@ int run(RunArguments arguments, OptionSet options, const RecordingArguments& rec
   }
   set_thread_count(arguments.threads);
   catch_interrupts();
+  const auto begin = std::chrono::steady_clock::now();
   if (!prepare(arguments, recording)) {
+    if (arguments.json) {
+      const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin;
+      show_event(run_end({}, taken.count()));
+    }
     return kExitDone;
   }
   StageEvents events;
@@ -268,21 +283,24 @@ int run(RunArguments arguments, OptionSet options, const RecordingArguments& rec
   arguments.set_aside = replace_results({"run", places.capture, places.workspace, arguments.replace,
                                          arguments.dry_run, arguments.json, events},
                                         [&](const std::vector<std::string>& aside) {
-                                          RunArguments without = arguments;
+                                          ChainRequest without = arguments;
                                           without.set_aside = aside;
                                           without.dry_run = true;
-                                          without.json = false;  // its events are the run's own
-                                          ChainRun(without, options).require_feasible();
+                                          require_feasible(begin_chain(without, options));
                                         });
   ChainRun chain(arguments, options);
   if (!arguments.workflow.empty()) {
-    chain.require_feasible();
+    require_feasible(chain.chain());
     run_workflow(arguments, given);
   }
   chain.announce();
   if (arguments.dry_run) {
     require_folder_place(places.workspace);  // the report at least is written there
-    return chain.plan();
+    const int exit_code = chain.plan();
+    if (arguments.json) {
+      show_event(run_end(chain.account(), chain.seconds()));
+    }
+    return exit_code;
   }
   chain.work();
   // The report asks no one whether it is to stop, and `atelier report` makes it again.
@@ -309,14 +327,6 @@ double stature_of(const std::string& text) {
   return stature;
 }
 
-std::string stage_problem(const std::string& text) {
-  std::vector<std::string> names;
-  for (const StageRow* step : run_steps()) {
-    names.emplace_back(step->stage.name);
-  }
-  return one_of(names)(text);
-}
-
 }  // namespace
 
 Action add_run(CLI::App& parser) {
@@ -330,10 +340,10 @@ Action add_run(CLI::App& parser) {
              "Folder of results; created if it is missing")
       .required();
   add_option(parser, "--from", arguments->from, "First stage to run [validate]")
-      .check(stage_problem)
+      .check(one_of(step_names()))
       .type_name("STAGE");
   add_option(parser, "--to", arguments->to, "Last stage to run before the report [all]")
-      .check(stage_problem)
+      .check(one_of(step_names()))
       .type_name("STAGE");
   add_option(parser, "--jobs", arguments->jobs,
              "Number of frames processed at once; 0: one for each processor")

@@ -24,8 +24,8 @@
 #include "pipeline/cloth/simulation_garments.h"
 #include "pipeline/cloth/simulation_output.h"
 #include "simulation/contact/crossings.h"
+#include "simulation/files/frame_words.h"
 #include "simulation/files/simulation_words.h"
-#include "simulation/material/bending_rigidity.h"
 #include "simulation/material/membrane_in_use.h"
 #include "simulation/material/resolve_material.h"
 #include "simulation/simulation_diagnostics.h"
@@ -33,85 +33,6 @@
 
 namespace atelier {
 namespace {
-
-using Json = nlohmann::json;
-
-Json json_of(const FrameReport& r) {
-  Json json = {{"frame", r.frame},
-               {"strain", {{"p50", r.strain_p50}, {"p95", r.strain_p95}, {"max", r.strain_max}}},
-               {"residual", {{"spring_m", r.spring_residual}, {"hinge_rad", r.hinge_residual}}},
-               {"energy_j", {{"kinetic", r.kinetic_energy}, {"elastic", r.elastic_energy}}},
-               {"body",
-                {{"contacts", r.body_contacts},
-                 {"inside", r.penetrating},
-                 {"depth_m", r.penetration_depth}}},
-               {"self",
-                {{"contacts", r.self_contacts},
-                 {"candidates", r.self_candidates},
-                 {"self_searches", r.self_searches},
-                 {"self_renewals", r.self_renewals}}}};
-  const auto counted = [](auto value) { return value >= 0 ? Json(value) : Json(nullptr); };
-  json["residual"]["strain"] = counted(r.strain_residual);
-  json["self"]["crossings"] = counted(r.crossings);
-  json["body"]["crossings"] = counted(r.body_crossings);
-  json["body"]["all_inside"] = counted(r.inside);
-  json["body"]["all_depth_m"] = counted(r.inside_depth);
-  json["body"]["gap"] = counted(r.body_gap);
-  json["self"]["gap"] = counted(r.self_gap);
-  return json;
-}
-
-Json json_of(const MembraneInUse& membrane) {
-  const auto known = [](const std::optional<double>& value) {
-    return value ? Json(*value) : Json(nullptr);
-  };
-  return {{"young_warp", membrane.warp},
-          {"young_weft", membrane.weft},
-          {"poisson", known(membrane.poisson)},
-          {"shear", known(membrane.shear)},
-          {"bending", membrane.bending}};
-}
-
-/// A line on a frame. Vertices counted within the contact reach ("inside") are told again however
-/// deep they are in the frames that count them.
-std::string line_of(const FrameReport& r, bool with_body) {
-  char text[320];
-  std::snprintf(text, sizeof text, "frame %lld: strain p50 %.2f%% p95 %.2f%% max %.2f%%; ",
-                static_cast<long long>(r.frame), 100 * r.strain_p50, 100 * r.strain_p95,
-                100 * r.strain_max);
-  std::string line = text;
-  if (with_body) {
-    std::snprintf(text, sizeof text, "%d touch the body, %d just inside it (%.2f mm), ",
-                  r.body_contacts, r.penetrating, 1e3 * r.penetration_depth);
-    line += text;
-  }
-  std::snprintf(text, sizeof text, "%d touch cloth; energy %s J; residual %s, %.2g rad",
-                r.self_contacts, number_text(r.kinetic_energy + r.elastic_energy).c_str(),
-                length_text(r.spring_residual).c_str(), r.hinge_residual);
-  line += text;
-  if (r.strain_residual >= 0) {
-    std::snprintf(text, sizeof text, ", %.2g%% of strain", 100 * r.strain_residual);
-    line += text;
-  }
-  if (r.crossings >= 0) {
-    line += "; " + std::to_string(r.crossings) + " crossings with itself";
-  }
-  if (r.body_crossings >= 0) {
-    std::snprintf(text, sizeof text, ", %d with the body; %d inside it, however deep (%.2f mm)",
-                  r.body_crossings, r.inside, 1e3 * r.inside_depth);
-    line += text;
-  }
-  const auto gap = [&](double share, const char* of) {
-    if (share >= 0) {
-      std::snprintf(text, sizeof text, "; least gap %.0f%% of the thickness kept from %s",
-                    100 * share, of);
-      line += text;
-    }
-  };
-  gap(r.body_gap, "the body");
-  gap(r.self_gap, "cloth");
-  return line;
-}
 
 /// Mean of |length / rest - 1| over the mesh edges.
 double mean_strain(const Cloth& cloth, const Points& positions) {
@@ -188,57 +109,10 @@ int simulate_grid(const OutputPlace& place, const SimulationScene& scene,
             << ": cloth goes through cloth at " << crossings << " edges in the end\n";
     }
   }
-  std::cout << (json ? json_text(Json({{"picture", picture.string()}})) : picture.string()) << "\n";
+  std::cout << (json ? json_text(nlohmann::json({{"picture", picture.string()}}))
+                     : picture.string())
+            << "\n";
   return kExitDone;
-}
-
-/// `name`: where there are several.
-void say_garment(const std::string& name, const Garment& garment, const ClothOptions& options,
-                 bool json) {
-  const MembraneInUse membrane = membrane_in_use(garment, options);
-  const BendingRigidity rigidity = bending_rigidity(garment);
-  if (json) {
-    Material material = garment.material;
-    Json said = {{"name", material.name}};
-    for (const OptionField& field : describe(material).fields) {
-      said[field.name] = *std::get<double*>(field.target);
-    }
-    Json of_garment = {{"vertices", garment.mesh.vertices.rows()},
-                       {"faces", garment.mesh.faces.rows()},
-                       {"material", said},
-                       {"in_use", json_of(membrane)},
-                       {"bending_by_direction", rigidity.by_direction}};
-    if (!name.empty()) {
-      of_garment["garment"] = name;
-    }
-    std::cout << json_text(of_garment) << "\n";
-    return;
-  }
-  char text[240];
-  std::snprintf(text, sizeof text,
-                "%lld vertices, %lld triangles; by direction their hinges are %.2f to %.2f of the "
-                "fabric's bending stiffness (mean %.2f)",
-                static_cast<long long>(garment.mesh.vertices.rows()),
-                static_cast<long long>(garment.mesh.faces.rows()), rigidity.lowest,
-                rigidity.highest, rigidity.mean);
-  std::cout << (name.empty() ? "" : printable(name) + ": ") << text_of(membrane) << "\n"
-            << text << "\n";
-}
-
-std::string stopped_text(Index done, Index count, const std::filesystem::path& out) {
-  if (done == 0) {
-    return "stopped before its first frame; nothing was written";
-  }
-  return "stopped after frame " + std::to_string(done) + " of " + std::to_string(count) + "; " +
-         (done < count ? "it and the frames before it are in " : "all are in ") + out.string();
-}
-
-/// A text that follows the words of a failure.
-std::string kept_text(Index done, const std::filesystem::path& place) {
-  return done == 0 ? ""
-         : done == 1
-             ? "; the frame before it is in " + place.string()
-             : "; the " + std::to_string(done) + " frames before it are in " + place.string();
 }
 
 /// Refuses beside --grid what is of frames, and what would make rows of it alike.
@@ -386,8 +260,7 @@ int simulate_frames(const SimulateRequest& request, const SimulationScene& scene
         writers[g].write(static_cast<int>(frame), meshes[g]);
       }
       reports.push_back(report);
-      std::cout << (json ? json_text(json_of(report))
-                         : line_of(report, scene.body_faces.rows() > 0))
+      std::cout << (json ? frame_json(report) : frame_line(report, scene.body_faces.rows() > 0))
                 << std::endl;
       if (request.pictures) {
         album.add(frame, meshes, scene);
@@ -411,7 +284,7 @@ int simulate_frames(const SimulateRequest& request, const SimulationScene& scene
     attempt([&] { album.write_videos([] { return interrupted(); }); });
   }
   if (failure) {
-    throw_with(failure, kept_text(done, writers.front().frames_place()));
+    throw_with(failure, kept_words(done, writers.front().frames_place()));
   }
   std::ostream& words = json ? standard_error() : std::cout;
   for (const std::string& doubt :
@@ -419,7 +292,7 @@ int simulate_frames(const SimulateRequest& request, const SimulationScene& scene
     words << kWarning << doubt << "\n";
   }
   if (interrupted()) {
-    words << stopped_text(done, scene.frame_count, place.path) << std::endl;
+    words << stopped_words(done, scene.frame_count, place.path) << std::endl;
     end_by_signal();
   }
   if (!json) {
@@ -437,7 +310,9 @@ int simulate_alone(const SimulateFlags& flags, const OptionSet& set, Device devi
   const SimulationModel model = scene_model(scene, request.options);
   const bool several = scene.garments.size() > 1;
   for (std::size_t g = 0; g < scene.garments.size(); ++g) {
-    say_garment(several ? scene.names[g] : "", scene.garments[g], request.options.cloth, json);
+    const auto say = json ? garment_json : garment_words;
+    std::cout << say(several ? scene.names[g] : "", scene.garments[g], request.options.cloth)
+              << "\n";
   }
   if (request.grid) {
     return simulate_grid(request.place, scene, model, request.options, device, json);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "capture/frame_reader.h"
 #include "core/error.h"
 #include "core/quantity_text.h"
 #include "core/usage_error.h"
@@ -174,6 +175,32 @@ Dataset join_datasets(const std::vector<Dataset>& parts, const std::vector<std::
   }
   std::sort(all.info.held_out_frames.begin(), all.info.held_out_frames.end());
   return all;
+}
+
+bool same_images(const Dataset& a, const Dataset& b) {
+  FrameReader read_a(a);
+  FrameReader read_b(b);
+  bool any = false;
+  for (std::size_t c = 0; c < a.cameras.size(); ++c) {
+    const Index other = camera_index(b, a.cameras[c].id);
+    const std::vector<int> frames = a.frames[c].images.frames();
+    if (other < 0 || frames != b.frames[static_cast<std::size_t>(other)].images.frames()) {
+      return false;
+    }
+    for (std::size_t at = 0; at < 3 && !frames.empty(); ++at) {
+      const int frame = frames[at * (frames.size() - 1) / 2];
+      try {
+        if (read_a.byte_image(static_cast<Index>(c), frame)->data !=
+            read_b.byte_image(other, frame)->data) {
+          return false;
+        }
+      } catch (const DataError&) {  // damaged: it tells nothing
+        continue;
+      }
+      any = true;
+    }
+  }
+  return any;
 }
 
 }  // namespace atelier

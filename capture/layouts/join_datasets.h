@@ -19,4 +19,8 @@ namespace atelier {
 /// layout, keypoint schema, label taxonomy or subject.
 Dataset join_datasets(const std::vector<Dataset>& parts, const std::vector<std::string>& kinds);
 
+/// Whether two captures have the same images: one folder by two names, or a copy. Of each camera
+/// the first, middle and last image are compared.
+bool same_images(const Dataset& a, const Dataset& b);
+
 }  // namespace atelier

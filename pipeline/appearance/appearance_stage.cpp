@@ -15,6 +15,7 @@
 #include "core/error.h"
 #include "core/file_kind.h"
 #include "core/io/image_file.h"
+#include "core/three_channels.h"
 #include "core/usage_error.h"
 #include "pipeline/appearance/tell_contradictions.h"
 #include "pipeline/appearance/train_network.h"
@@ -125,17 +126,6 @@ std::vector<int> frames_of(const WornSubject& worn, std::size_t which,
   return frames;
 }
 
-ByteImage in_colors(ByteImage picture) {
-  if (picture.channels != 1) {
-    return picture;
-  }
-  ByteImage colors(picture.width, picture.height, 3);
-  for (std::size_t i = 0; i < colors.data.size(); ++i) {
-    colors.data[i] = picture.data[i / 3];
-  }
-  return colors;
-}
-
 /// pictures.png: three images of the training, each as it was taken and as it is drawn. False if
 /// the run was told to stop.
 bool show(StageRun& run, const WornSubject& worn, const Seen& seen, const ReadPicture& picture,
@@ -191,7 +181,7 @@ void learn(StageRun& run, const Dataset& dataset, const WornSubject& worn) {
                                            [](std::uint8_t pixel) { return pixel != 0; })) {
       return TakenPicture{};  // nobody is in it: what the geometry has there is background
     }
-    return TakenPicture{in_colors(reader.byte_image(idx, frame_id).value_or(ByteImage())),
+    return TakenPicture{in_three_channels(reader.byte_image(idx, frame_id).value_or(ByteImage())),
                         reader.labels(idx, frame_id).value_or(ByteImage())};
   };
   double views = 0;

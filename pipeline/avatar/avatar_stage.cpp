@@ -15,6 +15,7 @@
 #include "core/sequence_archive.h"
 #include "core/store/frame_memory.h"
 #include "core/store/output_sequences.h"
+#include "core/three_channels.h"
 #include "core/usage_error.h"
 #include "pipeline/appearance/tell_contradictions.h"
 #include "pipeline/appearance/train_network.h"
@@ -224,17 +225,6 @@ DressedSubject subject_of(const AvatarInput& input, const std::vector<OuterSurfa
     return all;
   };
   return subject;
-}
-
-ByteImage in_three_channels(ByteImage picture) {
-  if (picture.channels != 1) {
-    return picture;
-  }
-  ByteImage colors(picture.width, picture.height, 3);
-  for (std::size_t i = 0; i < colors.data.size(); ++i) {
-    colors.data[i] = picture.data[i / 3];
-  }
-  return colors;
 }
 
 /// A camera's image with which of its pixels show the body; without labels the mask says that of a

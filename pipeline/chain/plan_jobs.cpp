@@ -1,8 +1,11 @@
 #include "pipeline/chain/plan_jobs.h"
 
 #include <algorithm>
+#include <map>
+#include <nlohmann/json.hpp>
 #include <set>
 
+#include "core/io/json_text.h"
 #include "pipeline/chain/run_chain.h"
 #include "pipeline/row/stage_row.h"
 #include "pipeline/stages/stages.h"
@@ -115,6 +118,25 @@ void add_stage(const StageRow& step, const RunPlaces& places, const CaptureFacts
   jobs.push_back(whole);
 }
 
+nlohmann::ordered_json job_json(const PlannedJob& job) {
+  nlohmann::ordered_json json = {{"id", job.id}, {"stage", job.stage}};
+  if (job.parts > 1) {
+    json["part"] = job.part;
+    json["parts"] = job.parts;
+  }
+  json["needs"] = job.needs;
+  json["command"] = job.command;
+  json["reads"] = nlohmann::json::array();
+  for (const std::filesystem::path& folder : job.reads) {
+    json["reads"].push_back(folder.string());
+  }
+  json["writes"] = job.writes.string();
+  json["threads"] = job.threads;
+  json["expected_seconds"] = job.seconds;
+  json["expected_megabytes"] = job.megabytes;
+  return json;
+}
+
 }  // namespace
 
 std::vector<PlannedJob> plan_jobs(const RunPlaces& places, const CaptureFacts& facts,
@@ -136,6 +158,31 @@ std::vector<PlannedJob> plan_jobs(const RunPlaces& places, const CaptureFacts& f
   report.megabytes = kReportMegabytes;
   jobs.push_back(report);
   return jobs;
+}
+
+double longest_way(const std::vector<PlannedJob>& jobs) {
+  std::map<std::string, double> ends;
+  double last = 0;
+  for (const PlannedJob& job : jobs) {
+    double begin = 0;
+    for (const std::string& needed : job.needs) {
+      begin = std::max(begin, ends[needed]);
+    }
+    last = std::max(last, ends[job.id] = begin + job.seconds);
+  }
+  return last;
+}
+
+std::string plan_json(const RunPlaces& places, const std::vector<PlannedJob>& jobs) {
+  nlohmann::ordered_json json = {{"schema", "atelier.plan"},
+                                 {"version", 1},
+                                 {"capture", places.capture.string()},
+                                 {"workspace", places.workspace.string()},
+                                 {"jobs", nlohmann::json::array()}};
+  for (const PlannedJob& job : jobs) {
+    json["jobs"].push_back(job_json(job));
+  }
+  return json_text(json, 1);
 }
 
 }  // namespace atelier

@@ -43,4 +43,11 @@ struct PlanOptions {
 std::vector<PlannedJob> plan_jobs(const RunPlaces& places, const CaptureFacts& facts,
                                   const PlanOptions& options);
 
+/// Seconds of the longest way through the jobs: a job behind those that it needs, when every job
+/// begins as soon as it may.
+double longest_way(const std::vector<PlannedJob>& jobs);
+
+/// The jobs as JSON for workflow engines (schema "atelier.plan", version 1).
+std::string plan_json(const RunPlaces& places, const std::vector<PlannedJob>& jobs);
+
 }  // namespace atelier

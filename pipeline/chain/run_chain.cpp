@@ -53,6 +53,14 @@ std::span<const StageRow* const> run_steps() {
   return steps;
 }
 
+std::vector<std::string> step_names() {
+  std::vector<std::string> names;
+  for (const StageRow* step : run_steps()) {
+    names.emplace_back(step->stage.name);
+  }
+  return names;
+}
+
 std::string nothing_for(const StageRow& step, const CaptureFacts& facts) {
   return step.chain->lacks == nullptr ? "" : step.chain->lacks(facts);
 }

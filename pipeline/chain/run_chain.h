@@ -14,6 +14,9 @@ namespace atelier {
 /// run.
 std::span<const StageRow* const> run_steps();
 
+/// Their names.
+std::vector<std::string> step_names();
+
 /// Why the capture has nothing for a step, one sentence; "" if it has.
 std::string nothing_for(const StageRow& step, const CaptureFacts& facts);
 

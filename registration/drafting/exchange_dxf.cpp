@@ -75,16 +75,9 @@ void texts_of_piece(DxfText& dxf, const std::string& name, const Vector2& at, Dx
 /// Readers cut names at 20 letters.
 constexpr std::size_t kLongestName = 20;
 
-void begin_block(DxfText& dxf, const std::string& name) {
-  dxf.entity("BLOCK", kBoundary);
-  dxf.pair(2, name);
-  dxf.integer(70, 0);
-  dxf.point(10, {0, 0});
-}
-
 void piece_block(DxfText& dxf, const PatternPiece& piece, const std::string& name,
                  DxfDialect dialect) {
-  begin_block(dxf, name);
+  dxf.block(name, kBoundary);
   dxf.polyline(piece.cut_line, true, kBoundary);
   points_of_line(dxf, piece.cut_line);
   dxf.polyline(piece.sew_line, true, kSewLine);
@@ -112,7 +105,7 @@ void piece_block(DxfText& dxf, const PatternPiece& piece, const std::string& nam
 
 void square_block(DxfText& dxf, const std::string& name, DxfDialect dialect) {
   const Eigen::RowVector2d corner(0, -2 * kControlSquare);
-  begin_block(dxf, name);
+  dxf.block(name, kBoundary);
   const Points2 square = control_square(corner);
   dxf.polyline(square, true, kBoundary);
   points_of_line(dxf, square);
@@ -147,9 +140,7 @@ std::string exchange_dxf(const PatternLayout& layout, const std::string& title,
   dxf.pair(0, "SECTION");
   dxf.pair(2, "ENTITIES");
   for (const std::string& name : names) {
-    dxf.entity("INSERT", kBoundary);
-    dxf.pair(2, name);
-    dxf.point(10, {0, 0});
+    dxf.insert(name, kBoundary);
   }
   int line = 0;
   const auto text = [&](const std::string& value) {

@@ -56,6 +56,18 @@ class DxfText {
     point(10, a);
     point(11, b);
   }
+  /// Begins a block, of which an insertion draws a copy.
+  void block(const std::string& name, const char* layer) {
+    entity("BLOCK", layer);
+    pair(2, name);
+    integer(70, 0);
+    point(10, {0, 0});
+  }
+  void insert(const std::string& name, const char* layer) {
+    entity("INSERT", layer);
+    pair(2, name);
+    point(10, {0, 0});
+  }
   void label(const std::string& value, const Eigen::Vector2d& at, double height,
              const char* layer) {
     entity("TEXT", layer);

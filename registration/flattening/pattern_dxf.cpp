@@ -87,10 +87,7 @@ void layers(DxfText& dxf) {
 }
 
 void block(DxfText& dxf, const PatternPiece& piece, const std::string& name) {
-  dxf.entity("BLOCK", "0");
-  dxf.pair(2, name);
-  dxf.integer(70, 0);
-  dxf.point(10, {0, 0});
+  dxf.block(name, "0");
   dxf.pair(3, name);
   dxf.polyline(piece.cut_line, true, kCut);
   dxf.polyline(piece.sew_line, true, kSew);
@@ -126,9 +123,7 @@ std::string pattern_dxf(const PatternLayout& layout, const std::string& title) {
   dxf.pair(0, "SECTION");
   dxf.pair(2, "ENTITIES");
   for (const std::string& name : names) {
-    dxf.entity("INSERT", kCut);
-    dxf.pair(2, name);
-    dxf.point(10, {0, 0});
+    dxf.insert(name, kCut);
   }
   dxf.label("STYLE NAME: " + dxf_plain(title), {0, kUnder}, kTextHeight, kAnnotation);
   dxf.label("UNITS: METRIC", {0, kUnder - kLine}, kTextHeight, kAnnotation);

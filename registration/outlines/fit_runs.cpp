@@ -394,6 +394,7 @@ FittedRuns fit_runs(const std::vector<Points2>& runs, const FitRunsOptions& opti
   std::sort(corners.begin(), corners.end());
   corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
   std::vector<Points2> smooth;
+  smooth.reserve(runs.size());
   for (const Points2& run : runs) {
     smooth.push_back(smoothed_run(run, corners, options.reach));
   }

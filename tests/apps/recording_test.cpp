@@ -58,10 +58,14 @@ TEST(Recording, DryRun_ListsWhatLeadsToACapture) {
   EXPECT_EQ(json.exit_code, 0) << json.err;
   std::istringstream lines(json.out);
   int prepared = 0;
+  nlohmann::json last;
   for (std::string line; std::getline(lines, line);) {
-    prepared += nlohmann::json::parse(line).at("event") == "prepare" ? 1 : 0;
+    last = nlohmann::json::parse(line);
+    prepared += last.at("event") == "prepare" ? 1 : 0;
   }
   EXPECT_EQ(prepared, 5) << json.out;
+  EXPECT_EQ(last.at("event"), "run_end");
+  EXPECT_TRUE(last.at("stages").empty());
 }
 
 TEST(Recording, StepThatFails_IsNamedAndWhatWasDoneIsKept) {

@@ -338,6 +338,20 @@ void check_conditions(const Sources& sources, Lines& lines) {
   }
 }
 
+void check_size_of_apps(const Sources& sources, Lines& lines) {
+  constexpr std::ptrdiff_t kMostLines = 10000;
+  std::ptrdiff_t all = 0;
+  for (const ReadSource& one : sources) {
+    const std::string& text = one.source->text;
+    all += one.top == "apps" ? std::count(text.begin(), text.end(), '\n') : 0;
+  }
+  if (all > kMostLines) {
+    lines.push_back(
+        "apps has " + std::to_string(all) + " lines of at most " + std::to_string(kMostLines) +
+        ": what computes, reads or writes belongs in a room of pipeline or in a domain");
+  }
+}
+
 }  // namespace
 
 std::vector<std::string> law_violations(const std::vector<LawSource>& sources) {
@@ -357,6 +371,7 @@ std::vector<std::string> law_violations(const std::vector<LawSource>& sources) {
   check_guards(read, lines);
   check_names_of_solvers(read, lines);
   check_conditions(read, lines);
+  check_size_of_apps(read, lines);
   return lines;
 }
 

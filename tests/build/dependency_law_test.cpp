@@ -244,5 +244,14 @@ TEST(DependencyLaw, BranchForACommandOutsideItsTable_IsFound) {
   }
 }
 
+TEST(DependencyLaw, MoreLinesThanAppsMayHave_AreFound) {
+  const std::string most(9990, '\n');  // beside the few of the lawful sources
+  EXPECT_THAT(found_with({{"apps/commands/a.cpp", most}}), IsEmpty());
+  EXPECT_THAT(found_with({{"pipeline/row/a.cpp", most + most}}), IsEmpty());
+  EXPECT_THAT(found_with({{"apps/commands/a.cpp", most}, {"apps/appearance/b.cpp", "\n\n\n"}}),
+              ElementsAre("apps has 10001 lines of at most 10000: what computes, reads or writes "
+                          "belongs in a room of pipeline or in a domain"));
+}
+
 }  // namespace
 }  // namespace atelier::fixtures

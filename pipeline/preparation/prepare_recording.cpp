@@ -1,4 +1,4 @@
-#include "apps/commands/prepared_recording.h"
+#include "pipeline/preparation/prepare_recording.h"
 
 #include <algorithm>
 #include <cctype>

@@ -1,14 +1,12 @@
-#include "apps/commands/body_model_input.h"
+#include "bodymodel/input/body_input.h"
 
 #include <cmath>
 #include <filesystem>
-#include <iostream>
-#include <optional>
 #include <set>
 #include <variant>
 
-#include "apps/console/standard_streams.h"
 #include "bodymodel/formats/body_archive.h"
+#include "bodymodel/formats/body_file.h"
 #include "bodymodel/formats/skin_weights.h"
 #include "bodymodel/formats/tailor_measurements.h"
 #include "bodymodel/human/default_human.h"
@@ -16,7 +14,6 @@
 #include "core/io/mesh_gltf.h"
 #include "core/io/npz.h"
 #include "core/io/scene_file.h"
-#include "core/printable.h"
 #include "core/quantity_text.h"
 #include "core/usage_error.h"
 
@@ -57,19 +54,20 @@ std::vector<Assignment> assignments(const std::vector<std::string>& texts, const
   return all;
 }
 
-std::vector<Assignment> shape_assignments(const BodyArguments& arguments) {
-  std::vector<std::string> texts = arguments.shape;
+std::vector<Assignment> shape_assignments(const BodySource& source) {
+  std::vector<std::string> texts = source.shape;
   std::erase_if(texts, has_measurements_extension);
   return assignments(texts, "NAME=NUMBER");
 }
 
 /// The default human with the measurements of those files that --shape names.
-DefaultHumanOptions measured_human(const BodyArguments& arguments, DefaultHumanOptions human) {
-  for (const std::string& text : arguments.shape) {
+DefaultHumanOptions measured_human(const BodySource& source, DefaultHumanOptions human,
+                                   const TellFindings& tell) {
+  for (const std::string& text : source.shape) {
     if (has_measurements_extension(text)) {
       TailorMeasurements measurements = read_tailor_measurements(text);
       human = with_measurements(human, measurements);
-      print(measurements.findings);
+      tell(measurements.findings);
     }
   }
   return human;
@@ -77,13 +75,13 @@ DefaultHumanOptions measured_human(const BodyArguments& arguments, DefaultHumanO
 
 // The default human is recomputed with the measures asked for, so that what is not asked for
 // follows from them.
-BodyModel generated(const BodyArguments& arguments) {
-  DefaultHumanOptions human = arguments.body == "female" ? female_human()
-                              : arguments.body == "male" ? male_human()
-                                                         : DefaultHumanOptions{};
-  human = measured_human(arguments, human);
+BodyModel generated_body(const BodySource& source, const TellFindings& tell) {
+  DefaultHumanOptions human = source.body == "female" ? female_human()
+                              : source.body == "male" ? male_human()
+                                                      : DefaultHumanOptions{};
+  human = measured_human(source, human, tell);
   OptionTable table = describe(human);
-  for (const Assignment& one : shape_assignments(arguments)) {
+  for (const Assignment& one : shape_assignments(source)) {
     std::string known;
     bool found = false;
     for (const OptionField& field : table.fields) {
@@ -132,7 +130,7 @@ void set_shape(const BodyModel& model, const std::string& name, double value,
   shape[index] = value;
 }
 
-BodyFileOptions file_options(const BodyOptions& options) {
+BodyFileOptions file_options(const BodyInputOptions& options) {
   const MakeHumanMacros& macros = options.macros;
   const double shares = macros.african + macros.asian + macros.caucasian;
   if (!(std::abs(shares - 1) <= 1e-6)) {
@@ -149,40 +147,13 @@ BodyFileOptions file_options(const BodyOptions& options) {
 
 }  // namespace
 
-OptionTable describe(BodyOptions& options) {
-  OptionTable table;
-  table.add("four_influences", options.four_influences,
-            "At most four joints influencing a vertex, as viewers and game engines expect");
-  table.add("metres_per_unit", options.metres_per_unit, 1e-6, 1e6, "m",
-            "Length of the unit of a glTF, FBX or SMPL-family body; 0.01 where it is in "
-            "centimetres and says metres");
-  table.add("rig", options.rig, {},
-            "MakeHuman rig, .mhskel or MPFB2's rig.*.json; empty: the one beside the body");
-  table.add("weights", options.weights, {},
-            "MakeHuman skinning weights, .mhw or weights.*.json; empty: those beside the body");
-  table.add("macros", describe(options.macros));
-  table.add("asf", options.asf, {}, "Skeleton (.asf) of an .amc motion; empty: the one beside it");
-  table.add("motion", describe(options.motion));
-  table.add("markers", describe(options.markers));
-  table.add("retarget", describe(options.retarget));
-  table.add("pictures", options.pictures, 1, 400, "",
-            "Number of poses on the contact sheet of pose");
-  return table.add(describe(options.picture));
+bool is_generated_body(const std::string& body) {
+  return body == "default" || body == "female" || body == "male";
 }
 
-void print(const std::vector<Finding>& findings) {
-  for (const Finding& finding : findings) {
-    standard_error() << printable(to_string(finding)) << "\n";
-  }
-}
-
-bool is_generated(const BodyArguments& arguments) {
-  return arguments.body == "default" || arguments.body == "female" || arguments.body == "male";
-}
-
-bool is_makehuman(const BodyArguments& arguments) {
-  return !is_generated(arguments) && (lower_extension(arguments.body) == ".obj" ||
-                                      std::filesystem::is_directory(arguments.body));
+bool is_makehuman_body(const std::string& body) {
+  return !is_generated_body(body) &&
+         (lower_extension(body) == ".obj" || std::filesystem::is_directory(body));
 }
 
 bool holds_motion(const std::string& file) {
@@ -220,7 +191,7 @@ bool holds_motion(const std::string& file) {
 
 bool holds_body(const std::string& file) {
   const std::string extension = lower_extension(file);
-  if (file == "default" || file == "female" || file == "male" || extension == ".obj") {
+  if (is_generated_body(file) || extension == ".obj") {
     return true;
   }
   if (std::filesystem::is_directory(file)) {
@@ -237,37 +208,38 @@ bool holds_body(const std::string& file) {
   return false;
 }
 
-ShapedInput read_body_input(const BodyArguments& arguments, const BodyOptions& options) {
+ShapedInput read_body_input(const BodySource& source, const BodyInputOptions& options,
+                            const TellFindings& tell) {
   BodyFileOptions files = file_options(options);
-  const std::vector<Assignment> targets = assignments(arguments.target, "FILE=WEIGHT");
+  const std::vector<Assignment> targets = assignments(source.target, "FILE=WEIGHT");
   for (const Assignment& target : targets) {
     files.targets.emplace_back(target.name);
   }
-  BodyFile body = is_generated(arguments) ? BodyFile{generated(arguments), {}}
-                                          : read_body_file(arguments.body, files);
-  print(body.findings);
+  BodyFile body = is_generated_body(source.body) ? BodyFile{generated_body(source, tell), {}}
+                                                 : read_body_file(source.body, files);
+  tell(body.findings);
   if (options.four_influences) {
     SkinPackOptions pack;
     pack.max_slots = 4;
     body.model.skin =
-        repair_skin_weights(body.model.skin, joint_count(body.model), pack, arguments.body).skin;
+        repair_skin_weights(body.model.skin, joint_count(body.model), pack, source.body).skin;
   }
   ShapedInput input{std::move(body.model), {}};
   input.shape = neutral_shape(input.model);
-  if (is_generated(arguments)) {
+  if (is_generated_body(source.body)) {
     return input;  // made with the measures asked for
   }
   for (const Assignment& target : targets) {
     set_shape(input.model, std::filesystem::path(target.name).stem().string(), target.value,
               input.shape);
   }
-  for (const std::string& text : arguments.shape) {
+  for (const std::string& text : source.shape) {
     if (has_measurements_extension(text)) {
       throw UsageError("--shape " + text.substr(0, 80) +
                        " has no effect here: measurements shape default, female and male");
     }
   }
-  for (const Assignment& one : shape_assignments(arguments)) {
+  for (const Assignment& one : shape_assignments(source)) {
     set_shape(input.model, one.name, one.value, input.shape);
   }
   return input;
