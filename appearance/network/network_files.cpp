@@ -6,6 +6,7 @@
 #include <sstream>
 #include <system_error>
 
+#include "appearance/network/train.h"
 #include "appearance/training_log.h"
 #include "core/error.h"
 #include "core/file_kind.h"

@@ -7,6 +7,7 @@
 
 #include "appearance/appearance_data.h"
 #include "appearance/appearance_model.h"
+#include "appearance/train_options.h"
 #include "appearance/training.h"
 
 namespace atelier {
