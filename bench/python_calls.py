@@ -114,7 +114,9 @@ def main():
     z, x = np.mgrid[0:n + 1, 0:n + 1] / n
     a = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
     faces = np.concatenate([np.stack([a, a + n + 1, a + 1], 1), np.stack([a + 1, a + n + 1, a + n + 2], 1)])
-    garment = atelier.Garment("cloth", atelier.Mesh(np.stack([x, 0 * x, z], -1).reshape(-1, 3), faces))
+    flat = np.stack([x, 0 * x, z], -1).reshape(-1, 3)
+    faces = faces.astype(np.int32)
+    garment = atelier.Garment("cloth", atelier.Mesh(flat, faces))
     solver = atelier.create_solver(atelier.SimulationModel(atelier.make_cloth(garment, [0, n])))
     control = atelier.Control()
 
@@ -125,6 +127,8 @@ def main():
              lambda: _atelier._seconds_of_skinning(model, body, pose, 1)[0]),
             ("`closest_points`, 10000 queries", lambda: atelier.closest_points(tree, queries),
              lambda: _atelier._seconds_of_closest_points(tree, queries, 1)[0]),
+            ("`vertex_normals`, 10000 vertices", lambda: atelier.vertex_normals(flat, faces),
+             lambda: _atelier._seconds_of_normals(flat, faces, 1)[0]),
             ("`Solver.step`, 10000 vertices", lambda: solver.step(control),
              lambda: _atelier._seconds_of_steps(solver, control, 1)[0])):
         count = repeats if "step" not in name else max(repeats // 10, 10)

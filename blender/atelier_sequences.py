@@ -20,6 +20,7 @@ bl_info = {
 }
 
 import bisect
+import contextlib
 import hashlib
 import math
 import pathlib
@@ -125,12 +126,14 @@ def row_of(index, count):
 
 
 def read_obj(path):
-    """Arrays of an OBJ of triangles."""
-    vertices, uvs, faces, uv_faces = [], [], [], []
+    """Arrays of an OBJ of triangles; colours stand behind the vertices, in sRGB."""
+    vertices, colors, uvs, faces, uv_faces = [], [], [], [], []
     for line in pathlib.Path(path).read_text("utf-8", "replace").splitlines():
         words = line.split()
         if words[:1] == ["v"]:
             vertices.append([float(word) for word in words[1:4]])
+            if len(words) >= 7:
+                colors.append([float(word) for word in words[4:7]])
         elif words[:1] == ["vt"]:
             uvs.append([float(word) for word in words[1:3]])
         elif words[:1] == ["f"]:
@@ -143,6 +146,8 @@ def read_obj(path):
     arrays = {"vertices": np.array(vertices, float).reshape(-1, 3), "faces": np.array(faces, np.int32).reshape(-1, 3)}
     if uv_faces and len(uv_faces) == len(faces):
         arrays |= {"uvs": np.array(uvs, float), "uv_faces": np.array(uv_faces, np.int32)}
+    if colors and len(colors) == len(vertices):
+        arrays["colors"] = linear(colors)
     return arrays
 
 
@@ -163,6 +168,17 @@ def linear(srgb):
     return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 
+@contextlib.contextmanager
+def damage_named(path):
+    """What a reader stumbles over, as a sentence that names the file."""
+    try:
+        yield
+    except SequenceError:
+        raise
+    except (ValueError, IndexError, KeyError, TypeError) as error:
+        raise SequenceError(f"{path}: damaged: {error}") from error
+
+
 class Sequence:
     """Frames of a path: `fps` (0: not known), `frame_ids`, `arrays_of(frame_id)`."""
 
@@ -172,6 +188,13 @@ class Sequence:
             self.path = self.path.parent
         self.fps, self.shared, self.all = 0.0, {}, None
         self.files = {}
+        with damage_named(self.path):
+            self.find_frames()
+        self.frame_ids = sorted(self.files)
+        if not self.frame_ids:
+            raise SequenceError(f"{self.path}: no frames; a folder of a workspace, or of PLY or OBJ files, has some")
+
+    def find_frames(self):
         if self.path.is_dir() and (self.path / "sequence.h5").exists():
             schema, numbers, arrays = read_archive(self.path / "sequence.h5")
             if schema != "atelier.sequence":
@@ -209,9 +232,6 @@ class Sequence:
                 self.files = {0: self.path}
             else:
                 raise SequenceError(f"{self.path}: of schema {schema}, which is no mesh")
-        self.frame_ids = sorted(self.files)
-        if not self.frame_ids:
-            raise SequenceError(f"{self.path}: no frames; a folder of a workspace, or of PLY or OBJ files, has some")
 
     def nearest(self, frame):
         """The last frame that is not after `frame`; before the first one, the first."""
@@ -222,12 +242,8 @@ class Sequence:
             return checked(self.path, self.shared | {"vertices": self.all[self.files[frame_id]]})
         file = self.files[frame_id]
         read = {".ply": read_ply, ".obj": read_obj}.get(file.suffix.lower(), lambda path: read_archive(path)[2])
-        try:
+        with damage_named(file):
             return checked(file, self.shared | read(file))
-        except SequenceError:
-            raise
-        except (ValueError, IndexError, KeyError, TypeError) as error:
-            raise SequenceError(f"{file}: damaged: {error}") from error
 
 
 # --- Blender -------------------------------------------------------------------------------------
@@ -303,7 +319,7 @@ def material_for(name, mesh, texture):
     shader.inputs["Roughness"].default_value = 0.7
     if texture:
         source = nodes.new("ShaderNodeTexImage")
-        source.image = bpy.data.images.load(str(texture), check_existing=True)
+        source.image = texture
         links.new(source.outputs["Color"], shader.inputs["Base Color"])
     elif mesh.color_attributes.get("Col"):
         source = nodes.new("ShaderNodeVertexColor")
@@ -320,6 +336,17 @@ def texture_beside(path):
     return None
 
 
+def texture_at(path):
+    """The image of a file."""
+    if not pathlib.Path(path).is_file():
+        raise SequenceError(f"{path}: no texture is there")
+    image = bpy.data.images.load(str(path), check_existing=True)
+    if 0 in image.size:
+        bpy.data.images.remove(image)
+        raise SequenceError(f"{path}: no image, as a texture has to be")
+    return image
+
+
 def import_sequence(path, texture=None, name=None, set_scene=True):
     """An object that follows the scene's frame. `texture`: an image file; None: the one beside the sequence, if any.
     `set_scene`: frame range and rate become the sequence's."""
@@ -328,17 +355,20 @@ def import_sequence(path, texture=None, name=None, set_scene=True):
     path = sequence.path
     opened[str(path)] = sequence
     first = sequence.frame_ids[0]
+    arrays = sequence.arrays_of(first)
+    texture = texture or texture_beside(path)
+    image = texture_at(texture) if texture else None
     if not name:
         name = path.stem if path.stem != "current" else path.parent.name
     mesh = bpy.data.meshes.new(name)
-    fill_mesh(mesh, sequence.arrays_of(first))
+    fill_mesh(mesh, arrays)
     thing = bpy.data.objects.new(name, mesh)
     thing.rotation_euler = (math.pi / 2, 0, 0)  # Y up to Z up
     thing["atelier_sequence"] = str(path)
     thing["atelier_frame"] = first
     thing["atelier_offset"] = 0
     bpy.context.collection.objects.link(thing)
-    mesh.materials.append(material_for(name, mesh, texture or texture_beside(path)))
+    mesh.materials.append(material_for(name, mesh, image))
     scene = bpy.context.scene
     if set_scene:
         scene.frame_start, scene.frame_end = first, sequence.frame_ids[-1]

@@ -172,10 +172,12 @@ std::vector<Measure> measure_capture(const fs::path& capture) {
        Measure::Side::None, std::to_string(detections.in_picture) + " points in images"});
   measures.push_back({"capture.label_miou", iou / std::max(1, pictures), "", 0, Measure::Side::None,
                       std::to_string(pictures) + " images"});
-  measures.push_back({"capture.cloth_depth_mm", 1000 * deepest, "mm", 0.1, Measure::Side::AtMost,
-                      "cloth vertices inside the body, a thickness off its own overlaps"});
+  measures.push_back(
+      {"capture.cloth_depth_mm", 1000 * deepest, "mm", 0.1, Measure::Side::AtMost,
+       "largest depth of true cloth inside the body, a thickness off its own overlaps"});
   measures.push_back({"capture.seam_mismatch", seam_mismatch(truth), "", 0.003,
-                      Measure::Side::AtMost, "both sides of every seam"});
+                      Measure::Side::AtMost,
+                      "largest relative difference between the two sides of a true seam"});
   return measures;
 }
 

@@ -4,17 +4,18 @@
 #include <cmath>
 
 #include "core/error.h"
+#include "core/points_view.h"
 
 namespace atelier {
 namespace {
 
-void check_faces(const Points& vertices, const Triangles& faces) {
+void check_faces(PointsView vertices, const Triangles& faces) {
   ATELIER_CHECK(faces.rows() == 0 || (faces.minCoeff() >= 0 && faces.maxCoeff() < vertices.rows()),
                 "a face names a vertex that is not there");
 }
 
 /// Twice the area, along the normal.
-Eigen::Vector3d face_vector(const Points& vertices, const Triangles& faces, Index f) {
+Eigen::Vector3d face_vector(PointsView vertices, const Triangles& faces, Index f) {
   const Eigen::Vector3d a = vertices.row(faces(f, 0));
   const Eigen::Vector3d b = vertices.row(faces(f, 1));
   const Eigen::Vector3d c = vertices.row(faces(f, 2));
@@ -29,7 +30,8 @@ Eigen::Vector3d unit_or_zero(const Eigen::Vector3d& vector) {
 
 }  // namespace
 
-Points face_normals(const Points& vertices, const Triangles& faces) {
+Points face_normals(const Points& points, const Triangles& faces) {
+  const PointsView vertices = view_of(points);
   check_faces(vertices, faces);
   Points normals(faces.rows(), 3);
   for (Index f = 0; f < faces.rows(); ++f) {
@@ -38,7 +40,8 @@ Points face_normals(const Points& vertices, const Triangles& faces) {
   return normals;
 }
 
-Eigen::VectorXd face_areas(const Points& vertices, const Triangles& faces) {
+Eigen::VectorXd face_areas(const Points& points, const Triangles& faces) {
+  const PointsView vertices = view_of(points);
   check_faces(vertices, faces);
   Eigen::VectorXd areas(faces.rows());
   for (Index f = 0; f < faces.rows(); ++f) {
@@ -48,6 +51,10 @@ Eigen::VectorXd face_areas(const Points& vertices, const Triangles& faces) {
 }
 
 Points vertex_normals(const Points& vertices, const Triangles& faces) {
+  return vertex_normals(view_of(vertices), faces);
+}
+
+Points vertex_normals(PointsView vertices, const Triangles& faces) {
   check_faces(vertices, faces);
   Points normals = Points::Zero(vertices.rows(), 3);
   for (Index f = 0; f < faces.rows(); ++f) {

@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/points_view.h"
 #ifdef ATELIER_HAS_CUDA
 #include "core/tree_cuda.h"
 #endif
@@ -95,6 +96,11 @@ ClosestPoint closest_point(const TriangleTree& tree, const Eigen::Vector3d& quer
 }
 
 std::vector<ClosestPoint> closest_points(const TriangleTree& tree, const Points& queries,
+                                         double max_distance, Device device) {
+  return closest_points(tree, view_of(queries), max_distance, device);
+}
+
+std::vector<ClosestPoint> closest_points(const TriangleTree& tree, PointsView queries,
                                          double max_distance, Device device) {
   ATELIER_CHECK(queries.allFinite(), "a query must be finite");
   check_distance(max_distance);

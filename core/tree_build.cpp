@@ -4,6 +4,7 @@
 
 #include "core/error.h"
 #include "core/parallel.h"
+#include "core/points_view.h"
 #include "core/saturating_cast.h"
 #include "core/tree.h"
 
@@ -130,7 +131,7 @@ int split(Parts& parts, const Task& task, int level) {
   return static_cast<int>(middle - parts.begin());
 }
 
-std::vector<Vec3d> checked_vertices(const Points& vertices) {
+std::vector<Vec3d> checked_vertices(PointsView vertices) {
   // A comparison with NaN is false.
   ATELIER_CHECK(vertices.rows() == 0 || (vertices.array().abs() < kLargestTreeCoordinate).all(),
                 "a tree needs finite coordinates below 1e100 m");
@@ -162,7 +163,7 @@ TriangleTree build_tree(const Points& vertices, const Triangles& faces,
   ATELIER_CHECK(faces.rows() == 0 || (faces.minCoeff() >= 0 && faces.maxCoeff() < vertices.rows()),
                 "a face names a vertex that is not there");
   TriangleTree tree;
-  tree.vertices = checked_vertices(vertices);
+  tree.vertices = checked_vertices(view_of(vertices));
   if (faces.rows() == 0) {
     return tree;
   }
@@ -231,6 +232,10 @@ TriangleTree build_point_tree(const Points& points, const TreeOptions& options) 
 }
 
 TriangleTree refit_tree(TriangleTree tree, const Points& vertices) {
+  return refit_tree(std::move(tree), view_of(vertices));
+}
+
+TriangleTree refit_tree(TriangleTree tree, PointsView vertices) {
   ATELIER_CHECK(vertices.rows() == static_cast<Index>(tree.vertices.size()),
                 "a tree is refitted to as many vertices as it was built from");
   tree.vertices = checked_vertices(vertices);

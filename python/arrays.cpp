@@ -33,6 +33,11 @@ void require_finite(const float* values, Eigen::Index count, Eigen::Index column
   find_not_finite(values, count, columns);
 }
 
+py::array read_only(py::array array) {
+  array.attr("setflags")(false);
+  return array;
+}
+
 std::string array_text(const py::array& array) {
   std::string text = py::str(array.dtype()).cast<std::string>() + " of shape (";
   for (py::ssize_t i = 0; i < array.ndim(); ++i) {

@@ -16,15 +16,17 @@
 #include <pybind11/stl/filesystem.h>
 
 #include "core/error.h"
+#include "core/points_view.h"
 
 namespace atelier::python {
 
 namespace py = pybind11;
 
 // NumPy in and out. A result is handed over with its memory; a field of a struct is seen in place,
-// and what is assigned to it is copied into the struct. Arguments are copied once, since the
-// functions of Atelier take matrices that own their numbers: any layout, any type of number of the
-// right kind, and no number that is not finite.
+// and what is assigned to it is copied into the struct. Arguments are of any layout, any type of
+// number of the right kind, and no number that is not finite. Functions that take a PointsView see
+// float64 [N,3] in order of rows in place; other arguments are copied once, since what takes them
+// owns its numbers, or, of indices, since nobody may change them once they are checked.
 
 /// "[N,3] numbers": what an argument has to be.
 template <class Scalar, int Rows, int Columns>
@@ -134,13 +136,16 @@ py::array array_over(const std::vector<Scalar>& values, py::handle owner) {
                    reinterpret_cast<const Number*>(values.data()), owner);
 }
 
+/// An array in which nothing can be changed.
+py::array read_only(py::array array);
+
 /// Owner of something that arrays are over.
 template <class Value>
 py::capsule owner_of(Value&& value) {
   using Held = std::remove_cvref_t<Value>;
   auto held = std::make_unique<Held>(std::forward<Value>(value));
   py::capsule owner(held.get(), [](void* memory) { delete static_cast<Held*>(memory); });
-  held.release();
+  static_cast<void>(held.release());  // the capsule deletes it
   return owner;
 }
 
@@ -180,6 +185,25 @@ void array_field(Class& type, const char* name, const char* doc = "") {
       doc);
 }
 
+/// A vector of structs as an attribute: read, a list of copies, which stays sound whatever becomes
+/// of the vector; assigned, it replaces the vector as a whole.
+template <auto Member, class Class>
+void list_field(Class& type, const char* name, const char* doc = "a copy: assign the whole list") {
+  using Struct = typename Class::type;
+  using Field = std::remove_cvref_t<decltype(std::declval<Struct>().*Member)>;
+  type.def_property(
+      name, [](const Struct& self) { return self.*Member; },
+      [](Struct& self, Field value) { self.*Member = std::move(value); }, doc);
+}
+
+/// The same of a struct that does not change.
+template <auto Member, class Class>
+void list_of_copies(Class& type, const char* name, const char* doc = "copied") {
+  using Struct = typename Class::type;
+  type.def_property_readonly(
+      name, [](const Struct& self) { return self.*Member; }, doc);
+}
+
 /// A struct in a struct as an attribute, seen in place. What an assignment replaces stays as long
 /// as the outer struct does, since arrays may be over it.
 template <auto Member, class Class>
@@ -213,6 +237,41 @@ struct type_caster<Eigen::Matrix<Scalar, Rows, Columns, Options, MaxRows, MaxCol
   static handle cast(Matrix matrix, return_value_policy /*policy*/, handle /*parent*/) {
     return atelier::python::array_of(std::move(matrix)).release();
   }
+};
+
+/// Points in the memory of an array where it has their layout, else in a copy. Either is kept for
+/// the length of the call.
+template <>
+struct type_caster<atelier::PointsView> {
+  static constexpr auto name = const_name("numpy.ndarray");
+  template <class T>
+  using cast_op_type = atelier::PointsView;
+
+  bool load(handle given, bool /*convert*/) {
+    using Plain = array_t<double, array::c_style>;
+    if (Plain::check_(given)) {
+      const auto plain = reinterpret_borrow<Plain>(given);
+      const bool aligned = (plain.flags() & npy_api::NPY_ARRAY_ALIGNED_) != 0;
+      if (aligned && plain.ndim() == 2 && plain.shape(1) == 3) {
+        atelier::python::require_finite(plain.data(), plain.size(), 3);
+        seen_ = plain;
+        data_ = plain.data();
+        rows_ = plain.shape(0);
+        return true;
+      }
+    }
+    copy_ = atelier::python::matrix_of<atelier::Points>(given);
+    data_ = copy_.data();
+    rows_ = copy_.rows();
+    return true;
+  }
+  operator atelier::PointsView() const { return {data_, rows_, 3}; }
+
+ private:
+  object seen_;
+  atelier::Points copy_;
+  const double* data_ = nullptr;
+  Eigen::Index rows_ = 0;
 };
 
 template <class Scalar>

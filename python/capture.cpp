@@ -1,3 +1,4 @@
+#include <map>
 #include <optional>
 
 #include "capture/dataset.h"
@@ -7,6 +8,8 @@
 #include "capture/layouts/open_dataset.h"
 #include "capture/linear_triangulation.h"
 #include "capture/triangulation.h"
+#include "core/label.h"
+#include "core/store/consent.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
 #include "python/images.h"
@@ -22,28 +25,70 @@ namespace {
 using namespace py::literals;
 using Path = std::filesystem::path;
 
-void bind_datasets(py::module_& module) {
+void bind_info(py::module_& module) {
+  py::class_<Consent>(module, "Consent", "Consent of a recorded person.")
+      .def_readonly("who", &Consent::who, "name or pseudonym")
+      .def_readonly("scope", &Consent::scope, "what the recording may be used for")
+      .def_readonly("until", &Consent::until, "last day, \"2030-12-31\", or \"\" for no end")
+      .def_readonly("revocation", &Consent::revocation,
+                    "list of revoked consents, a file or an address, or \"\"")
+      .def_readonly("key", &Consent::key, "public key of who signed it, or \"\"")
+      .def_readonly("signature", &Consent::signature)
+      .def("__repr__",
+           [](const Consent& self) { return "<Consent of " + to_string({self}) + ">"; });
   py::class_<CaptureSequence>(module, "CaptureSequence", "Frames that were taken in one go.")
       .def_readonly("name", &CaptureSequence::name)
       .def_readonly("kind", &CaptureSequence::kind, "\"minimal\" or \"clothed\"")
       .def_readonly("fps", &CaptureSequence::fps, "frames per second")
       .def_property_readonly(
           "frame_ids",
-          [](py::object self) { return array_over(self.cast<CaptureSequence&>().frame_ids, self); },
-          "increasing");
-  py::class_<Dataset>(module, "Dataset", "Index of a capture in any layout: metres, Y up.")
-      .def_readonly("layout", &Dataset::layout)
+          [](py::object self) {
+            return read_only(array_over(self.cast<CaptureSequence&>().frame_ids, self));
+          },
+          "[N] increasing");
+  py::class_<CaptureInfo>(module, "CaptureInfo", "What a capture says of itself.")
+      .def_readonly("subject", &CaptureInfo::subject, "name or pseudonym")
+      .def_readonly("sequences", &CaptureInfo::sequences)
+      .def_readonly("keypoint_schema", &CaptureInfo::keypoint_schema, "of the 2D detections")
+      .def_readonly("label_taxonomy", &CaptureInfo::label_taxonomy,
+                    "of the label images as they lie; FrameReader maps them to \"atelier\"")
+      .def_readonly("held_out_cameras", &CaptureInfo::held_out_cameras,
+                    "ids; no stage opens their images")
+      .def_property_readonly(
+          "held_out_frames",
+          [](py::object self) {
+            return read_only(array_over(self.cast<CaptureInfo&>().held_out_frames, self));
+          },
+          "[N] frame ids that no training sees")
+      .def_readonly("synthetic", &CaptureInfo::synthetic, "there is a ground truth")
+      .def_readonly("image_format", &CaptureInfo::image_format, "\"png\" or \"jpg\"")
+      .def_readonly("consent", &CaptureInfo::consent)
+      .def("__repr__", [](const CaptureInfo& self) {
+        return "<CaptureInfo of '" + self.subject + "', " + std::to_string(self.sequences.size()) +
+               (self.sequences.size() == 1 ? " sequence" : " sequences") +
+               ", consent: " + to_string(self.consent) + ">";
+      });
+  py::class_<FileWorld>(module, "FileWorld",
+                        "Unit and up axis of the files; a Dataset is in metres, Y up.")
+      .def_readonly("metres_per_unit", &FileWorld::metres_per_unit, "0: the layout does not say")
+      .def_readonly("up", &FileWorld::up, "\"y\", \"z\", \"-y\", ..., or \"\": it does not say")
+      .def_readonly("up_guessed", &FileWorld::up_guessed, "nobody says it; y is taken");
+}
+
+void bind_datasets(py::module_& module) {
+  py::class_<Dataset> capture(module, "Dataset", "Index of a capture in any layout: metres, Y up.");
+  list_of_copies<&Dataset::cameras>(capture, "cameras", "[C], copied");
+  capture.def_readonly("layout", &Dataset::layout)
       .def_readonly("evidence", &Dataset::evidence, "how the layout was recognised")
       .def_readonly("root", &Dataset::root)
       .def_readonly("calibrated", &Dataset::calibrated)
-      .def_readonly("cameras", &Dataset::cameras, "[C], copied")
       .def_readonly("findings", &Dataset::findings)
-      .def_property_readonly("subject", [](const Dataset& self) { return self.info.subject; })
-      .def_property_readonly("sequences", [](const Dataset& self) { return self.info.sequences; })
-      .def_property_readonly("keypoint_schema",
-                             [](const Dataset& self) { return self.info.keypoint_schema; })
-      .def_property_readonly("held_out_cameras",
-                             [](const Dataset& self) { return self.info.held_out_cameras; })
+      .def_readonly("info", &Dataset::info, "subject, sequences, schemas, held-out data, consent")
+      .def_readonly("keypoint_schema_3d", &Dataset::keypoint_schema_3d,
+                    "of keypoints in space, or \"\"")
+      .def_readonly("file_world", &Dataset::file_world, "unit and up axis of the files")
+      .def_readonly("corrections", &Dataset::corrections,
+                    "those that were asked for, by name, copied")
       .def("__repr__", [](const Dataset& self) {
         return "<Dataset '" + self.layout + "', " + std::to_string(self.cameras.size()) +
                " cameras, " + std::to_string(frame_ids(self).size()) + " frames>";
@@ -53,6 +98,16 @@ void bind_datasets(py::module_& module) {
       [](const Path& path, const DatasetOptions& options) { return open_dataset(path, options); },
       "path"_a, "options"_a = py::none(), py::call_guard<LongCall>(),
       "A capture: a folder of any layout, or a calibration file with its folder around it.");
+  module.def(
+      "label_names",
+      [] {
+        std::map<int, std::string> names;
+        for (const Label label : all_labels()) {
+          names[static_cast<int>(label)] = label_name(label);
+        }
+        return names;
+      },
+      "Names of label images' numbers and of Mesh.labels: the taxonomy \"atelier\".");
   module.def("frame_ids", &frame_ids, "dataset"_a, "Every frame of every sequence, increasing.");
   module.def("camera_index", &camera_index, "dataset"_a, "id"_a, "-1 if there is none");
 }
@@ -247,6 +302,7 @@ void bind_triangulation(py::module_& module) {
 void bind_capture(py::module_& module) {
   ATELIER_OPTIONS_CLASS(DatasetOptions);
   ATELIER_OPTIONS_CLASS(TriangulationOptions);
+  bind_info(module);
   bind_datasets(module);
   bind_reader(module);
   bind_keypoints(module);

@@ -67,7 +67,7 @@ void bind_mesh(py::module_& module) {
              "Raises DataError unless rows agree, indices are in range and numbers finite.");
   module.def(
       "vertex_normals",
-      [](const Points& vertices, const Triangles& faces) {
+      [](PointsView vertices, const Triangles& faces) {
         require_faces(faces, vertices.rows());
         return vertex_normals(vertices, faces);
       },
@@ -136,7 +136,7 @@ void bind_camera(py::module_& module) {
       "is one, and all numbers are finite; `file` is what the error names.");
   module.def(
       "project",
-      [](const Camera& with, const Points& points) {
+      [](const Camera& with, PointsView points) {
         Points2 pixels(points.rows(), 2);
         for (Index i = 0; i < points.rows(); ++i) {
           const auto pixel = project(with, Eigen::Vector3d(points.row(i)));
@@ -294,10 +294,10 @@ void bind_garment(py::module_& module) {
   array_field<&Garment::rest_faces>(garment, "rest_faces", "[F,3] into rest, or empty");
   array_field<&Garment::panels>(garment, "panels", "[F] panel of each face, or empty");
   garment.def_readwrite("panel_names", &Garment::panel_names);
-  garment.def_readwrite("seams", &Garment::seams, "a copy: assign the whole list");
+  list_field<&Garment::seams>(garment, "seams");
   garment.def_readwrite("boundaries", &Garment::boundaries, "closed loops of vertices; a copy");
   garment.def_readwrite("boundary_names", &Garment::boundary_names);
-  garment.def_readwrite("attachments", &Garment::attachments, "a copy: assign the whole list");
+  list_field<&Garment::attachments>(garment, "attachments");
   struct_field<&Garment::material>(garment, "material");
   garment.def("__repr__", [](const Garment& self) {
     return "<Garment '" + self.name + "', " + std::to_string(self.mesh.vertices.rows()) +
@@ -418,11 +418,11 @@ void bind_tree(py::module_& module) {
       "Tree over the faces of a mesh.");
   module.def(
       "refit_tree",
-      [](const TriangleTree& tree, const Points& vertices) { return refit_tree(tree, vertices); },
+      [](const TriangleTree& tree, PointsView vertices) { return refit_tree(tree, vertices); },
       "tree"_a, "vertices"_a, py::call_guard<LongCall>(), "The same tree over moved vertices.");
   module.def(
       "closest_points",
-      [](const TriangleTree& tree, const Points& queries, double max_distance,
+      [](const TriangleTree& tree, PointsView queries, double max_distance,
          const std::string& device) {
         return ClosestPointArrays{closest_points(tree, queries, max_distance, device_of(device))};
       },
@@ -432,7 +432,7 @@ void bind_tree(py::module_& module) {
       "metres.");
   module.def(
       "first_hits",
-      [](const TriangleTree& tree, const Points& origins, const Points& directions,
+      [](const TriangleTree& tree, PointsView origins, PointsView directions,
          const std::string& device) {
         if (origins.rows() != directions.rows()) {
           throw DataError("", "directions", std::to_string(directions.rows()) + " rows",

@@ -74,7 +74,7 @@ void bind_flat(py::module_& module) {
       py::return_value_policy::reference_internal);
   array_field<&FlatPattern::vertices>(pattern, "vertices", "[C,2] m");
   pattern.def_readonly("panel_names", &FlatPattern::panel_names);
-  pattern.def_readonly("seams", &FlatPattern::seams, "copied");
+  list_of_copies<&FlatPattern::seams>(pattern, "seams");
   array_field<&FlatPattern::overlapping>(pattern, "overlapping", "panels that lie over themselves");
   array_field<&FlatPattern::not_converged>(pattern, "not_converged");
   module.def(
@@ -112,7 +112,7 @@ void bind_pieces(py::module_& module) {
   array_field<&PatternPiece::sew_line>(piece, "sew_line", "[N,2] m, closed");
   array_field<&PatternPiece::cut_line>(piece, "cut_line", "[N,2] m, with seam allowance");
   py::class_<PatternLayout> layout(module, "PatternLayout", "Pieces on a strip of fabric.");
-  layout.def_readonly("pieces", &PatternLayout::pieces, "copied");
+  list_of_copies<&PatternLayout::pieces>(layout, "pieces");
   layout.def_readonly("width", &PatternLayout::width, "m");
   layout.def_readonly("length", &PatternLayout::length, "m that is used");
   layout.def_readonly("seam_mismatch", &PatternLayout::seam_mismatch);

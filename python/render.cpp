@@ -91,8 +91,8 @@ void bind_scene(py::module_& module) {
             "meshes"_a, "area_lights"_a = std::vector<AreaLight>{},
             "environment"_a = std::vector<float>{0, 0, 0}, "ground"_a = py::none(),
             "`environment`: radiance from everywhere, linear RGB.");
-  scene.def_readwrite("meshes", &Scene::meshes, "a copy: assign the whole list");
-  scene.def_readwrite("area_lights", &Scene::area_lights, "a copy: assign the whole list");
+  list_field<&Scene::meshes>(scene, "meshes");
+  list_field<&Scene::area_lights>(scene, "area_lights");
   scene.def_readwrite("ground", &Scene::ground);
   module.def("studio_scene", &studio_scene, "meshes"_a, "azimuth"_a = 0.0,
              "The studio's light round the meshes, seamless paper under them.");

@@ -54,10 +54,6 @@ std::string options_class_of(const Stage& stage) {
 }
 
 void bind_status(py::module_& module) {
-  py::class_<Consent>(module, "Consent", "Consent of a recorded person.")
-      .def_readonly("who", &Consent::who)
-      .def_readonly("scope", &Consent::scope)
-      .def_readonly("until", &Consent::until, "\"2030-12-31\", or \"\" for no end");
   py::class_<ManifestOutput>(module, "ManifestOutput", "One file that a stage made.")
       .def_readonly("path", &ManifestOutput::path, "inside the result's folder")
       .def_readonly("size", &ManifestOutput::size, "bytes");

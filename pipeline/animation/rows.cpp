@@ -25,8 +25,8 @@ std::vector<SuggestedOption> drafted_garments(const CaptureFacts& facts) {
 }
 
 constexpr std::array kAnimateFigures = {
-    KeyFigure{"penetration_rate", "share of the cloth inside the body", Measure::Side::AtMost,
-              0.01},
+    KeyFigure{"penetration_rate", "share of the animated cloth inside the body",
+              Measure::Side::AtMost, 0.01},
 };
 
 }  // namespace

@@ -18,18 +18,25 @@ using enum Measure::Side;
 constexpr const char* kHeldOut = "the capture holds out no cameras or no frames";
 
 constexpr std::array kAppearanceTargets = {
-    Target{"appearance.psnr_db", "dB", AtLeast, 34, 22, kHeldOut},
-    Target{"appearance.covered", "", AtLeast, 0.95, 0.9, kHeldOut},
+    Target{"appearance.psnr_db", "likeness of the garments to held-out images (PSNR)", "dB",
+           AtLeast, 34, 22, kHeldOut},
+    Target{"appearance.covered", "share of the garments' pixels that their networks draw", "",
+           AtLeast, 0.95, 0.9, kHeldOut},
     Target{"appearance.below_oracle_db",
+           "loss against the same network on the true geometry",
            "dB",
            AtMost,
            2,
            {},
            "the same network was not trained on ground-truth geometry for comparison"},
-    Target{"appearance.gain_db", "dB", AtLeast, 4, 1, kHeldOut},
-    Target{"appearance.shadow_psnr_db", "dB", AtLeast, 33, 21, kHeldOut},
+    Target{"appearance.gain_db", "gain of the networks over the best static texture", "dB", AtLeast,
+           4, 1, kHeldOut},
+    Target{"appearance.shadow_psnr_db",
+           "likeness of the garments' most occluded quarter to held-out images (PSNR)", "dB",
+           AtLeast, 33, 21, kHeldOut},
     Target{
-        "appearance.simulated_psnr_db", "dB", AtLeast, 28, 21,
+        "appearance.simulated_psnr_db",
+        "likeness of the garments in a motion that was not captured (PSNR)", "dB", AtLeast, 28, 21,
         "the capture does not record how it was synthesized, so that it cannot be simulated again"},
 };
 
@@ -40,7 +47,8 @@ std::string lacks_look(const CaptureFacts& facts) {
 }
 
 constexpr std::array kAppearanceFigures = {
-    KeyFigure{"training_psnr_db", "likeness to the training images", Measure::Side::AtLeast, 24},
+    KeyFigure{"training_psnr_db", "likeness of the garments to the training images (PSNR)",
+              Measure::Side::AtLeast, 24},
 };
 
 }  // namespace

@@ -18,11 +18,16 @@ using enum Measure::Side;
 constexpr const char* kNoScans = "there are no scans";
 
 constexpr std::array kReconstructTargets = {
-    Target{"keypoints.mean_mm", "mm", AtMost, 5, 10, "there are no detections"},
-    Target{"surface.chamfer_mm", "mm", AtMost, 2.5, 4, kNoScans},
-    Target{"surface.completeness", "", AtLeast, 0.95, 0.75, kNoScans},
-    Target{"surface.floating", "", AtMost, 0.001, 0.01, kNoScans},
-    Target{"labels.miou", "", AtLeast, 0.95, 0.95, kNoScans},
+    Target{"keypoints.mean_mm", "mean error of the keypoints in space", "mm", AtMost, 5, 10,
+           "there are no detections"},
+    Target{"surface.chamfer_mm", "distance between the scans and the true surface", "mm", AtMost,
+           2.5, 4, kNoScans},
+    Target{"surface.completeness", "share of the seen surface within 5 mm of the scans", "",
+           AtLeast, 0.95, 0.75, kNoScans},
+    Target{"surface.floating", "share of the scans' area more than 2 cm off the surface", "",
+           AtMost, 0.001, 0.01, kNoScans},
+    Target{"labels.miou", "overlap of the scans' labels with the true ones (mean IoU)", "", AtLeast,
+           0.95, 0.95, kNoScans},
 };
 
 constexpr std::array kReconstructFigures = {

@@ -21,12 +21,20 @@ namespace {
 using enum Measure::Side;
 
 constexpr std::array kMaterialTargets = {
-    Target{"material.error", "", AtMost, 0.3, {}},
+    Target{"material.error", "largest relative error of a fitted stiffness", "", AtMost, 0.3, {}},
 };
 
 constexpr std::array kSimulateTargets = {
-    Target{"simulate.held_mm", "mm", AtMost, 50, 100, "nothing holds the garments of the scene"},
-    Target{"simulate.strain_p999", "", AtMost, 0.3, {}, "the result is of an older version"},
+    Target{"simulate.held_mm",
+           "largest distance of waistbands and necklines from where the body carries them", "mm",
+           AtMost, 50, 100, "nothing holds the garments of the scene"},
+    Target{"simulate.strain_p999",
+           "edge strain of the simulated cloth, 99.9th percentile",
+           "",
+           AtMost,
+           0.3,
+           {},
+           "the result is of an older version"},
 };
 
 constexpr const char* kFabric = "material.name";
@@ -44,7 +52,8 @@ std::filesystem::path simulated_scene(const RunPlaces& places) {
 }
 
 constexpr std::array kMaterialFigures = {
-    KeyFigure{"distance", "simulated cloth from the captured, rms", Measure::Side::AtMost, 0.02},
+    KeyFigure{"distance", "distance of the simulated cloth from the captured, rms",
+              Measure::Side::AtMost, 0.02},
 };
 
 }  // namespace

@@ -10,7 +10,8 @@ namespace atelier {
 
 /// What a result is judged by without a ground truth; plots have the limits as lines.
 inline constexpr std::array kSimulateFigures = {
-    KeyFigure{"strain_p95", "edge strain, 95th percentile", Measure::Side::AtMost, 0.1},
+    KeyFigure{"strain_p95", "edge strain of the simulated cloth, 95th percentile",
+              Measure::Side::AtMost, 0.1},
 };
 
 /// A strip of frames, and what each simulated frame came to as plots.

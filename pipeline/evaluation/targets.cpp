@@ -31,6 +31,23 @@ void judge(Judged& row, const Measure& measure) {
   row.limit = measure.target;
 }
 
+/// What a figure that is in no row of the table is, "appearance.dress_psnr_db": the row's words and
+/// whose alone. "" where no row of its stage ends its key.
+std::string words_without_row(const std::string& key) {
+  for (const Target& target : all_targets()) {
+    const std::size_t dot = target.key.find('.') + 1;
+    const std::string_view name = target.key.substr(dot);
+    if (key.size() > target.key.size() && key.starts_with(target.key.substr(0, dot)) &&
+        key.ends_with(name)) {
+      const std::size_t end = key.size() - name.size() - 1;
+      if (key[end] == '.' || key[end] == '_') {
+        return std::string(target.words) + ", of " + key.substr(dot, end - dot) + " alone";
+      }
+    }
+  }
+  return "";
+}
+
 }  // namespace
 
 std::span<const Target> all_targets() {
@@ -79,6 +96,7 @@ std::vector<Judged> judged(std::span<const Measure> measures, Targets targets,
     Judged row;
     row.key = target.key;
     row.stage = target.stage;
+    row.words = target.words;
     row.unit = target.unit;
     const auto found = std::find_if(measures.begin(), measures.end(),
                                     [&](const Measure& one) { return one.key == target.key; });
@@ -103,6 +121,7 @@ std::vector<Judged> judged(std::span<const Measure> measures, Targets targets,
       Judged row;
       row.key = measure.key;
       row.stage = measure.key.substr(0, measure.key.find('.'));
+      row.words = words_without_row(measure.key);
       row.unit = measure.unit;
       judge(row, measure);
       rows.push_back(std::move(row));

@@ -24,6 +24,7 @@ std::span<const Target> all_targets();
 struct Judged {
   std::string key;
   std::string stage;  ///< whose result is measured
+  std::string words;  ///< what it is, a noun phrase that stands alone; "" where only `why` says it
   std::optional<double> value;
   std::string unit;
   std::string target;    ///< "at most 5"; "none" where it is not judged

@@ -11,7 +11,8 @@ namespace atelier {
 /// What a result is judged by without a ground truth; plots have the limits as lines.
 inline constexpr std::array kRegisterFigures = {
     KeyFigure{"support", "share of the garments near a scan", Measure::Side::AtLeast, 0.75},
-    KeyFigure{"scan_rms", "distance from the scans, rms", Measure::Side::AtMost, 0.006},
+    KeyFigure{"scan_rms", "distance of the registered garments from the scans, rms",
+              Measure::Side::AtMost, 0.006},
 };
 
 /// How far each garment is from the scans, in colours and as a plot over frames.

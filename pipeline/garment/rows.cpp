@@ -15,17 +15,28 @@ namespace {
 using enum Measure::Side;
 
 constexpr std::array kTemplateTargets = {
-    Target{"template.boundaries_wrong", "", AtMost, 0, {}},
-    Target{"template.garments_missed", "", AtMost, 0, {}},
-    Target{"template.not_manifold", "", AtMost, 0, {}},
+    Target{"template.boundaries_wrong",
+           "number of the templates' openings that are wrong or without a name",
+           "",
+           AtMost,
+           0,
+           {}},
+    Target{"template.garments_missed", "number of garments without a template", "", AtMost, 0, {}},
+    Target{"template.not_manifold", "number of templates that are not manifold", "", AtMost, 0, {}},
 };
 
 constexpr std::array kRegisterTargets = {
-    Target{"register.chamfer_mm", "mm", AtMost, 2, 5},
-    Target{"register.point_mean_mm", "mm", AtMost, 3, 20},
-    Target{"register.point_p95_mm", "mm", AtMost, 8, 90},
-    Target{"register.inverted", "", AtMost, 0, 5},
-    Target{"register.drift_mm", "mm", AtMost, 2, 3},
+    Target{"register.chamfer_mm", "distance between the registered garments and the true ones",
+           "mm", AtMost, 2, 5},
+    Target{"register.point_mean_mm",
+           "distance of the garments' points from where the same cloth is", "mm", AtMost, 3, 20},
+    Target{"register.point_p95_mm",
+           "distance of the garments' points from where the same cloth is, 95th percentile", "mm",
+           AtMost, 8, 90},
+    Target{"register.inverted", "number of registered triangles turned against their neighbours",
+           "", AtMost, 0, 5},
+    Target{"register.drift_mm", "drift along the cloth in the last frame, median", "mm", AtMost, 2,
+           3},
 };
 
 constexpr std::array kTemplateFigures = {

@@ -17,14 +17,24 @@ using enum Measure::Side;
 constexpr const char* kNoSeams = "no ground-truth garment has seams";
 
 constexpr std::array kFlattenTargets = {
-    Target{"flatten.stretch_p99", "", AtMost, 0.03, 0.05},
-    Target{"flatten.seam_mismatch", "", AtMost, 0.003, 0.003},
-    Target{"flatten.inverted", "", AtMost, 0, 0},
+    Target{"flatten.stretch_p99", "stretch of the flat panels, 99th percentile", "", AtMost, 0.03,
+           0.05},
+    Target{"flatten.seam_mismatch", "largest relative difference between the two sides of a seam",
+           "", AtMost, 0.003, 0.003},
+    Target{"flatten.inverted", "number of inverted triangles and of panels that overlap themselves",
+           "", AtMost, 0, 0},
     // The ground truth's panels and two more a garment: of a dress. measure_flatten says each one's
     // own.
-    Target{"flatten.panels", "", AtMost, 8, {}, kNoSeams},
-    Target{"flatten.seam_ratio", "", AtMost, 1.3, 4, kNoSeams},
-    Target{"flatten.area_error", "", AtMost, 0.03, {}, kNoSeams},
+    Target{"flatten.panels", "number of the pattern's panels", "", AtMost, 8, {}, kNoSeams},
+    Target{"flatten.seam_ratio", "length of all seams over that of the true pattern", "", AtMost,
+           1.3, 4, kNoSeams},
+    Target{"flatten.area_error",
+           "relative error of the pattern's area",
+           "",
+           AtMost,
+           0.03,
+           {},
+           kNoSeams},
 };
 
 std::vector<std::string_view> of_template(const CaptureFacts& /*facts*/) {

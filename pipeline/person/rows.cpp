@@ -25,35 +25,53 @@ constexpr const char* kNoLabel =
     "(track.dynamic_share), or no ground-truth garment has a label of --input.excluded";
 
 constexpr std::array kPersonalizeTargets = {
-    Target{"personal.mean_mm", "mm", AtMost, 3, 7},
+    Target{"personal.mean_mm", "distance of the person's body at rest from the true one", "mm",
+           AtMost, 3, 7},
 };
 
 constexpr std::array kTrackTargets = {
-    Target{"track.mean_mm", "mm", AtMost, 6, 10},
-    Target{"track.legs_mm", "mm", AtMost, 10, 12},
-    Target{"track.legs_ratio", "", AtMost, 0.5, 1.1, kNotDynamic},
-    Target{"track.auto_ratio", "", AtMost, 1.2, 1.3, kNoLabel},
+    Target{"track.mean_mm", "distance of the tracked joints from the true ones", "mm", AtMost, 6,
+           10},
+    Target{"track.legs_mm", "distance of hips, knees and ankles from the true ones", "mm", AtMost,
+           10, 12},
+    Target{"track.legs_ratio", "error of the legs without swinging clothes, over that with them",
+           "", AtMost, 0.5, 1.1, kNotDynamic},
+    Target{"track.auto_ratio",
+           "error of the legs where swinging clothes are found, over that where they are given", "",
+           AtMost, 1.2, 1.3, kNoLabel},
 };
 
 constexpr std::array kBodyTargets = {
-    Target{"body.mean_mm", "mm", AtMost, 5, 8},
-    Target{"body.covered_mean_mm", "mm", AtMost, 8, 10},
-    Target{"body.outside_rate", "", AtMost, 0.03, 0.03},
-    Target{"body.outside_depth_mm", "mm", AtMost, 1, 8},
-    Target{"body.proximity_mm", "mm", AtMost, 1.5, 6},
+    Target{"body.mean_mm", "distance of the body under the clothes from the true one", "mm", AtMost,
+           5, 8},
+    Target{"body.covered_mean_mm", "distance of the covered skin from the true skin", "mm", AtMost,
+           8, 10},
+    Target{"body.outside_rate", "share of the covered skin outside the true clothes", "", AtMost,
+           0.03, 0.03},
+    Target{"body.outside_depth_mm", "mean depth of skin outside the true clothes", "mm", AtMost, 1,
+           8},
+    Target{"body.proximity_mm", "error of the gap between skin and close clothes", "mm", AtMost,
+           1.5, 6},
 };
 
 constexpr std::array kRefineTargets = {
-    Target{"refine.mean_mm", "mm", AtMost, 5, 8},
-    Target{"refine.covered_mean_mm", "mm", AtMost, 8, 10},
-    Target{"refine.outside_rate", "", AtMost, 0.03, 0.03},
-    Target{"refine.outside_depth_mm", "mm", AtMost, 1, 8},
-    Target{"refine.proximity_mm", "mm", AtMost, 1.5, 6},
+    Target{"refine.mean_mm", "distance of the refined body from the true one", "mm", AtMost, 5, 8},
+    Target{"refine.covered_mean_mm",
+           "distance of the refined body's covered skin from the true skin", "mm", AtMost, 8, 10},
+    Target{"refine.outside_rate",
+           "share of the refined body's covered skin outside the true clothes", "", AtMost, 0.03,
+           0.03},
+    Target{"refine.outside_depth_mm",
+           "mean depth of the refined body's skin outside the true clothes", "mm", AtMost, 1, 8},
+    Target{"refine.proximity_mm", "error of the gap between the refined body and close clothes",
+           "mm", AtMost, 1.5, 6},
 };
 
 constexpr std::array kPersonalizeFigures = {
-    KeyFigure{"keypoint_rms", "distance from the keypoints, rms", Measure::Side::AtMost, 0.015},
-    KeyFigure{"scan_rms", "distance from the scans, rms", Measure::Side::AtMost, 0.006},
+    KeyFigure{"keypoint_rms", "distance of the person's body from the keypoints, rms",
+              Measure::Side::AtMost, 0.015},
+    KeyFigure{"scan_rms", "distance of the person's body from the scans, rms",
+              Measure::Side::AtMost, 0.006},
 };
 
 }  // namespace

@@ -11,7 +11,8 @@ namespace atelier {
 /// What a result is judged by without a ground truth; plots have the limits as lines.
 inline constexpr std::array kTrackFigures = {
     KeyFigure{"trusted_share", "share of frames with a trusted pose", Measure::Side::AtLeast, 0.95},
-    KeyFigure{"keypoint_rms", "distance from the keypoints, rms", Measure::Side::AtMost, 0.02},
+    KeyFigure{"keypoint_rms", "distance of the tracked body from the keypoints, rms",
+              Measure::Side::AtMost, 0.02},
 };
 
 /// The skeleton over images, and how well each frame of each tracked sequence is founded.

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 
+#include "core/printable.h"
 #include "pipeline/pictures/report_page.h"
 
 namespace atelier {
@@ -29,6 +31,11 @@ struct Axis {
   double place(double value) const { return std::clamp((value - low) / (high - low), 0.0, 1.0); }
 };
 
+/// Of 1, not of decibels.
+bool is_large_share(const Gauge& gauge) {
+  return gauge.at_least && gauge.limit < 1 && gauge.number <= 1;
+}
+
 /// From 0 to half as much again as may be; of what must be above a limit, from well below it to 1
 /// for shares, and as far above it for others.
 Axis axis_of(const Gauge& gauge) {
@@ -36,8 +43,7 @@ Axis axis_of(const Gauge& gauge) {
   if (!gauge.at_least) {
     return {0, limit > 0 ? 1.5 * limit : 1};
   }
-  const bool share = limit < 1 && gauge.number <= 1;
-  const double high = share ? 1 : 1.5 * std::max(limit, 1e-9);
+  const double high = is_large_share(gauge) ? 1 : 1.5 * std::max(limit, 1e-9);
   return {std::max(0.0, limit - 2 * (high - limit)), high};
 }
 
@@ -63,23 +69,45 @@ std::string bar_svg(const Gauge& gauge, const char* color) {
 
 std::string gauge_row(const Gauge& gauge) {
   const char* color = gauge.met ? "#2f6b4f" : "#a40000";
-  return "<tr><td><b>" + html_text(gauge.name) + "</b></td><td class=\"quiet\">" +
-         html_text(gauge.words) + "</td><td>" + bar_svg(gauge, color) +
+  const std::string key = "<code>" + html_text(gauge.name) + "</code>";
+  const std::string what =
+      gauge.words.empty() ? key
+                          : html_text(gauge.words) + " <span class=\"quiet\">" + key + "</span>";
+  return "<tr><td>" + what + "</td><td>" + bar_svg(gauge, color) +
          "</td><td style=\"color:" + color + "\">" + html_text(gauge.value) +
          "</td><td class=\"quiet\">" + html_text(gauge.range) + (gauge.met ? "" : ", missed") +
          "</td></tr>\n";
 }
 
+std::string gauges_table(const std::string& rows) {
+  return rows.empty() ? "" : "<table class=\"gauges\">\n" + rows + "</table>\n";
+}
+
 }  // namespace
 
-std::string gauges_table(std::span<const Gauge> gauges) {
-  std::string rows;
+double share_of_allowed(const Gauge& gauge) {
+  if (gauge.at_least && !is_large_share(gauge)) {
+    return std::pow(10, (gauge.limit - gauge.number) / 20);
+  }
+  const double error = gauge.at_least ? 1 - gauge.number : gauge.number;
+  const double allowed = gauge.at_least ? 1 - gauge.limit : gauge.limit;
+  return allowed > 0 ? error / allowed : error > 0 ? std::numeric_limits<double>::infinity() : 1;
+}
+
+std::string gauges_html(std::span<const Gauge> gauges) {
+  std::string first;
+  std::string others;
+  std::int64_t folded = 0;
   for (const Gauge& gauge : gauges) {
     if (std::isfinite(gauge.number) && std::isfinite(gauge.limit)) {
-      rows += gauge_row(gauge);
+      (gauge.first ? first : others) += gauge_row(gauge);
+      folded += gauge.first ? 0 : 1;
     }
   }
-  return rows.empty() ? "" : "<table class=\"gauges\">\n" + rows + "</table>\n";
+  return gauges_table(first) + (folded == 0
+                                    ? ""
+                                    : "<details><summary>" + counted(folded, "more figure") +
+                                          "</summary>\n" + gauges_table(others) + "</details>\n");
 }
 
 }  // namespace atelier

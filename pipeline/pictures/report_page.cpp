@@ -16,6 +16,7 @@
 #include "core/store/build_info.h"
 #include "core/store/result.h"
 #include "core/store/workspace_status.h"
+#include "pipeline/pictures/report_summary.h"
 
 namespace atelier {
 namespace {
@@ -36,7 +37,8 @@ td { overflow-wrap: anywhere; } figure { margin: 1rem 0; } img, video { max-widt
 figcaption, .quiet { color: #666; } .error { color: #a40000; } .warning { color: #8a5a00; }
 .attention { background: #fff7e0; border-left: 4px solid #d9a400; padding: .5rem 1rem; }
 .gauges td { overflow-wrap: normal; vertical-align: middle; line-height: 1.3; }
-.gauges svg { max-width: none; display: block; } .gauges td:nth-child(n+4) { white-space: nowrap; }
+.gauges svg { max-width: none; display: block; } .gauges td:nth-child(n+3) { white-space: nowrap; }
+.summary p { margin: .3rem 0; }
 details { margin: .5rem 0; } summary { cursor: pointer; }
 )";
 
@@ -149,58 +151,6 @@ void attend(std::vector<Attention>& items, Attention one) {
     }
   }
   items.push_back(std::move(one));
-}
-
-/// "a, b and 3 more".
-std::string some_of(const std::vector<std::string>& names) {
-  constexpr std::size_t kMost = 3;
-  std::string text;
-  for (std::size_t i = 0; i < std::min(names.size(), kMost); ++i) {
-    text += (i == 0 ? "" : ", ") + names[i];
-  }
-  return text +
-         (names.size() > kMost ? " and " + std::to_string(names.size() - kMost) + " more" : "");
-}
-
-/// What one came for in three sentences: which results there are, which figures are in their
-/// range, what asks for attention.
-std::string in_short(std::span<const StageStatus> stages, std::span<const Gauge> gauges,
-                     const std::vector<Attention>& attention) {
-  std::vector<std::string> unsound;
-  std::size_t sound = 0;
-  for (const StageStatus& status : stages) {
-    if (status.state == StageStatus::State::Done) {
-      ++sound;
-    } else if (status.state != StageStatus::State::None) {
-      unsound.push_back(status.stage + " " + state_name(status.state));
-    }
-  }
-  std::string text = counted(static_cast<std::int64_t>(sound), "stage") + " of " +
-                     std::to_string(stages.size()) +
-                     (sound == 1 ? " has a sound result" : " have sound results") +
-                     (unsound.empty() ? "" : "; " + some_of(unsound)) + ". ";
-  std::vector<std::string> missed;
-  for (const Gauge& gauge : gauges) {
-    if (!gauge.met) {
-      missed.push_back(gauge.name + " " + gauge.value + " (" + gauge.range + ")");
-    }
-  }
-  if (gauges.size() == 1) {
-    text += "The figure that matters most is " +
-            (missed.empty() ? std::string("in its range. ")
-                            : "out of its range: " + missed.front() + ". ");
-  } else if (!gauges.empty()) {
-    text += std::to_string(gauges.size() - missed.size()) + " of the " +
-            std::to_string(gauges.size()) + " figures that matter most are in their range" +
-            (missed.empty() ? "" : "; out of it: " + some_of(missed)) + ". ";
-  }
-  const auto errors = std::count_if(attention.begin(), attention.end(),
-                                    [](const Attention& one) { return one.error; });
-  const auto warnings = static_cast<std::ptrdiff_t>(attention.size()) - errors;
-  text += attention.empty() ? "Nothing asks for attention."
-                            : counted(errors, "error") + " and " + counted(warnings, "warning") +
-                                  " ask for attention, below.";
-  return "<p>" + html_text(text) + "</p>\n";
 }
 
 /// Where all of it is seen from every side: the viewer's page beside this one, or what makes it.
@@ -494,15 +444,15 @@ std::string figures_section(const ReportFigures& figures) {
   const bool sharper = std::any_of(figures.targets.begin(), figures.targets.end(),
                                    [](const ReportFigure& one) { return !one.accuracy.empty(); });
   std::string rows =
-      std::string("<tr><th>figure</th><th>value</th><th>range</th><th>verdict</th>") +
+      std::string("<tr><th>figure</th><th></th><th>value</th><th>range</th><th>verdict</th>") +
       "<th>missed by</th>" + (sharper ? "<th>target of accuracy</th>" : "") + "<th></th></tr>\n";
   std::map<std::string, std::int64_t> count;
   for (const ReportFigure& figure : figures.targets) {
     ++count[figure.verdict];
-    rows += "<tr><th>" + html_text(figure.name) + "</th><td class=\"number\">" +
-            html_text(figure.value) + "</td><td class=\"state\">" + html_text(figure.range) +
-            "</td>" + verdict_cell(figure) + "<td class=\"number\">" + html_text(figure.missed_by) +
-            "</td>" +
+    rows += "<tr><th>" + html_text(figure.name) + "</th><td>" + html_text(figure.words) +
+            "</td><td class=\"number\">" + html_text(figure.value) + "</td><td class=\"state\">" +
+            html_text(figure.range) + "</td>" + verdict_cell(figure) + "<td class=\"number\">" +
+            html_text(figure.missed_by) + "</td>" +
             (sharper ? "<td class=\"quiet\">" + html_text(figure.accuracy) + "</td>" : "") +
             "<td class=\"quiet\">" + html_text(figure.note) + "</td></tr>\n";
   }
@@ -512,7 +462,10 @@ std::string figures_section(const ReportFigures& figures) {
     for (const char* verdict : {"met", "missed", "not judged", "not measured"}) {
       counts += (counts.empty() ? "" : ", ") + std::to_string(count[verdict]) + " " + verdict;
     }
-    html += "<p>" + counts + ". " + html_text(figures.judged_by) + "</p>\n" + in_table(rows);
+    html += "<p>" + counts + ". " + html_text(figures.judged_by) + "</p>\n" +
+            folded(counted(static_cast<std::int64_t>(figures.targets.size()), "figure") +
+                       " with a target",
+                   in_table(rows));
   }
   std::string others;
   for (const ReportFigure& figure : figures.others) {
@@ -605,7 +558,7 @@ std::string html_text(std::string_view text) {
 
 std::string report_page(std::span<const StageStatus> stages, const std::filesystem::path& workspace,
                         const ReportOptions& options, const ReportContent& content) {
-  const auto& [figures, gauges, run, run_problem, drawn, subject, viewer] = content;
+  const auto& [figures, gauges, unknown, run, run_problem, drawn, subject, viewer] = content;
   const std::string title =
       "Atelier: " + workspace.filename().string() + (subject.empty() ? "" : ", " + subject);
   std::vector<Attention> attention;
@@ -623,8 +576,9 @@ std::string report_page(std::span<const StageStatus> stages, const std::filesyst
         const std::string by =
             figure.missed_by.empty() ? "" : " by " + figure.missed_by + " (" + figure.range + ")";
         const std::string of = figure.note.empty() ? "" : ": " + figure.note;
+        const std::string what = figure.words.empty() ? "" : figure.words + " ";
         attend(attention,
-               {false, {figure.name}, "", figure.value + ", " + figure.verdict + by + of});
+               {false, {figure.name}, "", what + figure.value + ", " + figure.verdict + by + of});
       }
     }
   }
@@ -646,8 +600,12 @@ std::string report_page(std::span<const StageStatus> stages, const std::filesyst
                              pictures == drawn.end() ? std::string() : pictures->second, first);
     }
   }
-  const std::string chart = gauges_table(gauges);
-  const std::string sentences = in_short(stages, gauges, attention) + view_line(viewer, workspace);
+  const std::string chart = gauges_html(gauges);
+  const auto errors = static_cast<std::size_t>(std::count_if(
+      attention.begin(), attention.end(), [](const Attention& one) { return one.error; }));
+  const std::string sentences =
+      report_summary({stages, gauges, unknown, errors, attention.size() - errors}) +
+      view_line(viewer, workspace);
   return "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n"
          "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; "
          "img-src data:; media-src data:; style-src 'unsafe-inline'\">\n"

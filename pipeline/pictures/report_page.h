@@ -25,12 +25,13 @@ OptionTable describe(ReportOptions& options);
 
 /// A figure against the ground truth, as the page shows it.
 struct ReportFigure {
-  std::string name;
+  std::string name;     ///< "track.mean_mm"
   std::string value;    ///< with its unit
   std::string verdict;  ///< "met", "not judged"; outside of the table "met (at most 6)" or ""
   bool met = true;      ///< false: the page says so among what asks for attention
   std::string note;     ///< over what it was taken, or why it was not
   // Of the table of targets alone:
+  std::string words = {};      ///< what it is, a noun phrase
   std::string range = {};      ///< "at most 6"
   std::string missed_by = {};  ///< "0.7 mm"
   std::string accuracy = {};   ///< "at most 5, missed by 1.7 mm"; "" where that is the range
@@ -53,7 +54,8 @@ struct ReportView {
 /// Content of the page beside the stages; all of it optional.
 struct ReportContent {
   ReportFigures figures = {};
-  std::vector<Gauge> gauges = {};                 ///< the figures that matter, of few rows
+  std::vector<Gauge> gauges = {};                 ///< every figure that has a target
+  std::vector<std::string> unknown = {};          ///< what no figure says, noun phrases
   std::optional<RunAccount> run = std::nullopt;   ///< what the last `run` of the chain came to
   std::string run_problem = {};                   ///< why there is no `run` where one should be
   std::map<std::string, std::string> drawn = {};  ///< HTML for stages' sections, by stage
@@ -63,13 +65,13 @@ struct ReportContent {
 };
 
 /// The report on a workspace as one HTML page that needs no other file. First the video and the
-/// strip of the last stage in their order that has any; then what asks for attention (what failed
-/// and is damaged before all else: outdated results, ended or missing consent, findings, each with
-/// the setting to try; one text of several stages once); then the figures that matter as a picture,
-/// and what the last run came to. The details follow: for each stage its images, videos and plots,
-/// and folded its figures, the options that somebody set, its inputs and files; then every figure
-/// against the ground truth, where there is one. Every text that came from a file is escaped; the
-/// page runs no script and loads nothing.
+/// strip of the last stage in their order that has any, and three sentences (report_summary); then
+/// what asks for attention (what failed and is damaged before all else: outdated results, ended or
+/// missing consent, findings, each with the setting to try; one text of several stages once); then
+/// the figures that matter as a picture, and what the last run came to. The details follow: for
+/// each stage its images, videos and plots, and folded its figures, the options that somebody set,
+/// its inputs and files; then every figure against the ground truth, where there is one. Every text
+/// that came from a file is escaped; the page runs no script and loads nothing.
 ///
 /// Images and videos of sound results are shown as far as the options allow, the others only
 /// named: what lies at the result's top first (strips, sheets), then some of each folder's,

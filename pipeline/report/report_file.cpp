@@ -16,6 +16,7 @@
 #include "pipeline/evaluation/evaluation.h"
 #include "pipeline/evaluation/targets.h"
 #include "pipeline/pictures/report_folder.h"
+#include "pipeline/pictures/report_summary.h"
 #include "pipeline/pictures/run_account.h"
 #include "pipeline/report/report_pictures.h"
 #include "pipeline/stages/stages.h"
@@ -75,13 +76,11 @@ std::string subject_of([[maybe_unused]] std::span<const StageStatus> stages) {
 }
 
 /// Figures of the workspace's results against the ground truth of their capture; none without one.
-/// @param gauges  receives those that matter: what was judged first of each stage, what is missed
-ReportFigures figures_of([[maybe_unused]] const std::filesystem::path& workspace,
-                         const std::string& truth, std::vector<Gauge>& gauges) {
-  ReportFigures figures;
-  if (truth.empty()) {
-    return figures;
-  }
+/// @param content  receives those that have a target as gauges, at once what was judged first of
+/// each stage and what is missed; and what could not be measured though there is a result
+void add_figures(const std::filesystem::path& workspace, const std::string& truth,
+                 ReportContent& content) {
+  ReportFigures& figures = content.figures;
   std::set<std::string> drawn;  // stages
   const Targets targets = targets_named("auto", truth);
   const bool demo = targets == Targets::Demo;
@@ -95,6 +94,7 @@ ReportFigures figures_of([[maybe_unused]] const std::filesystem::path& workspace
     ReportFigure figure{row.key, row.value ? with_unit(*row.value, row.unit) : "-", row.verdict,
                         row.verdict != "missed", row.why};
     figure.range = row.target;
+    figure.words = row.words;
     figure.missed_by = missed_by(row);
     if (demo) {
       const std::string by = missed_by(sharper[i]);
@@ -104,10 +104,13 @@ ReportFigures figures_of([[maybe_unused]] const std::filesystem::path& workspace
     }
     in_table.insert(row.key);
     in_table.insert(row.stage);
-    if (row.value && row.side != Measure::Side::None &&
-        (drawn.insert(row.stage).second || row.verdict == "missed")) {
-      gauges.push_back({row.key, row.why, figure.value, row.target, *row.value, row.limit,
-                        row.side == Measure::Side::AtLeast, figure.met});
+    const std::string words = row.words.empty() ? row.why : row.words;
+    if (row.value && row.side != Measure::Side::None) {
+      const bool first = drawn.insert(row.stage).second || row.verdict == "missed";
+      content.gauges.push_back({row.key, words, figure.value, row.target, *row.value, row.limit,
+                                row.side == Measure::Side::AtLeast, figure.met, first});
+    } else if (!row.value && current_name(results_of_stage(workspace, row.stage))) {
+      content.unknown.push_back(words + " (" + row.why + ")");
     }
     figures.targets.push_back(std::move(figure));
   }
@@ -125,17 +128,17 @@ ReportFigures figures_of([[maybe_unused]] const std::filesystem::path& workspace
       figures.targets.push_back(std::move(figure));
     }
   }
-  return figures;
 }
 
-/// Metrics by which results can be judged by themselves.
-std::vector<Gauge> own_gauges(std::span<const StageStatus> stages) {
-  std::vector<Gauge> gauges;
+/// Metrics by which results can be judged by themselves, and what these leave open.
+void add_own_figures(std::span<const StageStatus> stages, ReportContent& content) {
+  std::vector<std::string> unjudged;
   for (const StageStatus& status : stages) {
     const StageRow* row = find_row(status.stage);
-    if (row == nullptr || !status.manifest) {
+    if (row == nullptr || !status.manifest || status.state == StageStatus::State::Damaged) {
       continue;
     }
+    const std::size_t before = content.gauges.size();
     for (const KeyFigure& key : row->key_figures) {
       const auto found = status.manifest->metrics.find(std::string(key.metric));
       if (found == status.manifest->metrics.end()) {
@@ -148,13 +151,24 @@ std::vector<Gauge> own_gauges(std::span<const StageStatus> stages) {
                                : metric != nullptr && metric->unit == "dB" ? "dB"
                                                                            : "";
       const Measure measure{"", found->second, unit, key.limit, key.side, ""};
-      gauges.push_back({status.stage + "." + std::string(key.metric), std::string(key.words),
-                        with_unit(scale * found->second, unit),
-                        target_text(key.side, scale * key.limit), found->second, key.limit,
-                        key.side == Measure::Side::AtLeast, is_met(measure)});
+      content.gauges.push_back({status.stage + "." + std::string(key.metric),
+                                std::string(key.words), with_unit(scale * found->second, unit),
+                                target_text(key.side, scale * key.limit), found->second, key.limit,
+                                key.side == Measure::Side::AtLeast, is_met(measure)});
+    }
+    if (content.gauges.size() == before && row->measure != nullptr) {
+      unjudged.push_back(status.stage);
     }
   }
-  return gauges;
+  if (std::any_of(stages.begin(), stages.end(),
+                  [](const StageStatus& status) { return status.manifest.has_value(); })) {
+    content.unknown.push_back("how far the results are from the truth (no ground truth was given)");
+  }
+  if (!unjudged.empty()) {
+    content.unknown.push_back("how good " + some_of(unjudged, unjudged.size()) +
+                              (unjudged.size() == 1 ? " is" : " are") +
+                              " (no figure has a target without a ground truth)");
+  }
 }
 
 /// The viewer's page in the folder `view` beside the report, where that is in its own folder:
@@ -203,9 +217,10 @@ std::vector<StageStatus> write_report(const std::filesystem::path& workspace,
   } catch (const DataError& error) {  // the results are as good without it
     content.run_problem = std::string("what the last run came to cannot be read: ") + error.what();
   }
-  content.figures = figures_of(workspace, truth, content.gauges);
   if (truth.empty()) {
-    content.gauges = own_gauges(stages);
+    add_own_figures(stages, content);
+  } else {
+    add_figures(workspace, truth, content);
   }
   content.drawn = stage_pictures(stages, workspace);
   content.subject = subject_of(stages);

@@ -11,8 +11,9 @@ inline constexpr std::string_view kNoGroundTruth = "no frame has both a result a
 
 /// One figure that a stage's result is judged by, a row of the table of targets.
 struct Target {
-  std::string_view key;   ///< as `atelier evaluate --json` has it
-  std::string_view unit;  ///< "mm", "" for a share
+  std::string_view key;    ///< as `atelier evaluate --json` has it
+  std::string_view words;  ///< what it is, a noun phrase that stands alone
+  std::string_view unit;   ///< "mm", "" for a share
   Measure::Side side = Measure::Side::AtMost;
   double accuracy = 0;              ///< the target on `accuracy`
   std::optional<double> demo = {};  ///< what the results on `demo` stay within; none: not judged

@@ -1,5 +1,7 @@
 """Exceptions of Atelier, with the fields of the C++ ones."""
 
+from typing import Any
+
 
 class Error(Exception):
     """Whatever Atelier refuses."""
@@ -24,7 +26,7 @@ class DataError(Error, ValueError):
         self.found = found
         self.expected = expected
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.file, self.where, self.found, self.expected)
 
 
@@ -36,7 +38,7 @@ class UnknownValue(DataError):
         self.option = option
         self.value = value
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.file, self.where, self.found, self.expected, self.option, self.value)
 
 
@@ -52,7 +54,7 @@ class EnvironmentError(Error, OSError):  # noqa: A001 (the name that it has in C
         self.place = place
         self.reason = reason
 
-    def __reduce__(self):
+    def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.place, self.reason)
 
 

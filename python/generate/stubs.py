@@ -14,9 +14,10 @@ from atelier import _atelier, errors
 HEAD = '''"""Stubs of the package atelier, made by python/generate/stubs.py."""
 import os
 import pathlib
-from typing import Any, Mapping, Sequence as _Sequence
+from typing import Any, Literal, Mapping, Sequence as _Sequence, overload
 
 from numpy.typing import ArrayLike, NDArray
+from typing_extensions import Self
 
 __version__: str
 
@@ -44,6 +45,7 @@ def named(text: str, is_argument: bool) -> str:
     text = re.sub(r"\bhandle\b|\bobject\b", "Any", text)
     text = re.sub(r"numpy\.ndarray(?!\[)", "NDArray[Any]", text)
     text = text.replace("List[", "list[").replace("Dict[", "dict[").replace("Tuple[", "tuple[")
+    text = re.sub(r"\bdict\b(?!\[)", "dict[str, Any]", text)
     text = re.sub(r"Optional\[(.*)\]", r"\1 | None", text)
     text = text.replace("os.PathLike[str]", "str | os.PathLike[str]" if is_argument else "pathlib.Path")
     if is_argument:
@@ -123,7 +125,16 @@ def options_of(name: str, kind: type) -> str:
 
 
 def exceptions() -> str:
-    return "from .errors import (" + ", ".join(f"{n} as {n}" for n in vars(errors) if inspect.isclass(getattr(errors, n))) + ")\n"
+    names = [name for name, value in vars(errors).items() if inspect.isclass(value) and issubclass(value, Exception)]
+    return "from .errors import (" + ", ".join(f"{name} as {name}" for name in names) + ")\n"
+
+
+def stage_options() -> str:
+    """Every stage has a class of its own."""
+    kinds = {name: type(atelier.stage_options(name)).__name__ for name in atelier.stage_names()}
+    known = "".join(f'@overload\ndef stage_options(stage: Literal["{name}"]) -> {kind}: ...\n'
+                    for name, kind in kinds.items())
+    return known + "@overload\ndef stage_options(stage: str) -> Options: ...\n"
 
 
 def main(out: str) -> None:
@@ -132,11 +143,9 @@ class Options:
     """Base of all options."""
     def to_dict(self) -> dict[str, Any]: ...
     @classmethod
-    def from_dict(cls, values: Mapping[str, Any]) -> Any: ...
+    def from_dict(cls, values: Mapping[str, Any]) -> Self: ...
     def check(self) -> None: ...
-
-def stage_options(stage: str) -> Any: ...
-''']
+''', stage_options()]
     for name in atelier.__all__:
         value = getattr(atelier, name)
         if dataclasses.is_dataclass(value) and value is not atelier.Options:

@@ -41,15 +41,20 @@ def state(thing):
     return answer
 
 
+def count():
+    return sum(len(kind) for kind in (bpy.data.objects, bpy.data.meshes, bpy.data.materials, bpy.data.images))
+
+
 for one in job["sequences"]:
+    before = count()
     try:
         if one.get("operator"):
-            bpy.ops.import_scene.atelier_sequence(filepath=one["path"])
+            bpy.ops.import_scene.atelier_sequence(filepath=one["path"], texture=one.get("texture") or "")
             thing = bpy.context.scene.objects[-1]
         else:
             thing = addon.import_sequence(one["path"], texture=one.get("texture"))
     except (addon.SequenceError, RuntimeError) as error:
-        answers.append({"error": str(error)})
+        answers.append({"error": str(error), "left": count() - before})
         continue
     frames = {}
     for frame in one["frames"]:

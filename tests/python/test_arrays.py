@@ -56,6 +56,21 @@ class Arrays(unittest.TestCase):
         garment.material.density = 0.3
         self.assertEqual(garment.material.density, 0.3)
 
+    def test_lists_of_structs_are_copies(self):
+        garment = atelier.Garment("towel", self.mesh)
+        garment.seams = [atelier.Seam("hem", [0, 1], [2, 3])] * 50
+        seam = garment.seams[0]
+        seam.name = "other"
+        self.assertEqual(garment.seams[0].name, "hem")
+        garment.seams = []  # the one in hand is of nobody else's memory
+        gc.collect()
+        self.assertEqual((seam.name, seam.b.tolist()), ("other", [2, 3]))
+        scene = atelier.Scene([atelier.RenderMesh(self.mesh)])
+        held = scene.meshes[0].mesh
+        scene.meshes = []
+        gc.collect()
+        np.testing.assert_array_equal(held.vertices, self.vertices)
+
     def test_copies_are_apart(self):
         for other in (copy.copy(self.mesh), copy.deepcopy(self.mesh)):
             other.vertices[0] = 9
@@ -73,6 +88,38 @@ class Arrays(unittest.TestCase):
             np.testing.assert_array_equal(atelier.vertex_normals(self.vertices, faces), expected)
         single = atelier.vertex_normals(self.vertices.astype(np.float32), self.faces)
         np.testing.assert_allclose(single, expected, atol=1e-6)
+
+    def test_points_of_the_same_layout_are_seen_in_place(self):
+        address = atelier._atelier._address_of_points
+        self.assertEqual(address(self.vertices), self.vertices.ctypes.data)
+        part = self.vertices[2:5]
+        self.assertEqual(address(part), part.ctypes.data)
+        frozen = self.vertices.copy()
+        frozen.flags.writeable = False
+        self.assertEqual(address(frozen), frozen.ctypes.data)
+        self.assertEqual(address(self.mesh.vertices), self.mesh.vertices.ctypes.data)
+
+    def test_points_of_other_layouts_are_copied(self):
+        address = atelier._atelier._address_of_points
+        shifted = np.frombuffer(b"\0" + self.vertices.tobytes(), np.uint8)[1:].view(np.float64).reshape(-1, 3)
+        self.assertFalse(shifted.flags.aligned)
+        expected = atelier.vertex_normals(self.vertices, self.faces)
+        for points in (np.asfortranarray(self.vertices), self.vertices[::2], self.vertices.astype(np.float32),
+                       self.vertices.astype(">f8"), shifted):
+            self.assertNotEqual(address(points), points.ctypes.data)
+        np.testing.assert_array_equal(atelier.vertex_normals(shifted, self.faces), expected)
+
+    def test_views_give_the_bits_of_copies(self):
+        tree = atelier.build_tree(self.vertices, self.faces)
+        camera = atelier.turntable_cameras(self.vertices, 1)[0]
+        queries = np.random.default_rng(1).uniform(0, 1, (50, 3))
+        for call in (lambda p: atelier.closest_points(tree, p).point, lambda p: atelier.project(camera, p),
+                     lambda p: atelier.first_hits(tree, p, p - 2).t):
+            np.testing.assert_array_equal(call(queries), call(np.asfortranarray(queries)))
+        moved = np.asfortranarray(self.vertices + 1)
+        np.testing.assert_array_equal(
+            atelier.closest_points(atelier.refit_tree(tree, self.vertices + 1), queries).point,
+            atelier.closest_points(atelier.refit_tree(tree, moved), queries).point)
 
     def test_nothing_is_an_array_without_rows(self):
         for nothing in (None, [], np.zeros((0, 3))):

@@ -1,5 +1,6 @@
 """The add-on blender/atelier_sequences.py: its readers here, the rest in Blender where that is installed."""
 
+import hashlib
 import importlib.util
 import json
 import shutil
@@ -63,7 +64,7 @@ class BlenderReaders(Temporary):
                     np.testing.assert_allclose(arrays["vertices"], mesh.vertices, atol=1e-6)
                     np.testing.assert_array_equal(arrays["faces"], mesh.faces)
                     np.testing.assert_allclose(arrays["uvs"][arrays["uv_faces"]], mesh.uvs[mesh.uv_faces], atol=1e-6)
-                    if colors and extension == "ply":
+                    if colors:
                         np.testing.assert_allclose(arrays["colors"], mesh.colors, atol=0.01)
                     path.unlink()
 
@@ -91,6 +92,16 @@ class BlenderReadersRefused(Temporary):
         atelier.write_mesh(self.folder / "dress.ply", moving()[0])
         with self.assertRaisesRegex(module.SequenceError, "dress.ply: no number of a frame"):
             module.Sequence(self.folder)
+
+    def test_words_in_place_of_numbers_are_named_with_their_file(self):
+        module = addon()
+        (self.folder / "word.obj").write_text("v a b c\n")
+        with self.assertRaisesRegex(module.SequenceError, "word.obj: damaged: .*'a'"):
+            module.Sequence(self.folder / "word.obj").arrays_of(0)
+        body = b"schema atelier.mesh_sequence 1\nnumber frames many\nend\n"
+        (self.folder / "T.h5").write_bytes(b"ATELIER-ARCHIVE 1 " + hashlib.sha256(body).hexdigest().encode() + b"\n" + body)
+        with self.assertRaisesRegex(module.SequenceError, "T.h5: damaged: .*many"):
+            module.Sequence(self.folder / "T.h5")
 
     def test_faces_of_vertices_that_are_not_there_are_refused(self):
         module = addon()
@@ -181,6 +192,20 @@ class Blender(Temporary):
             self.assertEqual(seen["materials"], ["scans"])
         self.assertIn("no frames", error["error"])
         np.testing.assert_allclose(by_menu["frames"]["6"]["vertices"], meshes[2].vertices, atol=1e-6)
+
+    def test_what_is_wrong_is_reported_and_leaves_nothing_behind(self):
+        atelier.write_sequence(self.folder / "body", atelier.sequence_of(moving(), 30, [1, 2, 3]))
+        (self.folder / "text.png").write_text("no image")
+        body = str(self.folder / "body" / "sequence.h5")
+        answers = self.run_job({"sequences": [
+            {"path": body, "texture": str(self.folder / "gone.png"), "frames": [], "operator": True},
+            {"path": body, "texture": str(self.folder / "text.png"), "frames": [], "operator": True},
+            {"path": str(self.folder / "text.png"), "frames": [], "operator": True}]})
+        for answer, words in zip(answers, ("gone.png: no texture is there", "text.png: no image, as a texture has to be",
+                                           "text.png: no archive of Atelier")):
+            self.assertIn(words, answer["error"])
+            self.assertNotIn("Traceback", answer["error"])
+            self.assertEqual(answer["left"], 0)
 
     def test_render_of_a_saved_file_shows_every_frame_with_its_texture(self):
         atelier.write_sequence(self.folder / "body", atelier.sequence_of(moving(), 30, [1, 2, 3]))

@@ -48,8 +48,8 @@ def points_of(frame):
     return np.array(rows) + [0.01 * frame, 0, 0] + 1e-3 * np.arange(25)[:, None]
 
 
-def write_capture(folder):
-    """A native capture of grey images, with detections."""
+def write_capture(folder, more="", held_out="held_out_cameras = []\nheld_out_frames = []\n"):
+    """A native capture of grey images, with detections; `more` is added to capture.toml."""
     cameras = ring(5)
     text = {"schema": "atelier-cameras", "version": 1, "units": "m", "up_axis": "y", "pixel_origin": "corner",
             "cameras": [{"id": c.id, "width": c.width, "height": c.height, "fx": c.fx, "fy": c.fy, "cx": c.cx,
@@ -71,8 +71,8 @@ def write_capture(folder):
     (folder / "capture.toml").write_text(
         'schema = "atelier-capture"\nversion = 1\nunits = "m"\nup_axis = "y"\nsubject = "nobody"\n'
         'synthetic = false\nimage_format = "png"\nkeypoint_schema = "body_25"\nlabel_taxonomy = "atelier"\n'
-        'held_out_cameras = []\nheld_out_frames = []\n'
-        f'[[sequence]]\nname = "walk"\nkind = "clothed"\nfps = 30.0\nframe_ids = {FRAMES}\n')
+        + held_out +
+        f'[[sequence]]\nname = "walk"\nkind = "clothed"\nfps = 30.0\nframe_ids = {FRAMES}\n' + more)
     return cameras
 
 
@@ -80,10 +80,10 @@ class Capture(Temporary):
     def test_capture_is_read_and_triangulated(self):
         cameras = write_capture(self.folder)
         dataset = atelier.open_dataset(self.folder)
-        self.assertEqual((dataset.layout, dataset.subject), ("native", "nobody"))
+        self.assertEqual((dataset.layout, dataset.info.subject), ("native", "nobody"))
         self.assertEqual(atelier.frame_ids(dataset).tolist(), FRAMES)
         self.assertEqual([c.id for c in dataset.cameras], [c.id for c in cameras])
-        self.assertEqual(dataset.sequences[0].frame_ids.tolist(), FRAMES)
+        self.assertEqual(dataset.info.sequences[0].frame_ids.tolist(), FRAMES)
 
         reader = atelier.FrameReader(dataset)
         self.assertEqual(reader.byte_image(1, 4)[0, 0].tolist(), [40, 40, 40])
@@ -93,7 +93,7 @@ class Capture(Temporary):
         self.assertEqual(reader.keypoints(0, 3)[0].points.shape, (25, 3))
 
         detections = atelier.main_person(atelier.read_detections(reader, FRAMES))
-        schema = atelier.keypoint_schema(dataset.keypoint_schema)
+        schema = atelier.keypoint_schema(dataset.info.keypoint_schema)
         found = atelier.triangulate(dataset.cameras, detections, schema, 30, {"distances": False})
         self.assertEqual(found.points.shape, (3, 25, 3))
         expected = np.array([points_of(frame) for frame in FRAMES])
@@ -107,6 +107,38 @@ class Capture(Temporary):
         points = np.random.default_rng(3).uniform((-0.5, 0, -0.5), (0.5, 1.8, 0.5), (30, 3))
         detections = [np.column_stack([atelier.project(camera, points), np.ones(len(points))]) for camera in cameras]
         np.testing.assert_allclose(atelier.linear_points(cameras, detections), points, atol=1e-9)
+
+    def test_info_is_what_the_capture_says_of_itself(self):
+        write_capture(self.folder, '[[consent]]\nwho = "P. Doe"\nscope = "research"\nuntil = "2999-12-31"\n',
+                      'held_out_cameras = ["cam1"]\nheld_out_frames = [4]\n')
+        dataset = atelier.open_dataset(self.folder)
+        info = dataset.info
+        self.assertEqual((info.subject, info.keypoint_schema, info.label_taxonomy), ("nobody", "body_25", "atelier"))
+        self.assertEqual((info.held_out_cameras, info.held_out_frames.tolist()), (["cam1"], [4]))
+        self.assertEqual((info.synthetic, info.image_format), (False, "png"))
+        one, = info.consent
+        self.assertEqual((one.who, one.scope, one.until, one.signature), ("P. Doe", "research", "2999-12-31", ""))
+        self.assertIn("P. Doe, research, until 2999-12-31", repr(info))
+        self.assertEqual(dataset.file_world.up, "y")
+        self.assertEqual(dataset.corrections, {})
+        for thing, name in ((info, "subject"), (dataset, "info"), (one, "until"), (info, "held_out_frames")):
+            with self.assertRaises(AttributeError):
+                setattr(thing, name, None)
+        with self.assertRaises(ValueError):
+            info.held_out_frames[0] = 3
+        dataset.cameras[0].fx = 1
+        self.assertEqual(dataset.cameras[0].fx, 250)
+        del dataset
+        self.assertEqual(info.sequences[0].name, "walk")  # what an attribute gave outlives its owner
+
+    def test_info_of_another_layout_names_its_unit(self):
+        write_capture(self.folder)
+        dataset = atelier.open_dataset(self.folder, {"metres_per_unit": 1})
+        self.assertEqual(dataset.file_world.metres_per_unit, 1)
+
+    def test_label_names_are_those_of_the_taxonomy(self):
+        names = atelier.label_names()
+        self.assertEqual((names[0], names[1], names[5]), ("background", "skin", "dress"))
 
     def test_stages_run_on_a_capture(self):
         folder = self.folder / "capture"

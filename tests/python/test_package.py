@@ -6,13 +6,53 @@ import os
 import pathlib
 import subprocess
 import sys
+import tempfile
 import unittest
+import unittest.mock
 import xml.dom.minidom
 import zipfile
 
 import atelier
 from atelier import _atelier
 from support import PROJECT, Temporary
+
+
+# What a user writes, as mypy --strict reads it.
+TYPED = """
+import numpy as np
+import atelier
+
+model = atelier.default_human(atelier.female_human())
+body = atelier.shape_body(model)
+pose = atelier.rest_pose(model.skeleton)
+pose.rotations[atelier.find_joint(model.skeleton, "left_elbow")] = [0, -1.2, 0]
+vertices = atelier.skin_vertices(model, body, pose, {"correctives": False})
+lowest: float = float(vertices[:, 1].min())
+
+dataset = atelier.open_dataset("capture")
+names: list[str] = [consent.who for consent in dataset.info.consent]
+for sequence in dataset.info.sequences:
+    detections = atelier.main_person(atelier.read_detections(atelier.FrameReader(dataset), sequence.frame_ids))
+    schema = atelier.keypoint_schema(dataset.info.keypoint_schema)
+    found = atelier.triangulate(dataset.cameras, detections, schema, sequence.fps)
+
+options = atelier.SolverOptions.from_dict({"xpbd.substeps": 40})
+options.friction = 0.5
+garment = atelier.read_garment_archive("dress.h5")
+cloth = atelier.SimulationModel(atelier.make_cloth(garment), model.mesh.faces)
+solver = atelier.create_solver(cloth, options, "cpu")
+control = atelier.Control(body_start=vertices, body_end=vertices)
+done = atelier.simulate(solver, 10, lambda frame: control, progress=lambda done, total: print(done, total))
+mesh = atelier.Mesh(done.positions[-1], np.asarray(garment.mesh.faces))
+mesh.colors = np.ones((3, 3), np.float32)
+
+stage = atelier.stage_options("simulate")
+stage = atelier.SimulateStageOptions.from_dict(stage.to_dict())
+try:
+    atelier.run_stage("simulate", "scene", "work", stage, say=print)
+except atelier.DataError as error:
+    print(error.file, error.where)
+"""
 
 
 class Package(unittest.TestCase):
@@ -50,6 +90,22 @@ class Package(unittest.TestCase):
             self.skipTest("no mypy here")
         out, err, code = mypy.api.run([str(pathlib.Path(atelier.__file__).with_name("__init__.pyi"))])
         self.assertEqual(code, 0, out + err)
+
+    def test_script_of_a_user_passes_the_strict_checks_of_mypy(self):
+        try:
+            import mypy.api
+        except ImportError:
+            self.skipTest("no mypy here")
+        place = str(pathlib.Path(atelier.__file__).parents[1])
+        with tempfile.TemporaryDirectory(prefix="atelier-python-") as folder, \
+                unittest.mock.patch.dict(os.environ, MYPYPATH=place):
+            script = pathlib.Path(folder) / "script.py"
+            script.write_text(TYPED)
+            out, err, code = mypy.api.run(["--strict", "--cache-dir", folder, str(script)])
+            self.assertEqual(code, 0, out + err)
+            script.write_text('import atelier\natelier.stage_options("simulate").substepz = 3\natelier.Mesh().verts\n')
+            out, _, code = mypy.api.run(["--strict", "--cache-dir", folder, str(script)])
+            self.assertEqual((code, out.count("error:")), (1, 2), out)
 
     def test_only_numpy_is_needed(self):
         # Other packages may have themselves loaded at every start (.pth files): these are not asked for.

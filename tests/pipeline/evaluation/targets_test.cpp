@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "core/io/file_bytes.h"
+#include "pipeline/row/stage_row.h"
 #include "tests/support/places.h"
 #include "tests/support/temporary_directory.h"
 
@@ -79,6 +80,35 @@ TEST(Targets, EveryJudgedFigure_HasARow) {
   EXPECT_EQ(verdicts["template.not_manifold"], "template not measured");
   EXPECT_EQ(verdicts["appearance.upper.covered"], "appearance missed");
   EXPECT_FALSE(verdicts.contains("template.mean_mm"));
+}
+
+TEST(Targets, EveryTarget_HasWordsOfItsOwn) {
+  std::map<std::string, std::string> key_of;
+  for (const Target& target : all_targets()) {
+    const std::string words(target.words);
+    EXPECT_GT(words.size(), 10U) << target.key;
+    EXPECT_EQ(words.find('_'), std::string::npos) << target.key;
+    EXPECT_TRUE(key_of.emplace(words, target.key).second) << target.key << ": " << words;
+  }
+  for (const StageRow* row : linked_stage_rows()) {
+    for (const KeyFigure& figure : row->key_figures) {
+      EXPECT_TRUE(key_of.emplace(figure.words, figure.metric).second) << figure.words;
+    }
+  }
+}
+
+TEST(Targets, FigureOfOneGarment_SaysWhose) {
+  const TemporaryDirectory root;
+  const std::vector<Measure> measures = {
+      {"appearance.dress_psnr_db", 30, "dB", 34, Measure::Side::AtLeast, ""},
+      {"appearance.psnr_db", 30, "dB", 34, Measure::Side::AtLeast, ""},
+      {"capture.seam_mismatch", 0, "", 0.003, Measure::Side::AtMost, "both sides of every seam"}};
+  std::map<std::string, std::string> words;
+  for (const Judged& row : judged(measures, Targets::Accuracy, root.path())) {
+    words[row.key] = row.words;
+  }
+  EXPECT_EQ(words["appearance.dress_psnr_db"], words["appearance.psnr_db"] + ", of dress alone");
+  EXPECT_EQ(words["capture.seam_mismatch"], "");
 }
 
 }  // namespace

@@ -16,6 +16,7 @@
 #include "core/io/image_file.h"
 #include "core/store/commit.h"
 #include "pipeline/pictures/report_plots.h"
+#include "pipeline/pictures/report_summary.h"
 #include "tests/support/browser.h"
 #include "tests/support/temporary_directory.h"
 
@@ -187,18 +188,92 @@ TEST(ReportPage, StagesWithoutAResult_AreNotListed) {
                     HasSubstr("<th>body</th><td>none, running when this was written")));
 }
 
-TEST(ReportPage, FiguresThatMatter_AreASentence) {
-  const Gauge met = {"labels.miou", "", "0.98", "at least 0.95", 0.98, 0.95, true, true};
+/// The sentences of a page, as they are read.
+std::string sentences_of(const std::string& page) {
+  const std::size_t from = page.find("<div class=\"summary\">");
+  std::string text;
+  bool in_tag = false;
+  for (const char c : page.substr(from, page.find("</div>", from) - from)) {
+    in_tag = in_tag ? c != '>' : c == '<';
+    if (!in_tag && c != '>') {
+      text += c;
+    }
+  }
+  return text;
+}
+
+TEST(ReportSummary, GoodAndBadFigures_AreSaidInWordsFarthestFirst) {
+  const Gauge barely = {
+      "labels.miou", "overlap of labels", "0.96", "at least 0.95", 0.96, 0.95, true, true};
+  const Gauge best = {
+      "surface.chamfer_mm", "distance of the scans", "1 mm", "at most 5", 1, 5, false, true};
+  const Gauge at_limit = {
+      "flatten.inverted", "inverted triangles", "0", "at most 0", 0, 0, false, true};
+  const Gauge missed = {
+      "track.mean_mm", "distance of joints", "8 mm", "at most 6", 8, 6, false, false};
+  const Gauge worst = {
+      "surface.completeness", "share that is seen", "0.5", "at least 0.9", 0.5, 0.9, true, false};
+  StageStatus done = result_of({{"a.txt", 1, {}}});
+  done.manifest->consent.push_back({"P", "research", ""});
+  StageStatus outdated;
+  outdated.stage = "track";
+  outdated.state = StageStatus::State::Outdated;
+  const std::vector<StageStatus> stages = {done, outdated};
+  EXPECT_EQ(
+      sentences_of(report_page(stages, "w", {},
+                               {.gauges = {barely, at_limit, missed, best, worst},
+                                .unknown = {"the error of <hands> (no hand was seen)"}})),
+      "\nGood: 1 stage has a sound result, 3 of 5 figures meet their targets, best distance of "
+      "the scans 1 mm (at most 5) and overlap of labels 0.96 (at least 0.95).\n"
+      "Not good: share that is seen 0.5 (at least 0.9) and distance of joints 8 mm (at most 6);"
+      " track is outdated.\n"
+      "Not known: the error of &lt;hands&gt; (no hand was seen).\n");
+}
+
+TEST(ReportSummary, NothingJudged_IsSaidAndNotPraised) {
+  EXPECT_EQ(sentences_of(report_page({}, "w")),
+            "\nGood: no stage has a sound result yet.\nNot good: nothing that was checked.\n"
+            "Not known: whether the results are good, since no figure of theirs has a target.\n");
   const Gauge missed = {"track.mean_mm", "", "8 mm", "at most 6", 8, 6, false, false};
-  EXPECT_THAT(report_page({}, "w", {}, {.gauges = {met}}),
-              HasSubstr("The figure that matters most is in its range. "));
-  EXPECT_THAT(
-      report_page({}, "w", {}, {.gauges = {missed}}),
-      HasSubstr(
-          "The figure that matters most is out of its range: track.mean_mm 8 mm (at most 6). "));
-  EXPECT_THAT(
-      report_page({}, "w", {}, {.gauges = {met, missed}}),
-      HasSubstr("1 of the 2 figures that matter most are in their range; out of it: track."));
+  EXPECT_THAT(sentences_of(report_page({}, "w", {}, {.gauges = {missed}})),
+              AllOf(HasSubstr("no figure meets its target."),
+                    HasSubstr("Not good: track.mean_mm 8 mm (at most 6)."),
+                    HasSubstr("Not known: nothing that has a target.")));
+}
+
+TEST(ReportSummary, WarningsOfThePage_AreCounted) {
+  StageStatus status = result_of({{"a.txt", 1, {}}});
+  status.manifest->consent.push_back({"P", "research", ""});
+  status.manifest->warnings = {"a doubt", "error distortion-scaled [file]: a 64th"};
+  EXPECT_THAT(sentences_of(report_page(std::span(&status, 1), "w")),
+              HasSubstr("Not good: 1 error and 1 warning ask for attention, below."));
+}
+
+TEST(ReportSummary, NamesInSentences_EndWithAnAnd) {
+  EXPECT_EQ(some_of({}, 2), "");
+  EXPECT_EQ(some_of({"a"}, 2), "a");
+  EXPECT_EQ(some_of({"a", "b", "c"}, 3), "a, b and c");
+  EXPECT_EQ(some_of({"a", "b", "c", "d"}, 2), "a, b and 2 more");
+}
+
+TEST(ReportGauges, ErrorsOfEveryKind_AreSharesOfWhatIsAllowed) {
+  const auto share = [](double number, double limit, bool at_least) {
+    return share_of_allowed({"", "", "", "", number, limit, at_least});
+  };
+  EXPECT_DOUBLE_EQ(share(3, 6, false), 0.5);
+  EXPECT_NEAR(share(0.98, 0.95, true), 0.4, 1e-12) << "2% are wrong of 5%";
+  EXPECT_NEAR(share(16, 22, true), 2, 0.01) << "6 dB are twice the error";
+  EXPECT_EQ(share(0, 0, false), 1);
+  EXPECT_TRUE(std::isinf(share(1, 0, false)));
+}
+
+TEST(ReportGauges, OtherFigures_AreFolded) {
+  const Gauge first = {"a.b", "the first", "1", "at most 2", 1, 2, false, true, true};
+  const Gauge other = {"a.c", "another", "1", "at most 2", 1, 2, false, true, false};
+  const std::string html = gauges_html(std::vector<Gauge>{first, other});
+  EXPECT_LT(html.find("the first"), html.find("<summary>1 more figure</summary>"));
+  EXPECT_LT(html.find("<summary>1 more figure</summary>"), html.find("another"));
+  EXPECT_THAT(gauges_html(std::vector<Gauge>{first}), Not(HasSubstr("<details>")));
 }
 
 TEST(ReportPage, Viewer_IsAStepAway) {
@@ -315,7 +390,7 @@ TEST(ReportPage, FiguresThatMatter_AreDrawnBeforeTheDetails) {
   EXPECT_THAT(page, AllOf(HasSubstr("Figures that matter"), HasSubstr("of &lt;joints&gt;"),
                           HasSubstr("at most 6, missed"), HasSubstr("at least 0.95<"),
                           Not(HasSubstr("not.finite"))));
-  EXPECT_EQ(gauges_table({}), "");
+  EXPECT_EQ(gauges_html({}), "");
   EXPECT_THAT(report_page({}, "w"), Not(HasSubstr("Figures that matter")));
 }
 
@@ -324,6 +399,7 @@ TEST(ReportPage, TargetTable_ShowsMissesAndMissingMeasurements) {
   missed.range = "at most 6";
   missed.missed_by = "2 mm";
   missed.accuracy = "at most 5, missed by 3 mm";
+  missed.words = "distance of joints";
   ReportFigure absent{"body.mean_mm", "-", "not measured", true, "there is no <result> of body"};
   absent.range = "at most 5";
   const ReportFigures figures{
@@ -331,7 +407,11 @@ TEST(ReportPage, TargetTable_ShowsMissesAndMissingMeasurements) {
   const std::string page = report_page({}, "w", {}, {.figures = figures});
   EXPECT_THAT(
       page,
-      AllOf(HasSubstr("<b>track.mean_mm</b>: 8 mm, missed by 2 mm (at most 6): over 12 frames"),
+      AllOf(HasSubstr(
+                "<b>track.mean_mm</b>: distance of joints 8 mm, missed by 2 mm (at most 6): over "
+                "12 frames"),
+            HasSubstr("<th>track.mean_mm</th><td>distance of joints</td>"),
+            HasSubstr("<summary>2 figures with a target</summary>"),
             HasSubstr("0 met, 1 missed, 0 not judged, 1 not measured. By some ranges."),
             HasSubstr("<td class=\"state error\">missed</td>"),
             HasSubstr("at most 5, missed by 3 mm"), HasSubstr("there is no &lt;result&gt; of body"),
