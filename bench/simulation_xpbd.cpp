@@ -276,8 +276,9 @@ void run(benchmark::State& state, Case c, Device device) {
       c.options.self_contact ? count_crossings(solver.state(0).positions, c.cloth.faces) : 0;
 }
 
-/// Bytes of the matrix whose products solve an iteration of projective dynamics on a GPU.
-double inverse_bytes(const Cloth& cloth, double h) {
+/// Bytes of the matrix whose products solve an iteration of projective dynamics on a GPU, in half
+/// precision where `half` is asked for and serves.
+double inverse_bytes(const Cloth& cloth, double h, bool half) {
   std::vector<int> vertices(cloth.mass.size());
   std::iota(vertices.begin(), vertices.end(), 0);
   std::vector<int> place(cloth.mass.size(), -1);
@@ -297,11 +298,11 @@ double inverse_bytes(const Cloth& cloth, double h) {
       projective_matrix(make_elastic_rows(cloth, vertices), cloth.mass, place, count, h);
   const InverseFactor factor(matrix, positions);
   return static_cast<double>(factor.values().size()) *
-         (half_precision_serves(matrix, mass) ? 2 : sizeof(float));
+         (half && half_precision_serves(matrix, mass) ? 2 : sizeof(float));
 }
 
 /// The same by projective dynamics with dry friction, with its usual substeps and iterations.
-void run_projective(benchmark::State& state, const Case& c) {
+void run_projective(benchmark::State& state, const Case& c, bool half) {
   if (!cuda_available()) {
     state.SkipWithError("no CUDA device");
     return;
@@ -310,6 +311,7 @@ void run_projective(benchmark::State& state, const Case& c) {
   const CommonSolverOptions& common = c.options;
   static_cast<CommonSolverOptions&>(options) = common;
   options.name = "projective-friction";
+  options.projective.half_precision = half;
   options.report = false;
   const SimulationModel model{c.cloth, c.body.faces};
   const std::unique_ptr<Solver> solver = create_solver(model, options, Device::Cuda);
@@ -325,7 +327,7 @@ void run_projective(benchmark::State& state, const Case& c) {
   std::sort(ms.begin(), ms.end());
   const double median = ms[ms.size() / 2];
   const double h = options.time_step / options.projective.substeps;
-  const double matrix = inverse_bytes(c.cloth, h);
+  const double matrix = inverse_bytes(c.cloth, h, half);
   const double read = 2 * matrix * options.projective.substeps * options.projective.iterations;
   state.counters["ms"] = median;
   state.counters["ms_most"] = ms.back();
@@ -471,12 +473,15 @@ void add(const std::string& name, const std::function<Case()>& make, Device devi
 }
 
 void add_projective(const std::string& name, const std::function<Case()>& make, int frames) {
-  benchmark::RegisterBenchmark(
-      (std::string(device_name(Device::Cuda)) + "/" + name + "/projective").c_str(),
-      [make](benchmark::State& state) { run_projective(state, make()); })
-      ->UseManualTime()
-      ->Iterations(frames)
-      ->Unit(benchmark::kMillisecond);
+  for (const bool half : {false, true}) {
+    const std::string solver = half ? "/projective_half" : "/projective";
+    benchmark::RegisterBenchmark(
+        (std::string(device_name(Device::Cuda)) + "/" + name + solver).c_str(),
+        [make, half](benchmark::State& state) { run_projective(state, make(), half); })
+        ->UseManualTime()
+        ->Iterations(frames)
+        ->Unit(benchmark::kMillisecond);
+  }
 }
 
 Case with_jacobi(Case c, int iterations) {

@@ -68,8 +68,7 @@ struct SelfRule {
 };
 
 constexpr int kSelfResponses = 10;  ///< passes of pushes in a substep, at most
-constexpr int kSelfKeeps = 30;      ///< and of keeping back what would pass
-constexpr int kSelfSlides = 6;      ///< of these the first, in which a pair may slide on itself
+constexpr int kSelfSlides = 6;      ///< of keeping back the first, in which a pair slides on itself
 constexpr int kSelfRides =
     8;  ///< and the next, in which a kept particle moves with the body near it
 constexpr int kSelfStays = 8;  ///< and the next, in which the body leaves it half of its distance
@@ -89,6 +88,13 @@ ATELIER_HOST_DEVICE inline Meeting meeting_in_pass(int keep) {
          : keep < kSelfSlides + kSelfRides + kSelfStays ? Meeting::Stays
                                                         : Meeting::Leaves;
 }
+
+/// Passes of keeping back what would pass, at most, and in which of them carries begin anew with
+/// what the body asks in them.
+struct SelfKeeps {
+  static constexpr int kPasses = 30;
+  ATELIER_HOST_DEVICE static bool asks_body_anew(int /*pass*/) { return false; }
+};
 
 constexpr int kSupportLevels = 64;  ///< of particles that rest on one another, see ResponseSum
 

@@ -1,4 +1,5 @@
 #include "simulation/projective/cuda_projective.cuh"
+#include "simulation/projective/projective_keeps.h"
 #include "simulation/xpbd/cuda_self_substep.cuh"
 
 namespace atelier {
@@ -165,7 +166,7 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
   touch_before_pairs<double, kBarrier>(frame, blocks, s, 1, clock, frame.arrived, goal);
   push_apart_all<double, kBarrier>(frame, blocks, s, s + 1 == frame.substeps, clock, frame.arrived,
                                    goal);
-  keep_all_back<double, kBarrier>(frame, blocks, s, clock, frame.arrived, goal);
+  keep_all_back<double, kBarrier, ProjectiveKeeps>(frame, blocks, s, clock, frame.arrived, goal);
   if (blockIdx.x == 0 && threadIdx.x == 0) {  // the others read it long before
     *clock_memory = clock;
   }

@@ -12,6 +12,7 @@
 #include "simulation/projective/contact_impulses.h"
 #include "simulation/projective/elastic_rows.h"
 #include "simulation/projective/options_of_parts.h"
+#include "simulation/projective/projective_keeps.h"
 #include "simulation/xpbd/backend.h"
 #include "simulation/xpbd/prepared_cloth.h"
 #include "simulation/xpbd/self_contact_cpu.h"
@@ -21,18 +22,6 @@ namespace atelier {
 namespace {
 
 constexpr Index kParticleGrain = 2048;
-/// Passes of keeping back what would pass, at most: XPBD's and four rounds more of its last ones,
-/// since longer substeps press more together.
-constexpr int kKeeps = kSelfKeeps + 4 * kSelfStays;
-
-/// True for passes in which carries begin anew with what the body asks in them. What it asked for
-/// when it kept more of its distance may be further, and the furthest leads a pair: it would stay
-/// where the body does not let it, for any number of passes.
-bool asks_body_anew(int pass) {
-  const int beyond = pass - kSelfSlides - kSelfRides;
-  return beyond >= 0 && beyond % kSelfStays == 0;
-}
-
 using Lanes = std::vector<Vec4<double>>;
 
 /// Free particles in their order; -1: fixed.
@@ -278,10 +267,10 @@ struct ProjectiveSolver::Scene {
     note_moved();
     meet_body(s, true, Meeting::Touches);
     bool kept = false;
-    for (int pass = 0; pass < kKeeps && self->keep_back(motion, pass); ++pass) {
+    for (int pass = 0; pass < ProjectiveKeeps::kPasses && self->keep_back(motion, pass); ++pass) {
       kept = true;
       note_moved();
-      const bool anew = asks_body_anew(pass);
+      const bool anew = ProjectiveKeeps::asks_body_anew(pass);
       if (anew) {
         for_particles([&](Index i) { carry[i] = with_w(Vec3d{}, carry[i].w); });
       }

@@ -230,7 +230,7 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
         touch_before_pairs<T, kBarrier>(frame, blocks, s, iteration, clock, arrived, goal);
         push_apart_all<T, kBarrier>(frame, blocks, s, s + 1 == frame.substeps && !again, clock,
                                     arrived, goal);
-        keep_all_back<T, kBarrier>(frame, blocks, s, clock, arrived, goal);
+        keep_all_back<T, kBarrier, SelfKeeps>(frame, blocks, s, clock, arrived, goal);
       }
     }
   }

@@ -16,10 +16,11 @@ __device__ inline WarpRoom<T, kBarrier>& own_warp_room() {
   return rooms[threadIdx.x / kGroup];
 }
 
-/// The body moves particle `at` (of all scenes), which contacts moved. Not inlined: few come here.
+/// The body moves particle `at` (of all scenes), which contacts moved; `anew`: it carries others
+/// only where the body touches it now. Not inlined: few come here.
 template <class T>
 __device__ __noinline__ void meet_body(const CudaFrame<T>& frame, int scene, int at, int s,
-                                       Meeting meeting, SelfParticle<T>& p) {
+                                       Meeting meeting, bool anew, SelfParticle<T>& p) {
   if (frame.body.face_count == 0) {
     return;
   }
@@ -35,7 +36,7 @@ __device__ __noinline__ void meet_body(const CudaFrame<T>& frame, int scene, int
                            ? touch_particle(frame, step, at, b)
                            : stay_with_body(b, load_shared_cache(frame.self.origin + at), step,
                                             frame.outlook[at], meeting);
-  p = {b.x, b.start, with_w(b.moved, p.carry.w)};
+  p = {b.x, b.start, with_w(anew && !touches ? Vec3<T>{} : b.moved, p.carry.w)};
   if (holds) {
     store_shared_cache(frame.held + at, b.held);
   }
@@ -45,18 +46,25 @@ __device__ __noinline__ void meet_body(const CudaFrame<T>& frame, int scene, int
 }
 
 /// Gives particle `i` what its pairs want of it, then the body. `as`: how it is marked for the rest
-/// of the substep.
+/// of the substep. `anew`: what the body asked of it before is forgotten.
 template <class T>
 __device__ inline void move_particle(const SelfWork<T>& work, int i, int s, Meeting meeting, int as,
-                                     const SelfClock& clock) {
+                                     const SelfClock& clock, bool anew = false) {
+  const auto without_push = [](Vec4<T> carry) { return with_w(Vec3<T>{}, carry.w); };
   if (__ldcg(&work.sums[i].used) != kPushed) {
+    if (anew) {
+      store_shared_cache(work.carry + i, without_push(work.load_carry(i)));
+    }
     return;
   }
   const Vec4<T> origin = work.load_origin(i);
   SelfParticle<T> p = work.load_particle(i);
   take_response(load_sum(work.sums + i), origin, p);
   clear_sum(work.sums + i, as);
-  meet_body(work.frame, work.scene, work.scene * work.frame.count + i, s, meeting, p);
+  if (anew) {
+    p.carry = without_push(p.carry);
+  }
+  meet_body(work.frame, work.scene, work.scene * work.frame.count + i, s, meeting, anew, p);
   work.store(i, p);
   work.watch(i, xyz(p.x), clock);
 }
@@ -267,13 +275,14 @@ __device__ __noinline__ void push_apart_all(const CudaFrame<T>& frame, int block
   wait();
 }
 
-/// Keeps back what would pass, with the body, until nothing would; then the body once more.
-template <class T, CudaBarrier kBarrier>
+/// Keeps back what would pass, with the body, until nothing would or the passes of `Keeps` are
+/// over; then the body once more.
+template <class T, CudaBarrier kBarrier, class Keeps>
 __device__ __noinline__ void keep_all_back(const CudaFrame<T>& frame, int blocks, int s,
                                            SelfClock& clock, unsigned* arrived, unsigned& goal) {
   const SelfWork<T> work(frame, blocks);
   const auto wait = [&] { scene_barrier<kBarrier>(arrived, goal, static_cast<unsigned>(blocks)); };
-  for (int pass = 0; pass < kSelfKeeps; ++pass) {
+  for (int pass = 0; pass < Keeps::kPasses; ++pass) {
     renew_pairs<T, kBarrier>(work, blocks, s, clock, arrived, goal);
     work.keep_pairs(pass, s, clock);
     wait();
@@ -285,15 +294,16 @@ __device__ __noinline__ void keep_all_back(const CudaFrame<T>& frame, int blocks
       break;
     }
     ++clock.serial;
+    const bool anew = Keeps::asks_body_anew(pass);
     for (int i = work.thread; i < frame.count; i += work.threads) {
-      move_particle(work, i, s, meeting_in_pass(pass), kWasKept, clock);
+      move_particle(work, i, s, meeting_in_pass(pass), kWasKept, clock, anew);
     }
     wait();
   }
   for (int i = work.thread; i < frame.count; i += work.threads) {
     if (__ldcg(&work.sums[i].used) == kWasKept) {
       SelfParticle<T> p = work.load_particle(i);
-      meet_body(frame, work.scene, work.scene * frame.count + i, s, Meeting::Leaves, p);
+      meet_body(frame, work.scene, work.scene * frame.count + i, s, Meeting::Leaves, false, p);
       work.store(i, p);
     }
   }

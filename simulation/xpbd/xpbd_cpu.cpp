@@ -262,7 +262,7 @@ class CpuBackend final : public ClothSolver::Backend {
         touch_body(s, true, Meeting::Touches);
       }
       bool kept = false;
-      for (int pass = 0; pass < kSelfKeeps && self_->keep_back(motion, pass); ++pass) {
+      for (int pass = 0; pass < SelfKeeps::kPasses && self_->keep_back(motion, pass); ++pass) {
         kept = true;
         if (!body_.empty()) {
           touch_body(s, true, meeting_in_pass(pass));
