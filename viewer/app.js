@@ -12,7 +12,7 @@ import {Scene3d} from "./scene3d.js";
 import {showLayers, showLegend, showPanes} from "./panels.js";
 import {SidePanel, withoutHead} from "./side_panel.js";
 import {survey} from "./survey.js";
-import {Timeline} from "./timeline.js";
+import {dueAt, takeAt, Timeline, timesOf} from "./timeline.js";
 
 const root = document.documentElement;
 root.dataset.state = "loading";
@@ -36,7 +36,7 @@ class App {
     }
     this.timelines = scene.timelines.map((info, i) => this.build(info, i));
     this.timeline = new Timeline({scrub: byId("scrub"), frame: byId("frame"), time: byId("time"), play: byId("play"),
-      loop: byId("loop"), chart: byId("chart"), marks: byId("marks"), series: byId("series")}, index => this.go(index),
+      loop: byId("loop"), chart: byId("chart"), marks: byId("marks"), takes: byId("takes"), series: byId("series")}, index => this.go(index),
       () => this.writeAddress());
     this.panes = [this.pane(0), this.pane(Math.min(scene.beside || 0, this.timelines.length - 1))];
     this.active = 0;
@@ -67,7 +67,7 @@ class App {
     for (const mark of info.marks) {
       mark.text = withoutHead(mark.text);
     }
-    const timeline = {info, number, layers, cameras: null};
+    const timeline = {info, number, layers, cameras: null, times: timesOf(info)};
     if (info.capture) {
       timeline.cameras = new Cameras(info.capture, this.view, number, () => this.touch());
       timeline.cameras.showFrusta = timeline.cameras.showSkeleton = layers.length === 0;
@@ -94,17 +94,17 @@ class App {
   /// The frame of another timeline at the same moment: of the same number where frames are the
   /// same, else by the time since the first.
   frameOf(timeline) {
-    const {frames, fps} = timeline.info;
     if (this.hasThisFrame(timeline)) {
       return this.frameId;
     }
-    const index = Math.round(this.timeline.index / this.timeline.fps * fps);
-    return frames[Math.min(index, frames.length - 1)];
+    const {frames} = timeline.info;
+    return frames[Math.min(dueAt(timeline.times, this.timeline.times[this.timeline.index]), frames.length - 1)];
   }
 
   hasThisFrame(timeline) {
-    const {frames, fps} = timeline.info;
-    return timeline === this.now || (fps === this.now.info.fps && frames.includes(this.frameId));
+    const index = timeline.info.frames.indexOf(this.frameId);
+    return timeline === this.now ||
+      (index >= 0 && takeAt(timeline.info, index).fps === takeAt(this.timeline, this.timeline.index).fps);
   }
 
   // What is shown.
@@ -252,12 +252,12 @@ class App {
         width: this.isSplit ? 0.5 : 1,
         through: camera ? {camera, texture: own ? timeline.cameras.texture : null} : null,
         opacity: own ? this.opacity : 1,
+        feet: feetOf(timeline.layers.filter((_, k) => !pane.hidden.has(k))),
         shows: layer => layer.timeline === pane.timeline && !pane.hidden.has(timeline.layers.indexOf(layer)) &&
           layer.faces !== undefined,
       };
     });
     this.drawnPanes = panes;
-    feetOf(this.now.layers, this.view.ground.feet);
     this.view.draw(panes, this.orbit, this.light, fine);
     root.dataset.frame = this.frameId;
     root.dataset.drawn = Number(root.dataset.drawn ?? 0) + 1;
@@ -278,10 +278,11 @@ class App {
     });
   }
 
-  /// All that is shown fills the view.
+  /// All that is shown fills the view, or each of the two.
   fit() {
-    const {hidden} = this.panes[this.active];
-    const bounds = boundsOf(this.now.layers.filter((_, i) => !hidden.has(i)), this.now.cameras);
+    const shown = this.shownPanes.flatMap(({timeline, hidden}) =>
+      this.timelines[timeline].layers.filter((_, i) => !hidden.has(i)));
+    const bounds = boundsOf(shown, this.shownPanes.map(({timeline}) => this.timelines[timeline].cameras));
     if (bounds) {
       const {clientWidth: width, clientHeight: height} = byId("view");
       this.orbit.frame(bounds.low, bounds.high, width / this.shownPanes.length / Math.max(height, 1));
@@ -300,7 +301,7 @@ class App {
     const {info} = this.now;
     byId("tabs").replaceChildren(...this.timelines.map((timeline, i) => element("button", {role: "tab",
       ariaSelected: String(timeline === this.now), onclick: () => this.choose(i)}, timeline.info.name)));
-    this.timeline.set({frames: info.frames, fps: info.fps, marks: info.marks, series: this.seriesOf(this.now)},
+    this.timeline.set({frames: info.frames, takes: info.takes, marks: info.marks, series: this.seriesOf(this.now)},
       mark => this.jump(mark));
     this.timeline.show(Math.min(this.wantedIndex ?? 0, info.frames.length - 1));
     this.wantedIndex = null;
@@ -313,7 +314,7 @@ class App {
   /// Findings and figures that have come while something is seen.
   setFindings() {
     const {info} = this.now;
-    this.timeline.set({frames: info.frames, fps: info.fps, marks: info.marks, series: this.seriesOf(this.now)},
+    this.timeline.set({frames: info.frames, takes: info.takes, marks: info.marks, series: this.seriesOf(this.now)},
       mark => this.jump(mark));
     this.timeline.show(this.timeline.index);
     this.side.showFindings();

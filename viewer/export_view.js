@@ -1,6 +1,7 @@
 // Images and videos of what is seen, as files of the browser's downloads.
 
 import {byId, element, say} from "./data.js";
+import {dueAt} from "./timeline.js";
 
 function download(name, blob) {
   const link = element("a", {href: URL.createObjectURL(blob), download: name});
@@ -60,15 +61,23 @@ export async function saveVideo(app) {
   app.timeline.setPlaying(false);
   const before = app.timeline.index;
   const jpegs = [];
-  for (let i = 0; i < app.timeline.frames.length && app.saving; ++i) {
-    await app.go(i);
-    app.draw();
-    jpegs.push(await (await blobOf(byId("view"), "image/jpeg", 0.92)).arrayBuffer());
-    say(`Saving the video: ${i + 1} of ${app.timeline.frames.length} frames (V ends it)`);
+  const {times, fps, seconds} = app.timeline;
+  const count = Math.round(seconds * fps);
+  for (let i = 0, shown = -1; i < count && app.saving; ++i) {
+    const due = dueAt(times, i / fps);
+    if (due !== shown) {
+      await app.go(due);
+      app.draw();
+      jpegs.push(await (await blobOf(byId("view"), "image/jpeg", 0.92)).arrayBuffer());
+      say(`Saving the video: ${i + 1} of ${count} frames (V ends it)`);
+    } else {
+      jpegs.push(jpegs.at(-1));  // of a slower take
+    }
+    shown = due;
   }
   if (app.saving) {
     const {width, height} = byId("view");
-    download(`${app.now.info.name.replace(/[^\w-]+/g, "_")}.avi`, aviOf(jpegs, width, height, app.timeline.fps));
+    download(`${app.now.info.name.replace(/[^\w-]+/g, "_")}.avi`, aviOf(jpegs, width, height, fps));
     document.documentElement.dataset.saved = jpegs.length;
   }
   app.saving = false;

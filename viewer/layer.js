@@ -109,6 +109,9 @@ function material(color) {
 export class Layer {
   constructor(info, timeline, number) {
     this.info = info;
+    // Numbers on the timeline: of a rate of its own, those from which on its frames are shown.
+    this.frames = info.begins?.slice(0, -1) ?? info.frames;
+    this.end = info.begins?.at(-1);
     this.timeline = timeline;
     this.number = number;
     this.color = roleColor(info.role, number);
@@ -189,19 +192,16 @@ export class Layer {
 
   /// Index of a frame of the timeline among the layer's own; -1: it has none then.
   frameIndex(frameId) {
-    const {frames} = this.info;
+    const {frames, end} = this;
     if (frames.length === 1) {
       return 0;
     }
-    let low = 0, high = frames.length - 1;
-    while (low <= high) {
-      const middle = (low + high) >> 1;
-      if (frames[middle] === frameId) {
-        return middle;
-      }
-      frames[middle] < frameId ? low = middle + 1 : high = middle - 1;
+    let low = -1, high = frames.length - 1;  // the last that has begun
+    while (low < high) {
+      const middle = (low + high + 1) >> 1;
+      frames[middle] <= frameId ? low = middle : high = middle - 1;
     }
-    return -1;
+    return end === undefined ? (frames[low] === frameId ? low : -1) : frameId < end ? low : -1;
   }
 
   async topology() {
@@ -475,7 +475,8 @@ export class Layer {
 
   /// Figures of the frames of the timeline, in SI units, as far as they are known.
   series() {
-    const {name, frames, topology} = this.info;
+    const {name, topology} = this.info;
+    const {frames} = this;
     const one = (values, what, unit, scale) => ({stage: name, name: what, unit, frames,
       values: () => frames.map((_, i) => Number.isFinite(values[i]) ? scale * values[i] : null)});
     return !topology || frames.length === 1 ? [] : [

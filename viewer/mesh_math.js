@@ -1,7 +1,8 @@
 // Arithmetic on vertices: what is quicker to compute here than to send.
 
-/// Vertices [frames][V*3] in 16 bits, of the differences to the frame before that a file holds:
-/// decoded up to the frame that is asked for, since who plays leaves frames out.
+/// Vertices [frames][V*3] in 16 bits. A file holds how much further each moves from the frame before (in the first
+/// frame from 0) than the vertex before does: decoded up to the frame that is asked for, since who plays leaves
+/// frames out.
 export class CodedFrames {
   constructor(frames, small, large) {
     this.stride = small.length / frames;
@@ -19,12 +20,17 @@ export class CodedFrames {
   at(frame) {
     const {stride, small, large, decoded} = this;
     while (decoded.length <= frame) {
-      const before = decoded.at(-1);
-      const now = new Uint16Array(stride);
+      const now = decoded.length > 0 ? decoded.at(-1).slice() : new Uint16Array(stride);
       const begin = decoded.length * stride;
-      for (let i = 0; i < stride; ++i) {
+      const further = i => {
         const coded = small[begin + i] | (large[begin + i] << 8);
-        now[i] = (before ? before[i] : 0) + ((coded >>> 1) ^ -(coded & 1));
+        return (coded >>> 1) ^ -(coded & 1);
+      };
+      let x = 0, y = 0, z = 0;  // motion of the vertex
+      for (let i = 0; i < stride; i += 3) {
+        now[i] += x += further(i);
+        now[i + 1] += y += further(i + 1);
+        now[i + 2] += z += further(i + 2);
       }
       decoded.push(now);
     }

@@ -6,13 +6,14 @@ import {labelColor, labelCount, labelName, scaleColor} from "./color.js";
 export function showLayers(app) {
   const pane = app.panes[app.active];
   const rows = [element("h2", {}, "Layers")];
+  const hasRates = app.now.layers.some(layer => layer.end !== undefined);
   app.now.layers.forEach((layer, i) => {
     const check = element("input", {type: "checkbox", id: `layer${i}`, checked: !pane.hidden.has(i),
       onchange: () => app.toggle(i)});
     const swatch = element("span", {className: "swatch"});
     swatch.style.background = `rgb(${layer.color.join(",")})`;
     const label = element("label", {htmlFor: `layer${i}`}, swatch, layer.info.name, " ",
-      element("small", {}, layer.info.stage));
+      element("small", {}, layer.info.stage, hasRates ? ` ${Number(layer.info.fps.toPrecision(4))} fps` : ""));
     const choices = layer.colorings();
     const select = element("select", {ariaLabel: `Colour of ${layer.info.name}`,
       onchange: () => app.recolor(layer, select.value)},

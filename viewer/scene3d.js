@@ -77,7 +77,7 @@ export class Scene3d {
     }
   }
 
-  /// @param panes  [{x, width (shares of the canvas), shows(layer), through: null or
+  /// @param panes  [{x, width (shares of the canvas), shows(layer), feet (framing.js), through: null or
   ///               {camera, texture}}]
   /// @param fine  nothing moves: meshes are drawn with four samples of a pixel, where there is no
   ///              multisampling
@@ -101,6 +101,7 @@ export class Scene3d {
         orbit.apply(this.camera);
       }
       this.camera.updateMatrixWorld();
+      this.ground.feet.set(...pane.feet);
       this.ground.group.visible = !pane.through && this.camera.position.y > 0;
       for (const layer of this.layers) {
         const isRastered = this.software && layer.isPlain;

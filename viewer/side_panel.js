@@ -183,9 +183,10 @@ export class SidePanel {
     if (!video || !Number.isFinite(video.duration) || video.duration === 0) {
       return;
     }
-    const wanted = (this.app.timeline.index + 0.5) / this.app.timeline.frames.length * video.duration;
-    if (this.app.timeline.playing) {
-      const speed = video.duration / (this.app.timeline.frames.length / this.app.timeline.fps);
+    const {times, index, seconds, playing} = this.app.timeline;
+    const wanted = (times[index] + times[index + 1]) / 2 / seconds * video.duration;
+    if (playing) {
+      const speed = video.duration / seconds;
       if (Math.abs(video.currentTime - wanted) > 0.15) {
         video.currentTime = wanted;
       }

@@ -40,9 +40,9 @@ function marksOf(layer) {
     return [];
   }
   layer.isTold = true;
-  const {info, figures} = layer;
+  const {info, figures, frames} = layer;
   const mark = (index, text, vertex, coloring = layer.coloring) => ({severity: "warning", stage: info.stage,
-    text: `${info.name}: ${text}`, frame: info.frames[index], layer: info.name, coloring, vertex});
+    text: `${info.name}: ${text}`, frame: frames[index], layer: info.name, coloring, vertex});
   const torn = tornFrames(figures.deviation);
   return [
     ...torn.map(i => mark(i, `torn: edges are up to ${(1000 * figures.deviation[i]).toFixed(0)} mm longer or shorter than in ` +

@@ -1,5 +1,5 @@
-// The timeline: frames under their own numbers, played at their rate; marks of findings; a figure of
-// each frame as a curve.
+// The timeline: frames under their own numbers, each at its time, since takes have rates of their own; marks of
+// findings; a figure of each frame as a curve.
 
 import {element} from "./data.js";
 
@@ -56,13 +56,44 @@ export function nearestFrame(frames, frameId) {
   return best;
 }
 
+/// When each frame begins, in seconds, and at last when the last one ends.
+export function timesOf({frames, takes}) {
+  const times = [0];
+  takes.forEach(({first, fps}, i) => {
+    const begin = times[first];
+    for (let index = first; index < (takes[i + 1]?.first ?? frames.length); ++index) {
+      times.push(begin + (index + 1 - first) / fps);
+    }
+  });
+  return times;
+}
+
+/// The frame that is due at a time, in seconds; as many as there are frames: none, it is over.
+export function dueAt(times, seconds) {
+  const kRound = 1e-7;  // s
+  let low = 0, high = times.length - 1;
+  while (low < high) {
+    const middle = (low + high + 1) >> 1;
+    times[middle] <= seconds + kRound ? low = middle : high = middle - 1;
+  }
+  return low;
+}
+
+/// The take of a frame.
+export function takeAt({takes}, index) {
+  return takes.findLast(({first}) => first <= index);
+}
+
+const wordsOf = ({name, fps}) => `${name ? name + ", " : ""}${Number(fps.toPrecision(4))} fps`;
+
 export class Timeline {
   /// @param changed  is told when another figure is chosen
   constructor(parts, go, changed) {
-    this.parts = parts;  // {scrub, frame, time, play, loop, chart, marks, series}
+    this.parts = parts;  // {scrub, frame, time, play, loop, chart, marks, takes, series}
     this.go = go;
     this.frames = [0];
-    this.fps = 1;
+    this.takes = [{name: "", fps: 1, first: 0}];
+    this.times = [0, 1];
     this.index = 0;
     this.playing = false;
     this.looping = true;
@@ -86,10 +117,21 @@ export class Timeline {
     return nearestFrame(this.frames, frameId);
   }
 
-  set({frames, fps, marks, series}, jump) {
+  /// Frames a second of the fastest take.
+  get fps() {
+    return Math.max(...this.takes.map(take => take.fps));
+  }
+
+  get seconds() {
+    return this.times.at(-1);
+  }
+
+  set({frames, takes, marks, series}, jump) {
     this.frames = frames;
-    this.fps = fps;
+    this.takes = takes;
+    this.times = timesOf({frames, takes});
     this.seriesList = series;
+    this.showTakes();
     this.parts.scrub.max = frames.length - 1;
     this.parts.marks.replaceChildren();
     const last = Math.max(frames.length - 1, 1);
@@ -106,6 +148,20 @@ export class Timeline {
     this.parts.series.closest("label").hidden = series.length === 0;
     this.parts.chart.hidden = series.length === 0;
     this.chooseSeries();
+  }
+
+  /// Where another take begins, which is gone to by a click.
+  showTakes() {
+    const {frames, takes, parts} = this;
+    const last = Math.max(frames.length - 1, 1);
+    parts.takes.hidden = takes.length < 2;
+    parts.takes.replaceChildren(...(takes.length < 2 ? [] : takes).map((take, i) => {
+      const words = wordsOf(take), {first} = take;
+      const button = element("button", {title: `${words}: from frame ${frames[first]} on`, onclick: () => this.go(first)}, words);
+      button.style.left = `${100 * first / last}%`;
+      button.style.width = `${100 * ((takes[i + 1]?.first ?? frames.length) - first) / last}%`;
+      return button;
+    }));
   }
 
   /// Shows the figure that was chosen, or else the one whose peak stands out most, but for those that
@@ -130,7 +186,9 @@ export class Timeline {
     this.shown = now;
     this.parts.scrub.value = index;
     this.parts.frame.value = String(this.frames[index]);
-    this.parts.time.textContent = `${(index / this.fps).toFixed(2)} s of ${((this.frames.length - 1) / this.fps).toFixed(2)}`;
+    const {times, takes} = this;
+    this.parts.time.textContent = `${times[index].toFixed(2)} s of ${times.at(-2).toFixed(2)}` +
+      (takes.length > 1 ? `, ${wordsOf(takeAt(this, index))}` : "");
     this.drawChart();
   }
 
@@ -147,9 +205,9 @@ export class Timeline {
   /// The frame that is due at a time (ms) while playing: frames are left out, never slowed down.
   due(now) {
     if (this.started === null) {
-      this.started = now - 1000 * this.index / this.fps;
+      this.started = now - 1000 * this.times[this.index];
     }
-    let index = Math.floor((now - this.started) * this.fps / 1000 + 1e-6);
+    let index = dueAt(this.times, (now - this.started) / 1000);
     if (index >= this.frames.length) {
       if (!this.looping) {
         this.setPlaying(false);
@@ -158,7 +216,7 @@ export class Timeline {
       this.started = now;
       index = 0;
     }
-    return Math.max(index, 0);
+    return index;
   }
 
   drawChart() {
@@ -197,6 +255,13 @@ export class Timeline {
     const evenly = span === last;
     const x = id => 8 + (width - 16) * (evenly ? (id - first) / span : this.nearest(id) / last);
     const y = value => height - 13 - (height - 26) * (value - low) / (high - low || 1);
+    context.strokeStyle = "#cfcbc3";
+    for (const {first} of this.takes.slice(1)) {
+      context.beginPath();
+      context.moveTo(x(this.frames[first]), 0);
+      context.lineTo(x(this.frames[first]), height);
+      context.stroke();
+    }
     context.strokeStyle = "#2f6f73";
     context.lineWidth = 1.3;
     context.beginPath();
@@ -213,7 +278,7 @@ export class Timeline {
     context.fillStyle = "#6b6f76";
     context.font = "10px system-ui, sans-serif";
     context.textAlign = "left";
-    context.fillText(`${Number(high.toPrecision(3))}${one.unit ? " " + one.unit : ""}`, 8, 9);
+    context.fillText(`${Number(high.toPrecision(3))}${one.unit ? " " + one.unit : ""}`, 12, 9);
     const at = frames.indexOf(this.frames[this.index]);
     const now = at < 0 ? null : values[at];
     context.strokeStyle = "#23262b";

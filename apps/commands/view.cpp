@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cstring>
 #include <filesystem>
@@ -6,6 +7,8 @@
 #include <memory>
 #include <optional>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "apps/commands/opened_workspace.h"
 #include "apps/commands/view_server.h"
@@ -29,8 +32,11 @@
 #include "pipeline/sealing/consent_check.h"
 #include "pipeline/sealing/sealed_subject.h"
 #include "pipeline/stages/stages.h"
+#include "pipeline/view/view_beside.h"
 #include "pipeline/view/view_meshes.h"
 #include "pipeline/view/view_place.h"
+#include "pipeline/view/view_sequences.h"
+#include "pipeline/view/view_workspace.h"
 
 namespace atelier {
 namespace {
@@ -107,20 +113,6 @@ ViewScene scene_of(const std::string& place, const ViewCommandOptions& options) 
   return scene;
 }
 
-/// Two scenes as one, the second beside the first.
-void put_beside(ViewScene& scene, ViewScene other) {
-  for (ViewTimeline& timeline : scene.timelines) {
-    timeline.name = scene.title + ": " + timeline.name;
-  }
-  scene.beside = scene.timelines.size();
-  for (ViewTimeline& timeline : other.timelines) {
-    timeline.name = other.title + ": " + timeline.name;
-    scene.timelines.push_back(std::move(timeline));
-  }
-  scene.notes.insert(scene.notes.end(), other.notes.begin(), other.notes.end());
-  scene.title += " and " + other.title;
-}
-
 void write_page(const ViewPage& page, const fs::path& out) {
   const UnfinishedFolder folder(out);
   make_private_directory(folder.content());
@@ -184,14 +176,41 @@ void require_outside(const std::string& out, const std::string& place) {
   }
 }
 
-int run(ViewArguments arguments, const ViewCommandOptions& options) {
+/// Refuses options that were said and do nothing to what is shown.
+void require_used(const OptionTable& table, const ViewArguments& arguments) {
+  std::vector<ViewKind> kinds = {view_kind(arguments.place, all_stages())};
+  if (arguments.beside) {
+    kinds.push_back(view_kind(*arguments.beside, all_stages()));
+  }
+  const auto shows = [&](ViewKind kind) {
+    return std::find(kinds.begin(), kinds.end(), kind) != kinds.end();
+  };
+  for (const OptionField& field : table.fields) {
+    if (field.source == "default") {
+      continue;
+    }
+    if (field.name.starts_with("capture.") && !shows(ViewKind::Capture)) {
+      throw UsageError(with_typed_flags(
+          field.name +
+          " does nothing: it says how a capture is read, and none is shown; leave it out"));
+    }
+    if (field.name == "image_width" && !shows(ViewKind::Capture) && !shows(ViewKind::Workspace)) {
+      throw UsageError("--image-width does nothing: meshes have no cameras; leave it out");
+    }
+  }
+}
+
+int run(ViewArguments arguments, const OptionSet& set) {
+  const auto& options = options_of<ViewCommandOptions>(set);
   refuse_empty(arguments);
+  const std::string named = arguments.place;
   std::optional<OpenedWorkspace> opened;
   if (is_sealed_file(arguments.place) || arguments.keys.any() ||
       view_kind(arguments.place, all_stages()) == ViewKind::Workspace) {
     opened.emplace(arguments.place, arguments.keys);
     arguments.place = opened->path();
   }
+  require_used(set.table, arguments);
   if (arguments.out) {
     require_new_place(*arguments.out, "--out");
     require_outside(*arguments.out, arguments.place);
@@ -207,7 +226,11 @@ int run(ViewArguments arguments, const ViewCommandOptions& options) {
   catch_interrupts();
   ViewScene scene = scene_of(arguments.place, options);
   if (arguments.beside) {
-    put_beside(scene, scene_of(*arguments.beside, options));
+    ViewScene other = scene_of(*arguments.beside, options);
+    const std::array<std::string, 2> names = scene.title == other.title
+                                                 ? names_apart(named, *arguments.beside)
+                                                 : std::array{scene.title, other.title};
+    put_beside(scene, std::move(other), names);
   }
   ViewPage page = view_page(std::move(scene), options.page);
   if (opened) {
@@ -256,8 +279,7 @@ Action add_view(CLI::App& parser) {
       .type_name("FOLDER");
   add_key_arguments(parser, arguments->keys);
   const OptionReader options = add_option_flags(parser, view_options());
-  return
-      [arguments, options] { return run(*arguments, options_of<ViewCommandOptions>(options())); };
+  return [arguments, options] { return run(*arguments, options()); };
 }
 
 }  // namespace atelier

@@ -82,9 +82,12 @@ void add_vertices(ViewData& data, const QuantizedFrames& frames) {
   const std::size_t stride = frames.frames == 0 ? 0 : count / frames.frames;
   std::vector<std::uint8_t> small(count);
   std::vector<std::uint8_t> large(count);
+  const auto motion = [&](std::size_t i) {
+    return frames.values[i] - (i < stride ? 0 : frames.values[i - stride]);
+  };
   for (std::size_t i = 0; i < count; ++i) {
-    const std::uint16_t before = i < stride ? std::uint16_t{0} : frames.values[i - stride];
-    const auto difference = static_cast<std::int16_t>(frames.values[i] - before);
+    const int beside = i % stride < 3 ? 0 : motion(i - 3);
+    const auto difference = static_cast<std::int16_t>(motion(i) - beside);
     const auto coded = static_cast<std::uint16_t>((static_cast<std::uint16_t>(difference) << 1U) ^
                                                   (difference < 0 ? 0xffffU : 0U));
     small[i] = static_cast<std::uint8_t>(coded & 0xffU);

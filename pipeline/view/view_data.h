@@ -57,8 +57,9 @@ struct QuantizedFrames {
 QuantizedFrames quantize(std::span<const Points> frames);
 
 /// Adds the vertices as `low` and `step` of the header and the arrays "small" and "large" [N], the
-/// lower and higher bytes of each value's difference to the one of the frame before (of the first
-/// frame to 0), zigzag-coded: motion is smooth, and "large" nearly empty, which deflates well.
+/// lower and higher bytes of how much further each value moves from the frame before (in the first
+/// frame from 0) than that of the vertex before, zigzag-coded: vertices beside each other move
+/// alike, and "large" is nearly empty, which deflates well.
 void add_vertices(ViewData& data, const QuantizedFrames& frames);
 
 /// For each face the inverse of its two edges in its own plane, [F,4] row-major, 1/m: what a page

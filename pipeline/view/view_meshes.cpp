@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <charconv>
-#include <cstdio>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/archive.h"
 #include "core/error.h"
@@ -17,6 +18,7 @@
 #include "core/io/sequence_folder.h"
 #include "core/io/usd_mesh.h"
 #include "core/sequence_archive.h"
+#include "pipeline/view/view_clock.h"
 #include "pipeline/view/view_data.h"
 
 namespace atelier {
@@ -24,8 +26,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kOneFrame = 1;  // frames a second of a single mesh
-constexpr double kUsual = 24;    // of frames that do not say
+constexpr double kUsual = 24;  // frames a second of those that do not say
 
 /// The frame of an archive named by its number alone, "000012.h5".
 std::optional<int> archive_frame(const fs::path& file) {
@@ -48,9 +49,8 @@ ViewScene scene_of_layer(const std::string& title, const std::string& timeline_n
   scene.title = title;
   ViewTimeline timeline;
   timeline.name = timeline_name;
-  timeline.fps = layer.sequence.fps;
-  timeline.frame_ids = layer.sequence.frame_ids;
   timeline.layers.push_back(std::move(layer));
+  set_layer_frames(timeline);
   scene.timelines.push_back(std::move(timeline));
   return scene;
 }
@@ -62,7 +62,6 @@ ViewScene scene_of_one_mesh(const fs::path& file, Mesh mesh) {
   ViewLayer layer;
   layer.name = file.stem().string();
   layer.role = "scan";
-  layer.sequence.fps = kOneFrame;
   layer.sequence.frame_ids = {0};
   layer.sequence.load = [mesh = std::move(mesh)](Index /*frame*/) { return mesh; };
   return scene_of_layer(file.filename().string(), "Mesh", std::move(layer));
@@ -121,18 +120,27 @@ bool holds_mesh_frames(const fs::path& place) {
 }
 
 Sequence scans_in(const fs::path& folder, double fps) {
-  Sequence scans;
-  scans.fps = fps;
+  std::map<int, fs::path> files;
   for (const auto& entry : fs::directory_iterator(folder)) {
     if (const auto id = archive_frame(entry.path())) {
-      scans.frame_ids.push_back(*id);
+      const auto [other, is_new] = files.emplace(*id, entry.path());
+      if (!is_new) {
+        const auto [first, second] = std::minmax(other->second, entry.path());
+        throw DataError(folder.string(), "frame " + std::to_string(*id),
+                        first.filename().string() + " and " + second.filename().string(),
+                        "one file of a frame");
+      }
     }
   }
-  std::sort(scans.frame_ids.begin(), scans.frame_ids.end());
-  scans.load = [folder, ids = scans.frame_ids](Index i) {
-    char name[32];
-    std::snprintf(name, sizeof name, "%06d.h5", ids[static_cast<std::size_t>(i)]);
-    return read_mesh_archive(folder / name);
+  Sequence scans;
+  scans.fps = fps;
+  std::vector<fs::path> paths;
+  for (const auto& [id, file] : files) {
+    scans.frame_ids.push_back(id);
+    paths.push_back(file);
+  }
+  scans.load = [paths = std::move(paths)](Index i) {
+    return read_mesh_archive(paths[static_cast<std::size_t>(i)]);
   };
   return scans;
 }
@@ -183,13 +191,12 @@ ViewScene view_of_mesh_frames(const fs::path& place) {
     }
   }
   ViewLayer layer = layer_of_frames(place);
-  const bool untold = !(layer.sequence.fps > 0);
-  if (untold) {
-    layer.sequence.fps = layer.sequence.frame_ids.size() > 1 ? kUsual : kOneFrame;
+  const bool is_guessed = !(layer.sequence.fps > 0) && layer.sequence.frame_ids.size() > 1;
+  if (is_guessed) {
+    layer.sequence.fps = kUsual;
   }
-  const bool told = !untold || layer.sequence.frame_ids.size() < 2;
   ViewScene scene = scene_of_layer(name.string(), "Sequence", std::move(layer));
-  if (!told) {
+  if (is_guessed) {
     scene.notes.push_back(name.string() +
                           " does not say its frames per second; they are played at 24");
   }

@@ -14,7 +14,8 @@ bool is_mesh_file(const std::filesystem::path& file);
 /// meshes (.obj .ply .glb .gltf, or archives named by numbers alone, "000012.h5").
 bool holds_mesh_frames(const std::filesystem::path& place);
 
-/// Single meshes of archives, "000012.h5", frames by their names; of any faces.
+/// Single meshes of archives, "000012.h5", frames by their names; of any faces. Throws
+/// DataError for two of one frame.
 Sequence scans_in(const std::filesystem::path& folder, double fps);
 
 /// A mesh of a file. What of it is not shown is a note. Throws DataError.

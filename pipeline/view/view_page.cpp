@@ -183,7 +183,7 @@ std::string distance_chunk(const std::string& key, const LayerSource& source, In
         distances[v] = std::min(std::sqrt(nearest[v].squared_distance), kFarthest);
       }
     });
-    distances.resize(static_cast<std::size_t>(sequence.faces.maxCoeff() + 1), 0);
+    distances.resize(static_cast<std::size_t>(sequence.faces.maxCoeff()) + 1, 0);
     const std::vector<std::uint8_t> bytes = to_bytes(distances, 0, kFarthest);
     all.insert(all.end(), bytes.begin(), bytes.end());
   }
@@ -200,10 +200,14 @@ Json put_layer(ViewPage& page, const std::shared_ptr<const LayerSource>& source,
             {"stage", layer.stage},
             {"role", layer.role},
             {"shown", layer.shown},
+            {"fps", layer.sequence.fps},
             {"data", folder},
             {"frames", layer.sequence.frame_ids},
             {"chunk", source->chunk_frames},
             {"topology", source->one_topology()}};
+  if (!layer.begins.empty()) {
+    json["begins"] = layer.begins;
+  }
   const auto put = [&](const std::string& name,
                        std::function<std::string(const std::string&)> make) {
     put_data(page, folder + "/" + name, std::move(make));
@@ -266,6 +270,10 @@ Json json_of(const ViewMark& mark) {
   return json;
 }
 
+Json json_of(const ViewTake& take) {
+  return {{"name", printable(take.name)}, {"fps", take.fps}, {"first", take.first}};
+}
+
 Index frames_of_a_chunk(const Sequence& sequence) {
   if (sequence.faces.rows() == 0) {
     return 1;
@@ -276,7 +284,11 @@ Index frames_of_a_chunk(const Sequence& sequence) {
 
 Json put_timeline(ViewPage& page, ViewTimeline timeline, const std::string& folder,
                   const ViewPageOptions& options) {
-  Json json{{"name", timeline.name}, {"fps", timeline.fps}, {"frames", timeline.frame_ids}};
+  Json json{{"name", printable(timeline.name)}, {"frames", timeline.frame_ids}};
+  json["takes"] = Json::array();
+  for (const ViewTake& take : timeline.takes) {
+    json["takes"].push_back(json_of(take));
+  }
   json["layers"] = Json::array();
   std::shared_ptr<const LayerSource> scans;
   for (ViewLayer& layer : timeline.layers) {

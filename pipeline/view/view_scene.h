@@ -23,6 +23,9 @@ struct ViewLayer {
   std::optional<Mesh> rest;                      ///< with the faces of `sequence`: strain is shown
   std::optional<Mesh> pattern;                   ///< uvs: its flat panels in m, with the same faces
   std::optional<std::filesystem::path> texture;  ///< an image over `shared`'s uvs
+  /// [N+1] Of a rate of its own: frames of the timeline from which on its own are shown, and at
+  /// last the one at which it has ended. Empty: its frames are those of the same numbers.
+  std::vector<int> begins;
 };
 
 /// A number of each frame.
@@ -42,11 +45,18 @@ struct ViewMark {
   std::string camera;  ///< "": of none
 };
 
+/// Frames of one rate, up to the next take.
+struct ViewTake {
+  std::string name;       ///< "clothed"; "" where there is one alone
+  double fps = 0;         ///< frames a second
+  std::size_t first = 0;  ///< its first frame, among those of the timeline
+};
+
 /// What is shown at the same time: layers, series and videos of the same frames.
 struct ViewTimeline {
-  std::string name;            ///< "Capture", "Simulation", "Animation"
-  double fps = 0;              ///< frames a second
-  std::vector<int> frame_ids;  ///< the files' own numbers, increasing
+  std::string name;             ///< "Capture", "Simulation", "Animation"
+  std::vector<int> frame_ids;   ///< the files' own numbers, increasing
+  std::vector<ViewTake> takes;  ///< one after the other, at least one
   std::vector<ViewLayer> layers;
   std::vector<ViewSeries> series;
   std::vector<ViewMark> marks;

@@ -64,6 +64,69 @@ TEST_F(ViewControl, Timeline_PlaysAtItsRateAndLoops) {
   EXPECT_THAT(looked.messages, IsEmpty());
 }
 
+/// The skirt, standing still, in frames of a rate.
+void write_still(const fs::path& folder, double fps, const std::vector<int>& frame_ids) {
+  Sequence skirt;
+  skirt.fps = fps;
+  skirt.frame_ids = frame_ids;
+  skirt.faces = tube_skirt().mesh.faces;
+  skirt.load = [](Index /*frame*/) { return tube_skirt().mesh; };
+  write_sequence(folder, skirt);
+}
+
+TEST_F(ViewControl, SequencesOfTwoRates_ShowTheFramesThatAreDue) {
+  SKIP_WITHOUT_BROWSER();
+  write_still(own_.path() / "two/body", 30, {0, 1, 2, 3, 4, 5});
+  write_still(own_.path() / "two/dress", 12, {0, 1, 2, 3});
+  const fs::path out = own_.path() / "page";
+  ASSERT_EQ(view({(own_.path() / "two").string(), "--out", out.string()}).exit_code, 0);
+  const std::string shown =
+      "eval:(async () => { const all = []; for (let i = 0; i < atelier.timeline.frames.length; "
+      "++i) { await atelier.go(i); all.push(atelier.now.layers.map(layer => layer.shownFrame)); } "
+      "return all; })()";
+  const Looked looked = look("file://" + (out / "index.html").string(),
+                             {kSettled, "eval:document.getElementById('layers').textContent", shown,
+                              "eval:document.getElementById('time').textContent"});
+  ASSERT_EQ(looked.values.size(), 3) << looked.messages;
+  EXPECT_THAT(looked.values[0].get<std::string>(),
+              AllOf(HasSubstr("body  30 fps"), HasSubstr("dress  12 fps")));
+  EXPECT_EQ(looked.values[1],
+            nlohmann::json::parse("[[0, 0], [1, 0], [2, 0], [3, 1], [4, 1], [5, 2], [null, 2], "
+                                  "[null, 2], [null, 3], [null, 3]]"));
+  EXPECT_EQ(looked.values[2], "0.30 s of 0.30");
+  EXPECT_THAT(looked.messages, IsEmpty());
+}
+
+TEST_F(ViewControl, Takes_ArePlayedAtRatesOfTheirOwnAndSaidOnTheTimeline) {
+  SKIP_WITHOUT_BROWSER();
+  write_still(own_.path() / "two/minimal", 0.5, {0, 1});
+  write_still(own_.path() / "two/clothed", 12, {10, 11, 12});
+  const fs::path out = own_.path() / "page";
+  const fs::path video = own_.path() / "video.avi";
+  ASSERT_EQ(view({(own_.path() / "two").string(), "--out", out.string()}).exit_code, 0);
+  const std::string due =
+      "eval:(() => { const one = atelier.timeline; one.setPlaying(true); const times = [0, 1999, "
+      "2001, 3999, 4001, 4080, 4084, 4167, 4249, 4251].map(ms => one.index = one.due(5000 + ms)); "
+      "one.setPlaying(false); one.index = 0; return times; })()";
+  const std::string second =
+      "(() => { const box = document.querySelectorAll('#takes button')[1].getBoundingClientRect(); "
+      "return [box.x + 5, box.y + 5]; })()";
+  const Looked looked = look(
+      "file://" + (out / "index.html").string(),
+      {kSettled, due,
+       "eval:[...document.querySelectorAll('#takes button')].map(one => "
+       "one.textContent)",
+       "click:" + second, kSettled, kShownFrame, "eval:document.getElementById('time').textContent",
+       "key:v", "took:" + video.string(), "eval:document.documentElement.dataset.saved"});
+  ASSERT_EQ(looked.values.size(), 5) << looked.messages;
+  EXPECT_EQ(looked.values[0], nlohmann::json({0, 0, 1, 1, 2, 2, 3, 4, 4, 0}));
+  EXPECT_EQ(looked.values[1], nlohmann::json({"minimal, 0.5 fps", "clothed, 12 fps"}));
+  EXPECT_EQ(looked.values[2], "10");
+  EXPECT_EQ(looked.values[3], "4.00 s of 4.17, clothed, 12 fps");
+  EXPECT_EQ(looked.values[4], "51") << "4 s and 3 frames, 12 a second";
+  EXPECT_THAT(looked.messages, IsEmpty());
+}
+
 TEST_F(ViewControl, Scrubbing_ShowsTheFrameAndKeysGoOnFromThere) {
   SKIP_WITHOUT_BROWSER();
   const std::string last =
@@ -351,6 +414,102 @@ TEST_F(ViewControl, ViewsBesideEachOther_ShowAllOfAWideMesh) {
             "0]].map(place => { const x = atelier.view.pixelOf(place, pane, atelier.orbit)[0] / "
             "atelier.view.width; return x > pane.x && x < pane.x + pane.width; }))"});
   EXPECT_EQ(looked.values.at(0), nlohmann::json(std::vector<bool>(8, true)));
+  EXPECT_THAT(looked.messages, IsEmpty());
+}
+
+TEST_F(ViewControl, ViewsBesideEachOther_AreFramedTogether) {
+  SKIP_WITHOUT_BROWSER();
+  const fs::path wide = plate(own_.path() / "wide.ply", "");
+  const fs::path skirt = own_.path() / "skirt.obj";
+  write_mesh(skirt, tube_skirt().mesh);
+  const fs::path out = own_.path() / "page";
+  ASSERT_EQ(view({skirt.string(), "--beside", wide.string(), "--out", out.string()}).exit_code, 0);
+  const Looked looked =
+      look("file://" + (out / "index.html").string(),
+           {kSettled,
+            "wait:(atelier.orbit.azimuth = atelier.orbit.elevation = 0, atelier.touch(), true)",
+            kSettled,
+            "eval:[[0, 0, 0], [4, 0, 0], [4, 1, 0], [0, 1, 0]].map(place => { const pane = "
+            "atelier.drawnPanes[1]; const x = atelier.view.pixelOf(place, pane, "
+            "atelier.orbit)[0] / atelier.view.width; return x > pane.x && x < pane.x + pane.width; "
+            "})"});
+  EXPECT_EQ(looked.values.at(0), nlohmann::json(std::vector<bool>(4, true)))
+      << "the right one, though the left one is active";
+  EXPECT_THAT(looked.messages, IsEmpty());
+}
+
+TEST_F(ViewControl, PlacesOfOneName_HaveTabsThatTellThemApart) {
+  SKIP_WITHOUT_BROWSER();
+  write_still(own_.path() / "monday/walk", 12, {0, 1});
+  write_still(own_.path() / "tuesday/walk", 12, {0, 1});
+  const fs::path out = own_.path() / "page";
+  ASSERT_EQ(view({(own_.path() / "monday/walk").string(), "--beside",
+                  (own_.path() / "tuesday/walk").string(), "--out", out.string()})
+                .exit_code,
+            0);
+  const Looked looked = look("file://" + (out / "index.html").string(),
+                             {kSettled,
+                              "eval:[...document.querySelectorAll('#tabs button')].map("
+                              "one => one.textContent)"});
+  EXPECT_EQ(looked.values.at(0),
+            nlohmann::json({"monday/walk: Sequence", "tuesday/walk: Sequence"}));
+}
+
+/// A person of boxes that faces -z: shoulders across x, toes before the shins.
+Mesh person_of_boxes() {
+  Mesh mesh;
+  const auto box = [&](const Eigen::RowVector3d& low, const Eigen::RowVector3d& high) {
+    const Index first = mesh.vertices.rows();
+    mesh.vertices.conservativeResize(first + 8, 3);
+    for (int i = 0; i < 8; ++i) {
+      mesh.vertices.row(first + i) << (i & 1 ? high : low)[0], (i & 2 ? high : low)[1],
+          (i & 4 ? high : low)[2];
+    }
+    const int faces[12][3] = {{0, 2, 1}, {1, 2, 3}, {4, 5, 6}, {5, 7, 6}, {0, 1, 4}, {1, 5, 4},
+                              {2, 6, 3}, {3, 6, 7}, {0, 4, 2}, {2, 4, 6}, {1, 3, 5}, {3, 7, 5}};
+    for (const auto& face : faces) {
+      mesh.faces.conservativeResize(mesh.faces.rows() + 1, 3);
+      mesh.faces.row(mesh.faces.rows() - 1) << face[0] + static_cast<int>(first),
+          face[1] + static_cast<int>(first), face[2] + static_cast<int>(first);
+    }
+  };
+  for (const double x : {-0.1, 0.1}) {
+    box({x - 0.05, 0, -0.2}, {x + 0.05, 0.15, 0.05});
+    box({x - 0.05, 0.15, -0.05}, {x + 0.05, 0.9, 0.05});
+  }
+  box({-0.2, 0.9, -0.1}, {0.2, 1.4, 0.1});
+  box({-0.1, 1.5, -0.1}, {0.1, 1.75, 0.1});
+  return mesh;
+}
+
+TEST_F(ViewControl, ScanAlone_IsSeenFromTheFront) {
+  SKIP_WITHOUT_BROWSER();
+  const fs::path scan = own_.path() / "scan.ply";
+  write_mesh(scan, person_of_boxes());
+  const fs::path out = own_.path() / "page";
+  ASSERT_EQ(view({scan.string(), "--out", out.string()}).exit_code, 0);
+  const Looked looked =
+      look("file://" + (out / "index.html").string(), {kSettled,
+                                                       "eval:[Math.sin(atelier.orbit.azimuth), "
+                                                       "Math.cos(atelier.orbit.azimuth)]"});
+  EXPECT_LT(looked.values.at(0).at(1), -0.7) << "where it faces";
+}
+
+TEST_F(ViewControl, Legend_HidesNothingOfTheView) {
+  SKIP_WITHOUT_BROWSER();
+  const std::string strain =
+      "eval:(() => { const one = [...document.querySelectorAll('#layers select')].find(one => "
+      "[...one.options].some(option => option.value === 'strain')); one.value = 'strain'; "
+      "one.dispatchEvent(new Event('change')); })()";
+  const fs::path out = own_.path() / "page";
+  ASSERT_EQ(view({simulated_by("xpbd", own_.path()).string(), "--out", out.string()}).exit_code, 0);
+  const Looked looked =
+      look("file://" + (out / "index.html").string(),
+           {kSettled, strain, kSettled,
+            "eval:(() => { const [legend, view] = ['legend', 'view'].map(id => "
+            "document.getElementById(id).getBoundingClientRect()); return [legend.width > 100, "
+            "legend.right <= view.left, legend.bottom <= view.bottom + 1]; })()"});
+  EXPECT_EQ(looked.values.at(1), nlohmann::json({true, true, true}));
   EXPECT_THAT(looked.messages, IsEmpty());
 }
 

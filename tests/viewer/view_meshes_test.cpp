@@ -66,7 +66,7 @@ TEST_F(ViewMeshes, FilesOfASequence_AreShownWithTheirFramesAndRate) {
   for (const fs::path& place : {at("T.h5"), at("T.usda"), at("folder/sequence.h5")}) {
     const nlohmann::json timeline = timeline_of(place);
     EXPECT_EQ(timeline["frames"], nlohmann::json({3, 5, 6})) << place;
-    EXPECT_EQ(timeline["fps"], 30) << place;
+    EXPECT_EQ(timeline["takes"][0]["fps"], 30) << place;
     EXPECT_EQ(timeline["layers"][0]["vertices"], 4) << place << " is of one topology";
     EXPECT_THAT(said_, Not(HasSubstr("note:"))) << place;
   }
@@ -83,7 +83,7 @@ TEST_F(ViewMeshes, FoldersOfNumberedFiles_AreSequences) {
     const nlohmann::json timeline = timeline_of(folder);
     EXPECT_EQ(timeline["frames"], nlohmann::json({10, 11, 12})) << ending;
     EXPECT_EQ(timeline["layers"][0]["vertices"], 4) << ending;
-    EXPECT_EQ(timeline["fps"], 24) << ending;
+    EXPECT_EQ(timeline["takes"][0]["fps"], 24) << ending;
     EXPECT_THAT(said_, HasSubstr("frames per second")) << ending;
   }
 }
@@ -104,6 +104,21 @@ TEST_F(ViewMeshes, FramesOfDifferentTopologies_AreScans) {
     EXPECT_EQ(timeline["layers"][0]["role"], "scan") << name;
     EXPECT_EQ(timeline["layers"][0]["topology"], false) << name;
   }
+}
+
+TEST_F(ViewMeshes, OptionsThatDoNothing_AreRefusedByTheirFlags) {
+  fs::create_directory(at("dress"));
+  write_mesh(at("dress/000001.obj"), square_at(0));
+  const auto refused = [&](const std::string& flag, const std::string& value) {
+    const ChildResult result = view({at("dress").string(), flag, value, "--out", at("p").string()});
+    EXPECT_EQ(result.exit_code, kExitUsage) << flag << result.out;
+    EXPECT_FALSE(fs::exists(at("p")));
+    return result.err;
+  };
+  EXPECT_THAT(refused("--layout", "native"),
+              AllOf(HasSubstr("--layout does nothing"), HasSubstr("capture")));
+  EXPECT_THAT(refused("--capture.layout", "native"), HasSubstr("--capture.layout does nothing"));
+  EXPECT_THAT(refused("--image-width", "640"), HasSubstr("--image-width does nothing"));
 }
 
 TEST_F(ViewMeshes, OneMeshOfAnArchive_IsShown) {

@@ -13,6 +13,7 @@
 
 #include "core/error.h"
 #include "pipeline/view/view_address.h"
+#include "pipeline/view/view_marks.h"
 #include "pipeline/view/view_place.h"
 #include "tests/support/temporary_directory.h"
 
@@ -97,9 +98,21 @@ TEST(ViewData, Vertices_ComeBackFromTheScriptToTheBit) {
     const auto coded = static_cast<std::uint32_t>(static_cast<std::uint8_t>(small[i]) |
                                                   static_cast<std::uint8_t>(large[i]) << 8);
     const std::uint32_t difference = (coded >> 1U) ^ (~(coded & 1U) + 1U);
-    decoded[i] = static_cast<std::uint16_t>((i < 210 ? 0U : decoded[i - 210]) + difference);
+    const auto before = [&](std::size_t k) { return k < 210 ? 0U : decoded[k - 210]; };
+    const std::uint32_t beside = i % 210 < 3 ? 0U : decoded[i - 3] - before(i - 3);
+    decoded[i] = static_cast<std::uint16_t>(before(i) + beside + difference);
   }
   EXPECT_EQ(decoded, quantized.values);
+}
+
+TEST(ViewData, VerticesThatMoveAlike_TakeLittle) {
+  std::vector<Points> frames = {random_points(2000, 1, 6)};
+  frames.push_back(frames.front().rowwise() + Eigen::RowVector3d(0.01, -0.02, 0.03));
+  ViewData one;
+  add_vertices(one, quantize(std::span(frames).first(1)));
+  ViewData two;
+  add_vertices(two, quantize(frames));
+  EXPECT_LT(two.script("0").size(), 1.2 * static_cast<double>(one.script("0").size()));
 }
 
 TEST(ViewData, PlanesAndPoints_AreQuantizedToo) {
