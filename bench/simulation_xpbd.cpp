@@ -87,37 +87,35 @@ Mesh skirt(int around, int rings, double top, double bottom, bool turned = true)
   return mesh;
 }
 
-/// Hips and two legs in one: a smooth closed body of about 20,000 triangles.
-Mesh body_mesh() {
-  constexpr int kAround = 100;
-  constexpr int kRings = 100;
+/// Hips and two legs in one: a smooth closed body of `side` rings of as many vertices.
+Mesh body_mesh(int side) {
   Mesh mesh;
-  mesh.vertices.resize(kAround * kRings + 2, 3);
+  mesh.vertices.resize(side * side + 2, 3);
   std::vector<Eigen::RowVector3i> faces;
-  for (int r = 0; r < kRings; ++r) {
-    const double y = 0.7 - 1.4 * r / (kRings - 1);
+  for (int r = 0; r < side; ++r) {
+    const double y = 0.7 - 1.4 * r / (side - 1);
     const double cap = std::sqrt(std::max(0.02, 1 - std::pow(y / 0.72, 8)));
-    for (int i = 0; i < kAround; ++i) {
-      const double a = 2 * kPi * i / kAround;
+    for (int i = 0; i < side; ++i) {
+      const double a = 2 * kPi * i / side;
       // Narrow waist at the top of the skirt, a waist between the legs below.
       const double radius = cap * (0.15 + 0.03 * std::exp(-std::pow((y - 0.25) / 0.15, 2))) *
                             (1 + 0.25 * std::cos(2 * a) * (y < 0 ? -y : 0));
-      mesh.vertices.row(r * kAround + i) << radius * std::cos(a), y, radius * std::sin(a);
-      if (r + 1 < kRings) {
-        const int p = r * kAround + i;
-        const int q = r * kAround + (i + 1) % kAround;
-        faces.emplace_back(p, q, q + kAround);
-        faces.emplace_back(p, q + kAround, p + kAround);
+      mesh.vertices.row(r * side + i) << radius * std::cos(a), y, radius * std::sin(a);
+      if (r + 1 < side) {
+        const int p = r * side + i;
+        const int q = r * side + (i + 1) % side;
+        faces.emplace_back(p, q, q + side);
+        faces.emplace_back(p, q + side, p + side);
       }
     }
   }
-  const int top = kAround * kRings;
+  const int top = side * side;
   mesh.vertices.row(top) << 0, 0.71, 0;
   mesh.vertices.row(top + 1) << 0, -0.71, 0;
-  for (int i = 0; i < kAround; ++i) {
-    const int n = (i + 1) % kAround;
+  for (int i = 0; i < side; ++i) {
+    const int n = (i + 1) % side;
     faces.emplace_back(top, n, i);
-    faces.emplace_back(top + 1, (kRings - 1) * kAround + i, (kRings - 1) * kAround + n);
+    faces.emplace_back(top + 1, (side - 1) * side + i, (side - 1) * side + n);
   }
   mesh.faces.resize(static_cast<Index>(faces.size()), 3);
   for (std::size_t i = 0; i < faces.size(); ++i) {
@@ -393,11 +391,11 @@ Case hanging_skirt(int around, int rings, int iterations) {
   return c;
 }
 
-/// The skirt rides on the swaying body by its waist.
-Case dressed(int around, int rings, bool self_contact, int patches = 0) {
+/// The skirt rides by its waist on the swaying body, which has `side` squared vertices.
+Case dressed(int around, int rings, bool self_contact, int patches = 0, int side = 100) {
   Case c;
   Garment garment = garment_of(skirt(around, rings, 0.19, 0.4, false));
-  c.body = body_mesh();
+  c.body = body_mesh(side);
   for (int i = 0; i < around; ++i) {
     const Eigen::RowVector3d p = garment.mesh.vertices.row(i);
     // To the nearest point of the body, so that every vertex of the waist stays where it is.
@@ -541,6 +539,15 @@ const bool kRegistered = [] {
       "dressed_10k_body", [] { return dressed(100, 100, false); }, gpu, 60);
   add(
       "dressed_10k_body_self", [] { return dressed(100, 100, true); }, gpu, 60);
+  const auto with_edges = [](Case c) {
+    c.options.body_edges = true;
+    return c;
+  };
+  add(
+      "dressed_10k_body_edges", [with_edges] { return with_edges(dressed(100, 100, false)); }, gpu,
+      60);
+  add(
+      "dressed_15.7k_body_12.8k_self", [] { return dressed(125, 126, true, 0, 113); }, gpu, 60);
   add(
       "dressed_100k_body", [] { return dressed(316, 316, false); }, gpu, 30);
   add(

@@ -465,23 +465,23 @@ ATELIER_HOST_DEVICE inline T depth_inside(const BodyView<T>& body, Vec3<T> x, T 
 /// itself there is no outside: the way out of one limb may end in the other, no deeper than they
 /// overlap. A particle that stayed near its free flight, among its candidates, passed none of them.
 /// For closed bodies. Our choice.
-template <class T>
+template <class T, class Team>
 ATELIER_HOST_DEVICE inline void end_outside(const BodyView<T>& body, const BodyContactRule<T>& rule,
                                             const BodyOutlook<T>& outlook,
-                                            const FreeFlight<T>& free, int substeps, Vec4<T>& x) {
-  const AloneInTree alone;
+                                            const FreeFlight<T>& free, int substeps, Vec4<T>& x,
+                                            const Team& team) {
   const Vec3<T> at = xyz(x);
   const BodySearch search = body_search(outlook, at, free, T(1));
   if (search == BodySearch::Nothing || search == BodySearch::Candidates ||
-      times_inside(body, at, T(1), alone) != 1) {
+      times_inside(body, at, T(1), team) != 1) {
     return;
   }
   // The outlook does not know of a particle that began deeper than the reach that it began inside.
-  const bool old = began_inside(outlook) || times_inside(body, free.start, T(0), alone) > 0;
+  const bool old = began_inside(outlook) || times_inside(body, free.start, T(0), team) > 0;
   const T soon = min_of(rule.reach, T(0.25) * static_cast<T>(substeps) * rule.old_overlap);
-  FaceOffer<T> way_out = nearest_way_out(body, at, T(1), old ? soon : rule.reach, alone);
+  FaceOffer<T> way_out = nearest_way_out(body, at, T(1), old ? soon : rule.reach, team);
   if (way_out.face < 0 && !old) {
-    way_out = nearest_way_out(body, at, T(1), T(4) * rule.reach, alone);
+    way_out = nearest_way_out(body, at, T(1), T(4) * rule.reach, team);
   }
   if (way_out.face < 0) {
     return;

@@ -99,7 +99,8 @@ void BodyEncounter<T>::end_outside(const BodyContactRule<T>& rule, int substeps,
   parallel_for(static_cast<Index>(x.size()), kEncounterGrain, [&](Index begin, Index end) {
     for (Index i = begin; i < end; ++i) {
       if (x[i].w > T(0)) {
-        atelier::end_outside(body_, rule, outlook_[i], free_flight(i), substeps, x[i]);
+        atelier::end_outside(body_, rule, outlook_[i], free_flight(i), substeps, x[i],
+                             AloneInTree{});
       }
     }
   });

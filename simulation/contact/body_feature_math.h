@@ -153,26 +153,6 @@ ATELIER_HOST_DEVICE inline Vec3<T> edge_normal(const BodyView<T>& body, const Cl
                       unit_or_zero(face_normal_at(body, edge.face[1], time)));
 }
 
-/// Whether a feature that looks along `outwards` pushes a point of the cloth at `x`: one outside of
-/// the whole body where `outside` of the feature, else one just inside, of which the nearest face
-/// looks that way too. Features inside another limb, or where the body overlaps itself, are left to
-/// the cloth's vertices.
-template <class T>
-ATELIER_HOST_DEVICE inline bool feature_reaches(const BodyView<T>& body, Vec3<T> x,
-                                                Vec3<T> outwards, bool outside, T time, T within) {
-  if (times_inside(body, x, time, AloneInTree{}) != (outside ? 0 : 1)) {
-    return false;
-  }
-  if (outside) {
-    return true;
-  }
-  const FaceOffer<T> nearest = choose_in_tree(body, inflated(Box<T>{x, x}, within),
-                                              standing(x, time), within, false, AloneInTree{})
-                                   .nearest;
-  return nearest.face >= 0 && nearest.side < T(0) &&
-         dot(face_normal_at(body, nearest.face, time), outwards) > T(0);
-}
-
 /// True if a particle left its free flight of the frame by more than its outlook's `slack`.
 template <class T>
 ATELIER_HOST_DEVICE inline bool left_outlook(Vec3<T> x, Vec3<T> frame_start, Vec3<T> flight,
@@ -190,14 +170,56 @@ struct FeatureStep {
   T t0, t1;
 };
 
+/// Points of a feature and of the cloth that may touch, and where the feature looks.
+template <class T>
+struct FeatureTouch {
+  Vec3<T> on_cloth, on_body, outwards;
+  bool outside;  ///< of the feature
+};
+
+/// Whether a feature pushes a point of the cloth: one outside of the whole body where `outside`,
+/// else one just inside, of which the nearest face looks the feature's way too. Features inside
+/// another limb, or where the body overlaps itself, are left to the cloth's vertices. `team` asks
+/// the body (see AloneInTree).
+template <class T, class Team>
+ATELIER_HOST_DEVICE inline bool feature_reaches(const FeatureStep<T>& step,
+                                                const FeatureTouch<T>& touch, const Team& team) {
+  const BodyView<T>& body = step.body;
+  const Vec3<T> x = touch.on_cloth;
+  if (times_inside(body, x, step.t0, team) != (touch.outside ? 0 : 1)) {
+    return false;
+  }
+  if (!touch.outside) {
+    const T within = step.rule.within;
+    const FaceOffer<T> nearest = choose_in_tree(body, inflated(Box<T>{x, x}, within),
+                                                standing(x, step.t0), within, false, team)
+                                     .nearest;
+    if (!(nearest.face >= 0 && nearest.side < T(0) &&
+          dot(face_normal_at(body, nearest.face, step.t0), touch.outwards) > T(0))) {
+      return false;
+    }
+  }
+  // Within another limb it is no surface.
+  return times_inside(body, touch.outwards * T(1e-4) + touch.on_body, step.t0, team) <= 0;
+}
+
+/// Instead of a team: every feature reaches, which is to be found out later.
+struct ReachesUnasked {};
+template <class T>
+ATELIER_HOST_DEVICE inline bool feature_reaches(const FeatureStep<T>&, const FeatureTouch<T>&,
+                                                ReachesUnasked) {
+  return true;
+}
+
 /// Pushes the cloth of a pair (its particles come first) off a feature that looks along `outwards`
 /// at the substep's start. `nearest`: the feature is what lies nearest of its body. `passes()`: the
-/// pair would pass. `add(particle, fresh, calm, level)`, of the cloth's alone.
-template <class T, class Passes, class Add>
+/// pair would pass. `add(particle, fresh, calm, level)`, of the cloth's alone. `team`: see
+/// feature_reaches.
+template <class T, class Passes, class Add, class Team>
 ATELIER_HOST_DEVICE inline PairState push_off_feature(const FeatureStep<T>& step,
                                                       const PairPoints<T>& pair, Vec3<T> outwards,
                                                       bool nearest, const Passes& passes,
-                                                      const Add& add) {
+                                                      const Add& add, const Team& team) {
   Vec3<T> before{};
   Vec3<T> now{};
   Vec3<T> on_cloth{};
@@ -228,10 +250,9 @@ ATELIER_HOST_DEVICE inline PairState push_off_feature(const FeatureStep<T>& step
           wanted[1][cloth++] = calm;
         }
       });
-  // `on_body` is minus the body's point. Within another limb it is no surface.
+  // `on_body` is minus the body's point.
   if (state == PairState::Apart ||
-      !feature_reaches(step.body, on_cloth, outwards, outside, step.t0, step.rule.within) ||
-      times_inside(step.body, outwards * T(1e-4) - on_body, step.t0, AloneInTree{}) > 0) {
+      !feature_reaches(step, FeatureTouch<T>{on_cloth, -on_body, outwards, outside}, team)) {
     return PairState::Apart;
   }
   for (int k = 0; k < cloth; ++k) {
@@ -250,15 +271,15 @@ ATELIER_HOST_DEVICE inline void put_body_point(const FeatureStep<T>& step, int v
 }
 
 /// A corner of the body and a triangle of the cloth.
-template <class T, class Load, class LoadStart, class Add>
+template <class T, class Motion, class Add, class Team>
 ATELIER_HOST_DEVICE inline PairState push_off_corner(const FeatureStep<T>& step, int face, int v,
-                                                     const Load& load, const LoadStart& load_start,
-                                                     const Add& add) {
+                                                     const Motion& motion, const Add& add,
+                                                     const Team& team) {
   const FaceIndices f = step.cloth.surface.faces[face];
   PairPoints<T> pair{{f.a, f.b, f.c, -1}, {}, 3, {}, {}};
   for (int k = 0; k < 3; ++k) {
-    pair.start[k] = load_start(pair.particle[k]);
-    pair.x[k] = load(pair.particle[k]);
+    pair.start[k] = motion.before(pair.particle[k]);
+    pair.x[k] = motion.now(pair.particle[k]);
   }
   put_body_point(step, v, 3, pair);
   if (stay_apart(pair.start, pair.x, 3, step.rule.within)) {
@@ -272,7 +293,7 @@ ATELIER_HOST_DEVICE inline PairState push_off_corner(const FeatureStep<T>& step,
   pair.weight[1] = b.y;
   pair.weight[2] = b.z;
   pair.weight[3] = T(-1);
-  bool nearest = is_nearest_piece(step.cloth, face, b, at, corner - at, load_start);
+  bool nearest = is_nearest_piece(step.cloth, face, b, at, corner - at, motion.before);
   const BodyFeatures<T>& features = step.features;
   for (int r = features.ring_begin[v]; nearest && r < features.ring_begin[v + 1]; ++r) {
     const FaceCorners<T> around = corners_at(step.body, features.ring[r], step.t0);
@@ -282,20 +303,20 @@ ATELIER_HOST_DEVICE inline PairState push_off_corner(const FeatureStep<T>& step,
   }
   return push_off_feature(
       step, pair, corner_normal(step.body, features, v, step.t0), nearest,
-      [&] { return passes(pair.start, pair.x, false); }, add);
+      [&] { return passes(pair.start, pair.x, false); }, add, team);
 }
 
 /// An edge of the body and an edge of the cloth.
-template <class T, class Load, class LoadStart, class Add>
+template <class T, class Motion, class Add, class Team>
 ATELIER_HOST_DEVICE inline PairState push_off_edge(const FeatureStep<T>& step, int e, int body_edge,
-                                                   const Load& load, const LoadStart& load_start,
-                                                   const Add& add) {
+                                                   const Motion& motion, const Add& add,
+                                                   const Team& team) {
   const ClothEdge own = step.cloth.edges[e];
   const ClothEdge other = step.features.edges[body_edge];
   PairPoints<T> pair{{own.a, own.b, -1, -1}, {}, 2, {}, {}};
   for (int k = 0; k < 2; ++k) {
-    pair.start[k] = load_start(pair.particle[k]);
-    pair.x[k] = load(pair.particle[k]);
+    pair.start[k] = motion.before(pair.particle[k]);
+    pair.x[k] = motion.now(pair.particle[k]);
   }
   put_body_point(step, other.a, 2, pair);
   put_body_point(step, other.b, 3, pair);
@@ -314,13 +335,13 @@ ATELIER_HOST_DEVICE inline PairState push_off_edge(const FeatureStep<T>& step, i
   const Vec3<T> on_body = between(xyz(pair.start[2]), xyz(pair.start[3]), near.t);
   const Vec3<T> before = on_cloth - on_body;
   for (int k = 0; nearest && k < 2; ++k) {
-    nearest =
-        !leans_towards(before, on_body, body_point(step.body, other.opposite[k], step.t0)) &&
-        !(own.face[k] >= 0 && leans_towards(-before, on_cloth, xyz(load_start(own.opposite[k]))));
+    nearest = !leans_towards(before, on_body, body_point(step.body, other.opposite[k], step.t0)) &&
+              !(own.face[k] >= 0 &&
+                leans_towards(-before, on_cloth, xyz(motion.before(own.opposite[k]))));
   }
   return push_off_feature(
       step, pair, edge_normal(step.body, other, step.t0), nearest,
-      [&] { return passes(pair.start, pair.x, true); }, add);
+      [&] { return passes(pair.start, pair.x, true); }, add, team);
 }
 
 /// Triangles of the cloth as features of the body meet them.
@@ -331,12 +352,12 @@ struct PushedFaces {
 };
 
 /// Pushes a triangle of the cloth, and the edges that it stands for, off the sharp features of one
-/// face of the body. `motion`: a ParticleMotion.
-template <class T, class Motion, class Add>
+/// face of the body. `motion`: a ParticleMotion; `team`: see feature_reaches.
+template <class T, class Motion, class Add, class Team>
 ATELIER_HOST_DEVICE inline PairState push_off_face(const FeatureStep<T>& step,
                                                    const PushedFaces<T>& faces, int face,
                                                    int body_face, const Motion& motion,
-                                                   const Add& add) {
+                                                   const Add& add, const Team& team) {
   if (faces.length[face] < step.features.least[body_face]) {
     return PairState::Apart;
   }
@@ -345,14 +366,13 @@ ATELIER_HOST_DEVICE inline PairState push_off_face(const FeatureStep<T>& step,
   const auto take = [&](PairState state) { most = state > most ? state : most; };
   for (int k = 0; k < 3; ++k) {
     if ((bits >> k & 1) != 0) {
-      take(push_off_corner(step, face, step.features.corner_of[3 * body_face + k], motion.now,
-                           motion.before, add));
+      take(push_off_corner(step, face, step.features.corner_of[3 * body_face + k], motion, add,
+                           team));
     }
     for (int own = 0; own < 3 && (bits >> (3 + k) & 1) != 0; ++own) {
       if (faces.edge_of[3 * face + own] >= 0) {
         take(push_off_edge(step, faces.edge_of[3 * face + own],
-                           step.features.edge_of[3 * body_face + k], motion.now, motion.before,
-                           add));
+                           step.features.edge_of[3 * body_face + k], motion, add, team));
       }
     }
   }

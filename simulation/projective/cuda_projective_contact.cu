@@ -28,7 +28,7 @@ __device__ inline BodySubstep<double> substep_of(const ProjectiveFrame& f, int s
 template <class Work>
 __device__ inline void for_free_particle(const ProjectiveFrame& f, const Work& work) {
   namespace cg = cooperative_groups;
-  __shared__ TeamInBody<32, true>::Memory memory[kContactThreads / 32];
+  __shared__ TeamRoom<32> memory[kContactThreads / 32];
   const cg::thread_block_tile<32> tile = cg::tiled_partition<32>(cg::this_thread_block());
   const cg::thread_block_tile<kTeam> few = cg::tiled_partition<kTeam>(tile);
   const int i = static_cast<int>((blockIdx.x * blockDim.x + threadIdx.x) / 32);

@@ -301,13 +301,14 @@ struct ProjectiveCudaSolver::Scene {
     ProjectiveFrame f = frame_of(control, with_body);
     before.record();
     if (with_body) {
-      body.refit();
+      body.refit(f.count);
     }
     const auto once = [&] {
       if (with_body) {
         launch_candidates(
             f.body, rules.wide, FrameParticles<double>{f.count, f.x, f.velocity, f.frame_time},
             FrameForces<double>{f.air, f.gravity}, moving.outlook.data(), moving.candidates.data());
+        body.wait_for_tree();
       }
       copy_state(moving.frame_start, moving.x);
       copy_state(moving.frame_velocity, moving.velocity);

@@ -86,17 +86,31 @@ __global__ void __launch_bounds__(kWhole)
   }
 }
 
-constexpr int kCandidateThreads = 64;
+constexpr int kTeamThreads = 64;
 /// So many fill the device only where each has a warp; of more, smaller teams get more done.
 constexpr int kFewParticles = 200'000;
+bool asks_boxes(int particles) {
+  return particles <= kFewParticles;
+}
+
+/// A team of threads a particle, `of_few` or `of_many`: a warp and boxes, or a smaller one and the
+/// tree.
+template <class Kernel, class... Arguments>
+void launch_teams(int particles, Kernel of_few, Kernel of_many, const Arguments&... arguments) {
+  const bool few = asks_boxes(particles);
+  const int team = few ? 32 : kTeam;
+  (few ? of_few
+       : of_many)<<<cuda_blocks(particles, kTeamThreads / team), kTeamThreads>>>(arguments...);
+  ATELIER_CUDA_LAUNCHED(team_kernel);
+}
 
 /// A team of threads a particle.
 template <class T, int kSize, bool kBoxes>
-__global__ void __launch_bounds__(kCandidateThreads)
+__global__ void __launch_bounds__(kTeamThreads)
     candidate_kernel(BodyView<T> body, BodyContactRule<T> rule, FrameParticles<T> particles,
                      FrameForces<T> forces, BodyOutlook<T>* outlook, int* candidates) {
   namespace cg = cooperative_groups;
-  __shared__ typename TeamInBody<kSize, kBoxes>::Memory memory[kCandidateThreads / kSize];
+  __shared__ TeamRoom<kSize> memory[kTeamThreads / kSize];
   const cg::thread_block_tile<kSize> tile = cg::tiled_partition<kSize>(cg::this_thread_block());
   const TeamInBody<kSize, kBoxes> team{tile, memory[tile.meta_group_rank()]};
   const int i = static_cast<int>((blockIdx.x * blockDim.x + threadIdx.x) / kSize);
@@ -126,17 +140,53 @@ __global__ void depth_kernel(BodyView<T> body, T reach, int particles, const Vec
   }
 }
 
-template <class T>
-__global__ void end_outside_kernel(BodyView<T> body, BodyContactRule<T> rule,
-                                   FrameParticles<T> particles, const BodyOutlook<T>* outlook,
-                                   int substeps, Vec4<T>* x) {
-  const int i = static_cast<int>(blockIdx.x * blockDim.x + threadIdx.x);
-  if (i < particles.count && x[i].w > T(0)) {
-    end_outside(body, rule, outlook[i], particles.flight(i), substeps, x[i]);
+template <class T, int kSize, bool kBoxes>
+__global__ void __launch_bounds__(kTeamThreads)
+    end_outside_kernel(BodyView<T> body, BodyContactRule<T> rule, FrameParticles<T> particles,
+                       const BodyOutlook<T>* outlook, int substeps, Vec4<T>* x) {
+  namespace cg = cooperative_groups;
+  __shared__ TeamRoom<kSize> memory[kTeamThreads / kSize];
+  const cg::thread_block_tile<kSize> tile = cg::tiled_partition<kSize>(cg::this_thread_block());
+  const TeamInBody<kSize, kBoxes> team{tile, memory[tile.meta_group_rank()]};
+  const int i = static_cast<int>((blockIdx.x * blockDim.x + threadIdx.x) / kSize);
+  if (i >= particles.count) {
+    return;
+  }
+  Vec4<T> end = x[i];
+  if (end.w > T(0)) {
+    end_outside(body, rule, outlook[i], particles.flight(i), substeps, end, team);
+  }
+  tile.sync();  // all have read it
+  if (team.rank() == 0) {
+    x[i] = end;
   }
 }
 
 }  // namespace
+
+SideStream::SideStream() {
+  ATELIER_CUDA_CHECK(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking));
+  for (cudaEvent_t* event : {&forked_, &done_}) {
+    ATELIER_CUDA_CHECK(cudaEventCreateWithFlags(event, cudaEventDisableTiming));
+  }
+}
+
+SideStream::~SideStream() {
+  static_cast<void>(cudaEventDestroy(forked_));
+  static_cast<void>(cudaEventDestroy(done_));
+  static_cast<void>(cudaStreamDestroy(stream_));
+}
+
+cudaStream_t SideStream::fork() {
+  ATELIER_CUDA_CHECK(cudaEventRecord(forked_));
+  ATELIER_CUDA_CHECK(cudaStreamWaitEvent(stream_, forked_));
+  return stream_;
+}
+
+void SideStream::join() {
+  ATELIER_CUDA_CHECK(cudaEventRecord(done_, stream_));
+  ATELIER_CUDA_CHECK(cudaStreamWaitEvent(cudaStreamLegacy, done_));
+}
 
 template <class T>
 CudaBody<T>::CudaBody(const Triangles& faces) : face_count_(static_cast<int>(faces.rows())) {
@@ -234,9 +284,9 @@ void CudaBody<T>::order_boxes(const Points& vertices) {
 }
 
 template <class T>
-void CudaBody<T>::refit_nodes(const int* keep, BoxNode<T>* nodes) {
-  refit_kernel<<<cuda_blocks(face_count_), kCudaBlock>>>(view(), keep, nodes, node_parent_.data(),
-                                                         leaf_parent_.data(), arrivals_.data());
+void CudaBody<T>::refit_nodes(const int* keep, BoxNode<T>* nodes, cudaStream_t stream) {
+  refit_kernel<<<cuda_blocks(face_count_), kCudaBlock, 0, stream>>>(
+      view(), keep, nodes, node_parent_.data(), leaf_parent_.data(), arrivals_.data());
   ATELIER_CUDA_LAUNCHED(refit_kernel);
 }
 
@@ -247,12 +297,15 @@ void CudaBody<T>::refit_where(const int* keep, CudaBuffer<BoxNode<T>>& nodes) {
     ATELIER_CUDA_CHECK(cudaMemcpy(nodes.data(), nodes_.data(), nodes_.size() * sizeof(BoxNode<T>),
                                   cudaMemcpyDeviceToDevice));
   }
-  refit_nodes(keep, nodes.data());
+  refit_nodes(keep, nodes.data(), cudaStreamLegacy);
 }
 
 template <class T>
-void CudaBody<T>::refit() {
-  refit_nodes(nullptr, nodes_.data());
+void CudaBody<T>::refit(int particles) {
+  refit_nodes(nullptr, nodes_.data(), beside_.fork());
+  if (!asks_boxes(particles)) {
+    wait_for_tree();
+  }
   box_kernel<<<static_cast<unsigned>(whole_.size()), kWhole>>>(view(), ordered_.data(), box_.data(),
                                                                group_.data(), whole_.data());
   ATELIER_CUDA_LAUNCHED(box_kernel);
@@ -262,16 +315,8 @@ template <class T>
 void launch_candidates(const BodyView<T>& body, const BodyContactRule<T>& rule,
                        const FrameParticles<T>& particles, const FrameForces<T>& forces,
                        BodyOutlook<T>* outlook, int* candidates) {
-  const auto launch = [&](auto kernel, int team) {
-    kernel<<<cuda_blocks(particles.count, kCandidateThreads / team), kCandidateThreads>>>(
-        body, rule, particles, forces, outlook, candidates);
-    ATELIER_CUDA_LAUNCHED(candidate_kernel);
-  };
-  if (particles.count <= kFewParticles) {
-    launch(candidate_kernel<T, 32, true>, 32);
-  } else {
-    launch(candidate_kernel<T, kTeam, false>, kTeam);
-  }
+  launch_teams(particles.count, candidate_kernel<T, 32, true>, candidate_kernel<T, kTeam, false>,
+               body, rule, particles, forces, outlook, candidates);
 }
 
 template <class T>
@@ -284,9 +329,8 @@ template <class T>
 void launch_end_outside(const BodyView<T>& body, const BodyContactRule<T>& rule,
                         const FrameParticles<T>& particles, const BodyOutlook<T>* outlook,
                         int substeps, Vec4<T>* x) {
-  end_outside_kernel<<<cuda_blocks(particles.count, 64), 64>>>(body, rule, particles, outlook,
-                                                               substeps, x);
-  ATELIER_CUDA_LAUNCHED(end_outside_kernel);
+  launch_teams(particles.count, end_outside_kernel<T, 32, true>,
+               end_outside_kernel<T, kTeam, false>, body, rule, particles, outlook, substeps, x);
 }
 
 template class CudaBody<float>;

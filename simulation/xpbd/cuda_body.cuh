@@ -6,6 +6,25 @@
 
 namespace atelier {
 
+/// A stream beside the usual one.
+class SideStream {
+ public:
+  SideStream();
+  ~SideStream();
+  SideStream(const SideStream&) = delete;
+  SideStream& operator=(const SideStream&) = delete;
+
+  /// The stream, on which what follows waits for what the usual one has been given.
+  cudaStream_t fork();
+  /// What follows on the usual one waits for this one.
+  void join();
+
+ private:
+  cudaStream_t stream_ = nullptr;
+  cudaEvent_t forked_ = nullptr;
+  cudaEvent_t done_ = nullptr;
+};
+
 /// A moving surface on the device, its tree and the boxes over groups of its faces: built there on
 /// the first frame, refitted afterwards.
 template <class T>
@@ -16,8 +35,10 @@ class CudaBody {
   bool empty() const { return face_count_ == 0; }
   /// Uploads the motion of the next frame; the first builds the tree.
   void move(const Points& start, const Points& end);
-  /// Takes the boxes of the motion over into the tree and the groups.
-  void refit();
+  /// Takes the boxes of the motion over into the groups and, beside what follows, into the tree:
+  /// launch_candidates for so many particles may follow, then wait_for_tree.
+  void refit(int particles);
+  void wait_for_tree() { beside_.join(); }
   /// Makes `nodes` the same tree over the faces that `keep` holds alone.
   void refit_where(const int* keep, CudaBuffer<BoxNode<T>>& nodes);
   const std::vector<FaceIndices>& faces() const { return host_faces_; }
@@ -25,7 +46,7 @@ class CudaBody {
 
  private:
   void build(const Box<T>& bounds);
-  void refit_nodes(const int* keep, BoxNode<T>* nodes);
+  void refit_nodes(const int* keep, BoxNode<T>* nodes, cudaStream_t stream);
   void order_boxes(const Points& vertices);
 
   int face_count_ = 0;
@@ -41,6 +62,7 @@ class CudaBody {
   CudaBuffer<int> ordered_;  ///< faces in groups that lie together (near_groups.h)
   CudaBuffer<Box<T>> box_, group_, whole_;
   bool built_ = false;
+  SideStream beside_;
 };
 
 /// Particles at the start of a frame, and how long it is.

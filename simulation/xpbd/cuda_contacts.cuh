@@ -102,17 +102,18 @@ struct TouchLists {
   __device__ int item(int list, int at) const { return __ldcg(items + list * particles + at); }
 };
 
-/// On-chip memory of a warp for the body.
-template <bool kBoxes>
-using BodyTeamRoom = typename TeamInBody<32, kBoxes>::Memory;
+/// On-chip memory of this thread's warp for the body, where it has no other.
+__device__ inline TeamRoom<32>& own_team_room() {
+  __shared__ TeamRoom<32> rooms[kFrameThreads / 32];
+  return rooms[threadIdx.x / 32];
+}
 
 /// Contact of the particles that the lists of this pass hold. `room`: of this thread's warp.
 /// `load(k)` gives the particle, `done(k, p, touches)` takes it back, by one thread. `kBoxes`: see
 /// TeamInBody. Not inlined: the sweeps around it then keep their registers.
 template <bool kBoxes, class T, class Load, class Done>
 __device__ __noinline__ void touch_listed(const CudaFrame<T>& frame, int blocks, int s, int pass,
-                                          BodyTeamRoom<kBoxes>& room, const Load& load,
-                                          const Done& done) {
+                                          TeamRoom<32>& room, const Load& load, const Done& done) {
   namespace cg = cooperative_groups;
   const cg::thread_block_tile<32> warp = cg::tiled_partition<32>(cg::this_thread_block());
   const cg::thread_block_tile<kTeam> tile = cg::tiled_partition<kTeam>(warp);
@@ -125,8 +126,10 @@ __device__ __noinline__ void touch_listed(const CudaFrame<T>& frame, int blocks,
   if (thread < 2) {
     lists.next[thread] = 0;
   }
+  const int trees = lists.count(1);
+  const int candidates = lists.count(0);
   const TeamInBody<32, kBoxes> whole{warp, room};
-  for (int at = thread / 32; at < lists.count(1); at += threads / 32) {
+  for (int at = thread / 32; at < trees; at += threads / 32) {
     const int k = lists.item(1, at);
     BodyParticle<T> p = load(k);
     const BodySearch search = body_search_of(frame, offset + k, p.x, step.t1);
@@ -139,7 +142,7 @@ __device__ __noinline__ void touch_listed(const CudaFrame<T>& frame, int blocks,
   const TeamOfChoice team{tile};
   for (int at =
            (threads - 32 - thread / 32 * 32) / kTeam + static_cast<int>(tile.meta_group_rank());
-       at < lists.count(0); at += threads / kTeam) {
+       at < candidates; at += threads / kTeam) {
     const int k = lists.item(0, at);
     BodyParticle<T> p = load(k);
     const bool touches = touch_candidates(frame, step, offset + k, p, team);
@@ -183,10 +186,9 @@ __device__ __noinline__ void hold_and_list(const CudaFrame<T>& frame, int blocks
 
 template <bool kBoxes, class T>
 __device__ inline void touch_body(const CudaFrame<T>& frame, int blocks, int s, int pass) {
-  __shared__ BodyTeamRoom<kBoxes> rooms[kFrameThreads / 32];
   const int offset = static_cast<int>(blockIdx.x) / blocks * frame.count;
   touch_listed<kBoxes>(
-      frame, blocks, s, pass, rooms[threadIdx.x / 32],
+      frame, blocks, s, pass, own_team_room(),
       [&](int k) {
         const int i = offset + k;
         return BodyParticle<T>{

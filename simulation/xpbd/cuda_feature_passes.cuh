@@ -21,10 +21,14 @@ __device__ inline bool features_push(const CudaFrame<T>& frame, int blocks, int 
           __ldcg(frame.features.pressed + scene) == feature_pass(frame, s, iteration, pass - 1));
 }
 
-/// One pass of pushes, a thread for each triangle of the cloth that may meet a feature.
+/// One pass of pushes: a warp for each triangle of the cloth that may meet a feature, as there is
+/// much to look at: its threads see which faces of the body may push, and then ask the body for
+/// each of these together. A thread for each triangle that left its flight, where mostly nothing
+/// is. `room`: of this thread's warp.
 template <class T>
 __device__ __noinline__ void push_features(const CudaFrame<T>& frame, int blocks, int s,
-                                           int iteration, int pass) {
+                                           int iteration, int pass, TeamRoom<32>& room) {
+  namespace cg = cooperative_groups;
   const CudaFeatureFrame<T>& f = frame.features;
   const int scene = static_cast<int>(blockIdx.x) / blocks;
   const int offset = scene * frame.count;
@@ -52,18 +56,55 @@ __device__ __noinline__ void push_features(const CudaFrame<T>& frame, int blocks
   for (int k = scene_thread(blocks); k < frame.count && pass == 0; k += threads) {
     __stcg(f.pushed + offset + k, 0);
   }
+  BodyView<T> sharp = frame.body;
+  sharp.nodes = f.features.nodes;
   bool presses = false;
-  const int* const near = f.near + static_cast<std::int64_t>(scene) * f.face_count;
+  const auto push = [&](int face, int body_face, const auto& to, const auto& team) {
+    const PairState state = push_off_face(step, faces, face, body_face, motion, to, team);
+    presses = presses || state == PairState::Presses;
+  };
+  const auto visit = [&](int face, const auto& team, const auto& work) {
+    const FaceIndices v = f.cloth.surface.faces[face];
+    const Box<T> box = united(box_at(v, load), box_at(v, load_start));
+    team.visit(sharp, inflated(box, step.rule.within), work);
+  };
+  const std::int64_t before = static_cast<std::int64_t>(scene) * f.face_count;
+  const int* const near = f.near + before;
+  const cg::thread_block_tile<32> tile = cg::tiled_partition<32>(cg::this_thread_block());
+  const TeamInBody<32, false> warp{tile, room};
+  const TeamInBody<32, true> team{tile, room};
+  const auto by_first = [&](int i, Vec3<T> fresh, Vec3<T> calm, int level) {
+    if (team.rank() == 0) {
+      add(i, fresh, calm, level);
+    }
+  };
+  for (int k = scene_thread(blocks) / 32; k < f.near_count[scene]; k += threads / 32) {
+    const int face = f.near_faces[before + k];
+    int found = 0;
+    visit(face, warp, [&](int body_face) {
+      const auto none = [](int, Vec3<T>, Vec3<T>, int) {};
+      if (push_off_face(step, faces, face, body_face, motion, none, ReachesUnasked{}) ==
+          PairState::Apart) {
+        return;
+      }
+      const int at = warp.place(found);
+      if (at < TeamRoom<32>::kFound) {
+        room.found[at] = body_face;
+      } else {
+        push(face, body_face, add, AloneInTree{});
+      }
+    });
+    found = min(warp.length(found), TeamRoom<32>::kFound);
+    for (int n = 0; n < found; ++n) {
+      push(face, room.found[n], by_first, team);
+    }
+    tile.sync();
+  }
   for (int face = scene_thread(blocks); face < f.face_count; face += threads) {
     const FaceIndices v = f.cloth.surface.faces[face];
-    if (near[face] == 0 && !left(v.a) && !left(v.b) && !left(v.c)) {
-      continue;
+    if (near[face] == 0 && (left(v.a) || left(v.b) || left(v.c))) {
+      visit(face, AloneInTree{}, [&](int body_face) { push(face, body_face, add, AloneInTree{}); });
     }
-    const Box<T> box = united(box_at(v, load), box_at(v, load_start));
-    visit_tree(f.features.nodes, inflated(box, step.rule.within), [&](int body_face) {
-      presses =
-          push_off_face(step, faces, face, body_face, motion, add) == PairState::Presses || presses;
-    });
   }
   if (presses) {
     atomicMax(f.pressed + scene, feature_pass(frame, s, iteration, pass));
@@ -92,10 +133,10 @@ __device__ __noinline__ void take_features(const CudaFrame<T>& frame, int blocks
 /// All passes of features after a sweep; `wait` for the scene's other blocks.
 template <class T, class Wait>
 __device__ inline void push_off_features(const CudaFrame<T>& frame, int blocks, int s,
-                                         int iteration, const Wait& wait) {
+                                         int iteration, TeamRoom<32>& room, const Wait& wait) {
   for (int pass = 0; pass < kFeaturePasses && features_push(frame, blocks, s, iteration, pass);
        ++pass) {
-    push_features(frame, blocks, s, iteration, pass);
+    push_features(frame, blocks, s, iteration, pass, room);
     wait();
     take_features(frame, blocks);
     // Who is late reads `pressed` of this pass: the next one raises it after this barrier alone.

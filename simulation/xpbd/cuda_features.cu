@@ -38,7 +38,8 @@ __global__ void near_kernel(CudaFeatureFrame<T> f, int particles, int scenes, T 
     return;
   }
   const int face = static_cast<int>(at % f.face_count);
-  const int offset = static_cast<int>(at / f.face_count) * particles;
+  const int scene = static_cast<int>(at / f.face_count);
+  const int offset = scene * particles;
   int near = 0;
   if (*f.any != 0) {
     const FaceIndices v = f.cloth.surface.faces[face];
@@ -55,6 +56,9 @@ __global__ void near_kernel(CudaFeatureFrame<T> f, int particles, int scenes, T 
     });
   }
   f.near[at] = near;
+  if (near != 0) {
+    f.near_faces[at - face + atomicAdd(f.near_count + scene, 1)] = face;
+  }
 }
 
 }  // namespace
@@ -85,6 +89,8 @@ CudaFeatures<T>::CudaFeatures(const Cloth& cloth, const PreparedCloth<T>& prepar
   sharp_ = CudaBuffer<int>(body_faces.size());
   any_ = CudaBuffer<int>(1);
   near_ = CudaBuffer<int>(s * surface.faces.size());
+  near_faces_ = CudaBuffer<int>(s * surface.faces.size());
+  near_count_ = CudaBuffer<int>(s);
   pushed_ = CudaBuffer<int>(s * prepared.external.size());
   pressed_ = CudaBuffer<int>(s);
   sums_ = CudaBuffer<ResponseSum>(s * prepared.external.size());
@@ -115,6 +121,8 @@ void CudaFeatures<T>::describe(CudaFrame<T>& frame) {
   f.any = any_.data();
   f.face_count = face_count_;
   f.near = near_.data();
+  f.near_faces = near_faces_.data();
+  f.near_count = near_count_.data();
   f.pushed = pushed_.data();
   f.pressed = pressed_.data();
   f.sums = sums_.data();
@@ -126,6 +134,7 @@ void CudaFeatures<T>::begin_frame(CudaBody<T>& body, CudaFrame<T>& frame, const 
   const int edges = static_cast<int>(body_edges_.size());
   const int faces = frame.body.face_count;
   any_.clear();
+  near_count_.clear();
   pressed_.clear();
   pushed_.clear();
   min_kernel<<<cuda_blocks(edges), kCudaBlock>>>(frame.body, body_edges_.data(), edges,

@@ -35,7 +35,7 @@ class CudaFeatures {
   CudaBuffer<T> min_edge_, least_;
   CudaBuffer<int> sharp_, any_;
   CudaBuffer<BoxNode<T>> nodes_;
-  CudaBuffer<int> near_, pushed_, pressed_;
+  CudaBuffer<int> near_, near_faces_, near_count_, pushed_, pressed_;
   CudaBuffer<ResponseSum> sums_;
 };
 

@@ -210,10 +210,8 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
         wait();
       }
       const bool again = iteration + 1 < frame.iterations;
-      if constexpr (kKind != FrameKind::Plain) {
-        push_off_features(frame, blocks, s, iteration, wait);
-      }
       if constexpr (kKind == FrameKind::Full) {
+        push_off_features(frame, blocks, s, iteration, own_team_room(), wait);
         const int pass = s * frame.iterations + iteration;
         if (frame.tether_anchor != nullptr || frame.body.face_count > 0) {
           hold_and_list(frame, blocks, s, pass);
@@ -225,6 +223,7 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
         }
       }
       if constexpr (kKind == FrameKind::Self) {
+        push_off_features(frame, blocks, s, iteration, own_warp_room<T>().body, wait);
         // Cloth that lies on the body has to be known before cloth pushes cloth. In the end nothing
         // passes, neither cloth nor body; where both cannot be, the body wins.
         touch_before_pairs<T, kBarrier>(frame, blocks, s, iteration, clock, arrived, goal);
@@ -255,7 +254,7 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
     }
     case FrameStep::PushFeatures:
       if (features_push(frame, blocks, s, iteration, p)) {
-        push_features(frame, blocks, s, iteration, p);
+        push_features(frame, blocks, s, iteration, p, own_team_room());
       }
       break;
     case FrameStep::TakeFeatures:

@@ -135,8 +135,9 @@ CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& o
                         options.cuda_blocks == 0 &&
                         (options.cuda_barrier == "auto" || options.cuda_barrier == "grid" ||
                          (options.cuda_barrier == "cluster" && patches <= kLargestCluster));
-  // Contacts of the cloth with itself are shared out over all blocks: those without a patch help.
-  const bool helpers = parts_.self && one_each && options.cuda_barrier != "cluster";
+  // Contacts are shared out over all blocks: those without a patch help.
+  const bool helpers =
+      (parts_.self || parts_.body) && one_each && options.cuda_barrier != "cluster";
   const int planned = helpers ? multiprocessors : patches;
   const std::size_t with_edges = base + plan_bytes(prepared, planned, true);
   const std::size_t without = base + plan_bytes(prepared, planned, false);

@@ -98,6 +98,8 @@ struct CudaFeatureFrame {
   const int* any;     ///< 1: the frame has something sharp
   int face_count;     ///< of the cloth; 0: none of this
   int* near;          ///< [scenes][faces] 1: may meet something sharp in the frame
+  int* near_faces;    ///< [scenes][faces] those that may, in any order
+  int* near_count;    ///< [scenes]
   int* pushed;        ///< [particles] 1: a feature did in this iteration
   int* pressed;       ///< [scenes] number of the last pass after which another was needed, from 1
   ResponseSum* sums;  ///< [particles]

@@ -5,14 +5,14 @@
 namespace atelier {
 
 /// On-chip memory that the warps of a block use by turns.
-template <class T, CudaBarrier kBarrier>
+template <class T>
 union WarpRoom {
-  BodyTeamRoom<kBarrier != CudaBarrier::Block> body;
+  TeamRoom<32> body;
   SearchRoom<T> search;
 };
-template <class T, CudaBarrier kBarrier>
-__device__ inline WarpRoom<T, kBarrier>& own_warp_room() {
-  __shared__ WarpRoom<T, kBarrier> rooms[kFrameThreads / kGroup];
+template <class T>
+__device__ inline WarpRoom<T>& own_warp_room() {
+  __shared__ WarpRoom<T> rooms[kFrameThreads / kGroup];
   return rooms[threadIdx.x / kGroup];
 }
 
@@ -135,7 +135,7 @@ __device__ __noinline__ void touch_before_pairs(const CudaFrame<T>& frame, int b
   // These make their own SelfWork, else all of it would lie in memory.
   const int offset = work.scene * frame.count;
   touch_listed<kBarrier != CudaBarrier::Block>(
-      frame, blocks, s, pass, own_warp_room<T, kBarrier>().body,
+      frame, blocks, s, pass, own_warp_room<T>().body,
       [&frame, blocks, offset](int i) {
         const SelfWork<T> own(frame, blocks);
         return BodyParticle<T>{
@@ -209,7 +209,7 @@ __device__ __noinline__ void search_pairs(const CudaFrame<T>& frame, int blocks,
     search.box_wholes();
     wait();
   }
-  SearchRoom<T>& room = own_warp_room<T, kBarrier>().search;
+  SearchRoom<T>& room = own_warp_room<T>().search;
   if (plan.pairs != Wanted::None) {
     collect_edges(frame, blocks, past, plan, room);
     collect_faces(frame, blocks, past, plan, room);

@@ -11,6 +11,19 @@ namespace atelier {
 /// eight of them wait no longer than one.
 constexpr int kTeam = 8;
 
+/// On-chip memory of a team of `kSize` threads in a body.
+template <int kSize>
+struct TeamRoom {
+  static constexpr int kStack = 256;  ///< nodes
+  static constexpr int kLeaves = 32 + 3 * kSize;
+  static constexpr int kFound = 32;
+
+  int stack[kStack];
+  int leaves[kLeaves];
+  int length;
+  int found[kFound];  ///< what a visit leaves for the whole team
+};
+
 /// A team of `kSize` threads that asks a body (see AloneInTree). All of its threads call its
 /// functions together; `visit` shares what it finds out among them. `kBoxes`: it goes through
 /// boxes, a few steps; else through the tree: twenty that wait for one another, but less to look
@@ -18,18 +31,11 @@ constexpr int kTeam = 8;
 template <int kSize, bool kBoxes>
 struct TeamInBody {
   static constexpr int kDeepest = 64;  ///< of a tree
-  static constexpr int kStack = 256;   ///< nodes
-  static constexpr int kLeaves = 32 + 3 * kSize;
-
-  /// On-chip memory of a team.
-  struct Memory {
-    int stack[kStack];
-    int leaves[kLeaves];
-    int length;
-  };
+  static constexpr int kStack = TeamRoom<kSize>::kStack;
+  static constexpr int kLeaves = TeamRoom<kSize>::kLeaves;
 
   cooperative_groups::thread_block_tile<kSize> tile;
-  Memory& memory;
+  TeamRoom<kSize>& memory;
 
   __device__ int rank() const { return static_cast<int>(tile.thread_rank()); }
 

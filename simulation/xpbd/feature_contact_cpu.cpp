@@ -178,7 +178,8 @@ void FeatureContactCpu<T>::push(std::vector<Vec4<T>>& x, std::vector<Vec4<T>>& s
           grow(box, xyz(x[i]));
         }
         visit_tree(tree_.nodes.data(), inflated(box, step.rule.within), [&](int body_face) {
-          if (push_off_face(step, faces, f, body_face, motion, add) == PairState::Presses) {
+          if (push_off_face(step, faces, f, body_face, motion, add, AloneInTree{}) ==
+              PairState::Presses) {
             pressed.store(true, std::memory_order_relaxed);
           }
         });

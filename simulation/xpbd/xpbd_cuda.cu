@@ -195,7 +195,7 @@ class CudaBackend final : public ClothSolver::Backend {
     const int particles = prepared_.count * scenes_;
     ATELIER_CUDA_CHECK(cudaEventRecord(before_.event));
     if (with_body) {
-      body_.refit();
+      body_.refit(particles);
     }
     const auto run = [&] {
       if (with_body) {
@@ -204,6 +204,7 @@ class CudaBackend final : public ClothSolver::Backend {
         launch_candidates(frame.body, frame.body_rule, at_start,
                           FrameForces<T>{frame.air, frame.gravity}, outlook_.data(),
                           candidates_.data());
+        body_.wait_for_tree();
         if (features_ != nullptr) {
           features_->begin_frame(body_, frame, x_.data(), velocity_.data());
         }
@@ -212,6 +213,13 @@ class CudaBackend final : public ClothSolver::Backend {
       }
       launch_->run(frame);
       ran = true;
+      if (with_body && *has_inside_) {
+        const FrameParticles<T> at_start{particles, frame.frame_start, frame.frame_velocity,
+                                         frame.frame_time};
+        launch_end_outside(frame.body, frame.body_rule, at_start, outlook_.data(), frame.substeps,
+                           x_.data());
+      }
+      ATELIER_CUDA_CHECK(cudaEventRecord(after_.event));
     };
     run();
     while (self_ != nullptr && self_->too_short()) {
@@ -222,13 +230,6 @@ class CudaBackend final : public ClothSolver::Backend {
       self_->describe(frame);
       run();
     }
-    if (with_body && *has_inside_) {
-      const FrameParticles<T> at_start{particles, frame.frame_start, frame.frame_velocity,
-                                       frame.frame_time};
-      launch_end_outside(frame.body, frame.body_rule, at_start, outlook_.data(), frame.substeps,
-                         x_.data());
-    }
-    ATELIER_CUDA_CHECK(cudaEventRecord(after_.event));
     int bad = 0;
     ATELIER_CUDA_CHECK(cudaMemcpy(&bad, bad_.data(), sizeof(bad), cudaMemcpyDeviceToHost));
     if (bad != kNobody) {

@@ -45,7 +45,8 @@ constexpr BodyContactRule<double> kRule{1e-3, 0.3, 0.02, 1e-3};  // 1 cm in a fr
 Vec3<double> ended(const StillBody& body, Vec3<double> x, int count, Vec3<double> frame_start) {
   const BodyOutlook<double> outlook{1e-3, 0, 0, {}, count};
   Vec4<double> p = with_w(x, 2.0);
-  end_outside(body.view(), kRule, outlook, FreeFlight<double>{frame_start, {0, 0, 0}}, 10, p);
+  end_outside(body.view(), kRule, outlook, FreeFlight<double>{frame_start, {0, 0, 0}}, 10, p,
+              AloneInTree{});
   EXPECT_EQ(p.w, 2.0);
   return xyz(p);
 }
