@@ -22,6 +22,7 @@
 #include "core/usage_error.h"
 #include "core/writable_place.h"
 #include "pipeline/animation/animation_input.h"
+#include "pipeline/animation/animation_signer.h"
 #include "pipeline/chain/outdated_results.h"
 #include "pipeline/sealing/access_log.h"
 #include "pipeline/sealing/seal_folder.h"
@@ -79,6 +80,16 @@ void require_consent_of(const fs::path& workspace, const ConsentUse& use) {
   for (const std::string& doubt : require_consent(all, use)) {
     std::cout << "warning: " << printable(doubt) << std::endl;
   }
+}
+
+/// ", mark 0123456789abcdef"; "" of an animation without images or without a mark.
+std::string mark_of_animation(const fs::path& result) {
+  const fs::path statement = result / kAnimationStatement;
+  if (!fs::exists(statement)) {
+    return "";
+  }
+  const std::string text = read_file_text(statement, Limits{}.text_file_bytes);
+  return ", mark " + mark_text(mark_of(parse_render_statement(text, statement.string())));
 }
 
 /// A workspace that holds the animation alone.
@@ -149,9 +160,10 @@ bool animate_opened(const SealedAnimation& arguments, const StandAloneRequest& r
     return false;
   }
   const std::string where = fs::path(arguments.out).filename().string();
+  const std::string mark = mark_of_animation(report.plan.result_folder);
   if (arguments.to.empty()) {
     write_animation(report.plan.result_folder, arguments.out,
-                    request.workspace + " to " + where + ", for " + use.purpose);
+                    request.workspace + " to " + where + ", for " + use.purpose + mark);
   } else {
     seal_animation(work.workspace, arguments, to, use);
   }
@@ -160,7 +172,8 @@ bool animate_opened(const SealedAnimation& arguments, const StandAloneRequest& r
   }
   opened.log(std::string(kAnimateStage),
              arguments.out + ", " +
-                 (arguments.to.empty() ? "for " + use.purpose : sealed_to_text(to, use.purpose)));
+                 (arguments.to.empty() ? "for " + use.purpose : sealed_to_text(to, use.purpose)) +
+                 mark);
   report.plan.result_folder = arguments.out;
   console.show_report(report);
   return true;

@@ -19,8 +19,6 @@
 #include "core/plain_name.h"
 #include "core/printable.h"
 #include "core/render/video.h"
-#include "core/seal/raw_signature.h"
-#include "core/store/build_info.h"
 #include "core/store/output_place.h"
 #include "core/store/result.h"
 #include "core/store/unfinished_folder.h"
@@ -219,9 +217,8 @@ void require_use(const DrawArguments& arguments, const OptionTable& table) {
 RenderStatement statement_of(const fs::path& workspace, const DrawOptions& options) {
   RenderStatement statement;
   statement.purpose = options.use.purpose;
-  statement.drawn = options.normals ? "normals of surfaces" : std::string(kDrawnByNetworks);
-  const std::string build = build_info();
-  statement.tool = build.substr(0, build.find(','));
+  statement.drawn = options.normals ? kDrawnNormals : kDrawnByNetworks;
+  statement.tool = drawing_tool();
   for (const StageStatus& status : workspace_status(all_stages(), workspace)) {
     add_consent(statement.consent, consent_of(status));
     if (status.manifest) {
@@ -232,19 +229,6 @@ RenderStatement statement_of(const fs::path& workspace, const DrawOptions& optio
     std::cout << "warning: " << printable(doubt) << std::endl;
   }
   return statement;
-}
-
-/// By which images are marked and signed: the key that was named, or one that follows from the
-/// statement, so that the same images have the same bytes.
-SignedRender signed_render(RenderStatement statement, const std::string& key_file) {
-  if (key_file.empty()) {
-    SigningKey open = open_signing_key(render_statement_text(statement));
-    return {std::move(statement), std::move(open)};
-  }
-  forbid_dumps();
-  const Secret text = read_secret_file(key_file);
-  const Secret passphrase = asks_for_passphrase(text.text()) ? passphrase_of("", false) : Secret();
-  return {std::move(statement), parse_signing_key(text.text(), passphrase, key_file)};
 }
 
 int run(DrawArguments arguments, const OptionSet& set) {
@@ -310,7 +294,8 @@ int run(DrawArguments arguments, const OptionSet& set) {
       options.mark ? "mark " + mark_text(mark_of(statement)) : "without a mark";
   std::optional<SignedRender> render;
   if (options.mark) {
-    render.emplace(signed_render(std::move(statement), arguments.signing_key));
+    render.emplace(signed_render(std::move(statement), arguments.signing_key,
+                                 [] { return passphrase_of("", false); }));
   }
   std::optional<UnfinishedFolder> folder;  // a killed run leaves nothing at the place of --out
   std::optional<VideoWriter> writer;
@@ -326,7 +311,7 @@ int run(DrawArguments arguments, const OptionSet& set) {
     const std::string name = frame_name(cast.scene.frame_ids[static_cast<std::size_t>(i)]);
     if (video) {
       const Image frame = before_black(picture);
-      writer->add(render ? render->marked(frame) : frame);
+      render ? writer->add(render->marked(frame)) : writer->add(frame);
     } else if (render) {
       render->write_png(folder->content() / (name + ".png"), straight_alpha(picture));
     } else {
@@ -344,10 +329,8 @@ int run(DrawArguments arguments, const OptionSet& set) {
   }
   opened.log("render --neural", arguments.out + ", for " + options.use.purpose + ", " + mark);
   if (writer) {
-    writer->finish();
-    if (render) {
-      render->sign_film(arguments.out);
-    }
+    render ? writer->finish([&](const fs::path& film) { return render->film_credentials(film); })
+           : writer->finish();
   } else {
     folder->finish();
   }

@@ -17,6 +17,10 @@ namespace atelier {
 OpenedWorkspace::OpenedWorkspace(const std::string& workspace, const KeyArguments& keys)
     : path_(workspace) {
   if (!is_sealed_file(workspace)) {
+    if (keys.any() && file_kind(workspace) != std::filesystem::file_type::directory) {
+      throw DataError(workspace, "", "neither a folder nor a sealed file",
+                      "a workspace, or one that atelier seal wrote, whole");
+    }
     if (keys.any()) {
       throw UsageError("--identity does nothing: '" + workspace + "' is not sealed; leave it out");
     }

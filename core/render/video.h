@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <string>
 
 #include "core/image.h"
 #include "core/options.h"
@@ -35,9 +36,13 @@ class VideoWriter {
 
   /// Linear RGB [height, width, 3] in [0,1]; an odd last row or column is repeated once.
   void add(const Image& frame);
+  /// The same of sRGB bytes.
+  void add(const ByteImage& frame);
   /// Frames that were added.
   Index frames() const { return frames_; }
-  void finish();
+  /// @param last_box  gives what is appended to the file before it has its name: a box of MP4 on
+  /// all others. It gets the place of the file till then; where it throws, there is no video
+  void finish(const std::function<std::string(const std::filesystem::path& film)>& last_box = {});
 
  private:
   std::filesystem::path path_;

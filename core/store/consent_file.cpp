@@ -117,8 +117,13 @@ struct StatedConsent {
 
 StatedConsent stated_consent(const std::filesystem::path& input) {
   constexpr int kFoldersAbove = 2;
+  if (input.empty()) {
+    return {};
+  }
+  const std::filesystem::path whole =
+      std::filesystem::absolute(input);  // "capture" has folders above
   std::filesystem::path folder =
-      file_kind(input) == std::filesystem::file_type::directory ? input : input.parent_path();
+      file_kind(whole) == std::filesystem::file_type::directory ? whole : whole.parent_path();
   for (int i = 0; i <= kFoldersAbove && !folder.empty(); ++i, folder = folder.parent_path()) {
     bool is_capture = false;
     for (const char* name : {"capture.toml", kConsentFile}) {

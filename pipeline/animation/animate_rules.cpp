@@ -41,6 +41,9 @@ constexpr std::array kAnimateIdle = {
     IdleRule{"height", kNoPictures, kPictures},
     IdleRule{"samples", kNoPictures, kPictures},
     IdleRule{"framing.", kNoPictures, kPictures},
+    IdleRule{"mark", kNoPictures, kPictures},
+    IdleRule{"sign", kNoPictures, kPictures},
+    IdleRule{"sign", {{{"mark", "false"}, {}}}, "--mark"},
     IdleRule{"holding", {{{"garment", "auto", true}, {}}}, "--garment auto"},
 };
 

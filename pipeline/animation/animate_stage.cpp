@@ -17,6 +17,7 @@
 #include "core/store/frame_memory.h"
 #include "core/store/output_sequences.h"
 #include "pipeline/animation/animated_cloth.h"
+#include "pipeline/animation/animation_signer.h"
 #include "pipeline/avatar/avatar_drawing.h"
 #include "pipeline/avatar/surface_faults.h"
 #include "pipeline/cloth/scene_check.h"
@@ -255,6 +256,7 @@ bool write_pictures(StageRun& run, const Animation& animation, const std::vector
   }
   const AnimationView view = animation_view(corners, first_azimuth(animation),
                                             static_cast<int>(frames), animation.cameras, options);
+  const std::optional<SignedRender> signer = animation_signer(run, !animation.networks.empty());
   const fs::path video = run.scratch_folder() / "animation.mp4";
   VideoWriter writer(video, {.fps = std::max(kMinVideoRate, animation.fps)});
   std::vector<CaptionedImage> strip;
@@ -263,10 +265,17 @@ bool write_pictures(StageRun& run, const Animation& animation, const std::vector
   const auto start = Clock::now();
   const TakePicture take = [&](const Image& picture) {
     const auto i = static_cast<std::size_t>(writer.frames());
-    run.output_text("pictures/" + frame_name(animation.frame_ids[i]) + ".png",
-                    image_bytes(view.alpha ? straight_alpha(picture) : picture, ImageFormat::Png));
+    const Image own = view.alpha ? straight_alpha(picture) : picture;
     const Image opaque = view.alpha ? before_black(picture) : picture;
-    writer.add(opaque);
+    const std::string file = "pictures/" + frame_name(animation.frame_ids[i]) + ".png";
+    if (signer) {
+      const ByteImage marked = signer->marked(own);
+      run.output_text(file, signer->png(marked));
+      writer.add(view.alpha ? signer->marked(opaque) : marked);
+    } else {
+      run.output_text(file, image_bytes(own, ImageFormat::Png));
+      writer.add(opaque);
+    }
     if (i % every == 0) {
       char caption[40];
       std::snprintf(caption, sizeof caption, "%.2f s", static_cast<double>(i) / animation.fps);
@@ -280,14 +289,21 @@ bool write_pictures(StageRun& run, const Animation& animation, const std::vector
     return false;
   }
   run.metric("picture_seconds", seconds_since(start) / static_cast<double>(frames));
-  writer.finish();
+  log_animation(run, signer);
+  signer ? writer.finish([&](const fs::path& film) { return signer->film_credentials(film); })
+         : writer.finish();
   run.output("animation.mp4", [&](const fs::path& file) {
     fs::copy_file(video, file, fs::copy_options::overwrite_existing);
   });
   ContactSheetOptions sheet;
   sheet.columns = static_cast<int>(strip.size());
   sheet.cell_width = std::min(240, strip.front().image.width);
-  run.output_text("strip.png", image_bytes(contact_sheet(strip, sheet), ImageFormat::Png));
+  const Image strip_image = contact_sheet(strip, sheet);
+  run.output_text("strip.png", signer ? signer->png(signer->marked(strip_image))
+                                      : image_bytes(strip_image, ImageFormat::Png));
+  if (signer) {
+    run.output_text(kAnimationStatement, render_statement_text(signer->statement()));
+  }
   return true;
 }
 
@@ -447,6 +463,9 @@ void run_animate(StageRun& run) {
   }
   if (options.pictures) {
     require_picture_size(options.view.picture);
+    if (!options.sign.empty()) {
+      animation_signer(run, false);  // a wrong key is refused before minutes of simulation
+    }
   }
   require_solver(options.cloth.solver, run.device());
   Animation animation = read_animation(run);

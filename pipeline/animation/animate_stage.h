@@ -29,7 +29,7 @@ inline constexpr std::array kAnimateMetrics = {
 /// "atelier.animated_frame", from which a run that was ended goes on with the same bits), body/ and
 /// garments/<name>/ (core/sequence_archive.h), body.npz and motion.npz (who moves, and how),
 /// figures.json, with an avatar seen/ (the body as it is seen), and pictures/, animation.mp4 and
-/// strip.png.
+/// strip.png, which are marked and signed as statement.json says.
 void run_animate(StageRun& run);
 
 }  // namespace atelier

@@ -310,6 +310,15 @@ OptionTable describe(AnimateOptions& options) {
   table.add("settle", options.settle, 0, 60, "s", "Time that cloth hangs before the body moves");
   table.add("pictures", options.pictures, "Rendering of images and a video");
   table.add(describe(options.view));
+  table.add("mark", options.mark,
+            "Invisible mark and content credentials of images and video, which verify reads; off: "
+            "figures of a paper, to the bit as they were drawn");
+  table
+      .add("sign", options.sign, std::vector<std::string>{},
+           "File of a secret key without a passphrase, by which images and video are signed, as "
+           "atelier key --signing writes it; empty: a key that everybody can derive, which says "
+           "that they are whole, not whose")
+      .not_keyed();
   table.add(describe(options.use));
   return table;
 }

@@ -34,7 +34,7 @@ constexpr std::array kAnimateFigures = {
 const StageRow& animate_row() {
   static const StageRow row{
       .stage = {.name = "animate",
-                .version = 8,
+                .version = 9,
                 .summary =
                     "the person and the simulated garments in a motion, as meshes and images",
                 .inputs = {"capture", "person", "tracked"},
@@ -46,6 +46,7 @@ const StageRow& animate_row() {
                 .file_options = {"motion", "body", "garment", "cloth_sequence", "holding"},
                 .run = run_animate,
                 .check_input = check_capture_input,
+                .states_consent = true,
                 .frame_wise = true,
                 .has_cuda = true,
                 .device_keyed = true},

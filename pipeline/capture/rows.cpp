@@ -40,12 +40,13 @@ constexpr std::array kReconstructFigures = {
 const StageRow& validate_row() {
   static const StageRow row{
       .stage = {.name = "validate",
-                .version = 2,
+                .version = 3,
                 .summary = "defects of a capture, and how to correct them",
                 .inputs = {"capture"},
                 .outputs = {"findings"},
                 .metrics = kValidateMetrics,
                 .options = option_set<ValidateStageOptions>,
+                .file_options = {"revoked"},
                 .run = run_validate,
                 .check_input = check_capture_input,
                 .states_consent = true},

@@ -13,6 +13,11 @@ OptionTable describe(ValidateStageOptions& options) {
   OptionTable table;
   table.add("capture", describe(options.capture));
   table.add(describe(options.checks));
+  OptionTable use = describe(options.use);
+  for (OptionField& field : use.fields) {
+    field.keyed = true;  // what is found depends on them
+  }
+  table.add(use);
   return table;
 }
 
@@ -44,6 +49,13 @@ Validation judged_validation(FrameReader& reader, const std::filesystem::path& c
   validation.findings =
       with_advice_that_joins(std::move(validation.findings), reader.dataset(),
                              reopening(capture, options), options.checks.keypoints);
+  const Dataset& dataset = reader.dataset();
+  for (Finding& finding :
+       consent_findings(dataset.info.consent, options.use, dataset.root.string())) {
+    validation.findings.push_back(std::move(finding));
+  }
+  std::stable_sort(validation.findings.begin(), validation.findings.end(),
+                   [](const Finding& a, const Finding& b) { return a.severity > b.severity; });
   return validation;
 }
 

@@ -9,13 +9,15 @@
 #include "capture/layouts/open_dataset.h"
 #include "capture/validate.h"
 #include "core/store/stage.h"
+#include "pipeline/sealing/consent_check.h"
 
 namespace atelier {
 
-/// How to read a capture, and what to check of it.
+/// How to read a capture, what to check of it, and the use that its consent is asked about.
 struct ValidateStageOptions {
   DatasetOptions capture;
   ValidateOptions checks;
+  ConsentUse use;
 };
 OptionTable describe(ValidateStageOptions& options);
 

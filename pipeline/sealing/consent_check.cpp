@@ -39,7 +39,19 @@ std::string named(const Consent& consent) {
   return "the consent of " + consent.who + " (" + consent.scope + ")";
 }
 
-void ask_scope(const Consent& consent, const std::string& purpose, ConsentAnswer& answer) {
+/// What a consent says to a use, why, and what to do.
+struct ConsentReason {
+  std::string code;  ///< of a finding
+  std::string what;
+  std::string advice;
+};
+
+struct ConsentReasons {
+  std::vector<ConsentReason> refusals;
+  std::vector<ConsentReason> doubts;
+};
+
+void ask_scope(const Consent& consent, const std::string& purpose, ConsentReasons& reasons) {
   const std::vector<std::string> words = scope_words(consent.scope);
   if (has(words, "any") || has(words, purpose)) {
     return;
@@ -47,27 +59,29 @@ void ask_scope(const Consent& consent, const std::string& purpose, ConsentAnswer
   const bool judged = std::any_of(kPurposes.begin(), kPurposes.end(),
                                   [&](std::string_view word) { return has(words, word); });
   if (judged) {
-    answer.refusals.push_back(named(consent) + " does not cover " + purpose +
-                              "; name another --purpose, or renew the consent with that word in "
-                              "its scope and run the stages again");
+    reasons.refusals.push_back({"consent-scope", named(consent) + " does not cover " + purpose,
+                                "name another --purpose, or renew the consent with that word in "
+                                "its scope and run the stages again"});
   } else {
-    answer.doubts.push_back(named(consent) +
-                            " names none of research, internal, publication, product: whether it "
-                            "covers " +
-                            purpose + " is for you to judge");
+    reasons.doubts.push_back({"consent-scope",
+                              named(consent) +
+                                  " names none of research, internal, publication, product: "
+                                  "whether it covers " +
+                                  purpose + " is for you to judge",
+                              ""});
   }
 }
 
-void ask_signature(const Consent& consent, ConsentAnswer& answer) {
+void ask_signature(const Consent& consent, ConsentReasons& reasons) {
   if (consent.key.empty() && consent.signature.empty()) {
     return;
   }
   const std::string problem =
       signature_problem(consent_statement(consent), consent.signature, consent.key);
   if (!problem.empty()) {
-    answer.refusals.push_back(named(consent) + " " + problem +
-                              "; sign it as it stands now (atelier sign), or put back what was "
-                              "signed, and run the stages again");
+    reasons.refusals.push_back({"consent-signature", named(consent) + " " + problem,
+                                "sign it as it stands now (atelier sign), or put back what was "
+                                "signed, and run the stages again"});
   }
 }
 
@@ -77,7 +91,7 @@ bool is_revoked(const Consent& consent, const std::filesystem::path& list) {
   return std::find(ids.begin(), ids.end(), consent_id(consent)) != ids.end();
 }
 
-void ask_revocation(const Consent& consent, const ConsentUse& use, ConsentAnswer& answer) {
+void ask_revocation(const Consent& consent, const ConsentUse& use, ConsentReasons& reasons) {
   const bool is_address = consent.revocation.find("://") != std::string::npos;
   for (const std::string& one : {is_address ? std::string() : consent.revocation, use.revoked}) {
     if (one.empty()) {
@@ -85,19 +99,32 @@ void ask_revocation(const Consent& consent, const ConsentUse& use, ConsentAnswer
     }
     try {
       if (is_revoked(consent, one)) {
-        answer.refusals.push_back(named(consent) + " was revoked (" + consent_id(consent) + " in " +
-                                  one + "); ask for a new one, and remove what is left");
+        reasons.refusals.push_back(
+            {"consent-revoked",
+             named(consent) + " was revoked (" + consent_id(consent) + " in " + one + ")",
+             "ask for a new one, and remove what is left"});
         return;
       }
     } catch (const DataError& error) {
-      answer.refusals.push_back(named(consent) + " cannot be checked: " + error.what());
+      reasons.refusals.push_back(
+          {"consent-unchecked", named(consent) + " cannot be checked: " + error.what(), ""});
       return;
     }
   }
   if (is_address && use.revoked.empty()) {
-    answer.doubts.push_back(named(consent) + " may have been revoked at " + consent.revocation +
-                            ", which was not asked: give --revoked FILE");
+    reasons.doubts.push_back({"consent-unchecked",
+                              named(consent) + " may have been revoked at " + consent.revocation +
+                                  ", which was not asked",
+                              "give --revoked FILE"});
   }
+}
+
+std::vector<std::string> sentences(const std::vector<ConsentReason>& reasons) {
+  std::vector<std::string> all;
+  for (const ConsentReason& reason : reasons) {
+    all.push_back(reason.what + (reason.advice.empty() ? "" : "; " + reason.advice));
+  }
+  return all;
 }
 
 }  // namespace
@@ -141,18 +168,37 @@ std::vector<std::string> parse_revocations(std::string_view text, const std::str
 }
 
 ConsentAnswer ask_consent(const std::vector<Consent>& consent, const ConsentUse& use, double now) {
-  ConsentAnswer answer;
+  ConsentReasons reasons;
   for (const std::string& ended : ended_consent(consent, now)) {
-    answer.refusals.push_back(ended +
-                              "; renew it where the capture states it and run the stages "
-                              "again");
+    reasons.refusals.push_back(
+        {"consent-ended", ended, "renew it where the capture states it and run the stages again"});
   }
   for (const Consent& one : consent) {
-    ask_signature(one, answer);
-    ask_scope(one, use.purpose, answer);
-    ask_revocation(one, use, answer);
+    ask_signature(one, reasons);
+    ask_scope(one, use.purpose, reasons);
+    ask_revocation(one, use, reasons);
   }
-  return answer;
+  return {sentences(reasons.refusals), sentences(reasons.doubts)};
+}
+
+std::vector<Finding> consent_findings(const std::vector<Consent>& consent, const ConsentUse& use,
+                                      const std::string& place) {
+  std::vector<Finding> findings;
+  for (const Consent& one : consent) {
+    ConsentReasons reasons;
+    ask_scope(one, use.purpose, reasons);
+    reasons.doubts.clear();  // a scope in other words is as good as one of ours
+    ask_revocation(one, use, reasons);
+    for (const ConsentReason& reason : reasons.refusals) {
+      const bool revoked = reason.code == "consent-revoked";
+      findings.push_back({revoked ? Severity::Error : Severity::Warning, reason.code, place,
+                          reason.what, reason.advice});
+    }
+    for (const ConsentReason& reason : reasons.doubts) {
+      findings.push_back({Severity::Note, reason.code, place, reason.what, reason.advice});
+    }
+  }
+  return findings;
 }
 
 std::vector<std::string> require_consent(const std::vector<Consent>& consent,

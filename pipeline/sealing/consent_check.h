@@ -5,6 +5,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/finding.h"
 #include "core/options.h"
 #include "core/store/consent.h"
 
@@ -35,6 +36,12 @@ struct ConsentAnswer {
 /// address (https://) is a doubt unless `revoked` is given.
 /// @param now  seconds since 1970
 ConsentAnswer ask_consent(const std::vector<Consent>& consent, const ConsentUse& use, double now);
+
+/// What consents of a capture say to a use, besides what its own checks tell (capture/validate.h:
+/// the last day, the signature): a warning where it is out of scope or a list cannot be read, an
+/// error where it was revoked, a note where a list at an address was not asked.
+std::vector<Finding> consent_findings(const std::vector<Consent>& consent, const ConsentUse& use,
+                                      const std::string& place);
 
 /// Throws ConsentRefused where a consent refuses the use today; else returns the doubts.
 std::vector<std::string> require_consent(const std::vector<Consent>& consent,

@@ -4,8 +4,14 @@
 
 #include "core/error.h"
 #include "core/sha256.h"
+#include "core/store/build_info.h"
 
 namespace atelier {
+
+std::string drawing_tool() {
+  const std::string build = build_info();
+  return build.substr(0, build.find(','));
+}
 
 std::string render_statement_text(const RenderStatement& statement) {
   nlohmann::json consent = nlohmann::json::array();
@@ -31,7 +37,8 @@ std::string render_statement_text(const RenderStatement& statement) {
 
 RenderStatement parse_render_statement(std::string_view text, const std::string& file) {
   const auto refuse = [&](const std::string& found) {
-    throw DataError(file, "statement of the render", found, "as render --neural writes it");
+    throw DataError(file, "statement of the render", found,
+                    "as render --neural and animate write it");
   };
   const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
   RenderStatement statement;

@@ -11,18 +11,23 @@
 namespace atelier {
 
 inline constexpr std::string_view kDrawnByNetworks = "trained networks";
+inline constexpr std::string_view kDrawnNormals = "normals of surfaces";
+inline constexpr std::string_view kDrawnPlain = "shaded surfaces";
 
 /// What a drawn image says of itself: whose consent it rests on and what it was made of.
 struct RenderStatement {
-  std::string tool;     ///< "atelier 0.1.0"
-  std::string drawn;    ///< by what: kDrawnByNetworks or "normals of surfaces"
+  std::string tool;     ///< `drawing_tool`
+  std::string drawn;    ///< by what: kDrawnByNetworks, kDrawnNormals or kDrawnPlain
   std::string purpose;  ///< one of kPurposes
   std::vector<Consent> consent;
   /// Stage and SHA-256 of its result's manifest, which has the digests of all that it was made of.
   std::vector<std::pair<std::string, std::string>> made_of;
 };
 
-/// The same as JSON, always the same text.
+/// This program, "atelier 0.1.0".
+std::string drawing_tool();
+
+/// The statement as JSON, always the same text.
 std::string render_statement_text(const RenderStatement& statement);
 
 /// Throws DataError for anything else than `render_statement_text` writes.

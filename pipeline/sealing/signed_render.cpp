@@ -4,9 +4,12 @@
 #include <cmath>
 
 #include "core/atomic_file.h"
+#include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/image_file.h"
+#include "core/quantity_text.h"
 #include "core/saturating_cast.h"
+#include "core/seal/raw_signature.h"
 #include "pipeline/sealing/credentials_file.h"
 #include "pipeline/sealing/film_limit.h"
 
@@ -15,27 +18,44 @@ namespace atelier {
 SignedRender::SignedRender(RenderStatement statement, SigningKey key)
     : statement_(std::move(statement)), key_(std::move(key)), mark_(mark_of(statement_)) {}
 
-Image SignedRender::marked(const Image& frame) const {
-  ByteImage bytes = srgb_from_linear(frame);
-  mark_.add_to(bytes);
-  return linear_from_srgb(bytes);
-}
-
-void SignedRender::write_png(const std::filesystem::path& path, const Image& image) const {
+ByteImage SignedRender::marked(const Image& image) const {
   ByteImage bytes = srgb_from_linear(image);
   for (std::size_t i = 3; image.channels == 4 && i < bytes.data.size(); i += 4) {
     bytes.data[i] = saturating_cast<std::uint8_t>(
         std::round(255.0F * std::clamp(image.data[i], 0.0F, 1.0F)));  // alpha is linear in files
   }
   mark_.add_to(bytes);
-  write_file_atomically(
-      path, png_with_credentials(image_bytes(bytes, ImageFormat::Png), statement_, key_));
+  return bytes;
 }
 
-void SignedRender::sign_film(const std::filesystem::path& film) const {
-  std::string bytes = read_file_text(film, kMostFilmBytes);
-  bytes += mp4_credentials(bytes, statement_, key_);
-  write_file_atomically(film, bytes);
+std::string SignedRender::png(const ByteImage& marked) const {
+  return png_with_credentials(image_bytes(marked, ImageFormat::Png), statement_, key_);
+}
+
+void SignedRender::write_png(const std::filesystem::path& path, const Image& image) const {
+  write_file_atomically(path, png(marked(image)));
+}
+
+std::string SignedRender::film_credentials(const std::filesystem::path& film) const {
+  const auto size = static_cast<std::int64_t>(std::filesystem::file_size(film));
+  if (size > kMostFilmBytes) {  // the file's name is one for the time being
+    throw DataError("", "film", bytes_text(static_cast<double>(size)) + " to be signed",
+                    "at most " + bytes_text(static_cast<double>(kMostFilmBytes)) +
+                        ": fewer or smaller frames, or --mark false");
+  }
+  return mp4_credentials(read_file_text(film, kMostFilmBytes), statement_, key_);
+}
+
+SignedRender signed_render(RenderStatement statement, const std::string& key_file,
+                           const std::function<Secret()>& passphrase) {
+  if (key_file.empty()) {
+    SigningKey open = open_signing_key(render_statement_text(statement));
+    return {std::move(statement), std::move(open)};
+  }
+  forbid_dumps();
+  const Secret text = read_secret_file(key_file);
+  const Secret words = asks_for_passphrase(text.text()) ? passphrase() : Secret();
+  return {std::move(statement), parse_signing_key(text.text(), words, key_file)};
 }
 
 }  // namespace atelier

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 
 #include "core/image.h"
@@ -18,21 +19,31 @@ class SignedRender {
 
   const RenderStatement& statement() const { return statement_; }
 
-  /// A frame with its mark, for a film: linear, of 3 channels.
-  Image marked(const Image& frame) const;
+  /// An image with its mark, for a PNG or a film: of linear light, with or without alpha that is
+  /// not premultiplied.
+  ByteImage marked(const Image& image) const;
 
-  /// Writes the image, marked, as a PNG with content credentials: linear light, with or without
-  /// alpha that is not premultiplied. Throws EnvironmentError.
+  /// A marked image as a PNG with content credentials.
+  std::string png(const ByteImage& marked) const;
+
+  /// Marks an image and writes that PNG. Throws EnvironmentError.
   void write_png(const std::filesystem::path& path, const Image& image) const;
 
-  /// Appends content credentials to an MP4 of marked frames; it is replaced as a whole. Throws
-  /// EnvironmentError, and DataError for more than kMostFilmBytes.
-  void sign_film(const std::filesystem::path& film) const;
+  /// The box of content credentials that an MP4 of marked frames is to end with, for
+  /// VideoWriter::finish. Throws DataError for more than kMostFilmBytes.
+  std::string film_credentials(const std::filesystem::path& film) const;
 
  private:
   RenderStatement statement_;
   SigningKey key_;
   ImageMark mark_;
 };
+
+/// A statement with who signs it: the secret key in a file or, where none is named, one that
+/// follows from the statement, which everybody can derive, so that the same images have the same
+/// bytes. Forbids core dumps before it reads a secret.
+/// @param passphrase  of a key that has one
+SignedRender signed_render(RenderStatement statement, const std::string& key_file,
+                           const std::function<Secret()>& passphrase);
 
 }  // namespace atelier

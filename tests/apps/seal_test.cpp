@@ -213,6 +213,33 @@ TEST_F(Seal, SignedConsent_IsCarriedAndRefusedOnceChanged) {
   EXPECT_THAT(refused.err, HasSubstr("is signed wrongly"));
 }
 
+TEST_F(Seal, ConsentInTheCurrentFolder_IsFound) {
+  make_workspace();
+  const auto here = [&](const std::string& words) {
+    return run_child(
+        {"bash", "-c",
+         "cd " + root_.path().string() + " && exec " + std::string(program_path()) + " " + words});
+  };
+  for (const std::string& input : {std::string("consent.toml"), input().filename().string()}) {
+    EXPECT_THAT(here("verify " + input).out, HasSubstr("P. Doe, research")) << input;
+  }
+  ASSERT_EQ(run({"key", "--signing", "--out", place("signer")}).exit_code, 0);
+  const ChildResult done = here("sign " + input().filename().string() + " --key signer");
+  EXPECT_EQ(done.exit_code, 0) << done.err;
+}
+
+TEST_F(Seal, FileThatIsNoWorkspace_IsSaidToBeNone) {
+  make_workspace();
+  key("one");
+  std::ofstream(root_ / "cut.sealed") << "age-encr";
+  for (const char* name : {"cut.sealed", "nothing"}) {
+    const ChildResult refused =
+        run({"export", place(name), place("out"), "--identity", place("one")});
+    EXPECT_EQ(refused.exit_code, kExitBadData);
+    EXPECT_THAT(refused.err, HasSubstr("neither a folder nor a sealed file"));
+  }
+}
+
 TEST_F(Seal, RevokedConsent_IsRefused) {
   make_workspace();
   const std::string told = run({"verify", workspace().string()}).out;

@@ -44,6 +44,35 @@ TEST(ValidateCommand, CaptureErrors_GiveExitCodeThreeAloneAndAsAStage) {
   }
 }
 
+TEST(ValidateCommand, ConsentThatRefuses_IsExplainedAloneAndAsAStage) {
+  const TemporaryDirectory folder;
+  SmallCapture small;
+  small.consent = {{"P. Doe", "research", "2020-01-01"}};
+  const std::string capture = (folder / "capture").string();
+  const std::string workspace = (folder / "work").string();
+  write_small_capture(capture, small);
+  EXPECT_THAT(validate({capture}).out,
+              ::testing::AllOf(HasSubstr("consent-ended"), HasSubstr("ended with 2020-01-01"),
+                               HasSubstr("renew the consent")));
+  EXPECT_THAT(validate({capture, "--purpose", "product"}).out, HasSubstr("warning consent-scope"));
+  const ChildResult told = run_child({program_path(), "verify", capture});
+  const std::string id = told.out.substr(told.out.find("consent: ") + 9, 16);
+  const std::string list = (folder / "revoked.txt").string();
+  std::ofstream(list) << "# nobody\n";
+  EXPECT_THAT(validate({capture, workspace, "--revoked", list}).out, Not(HasSubstr("revoked (")));
+  std::ofstream(list) << id << " withdrawn\n";
+  for (const std::vector<std::string>& words :
+       {std::vector{capture}, std::vector{capture, workspace}}) {  // another list is another result
+    std::vector<std::string> all = words;
+    all.insert(all.end(), {"--revoked", list});
+    const ChildResult revoked = validate(all);
+    EXPECT_EQ(revoked.exit_code, 3) << revoked.err;
+    EXPECT_THAT(revoked.out + revoked.err,
+                ::testing::AllOf(HasSubstr("was revoked (" + id + " in " + list),
+                                 HasSubstr("ask for a new one")));
+  }
+}
+
 TEST(ValidateCommand, NonUtf8Name_IsPrintedAsValidJson) {
   const TemporaryDirectory folder;
   const std::string capture = (folder / "c\xe9").string();

@@ -182,7 +182,12 @@ TEST(ImageMark, UnmarkedImage_HasNone) {
   EXPECT_GT(search.tried.size(), 8u);
   EXPECT_LE(std::ssize(search.tried), kMarkTries);
   EXPECT_FALSE(find_mark(mark_brightness(ByteImage(64, 64, 3, 200))).found);
-  EXPECT_FALSE(find_mark(mark_brightness(ByteImage(3, 3, 3, 200))).found);
+  for (const auto& [width, height] : {std::pair{3, 3}, {1, 4000}, {24, 1500}, {191, 25}}) {
+    for (const int grey : {0, 200, 255}) {
+      const ByteImage image(width, height, 3, static_cast<std::uint8_t>(grey));
+      EXPECT_FALSE(find_mark(mark_brightness(image)).found) << width << " x " << height;
+    }
+  }
 }
 
 TEST(ImageMark, TransparentPixels_StayAsTheyAre) {

@@ -74,6 +74,39 @@ TEST(Video, VideoIndex_PrecedesTheData) {
   EXPECT_LT(bytes.find("moov"), bytes.find("mdat"));
 }
 
+TEST(Video, LastBox_IsInTheFileBeforeItHasItsName) {
+  const fixtures::TemporaryDirectory folder;
+  const auto path = folder / "a.mp4";
+  const std::string box(
+      "\0\0\0\x0C"
+      "free"
+      "last",
+      12);
+  VideoWriter video(path);
+  video.add(srgb_from_linear(moving(0)));
+  std::string rest;
+  video.finish([&](const std::filesystem::path& film) {
+    EXPECT_FALSE(std::filesystem::exists(path));
+    rest = bytes_of(film);
+    return box;
+  });
+  EXPECT_EQ(bytes_of(path), rest + box);
+  EXPECT_EQ(read_back(path).size(), 1u);
+}
+
+TEST(Video, LastBoxThatFails_LeavesNoVideo) {
+  const fixtures::TemporaryDirectory folder;
+  {
+    VideoWriter video(folder / "a.mp4");
+    video.add(moving(0));
+    EXPECT_THROW(video.finish([](const std::filesystem::path&) -> std::string {
+      throw DataError("", "film", "too large", "a smaller one");
+    }),
+                 DataError);
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
 TEST(Video, OddSizes_BecomeEven) {
   const fixtures::TemporaryDirectory folder;
   const auto path = folder / "a.mp4";

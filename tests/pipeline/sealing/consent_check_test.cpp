@@ -90,6 +90,32 @@ TEST(ConsentCheck, RevokedConsent_IsRefused) {
               ElementsAre(HasSubstr("cannot be checked")));
 }
 
+TEST(ConsentCheck, Findings_NameWhatIsOutOfScopeRevokedOrUnchecked) {
+  const TemporaryDirectory folder;
+  const std::string list = (folder / "revoked.txt").string();
+  std::ofstream(list) << consent_id(consent("research")) << " P. Doe\n";
+  const auto found = [](const Consent& one, const ConsentUse& use) {
+    std::vector<std::string> texts;
+    for (const Finding& finding : consent_findings({one}, use, "capture")) {
+      texts.push_back(to_string(finding));
+    }
+    return texts;
+  };
+  EXPECT_THAT(found(consent("research"), {}), IsEmpty());
+  EXPECT_THAT(found(consent("our paper"), {}), IsEmpty()) << "nobody can judge it";
+  EXPECT_THAT(found(consent("research"), {"product", ""}),
+              ElementsAre(AllOf(HasSubstr("warning consent-scope [capture]"),
+                                HasSubstr("does not cover product"), HasSubstr("renew"))));
+  EXPECT_THAT(found(consent("research"), {"research", list}),
+              ElementsAre(AllOf(HasSubstr("error consent-revoked"), HasSubstr(list),
+                                HasSubstr("ask for a new one"))));
+  Consent named = consent("research");
+  named.revocation = (folder / "gone.txt").string();
+  EXPECT_THAT(found(named, {}), ElementsAre(HasSubstr("warning consent-unchecked")));
+  named.revocation = "https://example.org/revoked.txt";
+  EXPECT_THAT(found(named, {}), ElementsAre(HasSubstr("note consent-unchecked")));
+}
+
 TEST(ConsentCheck, SignedConsent_IsRefusedOnceItIsChanged) {
   const SigningKey key = new_signing_key();
   Consent one = consent("research", "2026-12-31");

@@ -219,5 +219,21 @@ TEST(SignedRender, Png_HasMarkAndCredentials) {
   EXPECT_NE(mark_of(other), found->bits);
 }
 
+TEST(SignedRender, KeyOfAFile_SignsOrFollowsFromTheStatement) {
+  const TemporaryDirectory folder;
+  const auto png = [](const SignedRender& render) {
+    return render.png(render.marked(Image(64, 64, 3, 0.4F)));
+  };
+  const auto none = []() -> Secret { throw std::logic_error("no passphrase is needed"); };
+  EXPECT_EQ(png(signed_render(some_statement(), "", none)),
+            png(signed_render(some_statement(), "", none)));
+  const SigningKey key = new_signing_key();
+  write_file_atomically(folder / "key", signing_key_file(key).text());
+  const std::string bytes = png(signed_render(some_statement(), (folder / "key").string(), none));
+  const CredentialsFound found = read_credentials(*stored_credentials(bytes, "a.png"), "a.png");
+  EXPECT_EQ(found.problem, "");
+  EXPECT_EQ(found.signer->key, key.key.key);
+}
+
 }  // namespace
 }  // namespace atelier::fixtures
