@@ -7,7 +7,7 @@
 namespace atelier {
 namespace {
 
-constexpr int kMostProcesses = 4096;
+constexpr int kLargestWorld = 4096;
 constexpr int kLargestPort = 65535;
 
 /// The whole number of a variable within [from, to].
@@ -35,7 +35,7 @@ std::string text_of(const EnvironmentVariables& environment, const char* name) {
 
 PeerPlace torchrun_place(const EnvironmentVariables& environment) {
   PeerPlace place;
-  place.size = number_of(environment, "WORLD_SIZE", 1, kMostProcesses);
+  place.size = number_of(environment, "WORLD_SIZE", 1, kLargestWorld);
   place.rank = number_of(environment, "RANK", 0, place.size - 1);
   place.local_rank = number_of(environment, "LOCAL_RANK", 0, place.rank);
   place.rendezvous = "tcp://" + text_of(environment, "MASTER_ADDR") + ":" +
@@ -45,7 +45,7 @@ PeerPlace torchrun_place(const EnvironmentVariables& environment) {
 
 PeerPlace slurm_place(const EnvironmentVariables& environment) {
   PeerPlace place;
-  place.size = number_of(environment, "SLURM_NTASKS", 1, kMostProcesses);
+  place.size = number_of(environment, "SLURM_NTASKS", 1, kLargestWorld);
   place.rank = number_of(environment, "SLURM_PROCID", 0, place.size - 1);
   place.local_rank = number_of(environment, "SLURM_LOCALID", 0, place.rank);
   std::string host = environment("MASTER_ADDR");
