@@ -7,7 +7,7 @@ namespace atelier {
 namespace {
 
 constexpr std::array kToyTargets = {
-    Target{"toy.error", "", Measure::Side::AtMost, 0.5, 1},
+    Target{"toy.error", "error of the sum", "", Measure::Side::AtMost, 0.5, 1},
 };
 
 constexpr std::array kToyOrder = {
