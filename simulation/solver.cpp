@@ -199,7 +199,7 @@ std::string solver_conflict(const SolverOptions& options, Device device) {
 
 std::string idle_on_device(const SolverOptions& options, Device device) {
   if (options.name != "xpbd") {
-    return "";
+    return options.projective.half_precision && device == Device::Cpu ? "half_precision" : "";
   }
   const XpbdMethodOptions usual;
   if (device != Device::Cpu) {

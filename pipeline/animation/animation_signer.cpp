@@ -38,9 +38,8 @@ std::optional<SignedRender> animation_signer(StageRun& run, bool by_networks) {
   statement.made_of = results_read(run);
   return signed_render(std::move(statement), options.sign, []() -> Secret {
     throw UsageError(
-        "--sign names a key with a passphrase, which a stage does not ask for; name one without, "
-        "as "
-        "'atelier key --signing' writes it, or draw with 'atelier render --neural --sign'");
+        "--sign names a key with a passphrase, which a stage does not ask for; name one without "
+        "(atelier key --signing), or draw with 'atelier render --neural --sign'");
   });
 }
 

@@ -11,9 +11,10 @@
 namespace atelier {
 namespace {
 
-constexpr double kStill = 1;     // frames a second of what says none
-constexpr double kSame = 1e-3;   // rates that differ by less are the same: 29.97 and 29.970030
-constexpr double kRound = 1e-6;  // frames
+constexpr double kStill = 1;         // frames a second of what says none
+constexpr double kSame = 1e-3;       // rates that differ by less are the same: 29.97 and 29.970030
+constexpr double kRound = 1e-6;      // frames
+constexpr double kMostFrames = 1e6;  // of sequences that begin together
 
 /// Layers of one rate, whose frames are those of the same numbers.
 struct RateGroup {
@@ -71,17 +72,26 @@ std::size_t frame_at(std::size_t index, double rate, double fps) {
   return saturating_cast<std::size_t>(std::ceil(static_cast<double>(index) / rate * fps - kRound));
 }
 
-/// Groups that begin together, by the clock of the fastest.
-void put_together(ViewTimeline& timeline, std::span<const RateGroup> groups) {
-  const RateGroup& fastest = *std::max_element(
-      groups.begin(), groups.end(), [](const auto& a, const auto& b) { return a.fps < b.fps; });
+const RateGroup& fastest_of(std::span<const RateGroup> groups) {
+  return *std::max_element(groups.begin(), groups.end(),
+                           [](const auto& a, const auto& b) { return a.fps < b.fps; });
+}
+
+/// Frames of the fastest group for as long as the longest lasts.
+double frames_together(std::span<const RateGroup> groups) {
   double seconds = 0;
   for (const RateGroup& group : groups) {
     seconds = std::max(seconds, group.seconds());
   }
+  return std::ceil(seconds * fastest_of(groups).fps - kRound);
+}
+
+/// Groups that begin together, by the clock of the fastest.
+void put_together(ViewTimeline& timeline, std::span<const RateGroup> groups) {
+  const RateGroup& fastest = fastest_of(groups);
   std::vector<int>& ids = timeline.frame_ids;
   ids.assign(fastest.frame_ids.begin(), fastest.frame_ids.end());
-  const auto count = saturating_cast<std::size_t>(std::ceil(seconds * fastest.fps - kRound));
+  const auto count = saturating_cast<std::size_t>(frames_together(groups));
   while (ids.size() < count) {
     ids.push_back(ids.back() + 1);
   }
@@ -141,7 +151,7 @@ void set_layer_frames(ViewTimeline& timeline) {
     return *a.frame_ids.begin() < *b.frame_ids.begin();
   });
   timeline.takes.clear();
-  if (groups.size() > 1 && !follow_each_other(groups)) {
+  if (groups.size() > 1 && !follow_each_other(groups) && frames_together(groups) <= kMostFrames) {
     put_together(timeline, groups);
     return;
   }

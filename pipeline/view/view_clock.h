@@ -17,7 +17,8 @@ void set_capture_frames(ViewTimeline& timeline, std::span<const CaptureSequence>
 /// Sets the frames of a timeline of layers that have one rate, or several. Of several, those whose
 /// numbers lie behind each other are takes, one after the other; others begin together, and each
 /// shows the frame that is due at a time: then the frames are those of the fastest ones, which are
-/// counted on for as long as another lasts (ViewLayer::begins).
+/// counted on for as long as another lasts (ViewLayer::begins). Where that would be more than a
+/// million, frames are shown by their numbers.
 void set_layer_frames(ViewTimeline& timeline);
 
 }  // namespace atelier

@@ -32,7 +32,6 @@ Json membrane_json(const MembraneInUse& membrane) {
 std::string frame_json(const FrameReport& r) {
   Json json = {{"frame", r.frame},
                {"strain", {{"p50", r.strain_p50}, {"p95", r.strain_p95}, {"max", r.strain_max}}},
-               {"residual", {{"spring_m", r.spring_residual}, {"hinge_rad", r.hinge_residual}}},
                {"energy_j", {{"kinetic", r.kinetic_energy}, {"elastic", r.elastic_energy}}},
                {"body",
                 {{"contacts", r.body_contacts},
@@ -44,7 +43,9 @@ std::string frame_json(const FrameReport& r) {
                  {"self_searches", r.self_searches},
                  {"self_renewals", r.self_renewals}}}};
   const auto counted = [](auto value) { return value >= 0 ? Json(value) : Json(nullptr); };
-  json["residual"]["strain"] = counted(r.strain_residual);
+  json["residual"] = {{"spring_m", counted(r.spring_residual)},
+                      {"hinge_rad", counted(r.hinge_residual)},
+                      {"strain", counted(r.strain_residual)}};
   json["self"]["crossings"] = counted(r.crossings);
   json["body"]["crossings"] = counted(r.body_crossings);
   json["body"]["all_inside"] = counted(r.inside);
@@ -65,10 +66,14 @@ std::string frame_line(const FrameReport& r, bool with_body) {
                   r.body_contacts, r.penetrating, 1e3 * r.penetration_depth);
     line += text;
   }
-  std::snprintf(text, sizeof text, "%d touch cloth; energy %s J; residual %s, %.2g rad",
-                r.self_contacts, number_text(r.kinetic_energy + r.elastic_energy).c_str(),
-                length_text(r.spring_residual).c_str(), r.hinge_residual);
+  std::snprintf(text, sizeof text, "%d touch cloth; energy %s J", r.self_contacts,
+                number_text(r.kinetic_energy + r.elastic_energy).c_str());
   line += text;
+  if (r.spring_residual >= 0) {
+    std::snprintf(text, sizeof text, "; residual %s, %.2g rad",
+                  length_text(r.spring_residual).c_str(), r.hinge_residual);
+    line += text;
+  }
   if (r.strain_residual >= 0) {
     std::snprintf(text, sizeof text, ", %.2g%% of strain", 100 * r.strain_residual);
     line += text;

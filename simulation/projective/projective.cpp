@@ -7,6 +7,7 @@
 #include "core/parallel.h"
 #include "simulation/contact/exact_counts.h"
 #include "simulation/projective/anderson_acceleration.h"
+#include "simulation/projective/begun_report.h"
 #include "simulation/projective/body_contacts.h"
 #include "simulation/projective/cholesky.h"
 #include "simulation/projective/contact_impulses.h"
@@ -337,8 +338,7 @@ struct ProjectiveSolver::Scene {
     });
     check_finite(next.positions, next.frame);
     state = std::move(next);
-    FrameReport report;
-    report.frame = state.frame;
+    FrameReport report = begun_report(state.frame);
     report.body_contacts = static_cast<int>(std::count(touched.begin(), touched.end(), 1));
     if (self != nullptr) {
       report.self_contacts = self->active_count();

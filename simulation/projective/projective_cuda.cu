@@ -7,6 +7,7 @@
 #include "core/device.h"
 #include "core/error.h"
 #include "simulation/contact/exact_counts.h"
+#include "simulation/projective/begun_report.h"
 #include "simulation/projective/cuda_projective.cuh"
 #include "simulation/projective/cuda_projective_memory.cuh"
 #include "simulation/projective/cuda_replay.cuh"
@@ -345,9 +346,8 @@ struct ProjectiveCudaSolver::Scene {
     if (pinched) {
       clear_flags();
     }
-    std::vector<FrameReport> reports(1);
+    std::vector<FrameReport> reports = {begun_report(frame_number + 1)};
     FrameReport& report = reports[0];
-    report.frame = frame_number + 1;
     report.device_ms = after.since(before);
     if (self != nullptr) {
       self->count(reports);

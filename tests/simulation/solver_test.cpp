@@ -236,6 +236,21 @@ TEST(SolverOptions, IdleOnADevice_AreNamed) {
   options.xpbd.vectors = "scalar";
   EXPECT_EQ(idle_on_device(options, Device::Cpu), "cuda_blocks");
   EXPECT_EQ(idle_on_device(options, Device::Cuda), "vectors");
+  options.name = "projective-friction";
+  EXPECT_EQ(idle_on_device(options, Device::Cpu), "");
+  options.projective.half_precision = true;
+  EXPECT_EQ(idle_on_device(options, Device::Cpu), "half_precision");
+  EXPECT_EQ(idle_on_device(options, Device::Cuda), "");
+}
+
+TEST(SolverInterface, ResidualsOfXpbd_AreNotThoseOfOtherSolvers) {
+  SolverScene scene;
+  EXPECT_GT(create_solver(scene.model, scene.options)->step(scene.control(0)).spring_residual, 0);
+  scene.options.name = "projective-friction";
+  const FrameReport report = create_solver(scene.model, scene.options)->step(scene.control(0));
+  EXPECT_EQ(report.frame, 1);
+  EXPECT_EQ(report.spring_residual, -1);
+  EXPECT_EQ(report.hinge_residual, -1);
 }
 
 TEST(SolverRefused, UnknownName_SuggestsKnownNames) {

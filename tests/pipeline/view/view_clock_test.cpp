@@ -87,6 +87,14 @@ TEST(ViewClock, SlowMotionOfOtherNumbers_IsCountedFromItsOwnBegin) {
   EXPECT_THAT(timeline.layers[1].begins, ElementsAre(100, 103, 106, 109));
 }
 
+TEST(ViewClock, RatesTooFarApartToBeginTogether_AreShownByTheirNumbers) {
+  ViewTimeline timeline;
+  timeline.layers = {layer_of("body", 30, numbers(0, 3)), layer_of("sun", 1e-9, numbers(0, 4))};
+  set_layer_frames(timeline);
+  EXPECT_THAT(timeline.frame_ids, ElementsAre(0, 1, 2, 3));
+  EXPECT_THAT(timeline.layers[1].begins, IsEmpty());
+}
+
 TEST(ViewClock, SequencesOfACapture_AreTakesOfTheirRates) {
   ViewTimeline timeline;
   timeline.layers = {layer_of("body", 12, {20, 21, 22, 30})};
