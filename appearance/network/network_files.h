@@ -30,8 +30,8 @@ bool file_begins_with(const std::filesystem::path& path, std::string_view begin)
 Training checkpoint_at(const std::filesystem::path& path, const AppearanceData& data,
                        const TrainOptions& options);
 
-/// The network in a file of <workspace>/<stage>/<result>/<name>: what is wrong with it is said with
-/// the stage that recomputes it. Throws DataError.
+/// The network in a file of a workspace's result: what is wrong with it is said with the stage that
+/// recomputes it. Throws DataError.
 AppearanceModel network_at(const std::filesystem::path& path);
 
 /// The log that is there; "" where there is none. Throws DataError for a text that is no log, which

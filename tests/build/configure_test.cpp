@@ -82,7 +82,7 @@ TEST(Configure, OnlyCudaAndLibtorch_BuildTwinsAndNetworks) {
   }
   EXPECT_TRUE(has_target(folder, "appearance_network")) << output.text;
   // The program that trains asks for nlohmann-json besides, which is hidden here, and for no more.
-  EXPECT_NE(output.text.find("left out: atelier-appearance (missing: core_tensors)"),
+  EXPECT_NE(output.text.find("left out: appearance_training (missing: core_tensors)"),
             std::string::npos)
       << output.text;
 }
