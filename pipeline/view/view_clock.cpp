@@ -11,10 +11,10 @@
 namespace atelier {
 namespace {
 
-constexpr double kStill = 1;         // frames a second of what says none
-constexpr double kSame = 1e-3;       // rates that differ by less are the same: 29.97 and 29.970030
-constexpr double kRound = 1e-6;      // frames
-constexpr double kMostFrames = 1e6;  // of sequences that begin together
+constexpr double kStill = 1;     // frames a second of what says none
+constexpr double kSame = 1e-3;   // rates that differ by less are the same: 29.97 and 29.970030
+constexpr double kRound = 1e-6;  // frames
+constexpr double kMostTogether = 1e6;  // of sequences that begin together
 
 /// Layers of one rate, whose frames are those of the same numbers.
 struct RateGroup {
@@ -151,7 +151,7 @@ void set_layer_frames(ViewTimeline& timeline) {
     return *a.frame_ids.begin() < *b.frame_ids.begin();
   });
   timeline.takes.clear();
-  if (groups.size() > 1 && !follow_each_other(groups) && frames_together(groups) <= kMostFrames) {
+  if (groups.size() > 1 && !follow_each_other(groups) && frames_together(groups) <= kMostTogether) {
     put_together(timeline, groups);
     return;
   }
