@@ -258,8 +258,10 @@ FrameReport report_state(const Cloth& cloth, const ClothVariation& variation,
       ++(spring ? spring_count : hinge_count);
     }
   }
-  report.spring_residual = root_mean(spring_sum, spring_count);
-  report.hinge_residual = root_mean(hinge_sum, hinge_count);
+  if (!lambda.empty()) {
+    report.spring_residual = root_mean(spring_sum, spring_count);
+    report.hinge_residual = root_mean(hinge_sum, hinge_count);
+  }
   report.strain_residual = strain_count > 0 ? root_mean(strain_sum, strain_count) : -1;
   return report;
 }
