@@ -58,8 +58,9 @@ constexpr std::array kCommands = {
             depth_options},
 #endif
 #ifdef ATELIER_COMMAND_DETECT
-    Command{"detect", "keypoints or labels of images by the built-in networks or one of your own (ONNX)", add_detect,
-            detect_options},
+    Command{"detect",
+            "keypoints or labels of images by the built-in networks or one of your own (ONNX)",
+            add_detect, detect_options},
 #endif
 #ifdef ATELIER_COMMAND_DRAW
     Command{"render-neural",
