@@ -2,7 +2,6 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,6 +13,7 @@
 #include "core/parallel.h"
 #include "registration/flattening/flat_overlaps.h"
 #include "registration/flattening/flat_seams.h"
+#include "registration/principal_stretches.h"
 
 namespace atelier {
 namespace {
@@ -94,7 +94,8 @@ Eigen::Vector2d grain_of(const PanelSurface& panel, const Points2& flat) {
     return sum.normalized();
   }
   const Points2 centred = flat.rowwise() - flat.colwise().mean();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(centred.transpose() * centred);
+  const auto axes =
+      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>().computeDirect(centred.transpose() * centred);
   Eigen::Vector2d longest = axes.eigenvectors().col(1);
   if (longest.dot(sum) < 0 || (longest.dot(sum) == 0 && longest.y() < 0)) {
     longest = -longest;
@@ -335,9 +336,8 @@ FlatMeasures measure_flat(const Mesh& mesh, const FlatPattern& pattern) {
     const Eigen::Vector2d ac = pattern.vertices.row(pattern.cut.faces(f, 2)).transpose() - a;
     const double area = (ab.x() * ac.y() - ab.y() * ac.x()) / 2;
     flat_area += area;
-    const Eigen::JacobiSVD<Eigen::Matrix<double, 3, 2>> svd(
+    measures.stretches.row(f) = principal_stretches(
         deformation(mesh.vertices, mesh.faces, pattern.vertices, pattern.cut.faces, f));
-    measures.stretches.row(f) = svd.singularValues().transpose();
     measures.strain[f] = (measures.stretches.row(f).array() - 1).abs().maxCoeff();
     strain_areas.emplace_back(measures.strain[f], areas[f]);
   }

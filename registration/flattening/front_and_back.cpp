@@ -93,7 +93,8 @@ Eigen::Vector3d facing_of(const Mesh& mesh, double reach) {
     const Eigen::Matrix2d spread = rows.transpose() * areas.asDiagonal() * rows;
     return Eigen::Matrix2d(spread / std::max(spread.trace(), 1e-12));
   };
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(shares(normals) - shares(middles));
+  const auto axes = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>().computeDirect(shares(normals) -
+                                                                                   shares(middles));
   const Eigen::Vector2d eigenvalues = axes.eigenvalues();  // increasing
   Eigen::Vector2d axis = axes.eigenvectors().col(1);
   constexpr double kSideways = 1e-6;

@@ -1,7 +1,6 @@
 #include "registration/template/texture_atlas.h"
 
 #include <Eigen/LU>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -13,6 +12,7 @@
 #include "core/tree.h"
 #include "registration/flattening/find_seams.h"
 #include "registration/flattening/flat_pattern.h"
+#include "registration/principal_stretches.h"
 
 namespace atelier {
 namespace {
@@ -173,8 +173,7 @@ AtlasMeasures measure_atlas(const Mesh& mesh) {
       stretches.row(f).setConstant(1e9);
       continue;
     }
-    stretches.row(f) =
-        Eigen::JacobiSVD<Eigen::Matrix<double, 3, 2>>(curved * square.inverse()).singularValues();
+    stretches.row(f) = principal_stretches(curved * square.inverse());
   }
   for (const char one : used) {
     measures.charts += one;

@@ -101,7 +101,7 @@ Stiffness refined_best(const std::vector<StiffnessTrial>& trials, const Stiffnes
   const Eigen::Matrix<double, 6, 1> fit = normal.completeOrthogonalDecomposition().solve(right);
   Eigen::Matrix2d curve;
   curve << fit[3], fit[4], fit[4], fit[5];
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> axes(curve);
+  const auto axes = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>().computeDirect(curve);
   Eigen::Vector2d way = Eigen::Vector2d::Zero();
   for (int k = 0; k < 2; ++k) {
     const double value = axes.eigenvalues()[k];
