@@ -34,10 +34,10 @@ Points simulated_prediction(const Triangles& faces, const std::vector<char>& fre
   try {
     SimulationModel model{make_cloth(garment, pins), body.faces};
     ClothState state = rest_state(model.cloth);
-    state.velocities = (step.led - step.vertices) / seconds;
+    state.velocities = (step.predicted - step.vertices) / seconds;
     for (Index v = 0; v < state.velocities.rows(); ++v) {
       const Eigen::RowVector3d seen = (step.vertices.row(v) - step.before.row(v)) / seconds;
-      state.velocities.row(v) += step.sure[v] * (seen - state.velocities.row(v));
+      state.velocities.row(v) += step.confidence[v] * (seen - state.velocities.row(v));
     }
     const std::unique_ptr<Solver> solver = create_solver(model, options);
     solver->set_state(state);
@@ -47,7 +47,7 @@ Points simulated_prediction(const Triangles& faces, const std::vector<char>& fre
       Control control;
       control.body_start = body.start + from * (body.end - body.start);
       control.body_end = body.start + to * (body.end - body.start);
-      control.pin_targets = step.vertices + to * (step.led - step.vertices);
+      control.pin_targets = step.vertices + to * (step.predicted - step.vertices);
       solver->step(control);
     }
     Points end = solver->state().positions;

@@ -13,12 +13,12 @@ struct SteppingBody {
   Points start, end;       ///< [B,3] m
 };
 
-/// Where cloth is after a step by its own dynamics: simulated over the time of a frame, with the
-/// moving body as an obstacle. It has the lengths that it has at the start. It begins as fast as it
-/// came from the frame before where that is sure, else as fast as it is led, and it is led all the
-/// way where it is not `free`. Materials are unknown: the default one's (core/garment.h), without
-/// drag, so that time may run backwards. Our choice.
-/// @param free     [V] 1: hangs free from the body
+/// Physical prediction of cloth one frame later: simulated for the time of a frame, with the moving
+/// body as an obstacle and rest lengths as at the start. Velocities begin as those of the last two
+/// frames where these are reliable, as those of the body-driven prediction elsewhere; vertices that
+/// are not `free` follow the body-driven prediction throughout. Materials are unknown: the default
+/// one's (core/garment.h), without drag, so that time may run backwards. Our choice.
+/// @param free     [V] 1: hangs free of the body
 /// @param seconds  from frame to frame, above 0
 /// @return [V,3] m; no rows where nothing or everything is free, the frame before is not known, or
 ///         the cloth cannot be simulated

@@ -121,7 +121,7 @@ Archive archive_of(const FollowedFrame& frame, const std::string& made_of) {
                      {"gain_channels", frame.gain.channels}};
   put_array(archive, "vertices", tensor_of(garment.vertices));
   put_array(archive, "confidence", tensor_of(garment.confidence));
-  put_array(archive, "told", tensor_of(garment.told));
+  put_array(archive, "told", tensor_of(garment.vertex_correlation));
   put_array(archive, "drift", tensor_of(frame.drift));
   put_array(archive, "gain_samples", tensor_of(frame.gain.samples));
   put_array(archive, "gain_values",
@@ -149,7 +149,7 @@ FollowedFrame followed_frame_of(const Archive& archive, const std::string& made_
     if (static_cast<Index>(values.size()) != vertices) {
       throw DataError(file, "told", std::to_string(values.size()), std::to_string(vertices));
     }
-    garment.told = Eigen::Map<const Eigen::VectorXd>(values.data(), vertices);
+    garment.vertex_correlation = Eigen::Map<const Eigen::VectorXd>(values.data(), vertices);
   }
   if (find_array(archive, "drift") != nullptr) {
     frame.drift = rows_at<Points>(archive, "drift", 3, vertices, file);

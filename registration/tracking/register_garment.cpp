@@ -355,7 +355,7 @@ RegisteredGarment register_garment(ShapeSolver& solver, const RegistrationModel&
     correlations += views[v] > 0 ? correlation[v] : 0;
     twice += views[v] > 1 ? 1 : 0;
   }
-  result.told =
+  result.vertex_correlation =
       views.maxCoeff() > 0 ? (views.array() > 0).select(correlation, 0) : Eigen::VectorXd();
   result.support = support.dot(model.cloth.areas) / model.cloth.areas.sum();
   result.correlation = compared > 0 ? correlations / compared : 0;

@@ -82,10 +82,10 @@ struct RegisteredGarment {
   int picture_steps = 0;       ///< photometric steps, at all levels
   int code_read = 0;           ///< accepted matches of the coded print
   int code_contradicted = 0;   ///< matches rejected because their neighbours disagree
-  Eigen::VectorXd told;        ///< [V] correlation, 0 where not visible; empty without views
-  double strain_p95 = 0;       ///< 95th percentile of |length / rest - 1|
-  int inverted = 0;            ///< inverted triangles (inverted_faces)
-  BodyContact contact;         ///< with the body of the frame; zeros without one
+  Eigen::VectorXd vertex_correlation;  ///< [V] 0 where not visible; empty without views
+  double strain_p95 = 0;               ///< 95th percentile of |length / rest - 1|
+  int inverted = 0;                    ///< inverted triangles (inverted_faces)
+  BodyContact contact;                 ///< with the body of the frame; zeros without one
   std::vector<Finding> findings;
 };
 

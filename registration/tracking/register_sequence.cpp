@@ -16,15 +16,15 @@ namespace {
 /// State at the end of a chain of frames.
 struct ChainEnd {
   GarmentTexture texture;
-  GarmentTexture recent;        ///< as that row's images show it; empty: not taken yet
-  Index last = -1;              ///< row that was registered last
-  Points vertices;              ///< of that row
-  Points before;                ///< of the row before that one; no rows: there is none
-  Eigen::VectorXd sure;         ///< of that row, in [0,1] at each vertex: confidence, around it
-  Eigen::VectorXd sure_before;  ///< of the row before that one
-  Points drift;                 ///< of that row; no rows: unknown
-  Eigen::VectorXd told;  ///< correlation of that row's images at each vertex, 0 where none sees
-                         ///< it; empty before any were compared
+  GarmentTexture recent;              ///< as that row's images show it; empty: not taken yet
+  Index last = -1;                    ///< row that was registered last
+  Points vertices;                    ///< of that row
+  Points before;                      ///< of the row before that one; no rows: there is none
+  Eigen::VectorXd confidence;         ///< of that row, [V] in [0,1], local mean (cloth_confidence)
+  Eigen::VectorXd confidence_before;  ///< of the row before that one
+  Points drift;                       ///< of that row; no rows: unknown
+  Eigen::VectorXd correlation;  ///< of that row's images at each vertex, 0 where none sees it;
+                                ///< empty before any were compared
 };
 
 /// Frames that follow one from the other, from a window's anchor on.
@@ -53,34 +53,35 @@ Eigen::VectorXd around_each(const ClothModel& model, Eigen::VectorXd values) {
   return values;
 }
 
-/// How far each vertex of a registered frame is to be relied on, in [0,1]: a place that neither
-/// scan nor images confirm tells nothing of how fast cloth moves. Where no images were compared, as
+/// Reliability of each vertex of a registered frame, in [0,1]: a point that neither scan nor images
+/// confirm says nothing about the velocity of the cloth. Where no images were compared, as
 /// in the template's frame, the scan alone confirms it.
-Eigen::VectorXd sureness(const ClothModel& model, const RegisteredGarment& garment) {
+Eigen::VectorXd cloth_confidence(const ClothModel& model, const RegisteredGarment& garment) {
   constexpr double kLost = 0.4;
   constexpr double kFound = 0.7;
-  const double all = garment.told.size() > 0 ? 1 : 0.5;  // that confidence can be
+  const double all = garment.vertex_correlation.size() > 0 ? 1 : 0.5;  // that confidence can be
   const Eigen::ArrayXd confidence =
       around_each(model, garment.confidence.cast<double>() / all).array();
   return ((confidence - kLost) / (kFound - kLost)).max(0).min(1);
 }
 
-/// How much firmer each vertex is held on the body by how badly images agreed around it in the
-/// frame before. Nearest points do not know what slides, but their errors add up to a way along the
-/// surface: where no image speaks against it, trousers turn round the hips by degrees a frame, and
-/// the side of a sleeve that no camera sees round the arm.
+/// Factor on the body prior's weight at each vertex: the worse the images of the frame before
+/// correlated around it, the higher. ICP correspondences do not resist sliding along the surface,
+/// and their errors accumulate: without image evidence trousers turn round the hips by degrees a
+/// frame, and so does the side of a sleeve that no camera sees.
 Eigen::VectorXd firmness(const ClothModel& model, const Eigen::VectorXd& correlation) {
   constexpr double kMost = 20;
   const PhotometricOptions trusted;
-  const Eigen::VectorXd told = around_each(model, correlation);
+  const Eigen::VectorXd mean = around_each(model, correlation);
   const Eigen::ArrayXd doubt =
-      1 - ((told.array() - trusted.bad) / (trusted.good - trusted.bad)).max(0).min(1);
+      1 - ((mean.array() - trusted.bad) / (trusted.good - trusted.bad)).max(0).min(1);
   return (kMost * doubt.square()).max(1);
 }
 
 /// Mean correlation of the vertices that are seen.
-double mean_told(const Eigen::VectorXd& told) {
-  return told.sum() / std::max<double>(1, static_cast<double>((told.array() != 0).count()));
+double mean_visible(const Eigen::VectorXd& correlation) {
+  return correlation.sum() /
+         std::max<double>(1, static_cast<double>((correlation.array() != 0).count()));
 }
 
 /// Above this mean correlation the template's texture says all that images say.
@@ -271,18 +272,20 @@ struct RegisteredSequence::State {
     Points start = predicted_cloth(solver, model.cloth, {end.vertices, ridden, home, end.drift},
                                    options.predict);
     if (source.simulate && end.before.rows() > 0) {
-      const Eigen::VectorXd sure = end.sure.cwiseMin(end.sure_before);
-      Points simulated = source.simulate({end.last, row, end.vertices, end.before, sure, start});
+      const Eigen::VectorXd confidence = end.confidence.cwiseMin(end.confidence_before);
+      Points simulated =
+          source.simulate({end.last, row, end.vertices, end.before, confidence, start});
       start = simulated.rows() > 0 ? std::move(simulated) : std::move(start);
     }
     frame.body_prior = options.predict.body_prior * closeness(ridden, options.predict.near / 2);
-    if (end.told.size() > 0) {
-      frame.body_prior = frame.body_prior.cwiseProduct(firmness(model.cloth, end.told));
+    if (end.correlation.size() > 0) {
+      frame.body_prior = frame.body_prior.cwiseProduct(firmness(model.cloth, end.correlation));
     }
     FollowedFrame result;
     std::vector<const GarmentTexture*> textures = {&end.texture};
     GarmentTexture recent;
-    if (options.recent_texture && end.told.size() > 0 && mean_told(end.told) < kMatchesWell) {
+    if (options.recent_texture && end.correlation.size() > 0 &&
+        mean_visible(end.correlation) < kMatchesWell) {
       if (end.recent.levels.empty()) {  // kept by an earlier run
         recent = texture_in(loaded(end.last), end.vertices);
       }
@@ -312,7 +315,8 @@ struct RegisteredSequence::State {
       const ViewedCloth cloth{model.cloth.topology, x, compared_views(frame), seen};
       add_texture(texture_now, model.samples, cloth);
       result.gain = texture_gain(end.texture, texture_now);
-      if (options.recent_texture && mean_told(result.garment.told) < kMatchesWell) {
+      if (options.recent_texture &&
+          mean_visible(result.garment.vertex_correlation) < kMatchesWell) {
         add_texture(recent, model.samples, cloth);
       }
     }
@@ -322,14 +326,14 @@ struct RegisteredSequence::State {
   /// A chain ends at the frame that was followed from its end.
   void append(Chain& chain, Index row, const FollowedFrame& frame) const {
     chain.end.before = chain.begun ? std::move(chain.end.vertices) : Points();
-    chain.end.sure_before = std::move(chain.end.sure);
-    chain.end.sure = sureness(model.cloth, frame.garment);
+    chain.end.confidence_before = std::move(chain.end.confidence);
+    chain.end.confidence = cloth_confidence(model.cloth, frame.garment);
     chain.begun = true;
     chain.end.last = row;
     chain.end.recent = {};
     chain.end.vertices = frame.garment.vertices;
     chain.end.drift = frame.drift;
-    chain.end.told = frame.garment.told;
+    chain.end.correlation = frame.garment.vertex_correlation;
     add_gain(chain.end.texture, frame.gain, model.samples.areas.size());
   }
 

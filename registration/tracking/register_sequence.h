@@ -9,13 +9,14 @@
 
 namespace atelier {
 
-/// Cloth between two frames. Refers to what others own.
+/// Cloth between a frame and the next one to be registered: the input of a physical prediction.
+/// Refers to what others own.
 struct ClothStep {
-  Index from = 0, to = 0;       ///< rows
-  const Points& vertices;       ///< [V,3] m, in the first
-  const Points& before;         ///< [V,3] m, one frame before it; no rows: unknown
-  const Eigen::VectorXd& sure;  ///< [V] in [0,1], how far both are to be relied on
-  const Points& led;            ///< [V,3] m, where body and shape lead it, in the second
+  Index from = 0, to = 0;             ///< rows of the two frames
+  const Points& vertices;             ///< [V,3] m, registered, in the first frame
+  const Points& before;               ///< [V,3] m, one frame before it; no rows: unknown
+  const Eigen::VectorXd& confidence;  ///< [V] in [0,1], reliability of `vertices` and `before`
+  const Points& predicted;            ///< [V,3] m, body-driven prediction for the second frame
 };
 
 struct RegisterSequenceOptions {
@@ -34,8 +35,8 @@ struct RegistrationSource {
   Triangles body_faces;                   ///< [.,3]
   std::function<Points(Index row)> body;  ///< [B,3] m, of one topology
   std::function<RegistrationFrame(Index row)> load;  ///< all of a frame
-  /// Where cloth that hangs free moves by its own dynamics, [V,3] m; no rows where nothing is to be
-  /// said. Empty: where body and shape lead it. Used on several threads.
+  /// Physical prediction of cloth that hangs free, [V,3] m, in place of ClothStep::predicted; no
+  /// rows where there is none. Empty: the body-driven prediction alone. Used on several threads.
   std::function<Points(const ClothStep& step)> simulate;
   FrameKeeping keeping;
   std::function<void()> before_frame;  ///< before each is followed, and while one is waited for;

@@ -118,7 +118,7 @@ const std::vector<RegisteredGarment>& uninterrupted() {
 void expect_same(const RegisteredGarment& a, const RegisteredGarment& b, Index row) {
   EXPECT_EQ(a.vertices, b.vertices) << row;
   EXPECT_EQ(a.confidence, b.confidence) << row;
-  EXPECT_EQ(a.told, b.told) << row;
+  EXPECT_EQ(a.vertex_correlation, b.told) << row;
   EXPECT_EQ(a.scan_rms, b.scan_rms) << row;
   EXPECT_EQ(a.correlation, b.correlation) << row;
   EXPECT_EQ(a.picture_steps, b.picture_steps) << row;
@@ -254,7 +254,7 @@ FollowedFrame some_frame() {
   FollowedFrame frame;
   frame.garment.vertices = Points::Random(3, 3);
   frame.garment.confidence = Eigen::VectorXf::Constant(3, 0.3F);
-  frame.garment.told = Eigen::Vector3d(0.1, 1.0 / 3, 0);
+  frame.garment.vertex_correlation = Eigen::Vector3d(0.1, 1.0 / 3, 0);
   frame.garment.inverted = 2;
   frame.garment.contact = {0.25, 0.001, 7};
   frame.drift = Points::Random(3, 3);
@@ -266,7 +266,7 @@ TEST(FollowedFrame, WrittenFrame_ReadsBackEqual) {
   const FollowedFrame frame = some_frame();
   const FollowedFrame back = followed_frame_of(archive_of(frame, "key a 1"), "key a 1", 3, 5);
   EXPECT_EQ(back.garment.vertices, frame.garment.vertices);
-  EXPECT_EQ(back.garment.told, frame.garment.told);
+  EXPECT_EQ(back.garment.vertex_correlation, frame.garment.told);
   EXPECT_EQ(back.garment.inverted, 2);
   EXPECT_EQ(back.garment.contact.depth, 0.001);
   EXPECT_EQ(back.drift, frame.drift);
@@ -274,11 +274,11 @@ TEST(FollowedFrame, WrittenFrame_ReadsBackEqual) {
   EXPECT_EQ(back.gain.values, frame.gain.values);
   FollowedFrame bare = frame;
   bare.drift.resize(0, 3);
-  bare.garment.told.resize(0);
+  bare.garment.vertex_correlation.resize(0);
   bare.gain = {2, 3, {}, {}};  // images that showed nothing new
   const FollowedFrame bare_back = followed_frame_of(archive_of(bare, "k"), "k", 3, 5);
   EXPECT_EQ(bare_back.drift.rows(), 0);
-  EXPECT_EQ(bare_back.garment.told.size(), 0);
+  EXPECT_EQ(bare_back.garment.vertex_correlation.size(), 0);
   EXPECT_EQ(bare_back.gain.levels, 2);
 }
 

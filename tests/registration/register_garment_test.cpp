@@ -473,7 +473,7 @@ TEST(RegisterSequence, SimulatedStep_BeginsFromTheFramesBefore) {
   std::map<Index, Index> from;
   std::map<Index, Points> here, before;
   spin.source.simulate = [&](const ClothStep& step) {
-    EXPECT_EQ(step.sure.size(), step.vertices.rows());
+    EXPECT_EQ(step.confidence.size(), step.vertices.rows());
     from[step.to] = step.from;
     here[step.to] = step.vertices;
     before[step.to] = step.before;
