@@ -47,6 +47,25 @@ RegularFile::~RegularFile() {
   close(descriptor_);
 }
 
+std::size_t RegularFile::read_on(std::span<std::byte> buffer,
+                                 const std::filesystem::path& path) const {
+  std::size_t filled = 0;
+  while (filled < buffer.size()) {
+    const ssize_t count = read(descriptor_, buffer.data() + filled, buffer.size() - filled);
+    if (count < 0 && errno == EINTR) {
+      continue;
+    }
+    if (count < 0) {
+      throw EnvironmentError(path.string(), "cannot read: " + system_reason(errno));
+    }
+    if (count == 0) {
+      break;
+    }
+    filled += static_cast<std::size_t>(count);
+  }
+  return filled;
+}
+
 void RegularFile::check_size(std::int64_t max_bytes, const std::filesystem::path& path) const {
   if (size_ > max_bytes) {
     throw DataError(path.string(), "", std::to_string(size_) + " bytes",

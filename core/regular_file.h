@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 
 namespace atelier {
 
@@ -18,6 +20,10 @@ class RegularFile {
 
   int descriptor() const { return descriptor_; }
   std::int64_t size() const { return size_; }  ///< bytes, when it was opened
+
+  /// Reads on from where the last read ended. Returns the number of bytes, fewer than the buffer
+  /// has only at the end of the file. Throws EnvironmentError. @param path  for the error
+  std::size_t read_on(std::span<std::byte> buffer, const std::filesystem::path& path) const;
 
   /// Throws DataError if it is larger, or what Git LFS leaves in a file's place until the file is
   /// fetched. @param path  for the error

@@ -1,13 +1,9 @@
 #include "core/io/file_bytes.h"
 
 #include <algorithm>
-#include <cerrno>
+#include <span>
 
-#include <unistd.h>
-
-#include "core/error.h"
 #include "core/regular_file.h"
-#include "core/system_reason.h"
 
 namespace atelier {
 namespace {
@@ -17,21 +13,7 @@ template <class Buffer>
 Buffer read_first(const RegularFile& file, std::int64_t bytes, const std::filesystem::path& path) {
   Buffer buffer;
   buffer.resize(static_cast<std::size_t>(bytes));
-  std::size_t filled = 0;
-  while (filled < buffer.size()) {
-    const ssize_t count = read(file.descriptor(), buffer.data() + filled, buffer.size() - filled);
-    if (count < 0) {
-      if (errno == EINTR) {
-        continue;
-      }
-      throw EnvironmentError(path.string(), "cannot read: " + system_reason(errno));
-    }
-    if (count == 0) {
-      break;  // became shorter meanwhile
-    }
-    filled += static_cast<std::size_t>(count);
-  }
-  buffer.resize(filled);
+  buffer.resize(file.read_on(std::as_writable_bytes(std::span(buffer)), path));
   return buffer;
 }
 

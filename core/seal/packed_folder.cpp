@@ -77,19 +77,14 @@ class Packer {
     std::int64_t left = file.size();
     while (left > 0) {
       const auto wanted = static_cast<std::size_t>(std::min(left, std::ssize(piece_)));
-      const ssize_t got = ::read(file.descriptor(), piece_.data(), wanted);
-      if (got < 0 && errno == EINTR) {
-        continue;
-      }
-      if (got < 0) {
-        throw EnvironmentError(path.string(), "cannot read: " + system_reason(errno));
-      }
+      const std::size_t got =
+          file.read_on(std::as_writable_bytes(std::span(piece_).first(wanted)), path);
       if (got == 0) {
         throw DataError(path.string(), "", "a file that became shorter while it was read",
                         "one that nobody writes meanwhile");
       }
-      archive_.write(Bytes(piece_).first(static_cast<std::size_t>(got)));
-      left -= got;
+      archive_.write(Bytes(piece_).first(got));
+      left -= static_cast<std::int64_t>(got);
     }
     ++packed_.files;
     packed_.bytes += file.size();

@@ -2,13 +2,13 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <span>
 #include <string>
 #include <utility>
 
 #include <sodium.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include "core/error.h"
 #include "core/regular_file.h"
@@ -61,16 +61,9 @@ Secret read_secret_file(const std::filesystem::path& path) {
   const RegularFile file(path);
   file.check_size(static_cast<std::int64_t>(kMaxSecretFile), path);
   Secret secret(static_cast<std::size_t>(file.size()));
-  std::size_t done = 0;
-  while (done < secret.size()) {
-    const ssize_t got = read(file.descriptor(), secret.data() + done, secret.size() - done);
-    if (got < 0 && errno == EINTR) {
-      continue;
-    }
-    if (got <= 0) {
-      throw EnvironmentError(path.string(), "cannot read: " + system_reason(got < 0 ? errno : EIO));
-    }
-    done += static_cast<std::size_t>(got);
+  const auto bytes = std::as_writable_bytes(std::span(secret.data(), secret.size()));
+  if (file.read_on(bytes, path) < bytes.size()) {
+    throw EnvironmentError(path.string(), "cannot read: " + system_reason(EIO));
   }
   return secret;
 }

@@ -9,7 +9,6 @@
 
 #include <fcntl.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include "core/error.h"
 #include "core/file_kind.h"
@@ -228,19 +227,13 @@ FileDigest read_digest(const std::filesystem::path& path, int flags, DigestMeter
   Sha256 hash;
   FileDigest result;
   while (true) {
-    const ssize_t got = read(file.descriptor(), chunk.data(), chunk.size());
-    if (got < 0 && errno == EINTR) {
-      continue;
-    }
-    if (got < 0) {
-      throw EnvironmentError(path.string(), "cannot read: " + system_reason(errno));
-    }
+    const std::size_t got = file.read_on(std::as_writable_bytes(std::span(chunk)), path);
     if (got == 0) {
       break;
     }
-    hash.update(chunk.data(), static_cast<std::size_t>(got));
-    result.size += got;
-    meter.add(got);
+    hash.update(chunk.data(), got);
+    result.size += static_cast<std::int64_t>(got);
+    meter.add(static_cast<std::int64_t>(got));
   }
   result.digest = hash.finish();
   return result;

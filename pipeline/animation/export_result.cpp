@@ -1,11 +1,8 @@
 #include "pipeline/animation/export_result.h"
 
-#include <cerrno>
 #include <cstdio>
 #include <set>
 #include <system_error>
-
-#include <unistd.h>
 
 #include "capture/layouts/open_dataset.h"
 #include "capture/layouts/write_layout.h"
@@ -22,7 +19,6 @@
 #include "core/sequence_archive.h"
 #include "core/store/consent_file.h"
 #include "core/store/result.h"
-#include "core/system_reason.h"
 #include "pipeline/animation/export_motion.h"
 
 namespace atelier {
@@ -144,14 +140,11 @@ void copy_bytes(const fs::path& from, const fs::path& to) {
   AtomicFile copy(to);
   std::vector<std::byte> piece(kPiece);
   while (true) {
-    const ssize_t got = read(source.descriptor(), piece.data(), piece.size());
+    const std::size_t got = source.read_on(piece, from);
     if (got == 0) {
       break;
     }
-    if (got < 0 && errno != EINTR) {
-      throw EnvironmentError(from.string(), "cannot read: " + system_reason(errno));
-    }
-    copy.write(std::span(piece).first(static_cast<std::size_t>(std::max<ssize_t>(got, 0))));
+    copy.write(std::span(piece).first(got));
   }
   copy.commit();
 }

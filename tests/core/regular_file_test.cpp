@@ -1,5 +1,7 @@
 #include "core/regular_file.h"
 
+#include <array>
+#include <cstddef>
 #include <fstream>
 
 #include <fcntl.h>
@@ -35,6 +37,16 @@ TEST_F(RegularFileTest, RegularFile_Opens) {
   const RegularFile file(root_ / "file");
   EXPECT_EQ(file.size(), 3);
   EXPECT_GE(file.descriptor(), 0);
+}
+
+TEST_F(RegularFileTest, ReadOn_GivesPiecesUntilTheEnd) {
+  const RegularFile file(root_ / "file");
+  std::array<std::byte, 2> piece{};
+  EXPECT_EQ(file.read_on(piece, "file"), 2U);
+  EXPECT_EQ(piece[1], std::byte('b'));
+  EXPECT_EQ(file.read_on(piece, "file"), 1U);
+  EXPECT_EQ(piece[0], std::byte('c'));
+  EXPECT_EQ(file.read_on(piece, "file"), 0U);
 }
 
 TEST_F(RegularFileTest, PipeFolderOrMissingFile_IsRefused) {
