@@ -8,7 +8,7 @@
 #include <span>
 #include <string_view>
 
-#include "capture/keypoint_schema.h"
+#include "capture/skeleton_lines.h"
 #include "core/error.h"
 #include "core/io/image_file.h"
 #include "core/median.h"
@@ -65,27 +65,9 @@ std::string svg(double width, double height, const std::string& content) {
          content + "</svg>\n";
 }
 
-constexpr std::array<std::array<const char*, 2>, 16> kBones = {{{"nose", "neck"},
-                                                                {"neck", "mid_hip"},
-                                                                {"left_shoulder", "right_shoulder"},
-                                                                {"left_shoulder", "left_elbow"},
-                                                                {"left_elbow", "left_wrist"},
-                                                                {"right_shoulder", "right_elbow"},
-                                                                {"right_elbow", "right_wrist"},
-                                                                {"left_shoulder", "left_hip"},
-                                                                {"right_shoulder", "right_hip"},
-                                                                {"left_hip", "right_hip"},
-                                                                {"left_hip", "left_knee"},
-                                                                {"left_knee", "left_ankle"},
-                                                                {"right_hip", "right_knee"},
-                                                                {"right_knee", "right_ankle"},
-                                                                {"left_ankle", "left_big_toe"},
-                                                                {"right_ankle", "right_big_toe"}}};
-
-const char* bone_colour(const char* name) {
-  return std::string_view(name).starts_with("left")    ? "#1f77d0"
-         : std::string_view(name).starts_with("right") ? "#e0562b"
-                                                       : "#555";
+/// By the side that a point is on.
+const char* side_colour(std::string_view point) {
+  return point.starts_with("left") ? "#1f77d0" : point.starts_with("right") ? "#e0562b" : "#555";
 }
 
 /// A view of the stage along one axis: which world axes go right and up on paper.
@@ -160,16 +142,16 @@ std::string layout_view(const Dataset& dataset, const KeypointCheck& keypoints,
   }
   if (pose != nullptr) {
     const KeypointSchema& schema = keypoint_schema(dataset.info.keypoint_schema);
-    for (const auto& bone : kBones) {
-      const int a = find_keypoint(schema, bone[0]);
-      const int b = find_keypoint(schema, bone[1]);
-      if (a < 0 || b < 0 || pose->points[static_cast<std::size_t>(a)].confidence <= 0 ||
-          pose->points[static_cast<std::size_t>(b)].confidence <= 0) {
+    for (const auto& [a, b] : skeleton_lines(schema, SkeletonDetail::Limbs)) {
+      const SpacePoint& begin = pose->points[static_cast<std::size_t>(a)];
+      const SpacePoint& end = pose->points[static_cast<std::size_t>(b)];
+      if (begin.confidence <= 0 || end.confidence <= 0) {
         continue;
       }
-      const Eigen::Vector2d from = paper(flat(pose->points[static_cast<std::size_t>(a)].place));
-      const Eigen::Vector2d to = paper(flat(pose->points[static_cast<std::size_t>(b)].place));
-      content += line(from.x(), from.y(), to.x(), to.y(), bone_colour(bone[1]), 2);
+      const Eigen::Vector2d from = paper(flat(begin.place));
+      const Eigen::Vector2d to = paper(flat(end.place));
+      content += line(from.x(), from.y(), to.x(), to.y(),
+                      side_colour(schema.points[static_cast<std::size_t>(b)]), 2);
     }
   }
   for (const Camera& camera : dataset.cameras) {
@@ -478,17 +460,17 @@ std::string contact_sheet_html(FrameReader& reader, const KeypointCheck& keypoin
     }
     if (placed) {
       const SpacePose& pose = keypoints.found.frames[f];
-      for (const auto& bone : kBones) {
-        const int a = find_keypoint(*schema, bone[0]);
-        const int b = find_keypoint(*schema, bone[1]);
-        if (a < 0 || b < 0 || pose.points[static_cast<std::size_t>(a)].confidence <= 0 ||
-            pose.points[static_cast<std::size_t>(b)].confidence <= 0) {
+      for (const auto& [a, b] : skeleton_lines(*schema, SkeletonDetail::Limbs)) {
+        const SpacePoint& begin = pose.points[static_cast<std::size_t>(a)];
+        const SpacePoint& end = pose.points[static_cast<std::size_t>(b)];
+        if (begin.confidence <= 0 || end.confidence <= 0) {
           continue;
         }
-        const auto from = project(camera, pose.points[static_cast<std::size_t>(a)].place);
-        const auto to = project(camera, pose.points[static_cast<std::size_t>(b)].place);
+        const auto from = project(camera, begin.place);
+        const auto to = project(camera, end.place);
         if (from && to) {
-          marks += line(from->x(), from->y(), to->x(), to->y(), bone_colour(bone[1]), 1.8 * unit);
+          marks += line(from->x(), from->y(), to->x(), to->y(),
+                        side_colour(schema->points[static_cast<std::size_t>(b)]), 1.8 * unit);
         }
       }
     }

@@ -14,6 +14,7 @@
 #include "capture/frame_reader.h"
 #include "capture/keypoint_schema.h"
 #include "capture/keypoints3d_file.h"
+#include "capture/skeleton_lines.h"
 #include "core/error.h"
 #include "core/io/file_bytes.h"
 #include "core/io/image_file.h"
@@ -171,45 +172,6 @@ std::string thumb_file(const std::string& key, CaptureSource& source, Index came
   return data.script(key);
 }
 
-/// Points that are joined by lines, of those that a schema has.
-Json limbs_of(const KeypointSchema& schema) {
-  constexpr std::array<std::array<std::string_view, 2>, 24> kLimbs = {{
-      {"nose", "neck"},
-      {"neck", "left_shoulder"},
-      {"neck", "right_shoulder"},
-      {"left_shoulder", "right_shoulder"},
-      {"left_shoulder", "left_elbow"},
-      {"left_elbow", "left_wrist"},
-      {"right_shoulder", "right_elbow"},
-      {"right_elbow", "right_wrist"},
-      {"neck", "mid_hip"},
-      {"left_shoulder", "left_hip"},
-      {"right_shoulder", "right_hip"},
-      {"left_hip", "right_hip"},
-      {"left_hip", "left_knee"},
-      {"left_knee", "left_ankle"},
-      {"right_hip", "right_knee"},
-      {"right_knee", "right_ankle"},
-      {"left_ankle", "left_big_toe"},
-      {"right_ankle", "right_big_toe"},
-      {"left_ankle", "left_heel"},
-      {"right_ankle", "right_heel"},
-      {"nose", "left_eye"},
-      {"nose", "right_eye"},
-      {"left_eye", "left_ear"},
-      {"right_eye", "right_ear"},
-  }};
-  Json limbs = Json::array();
-  for (const auto& [from, to] : kLimbs) {
-    const int a = find_keypoint(schema, from);
-    const int b = find_keypoint(schema, to);
-    if (a >= 0 && b >= 0) {
-      limbs.push_back({a, b});
-    }
-  }
-  return limbs;
-}
-
 /// Keypoints of one person in space: metres, confidence, standard deviation in metres.
 struct FramePoints {
   int frame_id = 0;
@@ -337,7 +299,8 @@ std::string agreement_file(const std::string& key, const CaptureSource& source,
     }
     const std::vector<std::string>& names = keypoint_schema_names();
     if (std::find(names.begin(), names.end(), dataset.info.keypoint_schema) != names.end()) {
-      data.header["limbs"] = limbs_of(keypoint_schema(dataset.info.keypoint_schema));
+      data.header["limbs"] =
+          skeleton_lines(keypoint_schema(dataset.info.keypoint_schema), SkeletonDetail::Full);
     }
   });
   return data.script(key);
