@@ -24,7 +24,7 @@
 #include "core/store/unfinished_folder.h"
 #include "core/usage_error.h"
 #include "core/writable_place.h"
-#include "pipeline/avatar/cast.h"
+#include "pipeline/avatar/drawn_scene.h"
 #include "pipeline/chain/outdated_results.h"
 #include "pipeline/pictures/normal_pictures.h"
 #include "pipeline/pictures/paint_scene.h"
@@ -40,7 +40,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct DrawArguments : CastPlaces {
+struct DrawArguments : DrawnSources {
   std::string out;
   std::string camera;
   std::string signing_key;
@@ -111,24 +111,25 @@ bool is_named(const DrawArguments& arguments, const fs::path& file) {
          std::any_of(arguments.garments.begin(), arguments.garments.end(), is_value);
 }
 
-/// The cast with its frames. What is wrong with a file of a result is said with the stage that
-/// recomputes it.
-Cast whole_cast(const DrawArguments& arguments, const DrawOptions& options) {
+/// What is drawn, with its frames. What is wrong with a file of a result is said with the stage
+/// that recomputes it.
+DrawnScene whole_scene(const DrawArguments& arguments, const DrawOptions& options) {
   if (!fs::is_directory(arguments.workspace)) {
     throw DataError(arguments.workspace, "", "no folder", "a workspace");
   }
   try {
-    Cast cast = options.networks == "oracle" ? true_cast(arguments) : cast_of(arguments);
+    DrawnScene drawn =
+        options.networks == "oracle" ? ground_truth_scene(arguments) : drawn_scene(arguments);
     const auto warn = [](const std::string& sentence) {
       std::cout << "warning: " << sentence << std::endl;
     };
-    require_body(cast, arguments, warn);
+    require_body(drawn, arguments, warn);
     if (options.avatar && options.networks != "oracle") {
-      show_avatar(cast, arguments.workspace);
+      use_avatar(drawn, arguments.workspace);
     }
-    require_light(cast, options.paint.occlusion);
-    fill_frames(cast, options.frames, warn);
-    return cast;
+    require_light(drawn, options.paint.occlusion);
+    fill_frames(drawn, options.frames, warn);
+    return drawn;
   } catch (const DataError& error) {
     for (const Stage& stage : all_stages()) {
       // Of a sound result that is no sequence, recomputing it would change nothing.
@@ -281,15 +282,15 @@ int run(DrawArguments arguments, const OptionSet& set) {
   }
   video ? require_file_place(arguments.out) : require_folder_place(arguments.out);
   const std::optional<Camera> captured = captured_camera(arguments, options);
-  Cast cast = whole_cast(arguments, options);
+  DrawnScene drawn = whole_scene(arguments, options);
   RenderStatement statement = statement_of(arguments.workspace, options);
   for (const std::string& one : outdated_results(arguments.workspace, {options.networks})) {
     std::cout << "warning: " << printable(one) << std::endl;
   }
-  const VideoOptions video_as = video_options(set, cast_rate(cast));
-  cast.scene.cameras = captured
-                           ? std::vector{*captured}
-                           : cameras_round(cast, view_of(options), options.turn, options.picture);
+  const VideoOptions video_as = video_options(set, scene_frame_rate(drawn));
+  drawn.scene.cameras =
+      captured ? std::vector{*captured}
+               : subject_cameras(drawn, view_of(options), options.turn, options.picture);
   const std::string mark =
       options.mark ? "mark " + mark_text(mark_of(statement)) : "without a mark";
   std::optional<SignedRender> render;
@@ -308,7 +309,7 @@ int run(DrawArguments arguments, const OptionSet& set) {
   PaintHooks hooks;
   hooks.stop = [] { return interrupted(); };
   hooks.picture = [&](Index i, const Image& picture) {
-    const std::string name = frame_name(cast.scene.frame_ids[static_cast<std::size_t>(i)]);
+    const std::string name = frame_name(drawn.scene.frame_ids[static_cast<std::size_t>(i)]);
     if (video) {
       const Image frame = before_black(picture);
       render ? writer->add(render->marked(frame)) : writer->add(frame);
@@ -320,8 +321,8 @@ int run(DrawArguments arguments, const OptionSet& set) {
     std::cout << "frame " << name << std::endl;
   };
   const bool drawn = options.normals
-                         ? draw_normals(cast.scene, options.paint, hooks)
-                         : paint_scene(cast.scene, options.paint, options.device, hooks);
+                         ? draw_normals(drawn.scene, options.paint, hooks)
+                         : paint_scene(drawn.scene, options.paint, options.device, hooks);
   if (!drawn) {
     writer.reset();  // end_by_signal leaves no scope
     folder.reset();

@@ -1,4 +1,4 @@
-#include "pipeline/avatar/cast.h"
+#include "pipeline/avatar/drawn_scene.h"
 
 #include <algorithm>
 #include <cmath>
@@ -39,8 +39,8 @@ fs::path current_result(const fs::path& workspace, const std::string& stage) {
 }
 
 /// @param is_garment  has a network; a body is grey without its own, which is made on demand
-void add_layer(Cast& cast, const std::string& name, const fs::path& networks, bool is_garment,
-               Triangles faces, Sequence sequence) {
+void add_layer(DrawnScene& drawn, const std::string& name, const fs::path& networks,
+               bool is_garment, Triangles faces, Sequence sequence) {
   SceneLayer layer;
   layer.name = name;
   const fs::path model = networks / name / "model.safetensors";
@@ -50,32 +50,32 @@ void add_layer(Cast& cast, const std::string& name, const fs::path& networks, bo
     throw DataError(model.string(), "", "no network", "the one that 'atelier " + stage + "' makes");
   }
   layer.faces = std::move(faces);
-  cast.sequences.push_back(std::move(sequence));
-  cast.scene.layers.push_back(std::move(layer));
+  drawn.sequences.push_back(std::move(sequence));
+  drawn.scene.layers.push_back(std::move(layer));
 }
 
-void add_meshes(Cast& cast, const std::string& name, const fs::path& meshes,
+void add_meshes(DrawnScene& drawn, const std::string& name, const fs::path& meshes,
                 const fs::path& networks) {
   MeshSequenceFile read =
       read_mesh_sequence(meshes, name == "body" ? SequenceOf::Body : SequenceOf::Cloth);
   // A folder of meshes has faces in each; read.sequence then has none.
-  add_layer(cast, name, networks, name != "body", std::move(read.shared.faces),
+  add_layer(drawn, name, networks, name != "body", std::move(read.shared.faces),
             std::move(read.sequence));
 }
 
 }  // namespace
 
-Cast true_cast(const CastPlaces& places) {
-  const fs::path networks = current_result(places.workspace, "oracle");
-  const auto truth = std::make_shared<const GroundTruth>(read_ground_truth(places.capture));
-  const WornSubject worn = worn_in_truth(places.capture, truth);
-  const CaptureInfo info = open_dataset(places.capture).info;
+DrawnScene ground_truth_scene(const DrawnSources& sources) {
+  const fs::path networks = current_result(sources.workspace, "oracle");
+  const auto truth = std::make_shared<const GroundTruth>(read_ground_truth(sources.capture));
+  const WornSubject worn = worn_in_truth(sources.capture, truth);
+  const CaptureInfo info = open_dataset(sources.capture).info;
   const auto clothed = std::find_if(info.sequences.begin(), info.sequences.end(),
                                     [](const auto& one) { return one.kind != "minimal"; });
   if (clothed == info.sequences.end()) {
-    throw DataError(places.capture, "sequences", "none that is clothed", "a clothed one");
+    throw DataError(sources.capture, "sequences", "none that is clothed", "a clothed one");
   }
-  Cast cast;
+  DrawnScene drawn;
   for (std::size_t s = 0; s < worn.templates.size(); ++s) {
     Sequence sequence;
     sequence.fps = clothed->fps;
@@ -87,16 +87,16 @@ Cast true_cast(const CastPlaces& places) {
       mesh.faces = faces;
       return mesh;
     };
-    add_layer(cast, worn.subject.names[s], networks, s >= worn.first_garment, worn.subject.faces[s],
-              std::move(sequence));
+    add_layer(drawn, worn.subject.names[s], networks, s >= worn.first_garment,
+              worn.subject.faces[s], std::move(sequence));
   }
-  return cast;
+  return drawn;
 }
 
-void show_avatar(Cast& cast, const fs::path& workspace) {
+void use_avatar(DrawnScene& drawn, const fs::path& workspace) {
   const auto avatar_name = current_name(workspace / "avatar");
   const auto person_name = current_name(workspace / "personalize");
-  SceneLayer& layer = cast.scene.layers.front();
+  SceneLayer& layer = drawn.scene.layers.front();
   if (!avatar_name || !person_name) {
     return;
   }
@@ -108,7 +108,7 @@ void show_avatar(Cast& cast, const fs::path& workspace) {
   }
   constexpr double kSame = 1e-5;  // of texture coordinates, which files keep as floats
   const Mesh first =
-      frame_count(cast.sequences.front()) > 0 ? frame(cast.sequences.front(), 0) : Mesh();
+      frame_count(drawn.sequences.front()) > 0 ? frame(drawn.sequences.front(), 0) : Mesh();
   const bool seen_already = first.uvs.rows() > 0 && first.uvs.rows() == avatar->rest.uvs.rows() &&
                             equal_arrays(first.uv_faces, avatar->rest.uv_faces) &&
                             (first.uvs - avatar->rest.uvs).cwiseAbs().maxCoeff() < kSame;
@@ -117,7 +117,7 @@ void show_avatar(Cast& cast, const fs::path& workspace) {
   if (seen_already) {
     return;  // meshes of `seen`, which have the texture's atlas
   }
-  Sequence& bodies = cast.sequences.front();
+  Sequence& bodies = drawn.sequences.front();
   bodies.load = [seen = seen_bodies(*avatar, frame_count(bodies),
                                     [load = bodies.load](Index i) { return load(i).vertices; }),
                  load = bodies.load](Index i) {
@@ -127,15 +127,15 @@ void show_avatar(Cast& cast, const fs::path& workspace) {
   };
 }
 
-Cast cast_of(const CastPlaces& places) {
-  const fs::path workspace = places.workspace;
+DrawnScene drawn_scene(const DrawnSources& sources) {
+  const fs::path workspace = sources.workspace;
   const fs::path networks = current_result(workspace, "appearance");
-  Cast cast;
-  add_meshes(cast, "body",
-             places.body.empty() ? current_result(workspace, "body") : fs::path(places.body),
+  DrawnScene drawn;
+  add_meshes(drawn, "body",
+             sources.body.empty() ? current_result(workspace, "body") : fs::path(sources.body),
              networks);
   std::map<std::string, fs::path> given;
-  for (const std::string& garment : places.garments) {
+  for (const std::string& garment : sources.garments) {
     const std::size_t at = garment.find('=');
     if (at == std::string::npos || at == 0) {
       throw UsageError("--garment takes NAME=MESHES, as in dress=simulated/dress, not '" +
@@ -153,7 +153,7 @@ Cast cast_of(const CastPlaces& places) {
   }
   for (const std::string& name : names) {
     const auto found = given.find(name);
-    add_meshes(cast, name,
+    add_meshes(drawn, name,
                found != given.end() ? found->second
                                     : current_result(workspace, "register") / "registered" / name,
                networks);
@@ -166,22 +166,22 @@ Cast cast_of(const CastPlaces& places) {
     throw UsageError("the workspace has no network of a garment '" + name + "'" +
                      did_you_mean(name, {names.begin(), names.end()}));
   }
-  return cast;
+  return drawn;
 }
 
-void require_body(const Cast& cast, const CastPlaces& places, const Warn& warn) {
-  if (places.body.empty()) {
+void require_body(const DrawnScene& drawn, const DrawnSources& sources, const Warn& warn) {
+  if (sources.body.empty()) {
     return;
   }
-  const std::vector<SceneLayer>& layers = cast.scene.layers;
+  const std::vector<SceneLayer>& layers = drawn.scene.layers;
   const Triangles& faces = layers[0].faces;
   for (std::size_t i = 1; i < layers.size(); ++i) {
     if (equal_arrays(layers[i].faces, faces)) {
-      throw DataError(places.body, "faces", "those of " + layers[i].name,
+      throw DataError(sources.body, "faces", "those of " + layers[i].name,
                       "meshes of the body; --garment " + layers[i].name + "=MESHES takes these");
     }
   }
-  const fs::path stage = fs::path(places.workspace) / "body";
+  const fs::path stage = fs::path(sources.workspace) / "body";
   if (const auto current = current_name(stage)) {
     const Index own = open_sequence(stage / *current).faces.rows();
     if (own != faces.rows()) {
@@ -191,47 +191,47 @@ void require_body(const Cast& cast, const CastPlaces& places, const Warn& warn) 
   }
 }
 
-void fill_frames(Cast& cast, const std::vector<double>& chosen, const Warn& warn) {
+void fill_frames(DrawnScene& drawn, const std::vector<double>& chosen, const Warn& warn) {
   const auto is_chosen = [&](int id) {
     return chosen.empty() || std::find(chosen.begin(), chosen.end(), id) != chosen.end();
   };
-  for (const int id : cast.sequences[0].frame_ids) {
+  for (const int id : drawn.sequences[0].frame_ids) {
     if (!is_chosen(id)) {
       continue;
     }
     std::vector<Points> vertices;
-    for (const Sequence& sequence : cast.sequences) {
+    for (const Sequence& sequence : drawn.sequences) {
       const auto at = std::lower_bound(sequence.frame_ids.begin(), sequence.frame_ids.end(), id);
       if (at != sequence.frame_ids.end() && *at == id) {
         vertices.push_back(frame(sequence, at - sequence.frame_ids.begin()).vertices);
       }
     }
-    if (vertices.size() == cast.sequences.size()) {
-      cast.scene.frame_ids.push_back(id);
-      cast.scene.vertices.push_back(std::move(vertices));
+    if (vertices.size() == drawn.sequences.size()) {
+      drawn.scene.frame_ids.push_back(id);
+      drawn.scene.vertices.push_back(std::move(vertices));
     }
   }
   std::size_t most = 0;
-  for (const Sequence& sequence : cast.sequences) {
+  for (const Sequence& sequence : drawn.sequences) {
     const auto count =
         std::count_if(sequence.frame_ids.begin(), sequence.frame_ids.end(), is_chosen);
     most = std::max({most, static_cast<std::size_t>(count), chosen.size()});
   }
-  if (const std::size_t all = cast.scene.frame_ids.size(); all > 0 && all < most) {
+  if (const std::size_t all = drawn.scene.frame_ids.size(); all > 0 && all < most) {
     warn(std::to_string(all) + " of " + std::to_string(most) +
          " frames are drawn: those that body and garments share");
   }
-  if (cast.scene.frame_ids.empty()) {
+  if (drawn.scene.frame_ids.empty()) {
     throw DataError("", "frames", "none that body and garments share",
                     "sequences whose frames have the same numbers");
   }
 }
 
-void require_light(const Cast& cast, const OcclusionOptions& asked) {
+void require_light(const DrawnScene& drawn, const OcclusionOptions& asked) {
   if (asked.strata <= 0 && asked.reach <= 0 && asked.offset < 0) {
     return;
   }
-  for (const SceneLayer& layer : cast.scene.layers) {
+  for (const SceneLayer& layer : drawn.scene.layers) {
     if (layer.model.empty()) {
       continue;
     }
@@ -243,39 +243,39 @@ void require_light(const Cast& cast, const OcclusionOptions& asked) {
   }
 }
 
-std::vector<Camera> cameras_round(const Cast& cast, const View& view, bool turn,
-                                  const PictureOptions& picture) {
+std::vector<Camera> subject_cameras(const DrawnScene& drawn, const View& view, bool turn,
+                                    const PictureOptions& picture) {
   Index count = 0;
-  for (const std::vector<Points>& frame : cast.scene.vertices) {
+  for (const std::vector<Points>& frame : drawn.scene.vertices) {
     for (const Points& layer : frame) {
       count += layer.rows();
     }
   }
   Points all(count, 3);
   Index at = 0;
-  for (const std::vector<Points>& frame : cast.scene.vertices) {
+  for (const std::vector<Points>& frame : drawn.scene.vertices) {
     for (const Points& layer : frame) {
       all.middleRows(at, layer.rows()) = layer;
       at += layer.rows();
     }
   }
-  const int frames = static_cast<int>(cast.scene.frame_ids.size());
+  const int frames = static_cast<int>(drawn.scene.frame_ids.size());
   return turn ? turntable_cameras(all, view, frames, picture.width, picture.height, picture.framing)
               : std::vector<Camera>{
                     camera_around(all, view, picture.width, picture.height, picture.framing)};
 }
 
-double cast_rate(const Cast& cast) {
+double scene_frame_rate(const DrawnScene& drawn) {
   double rate = 0;
-  for (std::size_t i = 0; i < cast.sequences.size(); ++i) {
-    const double own = cast.sequences[i].fps;
+  for (std::size_t i = 0; i < drawn.sequences.size(); ++i) {
+    const double own = drawn.sequences[i].fps;
     constexpr double kSame = 1e-6;  // of it
     if (own > 0 && rate > 0 && std::abs(own - rate) > kSame * rate) {
       char found[60];
       std::snprintf(found, sizeof found, "%g frames a second", own);
       char expected[60];
       std::snprintf(expected, sizeof expected, "%g, as those before them", rate);
-      throw DataError("", "meshes of " + cast.scene.layers[i].name, found, expected);
+      throw DataError("", "meshes of " + drawn.scene.layers[i].name, found, expected);
     }
     rate = own > 0 ? own : rate;
   }
