@@ -9,14 +9,14 @@ namespace atelier {
 /// for by the bytes that remain before memory is taken: n * (smallest element) <= bytes left.
 ///
 /// Not among them, since no caller has a reason to choose: what bounds the work of one format's
-/// reader alone and stands beside it, as kMaxScans (image_jpeg.cpp: each costs a pass over the
+/// reader alone and stands beside it, such as kMaxScans (image_jpeg.cpp: each costs a pass over the
 /// image), kMaxElements and kMaxProperties (ply_header.cpp), kMaxCorners and kMaxFaceCorners
 /// (mesh_obj_read.cpp, mesh_ply_read.cpp: cutting a face into triangles costs their square),
 /// kMaxNodes and kMaxInfluences (fbx_import.cpp, fbx_mesh.cpp: what glTF can say of one vertex),
-/// kMaxColumns (core/io/table_text.cpp) and kMaxModelBytes (apps/commands/detect.cpp: what its
-/// library can hold); kMaxPeople (capture/person_id.h), which keeps an id an int; and kMaxFiles
-/// (store/manifest_limits.h), of manifests that the store has written itself: they may name more
-/// than JSON from elsewhere.
+/// kMaxColumns (table_text.cpp) and kMaxModelBytes (detect_capture.cpp: what its library can hold);
+/// kMaxPeople (capture/person_id.h), which keeps an id an int; and kMaxFiles
+/// (core/store/manifest_limits.h), of manifests that the store has written itself: they may name
+/// more than JSON from elsewhere.
 struct Limits {
   std::int64_t image_side = 16'384;              ///< pixels
   std::int64_t image_pixels = 64'000'000;        ///< width x height
