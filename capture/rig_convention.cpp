@@ -226,10 +226,6 @@ std::vector<RigReading> rig_readings(const std::vector<Camera>& cameras, const F
   return all;
 }
 
-bool is_told(const std::vector<RigReading>& readings) {
-  return likely_values(readings).size() == 1;
-}
-
 std::vector<std::string> likely_values(const std::vector<RigReading>& readings) {
   std::vector<std::string> values;
   for (const RigReading& reading : readings) {

@@ -36,15 +36,12 @@ Camera extrinsics_read_as(const Camera& camera, const FileWorld& world, const st
 /// miss the common place, how far cameras are tilted to the side against a common up direction, how
 /// far that is off the one that the files are said to have, how near cameras are to each other.
 /// Scales are our choice: on random rings, domes and arcs with deviations of aim and roll of up to
-/// 7 and 5 degrees, the first is the right one where `is_told`.
+/// 7 and 5 degrees, the right one is first where it is the only one of `likely_values`.
 std::vector<RigReading> rig_readings(const std::vector<Camera>& cameras, const FileWorld& world);
 
-/// Whether the first of these is far less doubtful than the others. Of level cameras round a
-/// vertical axis of the files' world, for one, it is not: transposed rotations have them stand in
-/// the other order, and look at one place just so.
-bool is_told(const std::vector<RigReading>& readings);
-
-/// Those that are not far more doubtful than the first, itself included.
+/// Those that are not far more doubtful than the first, itself included: one where the cameras tell
+/// the convention. Level cameras round a vertical axis of the files' world do not: with transposed
+/// rotations they stand in the other order and look at one place as well.
 std::vector<std::string> likely_values(const std::vector<RigReading>& readings);
 
 }  // namespace atelier
