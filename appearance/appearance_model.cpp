@@ -7,7 +7,7 @@
 #include <set>
 #include <utility>
 
-#include "appearance/begun_model.h"
+#include "appearance/blank_model.h"
 #include "appearance/content_digest.h"
 #include "appearance/fill_texture.h"
 #include "appearance/learnt_occlusion.h"
@@ -333,7 +333,7 @@ std::vector<ParameterShape> network_parameters(const NetworkOptions& options, in
 AppearanceModel initial_model(const AppearanceData& data, const NetworkOptions& options,
                               std::uint64_t seed, double smoothness) {
   require_sizes(options);
-  AppearanceModel model = begun_model(data, options);
+  AppearanceModel model = blank_model(data, options);
   if (options.pose_parts > 0) {
     if (!data.body || static_cast<int>(data.body->parts.parents.size()) != options.pose_parts) {
       throw DataError("", "appearance data", "a body without these parts",

@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "appearance/begun_model.h"
+#include "appearance/blank_model.h"
 #include "appearance/fill_texture.h"
 #include "appearance/texel_map.h"
 #include "core/error.h"
@@ -150,7 +150,7 @@ AppearanceData without_grazing(AppearanceData data, const MeanTextureOptions& op
 
 AppearanceModel mean_texture_model(const AppearanceData& data, int resolution,
                                    const MeanTextureOptions& options, double smoothness) {
-  AppearanceModel model = begun_model(data, mean_texture_options(resolution));
+  AppearanceModel model = blank_model(data, mean_texture_options(resolution));
   std::vector<TexturePixels> pixels;
   pixels.reserve(data.views.size());
   std::vector<TextureView> views;

@@ -21,7 +21,7 @@
 
 #include "appearance/appearance_colors.h"
 #include "appearance/body_surfaces.h"
-#include "appearance/learnt.h"
+#include "appearance/learning_outcome.h"
 #include "appearance/network/launch.h"
 #include "appearance/network/network_files.h"
 #include "appearance/network/painter.h"
@@ -269,8 +269,8 @@ int run_training(const Arguments& arguments, const std::vector<std::string>& wor
   write_rows(log, arguments.log);
   if (const auto psnr = mean_psnr_after(rows, judged_from)) {
     const double fixed = static_fit(data, std::min(options.resolution, kJudgedTexels)).psnr;
-    if (learnt(*psnr, fixed) == Learnt::Diverged) {
-      throw NotConverged(little_learnt_text(*psnr, fixed));
+    if (learning_outcome(*psnr, fixed) == LearningOutcome::Diverged) {
+      throw NotConverged(poor_outcome_text(*psnr, fixed));
     }
   }
   write_tensors(arguments.places[1], tensors_of(result.training.model),

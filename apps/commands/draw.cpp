@@ -330,7 +330,7 @@ int run(DrawArguments arguments, const OptionSet& set) {
   }
   opened.log("render --neural", arguments.out + ", for " + options.use.purpose + ", " + mark);
   if (writer) {
-    render ? writer->finish([&](const fs::path& film) { return render->film_credentials(film); })
+    render ? writer->finish([&](const fs::path& video) { return render->video_credentials(video); })
            : writer->finish();
   } else {
     folder->finish();

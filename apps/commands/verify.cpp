@@ -138,7 +138,7 @@ int verify_log(const VerifyArguments& arguments) {
 int run(const VerifyArguments& arguments, const ConsentUse& use) {
   if (arguments.file.empty()) {
     throw UsageError(
-        "verify takes an image, a film, a sealed file, a workspace, an export or a capture: "
+        "verify takes an image, a video, a sealed file, a workspace, an export or a capture: "
         "atelier "
         "verify FILE");
   }
@@ -151,7 +151,7 @@ int run(const VerifyArguments& arguments, const ConsentUse& use) {
   if (is_sealed_file(arguments.file)) {
     return verify_sealed(arguments, use);
   }
-  if (is_picture_or_film(arguments.file)) {
+  if (is_image_or_video(arguments.file)) {
     return verify_render(arguments.file, use);
   }
   if (file_kind(arguments.file) == fs::file_type::not_found) {
@@ -176,7 +176,7 @@ OptionSet verify_options() {
 Action add_verify(CLI::App& parser) {
   auto arguments = std::make_shared<VerifyArguments>();
   add_option(parser, "FILE", arguments->file,
-             "Image, film, sealed file, workspace, export, capture or consent.toml")
+             "Image, video, sealed file, workspace, export, capture or consent.toml")
       .required();
   add_key_arguments(parser, arguments->keys);
   add_flag(parser, "--log", arguments->log,

@@ -17,16 +17,16 @@
 #include "core/quantity_text.h"
 #include "core/saturating_cast.h"
 #include "pipeline/sealing/credentials_file.h"
-#include "pipeline/sealing/film_limit.h"
+#include "pipeline/sealing/video_limit.h"
 
 namespace atelier {
 namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kFilmFrames = 12;  // of which the mean is looked through
+constexpr int kVideoFrames = 12;  // of which the mean is looked through
 
-enum class Kind { Other, Image, Film };
+enum class Kind { Other, Image, Video };
 
 Kind kind_of(const std::string& file) {
   if (file_kind(file) != fs::file_type::regular) {
@@ -37,22 +37,22 @@ Kind kind_of(const std::string& file) {
   if (text.starts_with("\x89PNG") || text.starts_with("\xFF\xD8\xFF")) {
     return Kind::Image;
   }
-  return text.size() == 12 && text.substr(4, 4) == "ftyp" ? Kind::Film : Kind::Other;
+  return text.size() == 12 && text.substr(4, 4) == "ftyp" ? Kind::Video : Kind::Other;
 }
 
-/// Mean brightness of frames all over a film: what moves blurs, the mark stays.
-ImageOf<float> film_brightness(const std::string& file, std::string& what) {
-  VideoFile film(file);
-  const int count = std::min(kFilmFrames, film.frames());
-  ImageOf<float> mean(film.width(), film.height(), 1);
+/// Mean brightness of frames all over a video: what moves blurs, the mark stays.
+ImageOf<float> video_brightness(const std::string& file, std::string& what) {
+  VideoFile video(file);
+  const int count = std::min(kVideoFrames, video.frames());
+  ImageOf<float> mean(video.width(), video.height(), 1);
   for (int i = 0; i < count; ++i) {
-    const int index = saturating_cast<int>((i + 0.5) * film.frames() / count);
-    const ImageOf<float> one = mark_brightness(film.frame(index));
+    const int index = saturating_cast<int>((i + 0.5) * video.frames() / count);
+    const ImageOf<float> one = mark_brightness(video.frame(index));
     std::transform(one.data.begin(), one.data.end(), mean.data.begin(), mean.data.begin(),
                    [&](float value, float sum) { return sum + value / static_cast<float>(count); });
   }
-  what = "MP4, " + counted(film.frames(), "frame") + " of " + std::to_string(film.width()) + " x " +
-         std::to_string(film.height());
+  what = "MP4, " + counted(video.frames(), "frame") + " of " + std::to_string(video.width()) +
+         " x " + std::to_string(video.height());
   return mean;
 }
 
@@ -145,7 +145,7 @@ bool show_consent(const std::vector<Consent>& consent, const ConsentUse& use) {
 
 }  // namespace
 
-bool is_picture_or_film(const std::string& file) {
+bool is_image_or_video(const std::string& file) {
   try {
     return kind_of(file) != Kind::Other;
   } catch (const DataError&) {
@@ -154,12 +154,13 @@ bool is_picture_or_film(const std::string& file) {
 }
 
 int verify_render(const std::string& file, const ConsentUse& use) {
-  const bool film = kind_of(file) == Kind::Film;
-  const std::string bytes = read_file_text(file, film ? kMostFilmBytes : Limits{}.image_file_bytes);
+  const bool video = kind_of(file) == Kind::Video;
+  const std::string bytes =
+      read_file_text(file, video ? kMaxVideoBytes : Limits{}.image_file_bytes);
   const JudgedCredentials judged = judge_credentials(bytes, file);
   std::string what;
   const std::optional<FoundMark> mark =
-      find_mark(film ? film_brightness(file, what) : image_brightness(file, bytes, what)).found;
+      find_mark(video ? video_brightness(file, what) : image_brightness(file, bytes, what)).found;
   const auto statement = judged.found ? judged.found->statement : std::nullopt;
   std::cout << printable(file) << ": " << what << "; "
             << printable(origin_text(judged, mark.has_value())) << "\n";

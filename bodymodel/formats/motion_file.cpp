@@ -5,7 +5,7 @@
 #include <cctype>
 #include <optional>
 
-#include "bodymodel/doubt_motion.h"
+#include "bodymodel/check_motion.h"
 #include "bodymodel/formats/body_archive.h"
 #include "bodymodel/formats/gltf_body.h"
 #include "bodymodel/formats/motion_amass.h"
@@ -149,7 +149,7 @@ MotionClip read_motion_file(const std::filesystem::path& path, const MotionFileO
     clip.findings.push_back(*odd);
   }
   check_on_stage(clip, path.string());
-  const std::vector<Finding> doubts = doubt_motion(clip);
+  const std::vector<Finding> doubts = check_motion(clip);
   clip.findings.insert(clip.findings.end(), doubts.begin(), doubts.end());
   return clip;
 }

@@ -33,7 +33,7 @@ struct AnimateOptions {
   double settle = 0.5;  ///< s that cloth hangs before the body begins to move, 0 to 60
   bool pictures = true;
   AnimationViewOptions view;
-  bool mark = true;       ///< images and film say what they are
+  bool mark = true;       ///< images and video say what they are
   std::string sign = "";  ///< file of the key that signs them; "": one that everybody can derive
   ConsentUse use;
 };

@@ -7,11 +7,11 @@
 
 namespace atelier {
 
-/// What the images and the film of an animation say of themselves, as JSON: its SHA-256 begins with
-/// their mark.
+/// What the images and the video of an animation say of themselves, as JSON: its SHA-256 begins
+/// with their mark.
 inline constexpr const char* kAnimationStatement = "statement.json";
 
-/// By which images and film say what they are; nothing with --mark false. Throws DataError for a
+/// By which images and video say what they are; nothing with --mark false. Throws DataError for a
 /// wrong --sign.
 /// @param by_networks  whether networks draw them
 std::optional<SignedRender> animation_signer(StageRun& run, bool by_networks);

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <vector>
 
-#include "appearance/learnt.h"
+#include "appearance/learning_outcome.h"
 #include "appearance/training_log.h"
 #include "core/io/child_program.h"
 #include "core/io/file_bytes.h"
@@ -87,14 +87,14 @@ void require_learnt(StageRun& run, const std::string& name, std::optional<double
     run.warn(name + ": rows of the training log are missing, so its final loss is unknown");
     return;
   }
-  const std::string text = name + ": " + little_learnt_text(*psnr, fixed);
-  switch (learnt(*psnr, fixed)) {
-    case Learnt::Diverged:
+  const std::string text = name + ": " + poor_outcome_text(*psnr, fixed);
+  switch (learning_outcome(*psnr, fixed)) {
+    case LearningOutcome::Diverged:
       throw NotConverged(text);
-    case Learnt::Doubtful:
+    case LearningOutcome::Doubtful:
       run.warn(text);
       break;
-    case Learnt::Enough:
+    case LearningOutcome::Sufficient:
       break;
   }
 }

@@ -22,7 +22,7 @@ constexpr int kMaxCellHeight = 330;
 /// The registered garments in the last frame that is compared, one behind the other.
 std::vector<Mesh> registered_garments(const Trials& trials) {
   std::vector<Mesh> meshes;
-  for (const TriedGarment& garment : trials.garments) {
+  for (const TrialGarment& garment : trials.garments) {
     Mesh mesh;
     mesh.vertices = garment.targets.back();
     mesh.faces = garment.worn.garment.mesh.faces;

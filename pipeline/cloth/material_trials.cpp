@@ -54,7 +54,7 @@ struct SeenCloth {
 };
 
 SeenCloth seen_cloth(const Trials& trials, const WornCloth& worn) {
-  const auto together = [&](const std::vector<Points> TriedGarment::*what, std::size_t frame) {
+  const auto together = [&](const std::vector<Points> TrialGarment::*what, std::size_t frame) {
     Points all(worn.state.positions.rows(), 3);
     for (std::size_t g = 0; g < trials.garments.size(); ++g) {
       const Points& one = (trials.garments[g].*what)[frame];
@@ -64,8 +64,8 @@ SeenCloth seen_cloth(const Trials& trials, const WornCloth& worn) {
   };
   SeenCloth seen;
   for (std::size_t frame = 0; frame < trials.steps.size(); ++frame) {
-    seen.positions.push_back(together(&TriedGarment::targets, frame));
-    seen.velocities.push_back(together(&TriedGarment::velocities, frame));
+    seen.positions.push_back(together(&TrialGarment::targets, frame));
+    seen.velocities.push_back(together(&TrialGarment::velocities, frame));
   }
   seen.seconds = trials.steps[1] / trials.options.rate;
   return seen;
@@ -75,7 +75,7 @@ SeenCloth seen_cloth(const Trials& trials, const WornCloth& worn) {
 /// registration, folds and the interpolated motion are off by changes its side from frame to frame
 /// and from fold to fold, what a wrong stiffness is off by does not.
 /// @param sum  [V,3] m, offsets of the vertices summed over `frames` frames
-double steady_distance(const TriedGarment& garment, const Points& sum, int frames) {
+double steady_distance(const TrialGarment& garment, const Points& sum, int frames) {
   Points offset = Points::Zero(garment.patch_count, 3);
   Eigen::VectorXd count = Eigen::VectorXd::Zero(garment.patch_count);
   for (Index v = 0; v < sum.rows(); ++v) {
@@ -171,7 +171,7 @@ Trials read_trials(StageRun& run, const std::vector<RegisteredGarmentSequence>& 
   trials.options.solver.self_interval = options.substeps;
   trials.options.solver.report = false;
   for (const RegisteredGarmentSequence& garment : outfit) {
-    trials.garments.push_back(tried_garment(garment, body, trials.bodies.front(),
+    trials.garments.push_back(trial_garment(garment, body, trials.bodies.front(),
                                             resolve_material(options.material),
                                             options.edge_length));
   }
@@ -222,7 +222,7 @@ SceneResult run_scene(const Trials& trials, const std::vector<Stiffness>& scene,
     }
     result.end = state.positions;
     for (std::size_t g = 0; g < count; ++g) {
-      const TriedGarment& garment = trials.garments[g];
+      const TrialGarment& garment = trials.garments[g];
       result.distances[g] =
           steady_distance(garment, sum.middleRows(worn.first[g], garment.targets.front().rows()),
                           static_cast<int>(frames - 1 - settled));

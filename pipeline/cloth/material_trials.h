@@ -6,7 +6,7 @@
 
 #include "capture/layouts/open_dataset.h"
 #include "core/store/stage.h"
-#include "pipeline/cloth/tried_garment.h"
+#include "pipeline/cloth/trial_garment.h"
 #include "simulation/material/resolve_material.h"
 #include "simulation/material/stiffness_search.h"
 
@@ -22,7 +22,7 @@ struct MaterialStageOptions {
   std::string sequence = "";   ///< of the capture; "": the first clothed one
   std::string holding = "";    ///< what holds the garments: "" as registered, none, or a file
   int frames = 12;             ///< of it that are simulated, 2 to 10000
-  double edge_length = 0.035;  ///< m of the garments as they are tried, 0.005 to 0.2
+  double edge_length = 0.035;  ///< m of the garments as they are trial, 0.005 to 0.2
   std::string solver = SolverOptions{}.name;  ///< one of solver_names()
   int substeps = 20;                          ///< of a sixtieth of a second, 1 to 1000
   bool self_contact = false;                  ///< cloth against cloth in a trial
@@ -31,7 +31,7 @@ OptionTable describe(MaterialStageOptions& options);
 
 /// Everything that all trials share.
 struct Trials {
-  std::vector<TriedGarment> garments;
+  std::vector<TrialGarment> garments;
   Triangles body_faces;
   std::vector<Points> bodies;  ///< after each simulated frame, the start first
   std::vector<int> steps;      ///< after which the frames are compared

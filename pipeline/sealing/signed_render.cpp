@@ -11,7 +11,7 @@
 #include "core/saturating_cast.h"
 #include "core/seal/raw_signature.h"
 #include "pipeline/sealing/credentials_file.h"
-#include "pipeline/sealing/film_limit.h"
+#include "pipeline/sealing/video_limit.h"
 
 namespace atelier {
 
@@ -36,14 +36,14 @@ void SignedRender::write_png(const std::filesystem::path& path, const Image& ima
   write_file_atomically(path, png(marked(image)));
 }
 
-std::string SignedRender::film_credentials(const std::filesystem::path& film) const {
-  const auto size = static_cast<std::int64_t>(std::filesystem::file_size(film));
-  if (size > kMostFilmBytes) {  // the file's name is one for the time being
-    throw DataError("", "film", bytes_text(static_cast<double>(size)) + " to be signed",
-                    "at most " + bytes_text(static_cast<double>(kMostFilmBytes)) +
+std::string SignedRender::video_credentials(const std::filesystem::path& video) const {
+  const auto size = static_cast<std::int64_t>(std::filesystem::file_size(video));
+  if (size > kMaxVideoBytes) {  // the file's name is one for the time being
+    throw DataError("", "video", bytes_text(static_cast<double>(size)) + " to be signed",
+                    "at most " + bytes_text(static_cast<double>(kMaxVideoBytes)) +
                         ": fewer or smaller frames, or --mark false");
   }
-  return mp4_credentials(read_file_text(film, kMostFilmBytes), statement_, key_);
+  return mp4_credentials(read_file_text(video, kMaxVideoBytes), statement_, key_);
 }
 
 SignedRender signed_render(RenderStatement statement, const std::string& key_file,

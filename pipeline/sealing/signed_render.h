@@ -11,7 +11,7 @@
 
 namespace atelier {
 
-/// Images and films that say what they are: an invisible mark in each image (core/mark), and
+/// Images and videos that say what they are: an invisible mark in each image (core/mark), and
 /// content credentials in each file, signed.
 class SignedRender {
  public:
@@ -19,7 +19,7 @@ class SignedRender {
 
   const RenderStatement& statement() const { return statement_; }
 
-  /// An image with its mark, for a PNG or a film: of linear light, with or without alpha that is
+  /// An image with its mark, for a PNG or a video: of linear light, with or without alpha that is
   /// not premultiplied.
   ByteImage marked(const Image& image) const;
 
@@ -30,8 +30,8 @@ class SignedRender {
   void write_png(const std::filesystem::path& path, const Image& image) const;
 
   /// The box of content credentials that an MP4 of marked frames is to end with, for
-  /// VideoWriter::finish. Throws DataError for more than kMostFilmBytes.
-  std::string film_credentials(const std::filesystem::path& film) const;
+  /// VideoWriter::finish. Throws DataError for more than kMaxVideoBytes.
+  std::string video_credentials(const std::filesystem::path& video) const;
 
  private:
   RenderStatement statement_;

@@ -46,7 +46,7 @@ class MaterialGrid : public ::testing::Test {
   MaterialGrid() {
     const Mesh skirt = round_tube(0.3, 0.5, 1.0);
     const Mesh trunk = round_tube(0.15, 0, 1.7);
-    TriedGarment garment;
+    TrialGarment garment;
     garment.worn.garment.mesh = skirt;
     garment.targets = {skirt.vertices};
     trials_.garments.push_back(garment);

@@ -1,4 +1,4 @@
-#include "bodymodel/doubt_motion.h"
+#include "bodymodel/check_motion.h"
 
 #include <optional>
 
@@ -55,7 +55,7 @@ std::optional<Finding> doubt_bones(const MotionClip& clip, const Humanoid& perso
 
 }  // namespace
 
-std::vector<Finding> doubt_motion(const MotionClip& clip) {
+std::vector<Finding> check_motion(const MotionClip& clip) {
   std::vector<Finding> findings;
   const std::optional<Humanoid> person = find_humanoid(clip.skeleton);
   if (!person) {

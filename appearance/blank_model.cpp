@@ -1,4 +1,4 @@
-#include "appearance/begun_model.h"
+#include "appearance/blank_model.h"
 
 #include <cmath>
 #include <utility>
@@ -18,7 +18,7 @@ Tensor planes_of(const Image& image) {
   return tensor_of(planes, {3, image.height, image.width});
 }
 
-AppearanceModel begun_model(const AppearanceData& data, const NetworkOptions& options) {
+AppearanceModel blank_model(const AppearanceData& data, const NetworkOptions& options) {
   if (data.views.empty() || data.frames.empty()) {
     throw DataError("", "appearance data", "no view", "images of the surface to learn from");
   }

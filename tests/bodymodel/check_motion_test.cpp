@@ -1,4 +1,4 @@
-#include "bodymodel/doubt_motion.h"
+#include "bodymodel/check_motion.h"
 
 #include <algorithm>
 #include <numbers>
@@ -23,30 +23,30 @@ bool has(const std::vector<Finding>& findings, const std::string& code) {
 }
 
 TEST(DoubtMotion, PersonWhoWalks_IsNotDoubted) {
-  EXPECT_TRUE(doubt_motion(person_clip()).empty());
+  EXPECT_TRUE(check_motion(person_clip()).empty());
   MotionClip slow = person_clip();  // a metre a frame, and a frame a second
   slow.motion.fps = 1;
   for (std::size_t i = 0; i < slow.motion.poses.size(); ++i) {
     slow.motion.poses[i].root_translation.x() = 1.2 * static_cast<double>(i);
   }
-  EXPECT_TRUE(doubt_motion(slow).empty());
+  EXPECT_TRUE(check_motion(slow).empty());
 }
 
 TEST(DoubtMotion, Leaps_AreNamedByTheFirstFrame) {
   MotionClip clip = person_clip();
   clip.motion.poses[2].root_translation.x() += 500;
-  const std::vector<Finding> findings = doubt_motion(clip);
+  const std::vector<Finding> findings = check_motion(clip);
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_EQ(findings[0].code, "motion-jump");
   EXPECT_EQ(findings[0].what, "the root leaps 2 times, first by 500 m before frame 2");
   clip.motion.frame_ids = {0, 1, 2000, 4000, 4001};  // in a minute
-  EXPECT_TRUE(doubt_motion(clip).empty());
+  EXPECT_TRUE(check_motion(clip).empty());
 }
 
 TEST(DoubtMotion, BoneOfNoPerson_IsNamed) {
   MotionClip clip = person_clip();
   clip.skeleton.offsets.row(8) << 50, 0, 0;
-  const std::vector<Finding> findings = doubt_motion(clip);
+  const std::vector<Finding> findings = check_motion(clip);
   ASSERT_EQ(findings.size(), 1U);
   EXPECT_EQ(findings[0].code, "motion-bone");
   EXPECT_THAT(findings[0].what, HasSubstr(clip.skeleton.names[8] + " is 50 m from its parent"));

@@ -1,4 +1,4 @@
-#include "pipeline/cloth/tried_garment.h"
+#include "pipeline/cloth/trial_garment.h"
 
 #include <algorithm>
 #include <array>
@@ -61,17 +61,17 @@ std::vector<Points> smooth_velocities(const std::vector<Points>& at, double fps)
 }
 
 /// Cells of a raster in space.
-void cut_patches(TriedGarment& tried) {
+void cut_patches(TrialGarment& trial) {
   std::map<std::array<int, 3>, int> cells;
-  const Points& at = tried.targets.front();
+  const Points& at = trial.targets.front();
   for (Index v = 0; v < at.rows(); ++v) {
     std::array<int, 3> cell{};
     for (std::size_t c = 0; c < 3; ++c) {
       cell[c] = saturating_cast<int>(std::floor(at(v, static_cast<Index>(c)) / kPatch));
     }
-    tried.patches.push_back(cells.try_emplace(cell, static_cast<int>(cells.size())).first->second);
+    trial.patches.push_back(cells.try_emplace(cell, static_cast<int>(cells.size())).first->second);
   }
-  tried.patch_count = static_cast<int>(cells.size());
+  trial.patch_count = static_cast<int>(cells.size());
 }
 
 /// Attaches the vertices of a coarser garment that lie on bands of the fine one.
@@ -97,32 +97,32 @@ void hold(Garment& coarse, const std::vector<HeldRing>& rings, const Points& fin
 
 }  // namespace
 
-TriedGarment tried_garment(const RegisteredGarmentSequence& garment, const MovingBody& moving,
+TrialGarment trial_garment(const RegisteredGarmentSequence& garment, const MovingBody& moving,
                            const Points& body, const Material& material, double edge_length) {
   const std::vector<int>& frames = moving.motion.frame_ids;
   const Triangles& body_faces = moving.model.mesh.faces;
-  TriedGarment tried;
-  tried.name = garment.name;
+  TrialGarment trial;
+  trial.name = garment.name;
   const WornGarment fine = worn_in_frame(garment, frames.front(), body, body_faces, material);
   const Triangles& faces = garment.garment.mesh.faces;
-  tried.worn.name = garment.name;
-  Garment& coarse = tried.worn.garment;
+  trial.worn.name = garment.name;
+  Garment& coarse = trial.worn.garment;
   coarse.name = garment.name;
   coarse.mesh = coarse_mesh(fine.garment.mesh, edge_length);
   coarse.material = material;
   const Binding binding{
       closest_points(build_tree(fine.garment.mesh.vertices, faces), coarse.mesh.vertices)};
   for (const int id : frames) {
-    tried.targets.push_back(binding.on(registered_mesh(garment, id).vertices, faces));
+    trial.targets.push_back(binding.on(registered_mesh(garment, id).vertices, faces));
   }
-  tried.velocities = smooth_velocities(tried.targets, moving.motion.fps);
-  tried.worn.start = tried.targets.front();
-  tried.worn.velocity = tried.velocities.front();
+  trial.velocities = smooth_velocities(trial.targets, moving.motion.fps);
+  trial.worn.start = trial.targets.front();
+  trial.worn.velocity = trial.velocities.front();
   hold(coarse, garment.holding, registered_mesh(garment, frames.front()).vertices, edge_length,
-       tried.worn.start, body, body_faces);
-  rest_on_median_lengths(coarse, tried.targets);
-  cut_patches(tried);
-  return tried;
+       trial.worn.start, body, body_faces);
+  rest_on_median_lengths(coarse, trial.targets);
+  cut_patches(trial);
+  return trial;
 }
 
 }  // namespace atelier
