@@ -211,8 +211,8 @@ void bind_skinning(py::module_& module) {
 }
 
 void bind_derivatives(py::module_& module) {
-  py::class_<PosedBody> posed(module, "PosedBody",
-                              "What vertices of a pose and derivatives share.");
+  py::class_<PosedBody> posed(
+      module, "PosedBody", "Joint transforms of a pose, shared by skinning and its derivatives.");
   posed.def_property_readonly(
       "vertices",
       [](py::object self) { return array_over(self.cast<PosedBody&>().vertices, self); },

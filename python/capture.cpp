@@ -46,7 +46,7 @@ void bind_info(py::module_& module) {
             return read_only(array_over(self.cast<CaptureSequence&>().frame_ids, self));
           },
           "[N] increasing");
-  py::class_<CaptureInfo>(module, "CaptureInfo", "What a capture says of itself.")
+  py::class_<CaptureInfo>(module, "CaptureInfo", "Metadata of a capture.")
       .def_readonly("subject", &CaptureInfo::subject, "name or pseudonym")
       .def_readonly("sequences", &CaptureInfo::sequences)
       .def_readonly("keypoint_schema", &CaptureInfo::keypoint_schema, "of the 2D detections")

@@ -56,7 +56,8 @@ void bind_cloths(py::module_& module) {
 }
 
 void bind_states(py::module_& module) {
-  py::class_<ClothState> state(module, "ClothState", "What changes from frame to frame.");
+  py::class_<ClothState> state(module, "ClothState",
+                               "The part of a scene that changes from frame to frame.");
   state.def(py::init([](Points positions, Points velocities, std::int64_t frame) {
               return ClothState{std::move(positions), std::move(velocities), frame};
             }),
@@ -168,7 +169,9 @@ Simulated simulate(Solver& solver, Index frames, const py::object& control, Inde
 }
 
 void bind_solver(py::module_& module) {
-  py::class_<SimulationModel> model(module, "SimulationModel", "What does not change.");
+  py::class_<SimulationModel> model(
+      module, "SimulationModel",
+      "The part of a scene that does not change: cloth and the body's faces.");
   model.def(py::init([](Cloth cloth, Triangles body_faces) {
               return SimulationModel{std::move(cloth), std::move(body_faces)};
             }),
@@ -186,10 +189,10 @@ void bind_solver(py::module_& module) {
            "Advances by one frame of the options' length under a Control, and gives its "
            "FrameReport. "
            "`state` has positions [V,3] m and velocities [V,3] m/s afterwards.");
-  py::class_<Simulated>(module, "Simulated", "What `simulate` returns.")
+  py::class_<Simulated>(module, "Simulated", "Result of `simulate`.")
       .def_readonly("positions", &Simulated::positions, "[N,V,3] m, of every n-th frame")
       .def_readonly("reports", &Simulated::reports, "of every frame");
-  module.def("solver_names", &solver_names, "What `SolverOptions.solver` may be.");
+  module.def("solver_names", &solver_names, "Names of the available solvers.");
   module.def(
       "create_solver",
       [](const SimulationModel& scene, const SolverOptions& options, const std::string& device) {

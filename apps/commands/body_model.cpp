@@ -65,7 +65,7 @@ struct BodyOptions : BodyInputOptions {
 OptionTable describe(BodyOptions& options) {
   OptionTable table;
   table.add("four_influences", options.four_influences,
-            "At most four joints influencing a vertex, as viewers and game engines expect");
+            "Limit of four joints that influence a vertex, for viewers and game engines");
   table.add("metres_per_unit", options.metres_per_unit, 1e-6, 1e6, "m",
             "Length of the unit of a glTF, FBX or SMPL-family body; 0.01 where it is in "
             "centimetres and says metres");

@@ -52,8 +52,8 @@ OptionTable describe(CalibrateCommandOptions& options) {
        {"cropped", LensFit::Cropped},
        {"padded", LensFit::Padded},
        {"stretched", LensFit::Stretched}},
-      "How images came about whose size is no scale of that of --lenses: cut off evenly, with "
-      "bars on both sides, or stretched; exact: refused");
+      "Relation of images to a size of another aspect ratio in --lenses: cropped evenly, padded "
+      "with bars on both sides, or stretched; exact: they are refused");
   table.add("every", options.every, 1, 100000, "",
             "Interval between the frames of videos that are searched for the board; 1: all frames");
   table.add("ground_frame", options.ground_frame, -1, 1000000000, "",

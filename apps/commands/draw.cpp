@@ -83,7 +83,7 @@ OptionTable describe(DrawOptions& options) {
             "clothes lie on");
   table.add("mark", options.mark,
             "Invisible mark and content credentials of what is drawn, which verify reads; off: "
-            "figures of a paper, to the bit as the networks drew them");
+            "exactly what the networks drew, for figures of a paper");
   table.add("width", options.picture.width, 1, 16384, "px",
             "Width of images that are not from a camera of the capture");
   table.add("height", options.picture.height, 1, 16384, "px",

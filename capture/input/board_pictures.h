@@ -28,17 +28,17 @@ struct BoardPictures {
 /// that a ChArUco board has the legacy pattern.
 BoardPictures find_boards(const Dataset& dataset, const BoardOptions& board, int every = 1);
 
-/// How images came about whose size is no scale of the calibrated one.
+/// Relation of images to a calibrated size of another aspect ratio.
 enum class LensFit {
-  Exact,      ///< they did not: refused
-  Cropped,    ///< scaled until they were filled, and what stood over cut off, evenly on both sides
-  Padded,     ///< scaled until they fitted, with bars on both sides
+  Exact,      ///< unknown: such images are refused
+  Cropped,    ///< scaled to fill the size, the excess cut off evenly on both sides
+  Padded,     ///< scaled to fit, with bars on both sides
   Stretched,  ///< scaled differently across and down
 };
 
 /// Gives the cameras of `rig` the lenses of a capture or calibration file, by name, scaled to the
-/// images. Throws DataError for a camera that it does not have, and where a size is no exact scale
-/// and `fit` says no more.
+/// images. Throws DataError for a camera that it does not have, and for a size of
+/// another aspect ratio under LensFit::Exact.
 std::vector<RigCamera> with_lenses(std::vector<RigCamera> rig, const Dataset& lenses,
                                    LensFit fit = LensFit::Exact);
 

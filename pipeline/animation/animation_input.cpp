@@ -312,7 +312,7 @@ OptionTable describe(AnimateOptions& options) {
   table.add(describe(options.view));
   table.add("mark", options.mark,
             "Invisible mark and content credentials of images and video, which verify reads; off: "
-            "figures of a paper, to the bit as they were drawn");
+            "exactly what was drawn, for figures of a paper");
   table
       .add("sign", options.sign, std::vector<std::string>{},
            "File of a secret key without a passphrase, by which images and video are signed, as "

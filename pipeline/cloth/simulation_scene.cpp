@@ -24,8 +24,8 @@ namespace atelier {
 namespace {
 
 constexpr const char* kSceneHoldingHelp =
-    "What holds the garments: a file as holding.toml of register, edited, or none; empty: "
-    "holding.toml of the scene's folder, if there is one";
+    "Rings by which the body holds the garments: a file like holding.toml of register, or none; "
+    "empty: holding.toml of the scene's folder, if there is one";
 
 }  // namespace
 

@@ -108,8 +108,8 @@ std::string register_plots(const fs::path& result) {
 std::string holding_html(const fs::path& result) {
   const fs::path file = result / kHoldingPicture;
   return fs::exists(file) ? figure_html(read_image(file),
-                                        "What holds the garments: bands red, "
-                                        "what rests on the body blue")
+                                        "Rings by which the body holds the garments: "
+                                        "bands red, resting ones blue")
                           : "";
 }
 

@@ -13,8 +13,8 @@ namespace atelier {
 
 /// Help of the option of every stage that simulates what was captured.
 inline constexpr const char* kHoldingHelp =
-    "What holds the garments: a file as holding.toml of register, edited, or none; empty: as "
-    "register found it";
+    "Rings by which the body holds the garments: a file like holding.toml of register, or none; "
+    "empty: as register found them";
 
 /// Refuses an option `--holding` that names no file. Throws UnknownValue.
 void require_holding_named(const std::string& option);

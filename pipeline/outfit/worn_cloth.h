@@ -14,7 +14,7 @@
 
 namespace atelier {
 
-/// How the clothes of a capture are solved unless something else is said.
+/// Solver options for the clothes of a capture, by default.
 inline SolverOptions worn_solver_options() {
   SolverOptions solver;
   solver.substeps = 30;
@@ -24,32 +24,32 @@ inline SolverOptions worn_solver_options() {
   return solver;
 }
 
-/// How the clothes of a capture are simulated.
+/// Simulation of the clothes of a capture.
 struct WornClothOptions {
   double rate = 60;                  ///< simulated frames a second, 60 to 1000
-  double contact = 0;                ///< m kept to the body; 0: what the edge length needs
+  double contact = 0;                ///< m, gap to the body; 0: as the edge length requires
   std::string rest_angles = "flat";  ///< see ClothOptions
-  bool relax = false;                ///< take out what the garment's weight has stretched
+  bool relax = false;                ///< removes the stretch due to the garment's weight
   RelaxGravityOptions relaxing{.rounds = 3, .seconds = 0.5};
   SolverOptions solver = worn_solver_options();
 };
 OptionTable describe(WornClothOptions& options);
 
-/// Clothes on a body, ready to be simulated: all garments in one cloth, one behind the other.
+/// Clothes on a body, ready to be simulated: all garments joined into one cloth.
 struct WornCloth {
   std::vector<std::string> names;
   std::vector<Mesh> meshes;  ///< faces and texture coordinates of each
   std::vector<Index> first;  ///< first vertex of each in the cloth, and the end
   Cloth cloth;               ///< without attachments where `held` has bands
-  HeldCloth held;            ///< what the body holds of it
+  HeldCloth held;            ///< rings of it that the body holds
   ClothState state;
   SolverOptions solver;
 };
 
-/// A garment as it is simulated.
+/// A garment with its initial state.
 struct WornGarment {
   std::string name;
-  Garment garment;                ///< rest shape, material, attachments of what is held
+  Garment garment;                ///< rest shape, material, attachments of its bands
   std::vector<HeldRing> holding;  ///< its bands have attachments
   Points start;                   ///< [V,3] m
   Points velocity;                ///< [V,3] m/s, or no rows: at rest
@@ -65,13 +65,13 @@ WornGarment worn_in_frame(const RegisteredGarmentSequence& garment, int frame_id
                           const Points& body, const Triangles& body_faces,
                           const Material& material);
 
-/// The speed of a registered garment in the first frame of a body's motion, [V,3] m/s: that of the
-/// body which it rides on, and what it does against it on the way to the next frame. At rest where
-/// there is no next frame.
+/// Velocities of a registered garment in the first frame of a body's motion, [V,3] m/s: that of the
+/// body-driven prediction plus its motion relative to it towards the next frame; zero without a
+/// next frame.
 Points registered_velocity(const RegisteredGarmentSequence& garment, const MovingBody& body);
 
-/// The same garment as it hangs without its own weight, which has stretched it where it was
-/// captured (relax_gravity); `body` is the surface in its template's frame.
+/// The garment without the stretch that its weight has caused where it was captured
+/// (relax_gravity); `body` is the body's surface in its template's frame.
 RelaxedGarment unloaded(const WornGarment& worn, const Points& body, const Triangles& body_faces,
                         const WornClothOptions& options, Device device);
 
