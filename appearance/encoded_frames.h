@@ -6,7 +6,7 @@
 
 namespace atelier {
 
-/// What the encoder of a latent code sees of each frame, [F] of [s,s,8] with s =
+/// The input of a latent code's encoder for each frame, [F] of [s,s,8] with s =
 /// code_resolution_of: the surface's offset off the mean in centimetres and its support (0 without
 /// BodyShapes), the mean over the cameras of what the pixels are more than the static texture, as
 /// a share of it in [-1,1], and 1 where some pixel shows the texel.

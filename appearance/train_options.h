@@ -14,7 +14,7 @@ enum class TrainSetting {
   Full,      ///< 1024 x 1024, 32 channels, 1e-4, 100,000 iterations: a quarter of an hour on a GPU
 };
 
-/// What a body's network is conditioned on; a garment's is on nothing.
+/// Conditioning of a body's network; a garment's has none.
 struct BodyCodeOptions {
   bool pose = false;      ///< the turns of the body's parts
   int latent = 0;         ///< length of the latent code; 0: none; below 0: as the setting

@@ -9,7 +9,7 @@
 
 namespace atelier {
 
-/// What labels, masks and keypoints say of each other.
+/// Checks labels, masks and keypoints against each other.
 struct LabelCheck {
   std::vector<Finding> findings;
   std::vector<std::string> sound_masks;  ///< cameras whose masks are surely where the person is

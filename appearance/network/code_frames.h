@@ -7,7 +7,7 @@
 
 namespace atelier {
 
-/// What a code and its losses take, of all training frames. Private to appearance/network.
+/// Inputs of a code and its losses for all training frames. Private to appearance/network.
 struct CodeFrames {
   torch::Tensor pose;          ///< [F,3J]
   torch::Tensor encoded;       ///< [F,8,s,s]

@@ -44,7 +44,7 @@ struct C3dParameter {
   std::span<const std::byte> data;
 };
 
-/// What the first block of a file says.
+/// Contents of the first block of a file.
 struct C3dHeader {
   int points = 0;
   int analog = 0;          ///< numbers a frame

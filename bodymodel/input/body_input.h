@@ -10,7 +10,7 @@
 
 namespace atelier {
 
-/// A body as somebody asks for it.
+/// A requested body.
 struct BodySource {
   std::string body;                 ///< default, female, male, or a file or folder
   std::vector<std::string> shape;   ///< name=value; of a generated body also files of measurements

@@ -27,7 +27,7 @@ class LoadedNetwork {
   std::vector<std::string> names_;
 };
 
-/// What a process does once before it reads a network: no threads, no messages.
+/// Prepares a process for reading networks, once: no threads, no messages.
 void quieten_opencv();
 
 /// The outputs of one image as bytes, and back.

@@ -14,7 +14,7 @@ namespace atelier {
 inline constexpr int kLandmarkInput = 256;
 inline constexpr int kLandmarks = 33;
 
-/// What a landmark network says of one crop.
+/// Output of a landmark network for one crop.
 struct PersonLandmarks {
   double presence = 0;    ///< probability that a person is in the crop, [0, 1]
   DetectedPoints points;  ///< [33,3] px of the image, beyond it too, and visibility, [0, 1]

@@ -16,7 +16,7 @@ struct DetectPeopleOptions {
   int memory = 4096;       ///< MB of one confined run, 64 to 1e6
 };
 
-/// What was done.
+/// Account of a detection.
 struct PeopleCount {
   int images = 0;
   int people = 0;                 ///< over all images

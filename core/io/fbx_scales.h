@@ -27,7 +27,7 @@ struct FbxScale {
   bool trivial() const { return undone.isOnes() && taken.isOnes(); }
 };
 
-/// What an animation does to the scale of a node.
+/// Effect of an animation on the scale of a node.
 enum class FbxScaleChange : char { None, Even, Uneven };
 
 /// @param nodes     parents first; node 0 is no node of the file and scales nothing that is undone

@@ -40,7 +40,7 @@ struct FoundMark {
   double pilot = 0;  ///< how far the pattern's place stands out, in standard deviations of chance
 };
 
-/// What a search came to, found or not.
+/// Result of a search, found or not.
 struct MarkSearch {
   std::optional<FoundMark> found;
   /// Checksum of each place that was decoded, less that of its bits: 0 where it is a mark. Of an

@@ -44,7 +44,7 @@ struct AgeKeys {
   Secret passphrase;  ///< empty: none
 };
 
-/// What a header gives to one who holds a key.
+/// The result of opening a header with a key.
 struct OpenedHeader {
   Secret file_key;  ///< 16 bytes
   std::string by;   ///< the recipient whose key fits, "age1...", or "a passphrase"

@@ -34,7 +34,7 @@ Recipient parse_recipient(std::string_view text, const std::string& file = "",
 /// DataError, also where there is none, or more than 1,024.
 std::vector<Recipient> parse_recipients(std::string_view text, const std::string& file);
 
-/// What age-keygen writes: a comment with the recipient, and the secret key.
+/// A key file as age-keygen writes it: a comment with the recipient, and the secret key.
 Secret identity_text(const Identity& identity);
 
 /// A file of identities, as age-keygen writes it: one a line; empty lines and comments (#) are

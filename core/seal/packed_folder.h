@@ -9,7 +9,7 @@
 
 namespace atelier {
 
-/// What a folder came to.
+/// Size of a packed folder.
 struct PackedFolder {
   std::int64_t files = 0;
   std::int64_t bytes = 0;  ///< of the files

@@ -31,7 +31,7 @@ class SealedFile {
   AgeReader reader_;
 };
 
-/// What anybody can see of a sealed file.
+/// The public part of a sealed file.
 AgeHeader read_age_header(const std::filesystem::path& path);
 
 }  // namespace atelier

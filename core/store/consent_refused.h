@@ -6,7 +6,7 @@
 
 namespace atelier {
 
-/// What was asked for is not consented to. The program exits with 1.
+/// The requested use is not covered by consent. The program exits with 1.
 struct ConsentRefused : std::runtime_error {
   /// @param reasons  a sentence each, with what would change it
   explicit ConsentRefused(const std::vector<std::string>& reasons)

@@ -4,7 +4,7 @@
 
 namespace atelier {
 
-/// What is wrong with a seen surface in a pose.
+/// Defects of a seen surface in a pose.
 struct SurfaceFaults {
   int inverted = 0;    ///< faces that look against the body's own, and at rest do not
   double stretch = 1;  ///< most by which an edge is longer against the body's own than at rest

@@ -14,7 +14,7 @@
 
 namespace atelier {
 
-/// What a run of the chain was asked for, beside the options of its stages.
+/// The request of a run of the chain, beside the options of its stages.
 struct ChainRequest {
   RunPlaces places;
   std::string from;  ///< first stage; "": the chain's
@@ -41,7 +41,7 @@ struct ForeseenStage {
   std::vector<std::string> warnings = {};  ///< of what its options name
 };
 
-/// A run of the chain: what it is to do, what it has done, what is foreseen of the rest.
+/// A run of the chain: its request, its account so far, and the outlook for the rest.
 struct Chain {
   ChainRequest request;
   OptionSet options;  ///< of `run_options`, with what this capture asks for
@@ -57,17 +57,17 @@ struct Chain {
 ///                 anything else. Throws as `capture_facts`.
 Chain begin_chain(const ChainRequest& request, const OptionSet& options);
 
-/// Ends those of the stages to run that nobody asked for, that this program does not have, for
-/// which the capture has nothing, and those that would read their results or results of stages that
-/// failed. Returns the places of those that are skipped now.
+/// Marks stages as skipped: those outside of the request, not in this program, without data in the
+/// capture, and those that read results of skipped or failed stages. Returns the places of those
+/// that are newly skipped.
 std::vector<std::size_t> skip_stages(Chain& chain);
 
-/// Refuses, before anything is done, what could not come to an end: a capture for which every stage
-/// is skipped, a stage that lacks a result which this run does not make, what options name and is
-/// not there. Throws DataError, EnvironmentError.
+/// Refuses a run that could not complete, before anything is done: a capture for which every stage
+/// is skipped, a stage that lacks a result which this run does not make, files that options name
+/// and that are missing. Throws DataError, EnvironmentError.
 void require_feasible(const Chain& chain);
 
-/// Why every stage that was asked for is skipped, but the one that judges any capture; "" if one is
+/// Why every requested stage is skipped, other than the one that checks any capture; "" if one is
 /// not.
 std::string why_all_skipped(const Chain& chain);
 
@@ -77,7 +77,7 @@ const RunStageAccount* account_of(const Chain& chain, std::string_view stage);
 /// Whether the workspace has a result of a stage that this run may read.
 bool has_current_result(const Chain& chain, const std::string& stage);
 
-/// What the stage at a place is asked for.
+/// The request of the stage at a place.
 /// @param make_input  an INPUT that is made of results is written; otherwise it is the capture
 StageRequest chain_request(const Chain& chain, std::size_t i, bool make_input);
 

@@ -11,7 +11,7 @@
 
 namespace atelier {
 
-/// What a camera of the capture took of the garments.
+/// View of the garments in a camera of the capture.
 struct TakenGarments {
   Camera camera;  ///< cut to the garments and scaled, without distortion
   Image picture;  ///< [H,W,3] linear light, of the camera's size

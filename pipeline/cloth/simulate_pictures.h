@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// What a result is judged by without a ground truth; plots have the limits as lines.
+/// Plots by which a result is judged without a ground truth, with limits as lines.
 inline constexpr std::array kSimulateFigures = {
     KeyFigure{"strain_p95", "edge strain of the simulated cloth, 95th percentile",
               Measure::Side::AtMost, 0.1},

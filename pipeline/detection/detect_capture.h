@@ -20,7 +20,7 @@ struct CaptureDetectOptions {
   PeopleMaskOptions mask;
 };
 
-/// What a user's network found.
+/// Result of a user's network.
 struct DetectedCapture {
   std::string said;  ///< order of its points, or taxonomy of its classes; "": nobody was found
   int images = 0;

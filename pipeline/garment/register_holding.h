@@ -12,7 +12,7 @@ namespace atelier {
 /// The file of `register` that shows what holds the garments.
 inline constexpr const char* kHoldingPicture = "holding.png";
 
-/// What holds a garment (find_holding), said a line a ring; a warning where there is nothing.
+/// Reports the rings that hold a garment (find_holding), a line each; warns if there is none.
 std::vector<HeldRing> tell_holding(StageRun& run, const FollowedGarment& garment);
 
 /// A garment in a frame of its take.

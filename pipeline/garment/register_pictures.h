@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// What a result is judged by without a ground truth; plots have the limits as lines.
+/// Plots by which a result is judged without a ground truth, with limits as lines.
 inline constexpr std::array kRegisterFigures = {
     KeyFigure{"support", "share of the garments near a scan", Measure::Side::AtLeast, 0.75},
     KeyFigure{"scan_rms", "distance of the registered garments from the scans, rms",

@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// What a result is judged by without a ground truth; plots have the limits as lines.
+/// Plots by which a result is judged without a ground truth, with limits as lines.
 inline constexpr std::array kBodyFigures = {
     KeyFigure{"outside_rate", "share of covered skin outside the clothes", Measure::Side::AtMost,
               0.03},

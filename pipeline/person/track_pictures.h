@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// What a result is judged by without a ground truth; plots have the limits as lines.
+/// Plots by which a result is judged without a ground truth, with limits as lines.
 inline constexpr std::array kTrackFigures = {
     KeyFigure{"trusted_share", "share of frames with a trusted pose", Measure::Side::AtLeast, 0.95},
     KeyFigure{"keypoint_rms", "distance of the tracked body from the keypoints, rms",

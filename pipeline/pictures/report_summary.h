@@ -10,7 +10,7 @@
 
 namespace atelier {
 
-/// What the first sentences of a report are made of.
+/// Data of the first sentences of a report.
 struct SummaryFacts {
   std::span<const StageStatus> stages;
   std::span<const Gauge> gauges;         ///< every figure that has a target

@@ -9,7 +9,7 @@
 
 namespace atelier {
 
-/// What a recording without calibration needs beside its images.
+/// Inputs of a recording without calibration, beside its images.
 struct RecordingArguments {
   std::string boards;     ///< folder of images of a board; "": a usual one of the recording's
   double stature = 1.75;  ///< m, of the person: it sets the scale

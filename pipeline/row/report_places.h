@@ -7,7 +7,7 @@
 
 namespace atelier {
 
-/// Where what a report draws comes from.
+/// Sources of a report's pictures.
 struct ReportPlaces {
   std::filesystem::path workspace;
   std::span<const StageStatus> stages;

@@ -11,7 +11,7 @@
 
 namespace atelier {
 
-/// What a likeness may be used for, as the scope of a consent says it: "research and publication".
+/// Permitted uses of a likeness, as the scope of a consent states them: "research and publication".
 /// `internal`: shown to nobody outside of the group that made the capture.
 inline constexpr std::array<std::string_view, 4> kPurposes = {"research", "internal", "publication",
                                                               "product"};
@@ -24,7 +24,7 @@ struct ConsentUse {
 
 OptionTable describe(ConsentUse& use);
 
-/// What consents say to a use.
+/// Verdict of consents on a use.
 struct ConsentAnswer {
   std::vector<std::string> refusals;  ///< why it is refused, a sentence each, with what to do
   std::vector<std::string> doubts;    ///< what could not be judged

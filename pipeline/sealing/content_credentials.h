@@ -26,7 +26,7 @@ struct ContentBinding {
 std::string content_credentials(const RenderStatement& statement, const ContentBinding& binding,
                                 const SigningKey& key);
 
-/// What a manifest store says, and which of it holds.
+/// Contents of a manifest store, and which of its claims hold.
 struct CredentialsFound {
   std::string generator;    ///< program that made the claim
   std::string source_type;  ///< end of its digitalSourceType: "trainedAlgorithmicMedia"

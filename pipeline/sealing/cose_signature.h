@@ -11,7 +11,7 @@ namespace atelier {
 /// protected header.
 std::string cose_signature(std::string_view text, const SigningKey& key);
 
-/// What is in one, not yet compared with anything.
+/// Contents of a signature, not yet verified.
 struct CoseSignature {
   std::string_view header;       ///< protected, encoded
   std::string_view certificate;  ///< the first, DER; "" where there is none

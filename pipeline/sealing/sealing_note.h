@@ -11,7 +11,7 @@ namespace atelier {
 /// The file that a sealed archive begins with, and that stays in the folder it is unsealed to.
 inline constexpr const char* kSealingNote = ".sealed.toml";
 
-/// What a sealed archive says of itself, to those who can open it.
+/// Metadata of a sealed archive, for those who can open it.
 struct SealingNote {
   std::string kind;         ///< "workspace" or "export"
   std::string sealed;       ///< when: "2026-11-29T10:40:00Z"

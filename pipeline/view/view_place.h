@@ -9,7 +9,7 @@
 
 namespace atelier {
 
-/// What is at a place that somebody names.
+/// Kind of the data at a path.
 enum class ViewKind { Workspace, Capture, Sequences, MeshFrames, Mesh };
 
 /// Tells it by the files that are there. Throws DataError for anything else, with what is taken.

@@ -36,7 +36,7 @@ struct ViewSeries {
   std::vector<double> values;
 };
 
-/// What was found, where a page can jump to.
+/// A finding, with the frame or camera that a page can jump to.
 struct ViewMark {
   Severity severity = Severity::Note;
   std::string text;
@@ -52,7 +52,7 @@ struct ViewTake {
   std::size_t first = 0;  ///< its first frame, among those of the timeline
 };
 
-/// What is shown at the same time: layers, series and videos of the same frames.
+/// Data shown together: layers, series and videos of the same frames.
 struct ViewTimeline {
   std::string name;             ///< "Capture", "Simulation", "Animation"
   std::vector<int> frame_ids;   ///< the files' own numbers, increasing
@@ -65,7 +65,7 @@ struct ViewTimeline {
   std::filesystem::path keypoints3d;          ///< folder of reconstruct's keypoints, or empty
 };
 
-/// What a page shows.
+/// Contents of a page.
 struct ViewScene {
   std::string title;
   std::vector<ViewTimeline> timelines;

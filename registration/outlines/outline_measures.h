@@ -8,7 +8,7 @@
 
 namespace atelier {
 
-/// What an eye sees of a pattern's outlines. Lengths in metres.
+/// Visual quality of a pattern's outlines. Lengths in metres.
 struct OutlineMeasures {
   int panels = 0;
   double corners_mean = 0;  ///< of a panel: turns by more than 35 degrees over 3 cm to either side

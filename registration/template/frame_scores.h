@@ -21,7 +21,7 @@ struct FrameScore {
   double score = 0;     ///< shown - at_hands / 3 - folded - facing - follow / 50: our choice
 };
 
-/// What a look at many frames says of a garment.
+/// Visibility of a garment over many frames.
 struct TakeOverview {
   std::vector<FrameScore> scores;  ///< of the frames that were looked at
   GarmentCover cover;              ///< of the body, by all of them

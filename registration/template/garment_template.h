@@ -13,7 +13,7 @@
 
 namespace atelier {
 
-/// What a template is made of.
+/// Scans that a template is made of.
 enum class TemplateSource {
   Frame,  ///< the scan of one frame, and the cover of the body by the others
   Take    ///< also what that frame hides and others show

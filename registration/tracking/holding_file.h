@@ -12,7 +12,7 @@ namespace atelier {
 /// The file beside registered garments that says what holds them.
 inline constexpr const char* kHoldingFile = "holding.toml";
 
-/// What holds garments on the body, as a TOML text that a person can edit
+/// Rings that hold garments on the body, as a TOML text that a person can edit
 /// (docs/reference/formats.md): one table `[[held]]` for each ring.
 std::string holding_text(const std::vector<HeldRing>& rings);
 

@@ -15,7 +15,7 @@ struct ClothBand {
   double stiffness = 0;       ///< N, tension per unit of strain
 };
 
-/// What a body holds of a cloth of `vertices` vertices: the boundary values of each frame.
+/// The part of a cloth of `vertices` vertices that a body holds: boundary values of each frame.
 struct HeldCloth {
   Index vertices = 0;
   std::vector<Attachment> attachments;
