@@ -125,6 +125,10 @@ void bind_models(py::module_& module) {
   module.def("female_human", &female_human, "Options of an average woman.");
   module.def("male_human", &male_human, "Options of an average man.");
   module.def(
+      "percentile_human", &percentile_human, "male"_a, "percentiles"_a,
+      "Options of a body at percentiles (0.05 is the 5th) of its twelve measures, stature and "
+      "mass first, in the order of DefaultHumanOptions; `male` is 0 for a woman, 1 for a man.");
+  module.def(
       "measure_body",
       [](const BodyModel& body, const Eigen::VectorXd& shape) {
         const BodyMeasurements measured = measure_body(body, shape);

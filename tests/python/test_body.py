@@ -103,6 +103,12 @@ class Body(unittest.TestCase):
         shape[stature] = 1.80
         self.assertAlmostEqual(atelier.measure_body(self.model, shape)["stature"], 1.80, delta=0.01)
 
+    def test_percentiles_order_bodies(self):
+        small, large = (atelier.percentile_human(1, [share] * 12) for share in (0.05, 0.95))
+        self.assertLess(small.stature, large.stature)
+        self.assertLess(small.waist_girth, large.waist_girth)
+        self.assertLess(small.mass, large.mass)
+
     def test_dual_quaternions_differ_and_are_near(self):
         linear = atelier.skin_vertices(self.model, self.body, self.pose)
         dual = atelier.skin_vertices(self.model, self.body, self.pose, atelier.SkinOptions(method="dual_quaternion"))
