@@ -13,18 +13,18 @@ struct KeypointCheck {
   std::vector<Finding> findings;
   std::vector<int> frame_ids;                        ///< [F] of what follows
   std::vector<std::vector<Keypoints2d>> detections;  ///< [F][camera], of the person that counts
-  Triangulation found;            ///< of that person; no frames where nothing could be said
-  bool calibration_fits = false;  ///< the points meet in space: `found` can be built on
+  Triangulation found;            ///< of that person; no frames if there is too little data
+  bool calibration_fits = false;  ///< reprojection errors are small: `found` is reliable
 };
 
 /// Defects of detections and of the calibration that detections reveal: files that are damaged,
-/// points outside their image, confidences outside [0,1], cameras that see nobody
-/// ("keypoints-none"); then, triangulated, how all cameras or one of them were misread and the
-/// setting that mends it (explain_cameras.h), a person of a size that nobody has ("person-size":
-/// the unit), left and right of it in each other's place ("keypoint-sides"), an order of points
-/// whose limbs are of no length ("keypoint-order"), half a pixel between calibration and detections
-/// ("half-pixel"), points that hardly two cameras see ("coverage-low"). Nothing is said of what
-/// there is too little of. Where several people are seen, the one detected best is used.
+/// points outside their image, confidences outside [0,1], cameras without detections
+/// ("keypoints-none"); then, triangulated, a wrong convention of all cameras or one of them, with
+/// the setting that corrects it (explain_cameras.h), an implausible size of the person
+/// ("person-size": the unit), left and right exchanged ("keypoint-sides"), limbs in proportions
+/// that no person has ("keypoint-order"), half a pixel between calibration and detections
+/// ("half-pixel"), too many points that one camera alone sees ("coverage-low"). A check without
+/// enough data gives no finding. Of several people the one detected best is used.
 KeypointCheck check_keypoints(FrameReader& reader, const TriangulationOptions& options = {});
 
 }  // namespace atelier

@@ -75,10 +75,10 @@ void lay_out_found(FlattenedGarment& flat, const FlattenStageOptions& options,
   FoundPattern found = find_pattern(flat.mesh, how, watcher.say);
   char text[120];
   std::snprintf(text, sizeof text, "the surface deviates by %.2f mm in the mean, %.1f mm at most",
-                1000 * found.moved_mean, 1000 * found.moved_most);
+                1000 * found.deviation_mean, 1000 * found.deviation_max);
   watcher.say(text);
-  flat.deviation_mean = found.moved_mean;
-  flat.deviation_max = found.moved_most;
+  flat.deviation_mean = found.deviation_mean;
+  flat.deviation_max = found.deviation_max;
   flat.mesh = std::move(found.mesh);
   flat.reached = found.reached;
   if (found.reached) {

@@ -312,12 +312,12 @@ FollowedSurface followed_surface(const Mesh& surface, Index home, const ClothedF
     const ClothedFrame clothed = frames.load(row);
     RegistrationFrame frame;
     frame.scan = garment_scan(clothed.scan, {label});
-    const BodyDrivenCloth ridden =
+    const BodyDrivenCloth driven =
         body_driven(before, frames.body_faces, body_before, clothed.body);
     const BodyDrivenCloth from_home =
         body_driven(surface.vertices, frames.body_faces, home_body, clothed.body);
     const Points start =
-        predicted_cloth(solver, model.cloth, {before, ridden, from_home, Points()});
+        predicted_cloth(solver, model.cloth, {before, driven, from_home, Points()});
     RegisteredGarment there = register_garment(solver, model, start, frame, {}, options);
     Mesh placed = surface;
     placed.vertices = there.vertices;

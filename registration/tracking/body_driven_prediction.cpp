@@ -91,9 +91,9 @@ BodyDrivenCloth body_driven(const Points& cloth, const Triangles& body_faces, co
       topology.edges, Eigen::VectorXd::Ones(topology.edges.rows()), body, moved_body);
   const TriangleTree tree = build_tree(body, body_faces);
   const std::vector<ClosestPoint> closest = closest_points(tree, cloth);
-  BodyDrivenCloth ridden;
-  ridden.vertices.resize(cloth.rows(), 3);
-  ridden.distances.resize(cloth.rows());
+  BodyDrivenCloth driven;
+  driven.vertices.resize(cloth.rows(), 3);
+  driven.distances.resize(cloth.rows());
   parallel_for(cloth.rows(), 128, [&](Index begin, Index end) {
     for (Index v = begin; v < end; ++v) {
       const ClosestPoint& on = closest[static_cast<std::size_t>(v)];
@@ -105,11 +105,11 @@ BodyDrivenCloth body_driven(const Points& cloth, const Triangles& body_faces, co
         sum += on.barycentric[k] * rotations[static_cast<std::size_t>(corner)];
       }
       const Eigen::Vector3d offset = cloth.row(v).transpose() - on.point;
-      ridden.vertices.row(v) = (point + nearest_rotation(sum) * offset).transpose();
-      ridden.distances[v] = std::sqrt(on.squared_distance);
+      driven.vertices.row(v) = (point + nearest_rotation(sum) * offset).transpose();
+      driven.distances[v] = std::sqrt(on.squared_distance);
     }
   });
-  return ridden;
+  return driven;
 }
 
 Eigen::VectorXd rigid_weights(const ClothModel& model, double length) {
@@ -118,18 +118,18 @@ Eigen::VectorXd rigid_weights(const ClothModel& model, double length) {
   return 2 * length * length * model.edge_areas.array() / model.lengths.array().square();
 }
 
-Eigen::VectorXd closeness(const BodyDrivenCloth& ridden, double near) {
-  return (-(ridden.distances / near).array().square()).exp();
+Eigen::VectorXd closeness(const BodyDrivenCloth& driven, double near) {
+  return (-(driven.distances / near).array().square()).exp();
 }
 
 Points predicted_cloth(ShapeSolver& solver, const ClothModel& model, const ClothBefore& before,
                        const PredictOptions& options) {
   constexpr int kRounds = 4;
-  const auto& [cloth, ridden, home, drift] = before;
+  const auto& [cloth, driven, home, drift] = before;
   ClothTerms terms;
   terms.edge_weights = rigid_weights(model, options.rigid);
-  terms.anchors = ridden.vertices;
-  const Eigen::VectorXd close = closeness(ridden, options.near);
+  terms.anchors = driven.vertices;
+  const Eigen::VectorXd close = closeness(driven, options.near);
   terms.anchor_weights =
       model.areas.array() * (options.least + (1 - options.least) * close.array());
   for (Index v = 0; v < cloth.rows(); ++v) {

@@ -265,11 +265,11 @@ struct RegisteredSequence::State {
   /// A frame as it is registered from the end of a chain, without what it adds to the texture.
   FollowedFrame registered(const ChainEnd& end, Index row, RegistrationFrame& frame) const {
     ShapeSolver solver(model.cloth);
-    const BodyDrivenCloth ridden =
+    const BodyDrivenCloth driven =
         body_driven(end.vertices, source.body_faces, source.body(end.last), frame.body.vertices);
     const BodyDrivenCloth home = body_driven(origin.vertices, source.body_faces,
                                              source.body(source.template_row), frame.body.vertices);
-    Points start = predicted_cloth(solver, model.cloth, {end.vertices, ridden, home, end.drift},
+    Points start = predicted_cloth(solver, model.cloth, {end.vertices, driven, home, end.drift},
                                    options.predict);
     if (source.simulate && end.before.rows() > 0) {
       const Eigen::VectorXd confidence = end.confidence.cwiseMin(end.confidence_before);
@@ -277,7 +277,7 @@ struct RegisteredSequence::State {
           source.simulate({end.last, row, end.vertices, end.before, confidence, start});
       start = simulated.rows() > 0 ? std::move(simulated) : std::move(start);
     }
-    frame.body_prior = options.predict.body_prior * closeness(ridden, options.predict.near / 2);
+    frame.body_prior = options.predict.body_prior * closeness(driven, options.predict.near / 2);
     if (end.correlation.size() > 0) {
       frame.body_prior = frame.body_prior.cwiseProduct(firmness(model.cloth, end.correlation));
     }
@@ -292,7 +292,7 @@ struct RegisteredSequence::State {
       textures.push_back(end.recent.levels.empty() ? &recent : &end.recent);
     }
     result.garment = register_garment(solver, model, start, frame, textures, options.fit);
-    result.drift = result.garment.vertices - ridden.vertices;
+    result.drift = result.garment.vertices - driven.vertices;
     return result;
   }
   RegisteredGarment registered(const ChainEnd& end, Index row) const {

@@ -225,12 +225,12 @@ TEST(BodyDrivenPrediction, RigidBodyMotion_CarriesClothAlong) {
       Eigen::AngleAxisd(0.5, Eigen::Vector3d(0, 1, 1).normalized()).toRotationMatrix();
   const Eigen::RowVector3d shift(0.1, 0.2, 0.3);
   const Points moved = (body.vertices * turn.transpose()).rowwise() + shift;
-  const BodyDrivenCloth ridden = body_driven(above, body.faces, body.vertices, moved);
+  const BodyDrivenCloth driven = body_driven(above, body.faces, body.vertices, moved);
   const Points expected = (above * turn.transpose()).rowwise() + shift;
-  EXPECT_LT((ridden.vertices - expected).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT((driven.vertices - expected).cwiseAbs().maxCoeff(), 1e-9);
   const ClothModel model = cloth_model(cloth.vertices, cloth.faces);
   ShapeSolver solver(model);
-  const Points predicted = predicted_cloth(solver, model, {above, ridden, {}, Points(0, 3)});
+  const Points predicted = predicted_cloth(solver, model, {above, driven, {}, Points(0, 3)});
   EXPECT_LT((predicted - expected).cwiseAbs().maxCoeff(), 1e-6);
 }
 
