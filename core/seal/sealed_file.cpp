@@ -1,6 +1,5 @@
 #include "core/seal/sealed_file.h"
 
-#include <array>
 #include <cerrno>
 
 #include <unistd.h>
@@ -33,26 +32,14 @@ std::size_t read_fully(int descriptor, const std::filesystem::path& path,
 }  // namespace
 
 bool is_sealed_file(const std::filesystem::path& path) {
-  try {
-    const RegularFile file(path);
-    std::array<std::uint8_t, kAgeVersionLine.size()> start{};
-    return read_fully(file.descriptor(), path, start) == start.size() &&
-           std::string_view(reinterpret_cast<const char*>(start.data()), start.size()) ==
-               kAgeVersionLine;
-  } catch (const DataError&) {
-    return false;
-  } catch (const EnvironmentError&) {
-    return false;
-  }
+  return begins_with(path, kAgeVersionLine);
 }
 
 SealedFile::SealedFile(const std::filesystem::path& path, const AgeKeys& keys)
     : file_(path),
       reader_(
           [this, path](std::span<std::uint8_t> buffer) {
-            const std::size_t got = read_fully(file_.descriptor(), path, buffer);
-            hash_.update(buffer.data(), got);
-            return got;
+            return read_fully(file_.descriptor(), path, buffer);
           },
           keys, path.string()) {}
 

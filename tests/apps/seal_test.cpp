@@ -240,6 +240,37 @@ TEST_F(Seal, FileThatIsNoWorkspace_IsSaidToBeNone) {
   }
 }
 
+TEST_F(Seal, CommandsThatReadNoSealedFile_SayHowItIsOpened) {
+  make_workspace();
+  ASSERT_EQ(seal({"--to", key("one")}).exit_code, 0);
+  const std::string advice =
+      "atelier unseal " + place("p.sealed") + " FOLDER --identity KEY opens it";
+  for (const char* command : {"status", "gc"}) {
+    const ChildResult refused = run({command, place("p.sealed")});
+    EXPECT_EQ(refused.exit_code, kExitBadData);
+    EXPECT_THAT(refused.err, AllOf(HasSubstr("a sealed file"), HasSubstr(advice))) << command;
+  }
+  const ChildResult stage = run({"statistics", input().string(), place("p.sealed")});
+  EXPECT_EQ(stage.exit_code, kExitUsage);
+  EXPECT_THAT(stage.err, AllOf(HasSubstr("it is sealed"), HasSubstr(advice)));
+}
+
+TEST_F(Seal, KeyOfTheOtherKind_IsNamed) {
+  make_workspace();
+  ASSERT_EQ(seal({"--to", key("one")}).exit_code, 0);
+  std::ofstream(root_ / "words") << "correct horse\n";
+  const ChildResult words =
+      run({"unseal", place("p.sealed"), place("out"), "--passphrase-file", place("words")});
+  EXPECT_EQ(words.exit_code, kExitBadData);
+  EXPECT_THAT(words.err, HasSubstr("sealed to keys, not by a passphrase"));
+  for (const char* wrong : {"boxes", "gone", "words", "p.sealed"}) {
+    const ChildResult refused = unseal(wrong, "out");
+    EXPECT_EQ(refused.exit_code, kExitBadData);
+    EXPECT_THAT(refused.err, AllOf(HasSubstr(place(wrong)), Not(HasSubstr("horse")))) << wrong;
+  }
+  EXPECT_FALSE(fs::exists(root_ / "out"));
+}
+
 TEST_F(Seal, RevokedConsent_IsRefused) {
   make_workspace();
   const std::string told = run({"verify", workspace().string()}).out;
@@ -277,11 +308,13 @@ TEST_F(Seal, UsesOfASealedFile_AreLoggedBesideIt) {
   ASSERT_EQ(
       run({"export", place("p.sealed"), place("files"), "--identity", place("one")}).exit_code, 0);
   ASSERT_EQ(unseal("one", "open").exit_code, 0);
-  const std::string digest = hex(sha256(bytes("p.sealed")));
+  const std::string file = bytes("p.sealed");
+  const std::size_t mac = file.find("\n--- ") + 1;
+  const std::string digest = hex(sha256(file.substr(0, file.find('\n', mac) + 1)));
   const ChildResult log = run({"verify", "--log", place("p.sealed")});
   EXPECT_EQ(log.exit_code, 0) << log.err;
-  EXPECT_THAT(log.out, AllOf(HasSubstr("open  by " + one + "; sha256 " + digest),
-                             HasSubstr("files, for research; sha256 " + digest),
+  EXPECT_THAT(log.out, AllOf(HasSubstr("open  by " + one + "; header " + digest),
+                             HasSubstr("files, for research; header " + digest),
                              HasSubstr("unseal"), HasSubstr("unbroken: 3 lines")));
   EXPECT_THAT(log.out, Not(HasSubstr("P. Doe"))) << "whom it shows is sealed";
   const std::string head = log.out.substr(log.out.find("head ") + 5, 64);
