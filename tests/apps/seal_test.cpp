@@ -4,9 +4,13 @@
 #include <fstream>
 #include <set>
 #include <sstream>
+#include <utility>
 
+#include <pty.h>
 #include <signal.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include "core/exit_code.h"
@@ -22,6 +26,102 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 namespace fs = std::filesystem;
+
+/// The program on a terminal of its own, at which somebody types.
+class OnTerminal {
+ public:
+  explicit OnTerminal(std::vector<std::string> words) {
+    words.insert(words.begin(), program_path());
+    std::vector<char*> pointers;
+    for (std::string& word : words) {
+      pointers.push_back(word.data());
+    }
+    pointers.push_back(nullptr);
+    child_ = forkpty(&terminal_, nullptr, nullptr, nullptr);
+    if (child_ == 0) {
+      execv(pointers[0], pointers.data());
+      _exit(127);
+    }
+  }
+  ~OnTerminal() {
+    end();
+    close(terminal_);
+  }
+  OnTerminal(const OnTerminal&) = delete;
+  OnTerminal& operator=(const OnTerminal&) = delete;
+
+  /// Reads until the program has said this, or has ended; all that it said.
+  const std::string& until(const std::string& text) {
+    char letter = 0;
+    while (said_.find(text) == std::string::npos && read(terminal_, &letter, 1) == 1) {
+      said_ += letter;
+    }
+    return said_;
+  }
+  void type(const std::string& text) const {
+    EXPECT_EQ(write(terminal_, text.data(), text.size()), std::ssize(text));
+  }
+  bool echoes() const {
+    termios now{};
+    EXPECT_EQ(tcgetattr(terminal_, &now), 0);
+    return (now.c_lflag & ECHO) != 0;
+  }
+  /// As waitpid gives it, and all that the program said.
+  int end() {
+    until(std::string(1, '\0'));
+    if (child_ > 0) {
+      waitpid(std::exchange(child_, -1), &status_, 0);
+    }
+    return status_;
+  }
+  const std::string& said() const { return said_; }
+
+ private:
+  pid_t child_ = -1;
+  int terminal_ = -1;
+  int status_ = 0;
+  std::string said_;
+};
+
+TEST_F(Seal, PassphraseOfATerminal_IsTypedTwiceUnseen) {
+  make_workspace();
+  const std::vector<std::string> words = {"seal", workspace().string(), "--passphrase", "--out",
+                                          place("p.sealed")};
+  {
+    OnTerminal slip(words);
+    slip.until("passphrase: ");
+    EXPECT_FALSE(slip.echoes());
+    slip.type("correct horse\n");
+    slip.until("again: ");
+    slip.type("correct hoarse\n");
+    EXPECT_EQ(WEXITSTATUS(slip.end()), kExitUsage);
+    EXPECT_THAT(slip.said(), AllOf(HasSubstr("differ"), Not(HasSubstr("correct"))));
+    EXPECT_TRUE(slip.echoes());
+  }
+  OnTerminal right(words);
+  right.until("passphrase: ");
+  right.type("correct horse\n");
+  right.until("again: ");
+  right.type("correct horse\n");
+  EXPECT_EQ(right.end(), 0) << right.said();
+  EXPECT_THAT(right.said(), Not(HasSubstr("correct")));
+  std::ofstream(root_ / "words") << "correct horse\n";
+  EXPECT_EQ(run({"unseal", place("p.sealed"), place("out"), "--passphrase-file", place("words")})
+                .exit_code,
+            0);
+}
+
+TEST_F(Seal, SignalAtThePrompt_LeavesTheTerminalAsItWas) {
+  make_workspace();
+  OnTerminal stopped({"seal", workspace().string(), "--passphrase", "--out", place("p.sealed")});
+  stopped.until("passphrase: ");
+  EXPECT_FALSE(stopped.echoes());
+  stopped.type("corr\x03");
+  const int status = stopped.end();
+  EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGINT) << stopped.said();
+  EXPECT_TRUE(stopped.echoes());
+  EXPECT_FALSE(fs::exists(root_ / "p.sealed"));
+}
 
 TEST_F(Seal, TwoRecipients_OpenItAndAThirdDoesNot) {
   make_workspace();
