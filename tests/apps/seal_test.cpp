@@ -236,6 +236,9 @@ TEST_F(Seal, OtherFolderAndWrongArguments_AreRefused) {
             kExitBadData);
   EXPECT_EQ(seal({}).exit_code, kExitUsage);
   EXPECT_EQ(seal({"--to", "age1nobody"}).exit_code, kExitBadData);
+  EXPECT_THAT(seal({"--to", place("one")}).err, HasSubstr("goes to --recipients-file"));
+  EXPECT_THAT(run({"sign", place("nothing"), "--key", place("one")}).err,
+              HasSubstr("nothing there"));
   EXPECT_EQ(
       run({"seal", workspace().string(), "--to", one, "--out", (workspace() / "p.sealed").string()})
           .exit_code,
@@ -350,6 +353,9 @@ TEST_F(Seal, CommandsThatReadNoSealedFile_SayHowItIsOpened) {
     EXPECT_EQ(refused.exit_code, kExitBadData);
     EXPECT_THAT(refused.err, AllOf(HasSubstr("a sealed file"), HasSubstr(advice))) << command;
   }
+  const ChildResult inspected = run({"inspect", place("p.sealed")});
+  EXPECT_EQ(inspected.exit_code, kExitBadData);
+  EXPECT_THAT(inspected.err, AllOf(HasSubstr("a sealed file"), HasSubstr(advice)));
   const ChildResult stage = run({"statistics", input().string(), place("p.sealed")});
   EXPECT_EQ(stage.exit_code, kExitUsage);
   EXPECT_THAT(stage.err, AllOf(HasSubstr("it is sealed"), HasSubstr(advice)));
