@@ -95,18 +95,19 @@ TEST(ContentCredentials, Mp4_SaysWhatItIs) {
 
 TEST(ContentCredentials, Jpeg_SaysWhatItIs) {
   const SigningKey key = new_signing_key();
-  ASSERT_THAT(some_jpeg(), HasSubstr("JFIF"));
+  const std::string before = some_jpeg();
+  ASSERT_THAT(before, HasSubstr("JFIF"));
   const std::string bare("\xFF\xD8\xFF\xD9", 4);
-  for (const std::string& jpeg : {some_jpeg(), bare}) {
+  for (const std::string& jpeg : {before, bare}) {
     const std::string file = jpeg_with_credentials(jpeg, some_statement(), key);
     EXPECT_EQ(problem_of(jpeg), "none");
     EXPECT_EQ(problem_of(file), "");
     EXPECT_EQ(problem_of(file + "x"), "changed");
   }
-  const std::string file = jpeg_with_credentials(some_jpeg(), some_statement(), key);
-  EXPECT_EQ(file.find("JFIF"), some_jpeg().find("JFIF")) << "it has to be the first";
+  const std::string file = jpeg_with_credentials(before, some_statement(), key);
+  EXPECT_EQ(file.find("JFIF"), before.find("JFIF")) << "it has to be the first";
   EXPECT_EQ(read_byte_image(std::as_bytes(std::span(file)), "a.jpg").data,
-            read_byte_image(std::as_bytes(std::span(some_jpeg())), "b.jpg").data);
+            read_byte_image(std::as_bytes(std::span(before)), "b.jpg").data);
   EXPECT_THROW(jpeg_with_credentials(some_png(), some_statement(), key), DataError);
   EXPECT_THROW(jpeg_with_credentials("\xFF\xD8\xFF\xE0\xFF\xFF", some_statement(), key), DataError);
 }
@@ -114,7 +115,8 @@ TEST(ContentCredentials, Jpeg_SaysWhatItIs) {
 TEST(ContentCredentials, ManyConsents_AreInSeveralSegmentsOfAJpeg) {
   RenderStatement statement = some_statement();
   for (int i = 0; i < 2000; ++i) {
-    statement.consent.push_back({.who = "person " + std::to_string(i), .scope = "research"});
+    statement.consent.push_back(
+        {.who = "person " + std::to_string(i), .scope = "research", .until = "2030-12-31"});
   }
   const std::string file = jpeg_with_credentials(some_jpeg(), statement, new_signing_key());
   EXPECT_GT(file.size(), 130'000U);
