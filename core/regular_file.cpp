@@ -82,4 +82,18 @@ void RegularFile::check_size(std::int64_t max_bytes, const std::filesystem::path
   }
 }
 
+bool begins_with(const std::filesystem::path& path, std::string_view start) {
+  try {
+    const RegularFile file(path);
+    std::string bytes(start.size(), '\0');
+    const ssize_t got = pread(file.descriptor(), bytes.data(), bytes.size(), 0);
+    if (got < 0) {
+      throw EnvironmentError(path.string(), "cannot read: " + system_reason(errno));
+    }
+    return got == std::ssize(start) && bytes == start;
+  } catch (const DataError&) {
+    return false;
+  }
+}
+
 }  // namespace atelier

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <string_view>
 
 namespace atelier {
 
@@ -33,5 +34,9 @@ class RegularFile {
   int descriptor_ = -1;
   std::int64_t size_ = 0;
 };
+
+/// Whether there is a regular file that begins with these bytes. Throws EnvironmentError for one
+/// that may not be read, or cannot be.
+bool begins_with(const std::filesystem::path& path, std::string_view start);
 
 }  // namespace atelier

@@ -55,10 +55,12 @@ struct SealedAnimation {
 void require_places(const SealedAnimation& arguments, const StandAloneRequest& request) {
   if (!is_sealed_file(request.workspace)) {
     const std::string flag = arguments.first();
-    throw UsageError(flag.empty() ? "WORKSPACE cannot be '" + request.workspace +
-                                        "': neither a folder nor a sealed file"
-                                  : flag + " is for a sealed WORKSPACE, and '" + request.workspace +
-                                        "' is not sealed: its results lie in it; leave it out");
+    const bool folder = fs::is_directory(request.workspace);
+    throw UsageError(!folder || flag.empty()
+                         ? "WORKSPACE cannot be '" + request.workspace +
+                               "': neither a folder nor a sealed file"
+                         : flag + " is for a sealed WORKSPACE, and '" + request.workspace +
+                               "' is not sealed: its results lie in it; leave it out");
   }
   if (arguments.out.empty()) {
     throw UsageError(

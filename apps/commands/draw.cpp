@@ -56,6 +56,7 @@ struct DrawOptions {
   std::vector<double> frames;           ///< numbers of those that are drawn; none: all
   bool avatar = true;                   ///< the body as `avatar` has made it, where it has
   bool mark = true;                     ///< images say what they are
+  ImageFormat format = ImageFormat::Png;
   PictureOptions picture;
   VideoOptions video;
   PaintOptions paint;
@@ -84,6 +85,8 @@ OptionTable describe(DrawOptions& options) {
   table.add("mark", options.mark,
             "Invisible mark and content credentials of what is drawn, which verify reads; off: "
             "exactly what the networks drew, for figures of a paper");
+  table.add("format", options.format, {{"png", ImageFormat::Png}, {"jpeg", ImageFormat::Jpeg}},
+            "Format of images: png without loss, jpeg a part of its size and without alpha");
   table.add("width", options.picture.width, 1, 16384, "px",
             "Width of images that are not from a camera of the capture");
   table.add("height", options.picture.height, 1, 16384, "px",
@@ -189,6 +192,10 @@ void require_use(const DrawOptions& options, const OptionTable& table, bool vide
     }
     if (field.name.starts_with("video.") && !video) {
       throw UsageError(flag_of(field.name) + " is of a video; name --out T.mp4, or leave it out");
+    }
+    if (field.name == "format" && (video || options.paint.alpha)) {
+      throw UsageError(video ? "--format is of images, not of a video; leave it out"
+                             : "--format goes without --alpha, whose images are png");
     }
     if (options.normals && (field.name == "device" || field.name.starts_with("occlusion."))) {
       throw UsageError(flag_of(field.name) +
@@ -310,13 +317,13 @@ int run(DrawArguments arguments, const OptionSet& set) {
   hooks.stop = [] { return interrupted(); };
   hooks.picture = [&](Index i, const Image& picture) {
     const std::string name = frame_name(drawn.scene.frame_ids[static_cast<std::size_t>(i)]);
+    const bool jpeg = options.format == ImageFormat::Jpeg;
+    const Image image = video || jpeg ? before_black(picture) : straight_alpha(picture);
     if (video) {
-      const Image frame = before_black(picture);
-      render ? writer->add(render->marked(frame)) : writer->add(frame);
-    } else if (render) {
-      render->write_png(folder->content() / (name + ".png"), straight_alpha(picture));
+      render ? writer->add(render->marked(image)) : writer->add(image);
     } else {
-      write_image(folder->content() / (name + ".png"), straight_alpha(picture));
+      const fs::path file = folder->content() / (name + (jpeg ? ".jpg" : ".png"));
+      render ? render->write(file, image) : write_image(file, image);
     }
     std::cout << "frame " << name << std::endl;
   };

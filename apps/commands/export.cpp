@@ -86,8 +86,9 @@ void require_consent_to(const std::vector<const StageStatus*>& chosen,
   const double now = options.ended_consent ? 0 : static_cast<double>(std::time(nullptr));
   ConsentAnswer answer = ask_consent(all, options.use, now);
   if (!answer.refusals.empty()) {
-    answer.refusals.emplace_back(
-        "nothing is exported; what has ended only is, all the same, with --ended-consent");
+    const bool ended_only = ask_consent(all, options.use, 0).refusals.empty();
+    answer.refusals.emplace_back(std::string("nothing is exported") +
+                                 (ended_only ? "; --ended-consent allows it all the same" : ""));
     throw ConsentRefused(answer.refusals);
   }
   for (const std::string& doubt : answer.doubts) {

@@ -1,5 +1,6 @@
 #include "apps/commands/opened_workspace.h"
 
+#include "apps/console/failure.h"
 #include "apps/console/standard_streams.h"
 #include "core/error.h"
 #include "core/file_kind.h"
@@ -37,6 +38,7 @@ OpenedWorkspace::OpenedWorkspace(const std::string& workspace, const KeyArgument
   unpack_folder([&](std::span<std::uint8_t> buffer) { return sealed.read(buffer); }, content,
                 workspace);
   path_ = content.string();
+  call_place(path_, workspace);
   seal_ = OpenedSeal{workspace, sealed.digest(), sealed.opened_by()};
   if (const std::filesystem::path note = content / kSealingNote;
       file_kind(note) == std::filesystem::file_type::regular) {

@@ -9,6 +9,7 @@
 #include "apps/console/option_flags.h"
 #include "core/error.h"
 #include "core/exit_code.h"
+#include "core/file_kind.h"
 #include "core/io/file_bytes.h"
 #include "core/limits.h"
 #include "core/printable.h"
@@ -41,6 +42,11 @@ struct SealArguments {
 AgeRecipients recipients_of(const SealArguments& arguments) {
   AgeRecipients to;
   for (const std::string& text : arguments.to) {
+    if (file_kind(text) == fs::file_type::regular) {
+      throw UsageError(
+          "--to takes a public key, age1..., not a file; one of several keys goes to "
+          "--recipients-file");
+    }
     to.recipients.push_back(parse_recipient(text, "--to"));
   }
   if (!arguments.recipients_file.empty()) {

@@ -1,7 +1,10 @@
 #include "apps/commands/seal_keys.h"
 
+#include <array>
+#include <csignal>
 #include <iterator>
 #include <string_view>
+#include <utility>
 
 #include <fcntl.h>
 #include <sodium.h>
@@ -16,7 +19,11 @@ namespace {
 
 constexpr std::size_t kMaxPassphrase = 1024;
 
-/// The terminal of the process with its echo switched off, and as it was in the end.
+constexpr std::array<int, 4> kEnding = {SIGINT, SIGTERM, SIGHUP, SIGQUIT};
+volatile std::sig_atomic_t signal_at_prompt = 0;
+
+/// The terminal of the process with its echo switched off, and as it was in the end. A signal that
+/// would end the process meanwhile does so then, so that no terminal stays silent.
 class QuietTerminal {
  public:
   QuietTerminal() : file_(open("/dev/tty", O_RDWR | O_NOCTTY | O_CLOEXEC)) {
@@ -30,11 +37,22 @@ class QuietTerminal {
     }
     termios quiet = before_;
     quiet.c_lflag &= ~static_cast<tcflag_t>(ECHO);
+    struct sigaction note {};  // without SA_RESTART: it ends what is read
+    note.sa_handler = [](int signal) { signal_at_prompt = signal; };
+    for (std::size_t i = 0; i < kEnding.size(); ++i) {
+      sigaction(kEnding[i], &note, &handlers_[i]);
+    }
     tcsetattr(file_, TCSAFLUSH, &quiet);
   }
   ~QuietTerminal() {
     tcsetattr(file_, TCSAFLUSH, &before_);
     close(file_);
+    for (std::size_t i = 0; i < kEnding.size(); ++i) {
+      sigaction(kEnding[i], &handlers_[i], nullptr);
+    }
+    if (signal_at_prompt != 0) {
+      raise(std::exchange(signal_at_prompt, 0));
+    }
   }
   QuietTerminal(const QuietTerminal&) = delete;
   QuietTerminal& operator=(const QuietTerminal&) = delete;
@@ -46,7 +64,7 @@ class QuietTerminal {
     Secret typed(kMaxPassphrase);
     std::size_t size = 0;
     std::uint8_t letter = 0;
-    while (read(file_, &letter, 1) == 1 && letter != '\n') {
+    while (signal_at_prompt == 0 && read(file_, &letter, 1) == 1 && letter != '\n') {
       if (size == kMaxPassphrase) {
         throw UsageError("a passphrase has at most 1024 bytes");
       }
@@ -59,13 +77,14 @@ class QuietTerminal {
  private:
   int file_;
   termios before_{};
+  std::array<struct sigaction, kEnding.size()> handlers_{};
 };
 
 Secret ask_passphrase(bool confirm) {
   const QuietTerminal terminal;
   terminal.say("passphrase: ");
   Secret typed = terminal.line();
-  if (typed.size() == 0) {
+  if (typed.size() == 0 || signal_at_prompt != 0) {
     throw UsageError("no passphrase was typed");
   }
   if (confirm) {

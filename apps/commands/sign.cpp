@@ -7,6 +7,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/exit_code.h"
+#include "core/file_kind.h"
 #include "core/io/file_bytes.h"
 #include "core/limits.h"
 #include "core/printable.h"
@@ -51,6 +52,9 @@ SigningKey read_signing_key(const SignArguments& arguments) {
 int run(const SignArguments& arguments) {
   if (arguments.input.empty() || arguments.key.empty()) {
     throw UsageError("sign takes a CAPTURE and --key: atelier sign CAPTURE --key FILE");
+  }
+  if (file_kind(arguments.input) == fs::file_type::not_found) {
+    throw DataError(arguments.input, "", "nothing there", "a capture or its consent.toml");
   }
   const fs::path file = consent_file(arguments.input);
   if (file.empty()) {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <new>
 #include <system_error>
+#include <utility>
 
 #include "apps/console/device_advice.h"
 #include "apps/console/option_flags.h"
@@ -40,9 +41,7 @@ Failure unknown_value(const UnknownValue& unknown) {
   return {text, kExitUsage, "", "", text, ""};
 }
 
-}  // namespace
-
-Failure failure_of(const std::exception& error) {
+Failure failure_as_it_is(const std::exception& error) {
   if (const auto* unknown = dynamic_cast<const UnknownValue*>(&error)) {
     return unknown_value(*unknown);
   }
@@ -80,6 +79,28 @@ Failure failure_of(const std::exception& error) {
           "",
           error.what(),
           "not a defect of the program"};
+}
+
+/// A place, and by which name errors call it.
+std::pair<std::string, std::string> called;
+
+}  // namespace
+
+void call_place(const std::string& place, const std::string& name) {
+  called = {place, name};
+}
+
+Failure failure_of(const std::exception& error) {
+  Failure failure = failure_as_it_is(error);
+  const auto& [place, name] = called;
+  for (std::string* text :
+       {&failure.text, &failure.file, &failure.where, &failure.found, &failure.expected}) {
+    std::size_t at = place.empty() ? std::string::npos : text->find(place);
+    for (; at != std::string::npos; at = text->find(place, at + name.size())) {
+      text->replace(at, place.size(), name);
+    }
+  }
+  return failure;
 }
 
 }  // namespace atelier

@@ -15,6 +15,10 @@ struct Failure {
   std::string expected;
 };
 
+/// From now on errors call a place by another name: what was opened in memory by the file that it
+/// was opened from.
+void call_place(const std::string& place, const std::string& name);
+
 /// Meaning of an exception for the user of the program.
 Failure failure_of(const std::exception& error);
 

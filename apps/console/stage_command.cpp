@@ -216,8 +216,10 @@ void require_folder_or_nothing(const std::filesystem::path& workspace) {
   }
   if (kind != std::filesystem::file_type::directory &&
       kind != std::filesystem::file_type::not_found) {
-    throw UsageError("WORKSPACE cannot be '" + workspace.string() +
-                     "': not a folder; name a folder, or one that is to be made");
+    const std::string sealed = unseal_advice(workspace);
+    throw UsageError("WORKSPACE cannot be '" + workspace.string() + "': " +
+                     (sealed.empty() ? "not a folder; name a folder, or one that is to be made"
+                                     : "it is sealed; " + sealed));
   }
 }
 

@@ -256,6 +256,10 @@ AgeHeader parse_age_header(std::string_view text, const std::string& file) {
   return header;
 }
 
+Digest age_header_digest(const AgeHeader& header) {
+  return sha256(header.authenticated + " " + base64_text(header.mac, Base64::Unpadded) + "\n");
+}
+
 OpenedHeader open_age_header(const AgeHeader& header, const AgeKeys& keys,
                              const std::string& file) {
   start_sodium();
@@ -279,7 +283,8 @@ OpenedHeader open_age_header(const AgeHeader& header, const AgeKeys& keys,
     throw DataError(file, "",
                     by_passphrase ? (keys.passphrase.size() == 0 ? "sealed by a passphrase"
                                                                  : "another passphrase")
-                                  : "sealed to others",
+                    : keys.identities.empty() ? "sealed to keys, not by a passphrase"
+                                              : "sealed to others",
                     by_passphrase ? "its passphrase: --passphrase-file FILE or --passphrase"
                                   : "the key of one to whom it is sealed: --identity FILE");
   }

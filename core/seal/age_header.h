@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/seal/age_keys.h"
+#include "core/sha256.h"
 
 namespace atelier {
 
@@ -37,6 +38,10 @@ std::size_t age_header_size(std::string_view start);
 /// Reads the header that `text` begins with. One that is not exactly as the format says is refused:
 /// padding, lines of another length, spare bits. Throws DataError.
 AgeHeader parse_age_header(std::string_view text, const std::string& file);
+
+/// SHA-256 of a header, by which a sealed file is told from every other: each has random key shares
+/// and a random file key. Only whoever can open a file can make another with the same header.
+Digest age_header_digest(const AgeHeader& header);
 
 /// The keys of one who opens a file.
 struct AgeKeys {

@@ -61,10 +61,17 @@ bool leave_mounts() {
   return mount(nullptr, "/", nullptr, MS_REC | MS_PRIVATE, nullptr) == 0;
 }
 
+/// Pages of 2 MiB halve what writing costs; a file's last ones are small. Kernels that know neither
+/// them nor `noswap` refuse the mount.
 bool mount_tmpfs(const std::string& place) {
   constexpr unsigned long kFlags = MS_NOSUID | MS_NODEV | MS_NOEXEC;
-  return mount("tmpfs", place.c_str(), "tmpfs", kFlags, "mode=0700,size=100%,noswap") == 0 ||
-         mount("tmpfs", place.c_str(), "tmpfs", kFlags, "mode=0700,size=100%") == 0;
+  for (const char* more : {",noswap,huge=within_size", ",noswap", ""}) {
+    const std::string options = std::string("mode=0700,size=100%") + more;
+    if (mount("tmpfs", place.c_str(), "tmpfs", kFlags, options.c_str()) == 0) {
+      return true;
+    }
+  }
+  return false;
 }
 
 bool is_tmpfs(const fs::path& path) {

@@ -5,11 +5,11 @@
 
 #include "core/regular_file.h"
 #include "core/seal/age_stream.h"
-#include "core/sha256.h"
 
 namespace atelier {
 
-/// Whether a file begins as sealed files do. False for what is no readable file.
+/// Whether a file begins as sealed files do. False for what is no file; throws EnvironmentError for
+/// one that may not be read.
 bool is_sealed_file(const std::filesystem::path& path);
 
 /// A sealed file, open for reading (AgeReader).
@@ -22,12 +22,11 @@ class SealedFile {
 
   /// The recipient whose key opened it (AgeReader::opened_by).
   const std::string& opened_by() const { return reader_.opened_by(); }
-  /// SHA-256 of the file, once `read` has come to its end.
-  Digest digest() const { return Sha256(hash_).finish(); }
+  /// Which file it is (age_header_digest).
+  Digest digest() const { return age_header_digest(reader_.header()); }
 
  private:
   RegularFile file_;
-  Sha256 hash_;
   AgeReader reader_;
 };
 

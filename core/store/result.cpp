@@ -21,6 +21,7 @@
 #include "core/store/input_digest.h"
 #include "core/store/manifest_limits.h"
 #include "core/store/utc_time.h"
+#include "core/store/workspace_folder.h"
 #include "core/system_reason.h"
 
 namespace atelier {
@@ -285,7 +286,9 @@ std::string_view key_behind(std::string_view prefix, std::string_view name) {
 
 void require_workspace(std::span<const Stage> stages, const std::filesystem::path& workspace) {
   if (file_kind(workspace) != std::filesystem::file_type::directory) {
-    throw DataError(workspace.string(), "", "no folder", "a workspace");
+    const std::string sealed = unseal_advice(workspace);
+    throw DataError(workspace.string(), "", sealed.empty() ? "no folder" : "a sealed file",
+                    sealed.empty() ? "a workspace" : "a workspace; " + sealed);
   }
   const bool any = std::any_of(stages.begin(), stages.end(), [&](const Stage& stage) {
     return link_kind(results_of_stage(workspace, stage.name)) !=

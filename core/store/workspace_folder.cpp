@@ -9,6 +9,7 @@
 
 #include "core/error.h"
 #include "core/file_kind.h"
+#include "core/regular_file.h"
 #include "core/system_reason.h"
 
 namespace atelier {
@@ -60,6 +61,14 @@ std::filesystem::path workspace_place(const std::filesystem::path& workspace) {
     throw EnvironmentError(workspace.string(), system_reason(error.value()));
   }
   return place;
+}
+
+std::string unseal_advice(const std::filesystem::path& workspace) {
+  constexpr std::string_view kSealedStart = "age-encryption.org/v1\n";  // as core/seal has it
+  if (file_kind(workspace) != file_type::regular || !begins_with(workspace, kSealedStart)) {
+    return "";
+  }
+  return "atelier unseal " + workspace.string() + " FOLDER --identity KEY opens it";
 }
 
 std::string openness_of(const std::filesystem::path& workspace) {

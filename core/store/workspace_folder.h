@@ -21,6 +21,10 @@ std::string workspace_problem(std::span<const Stage> stages,
 /// stays as it is. Throws EnvironmentError if it cannot be looked at.
 std::filesystem::path workspace_place(const std::filesystem::path& workspace);
 
+/// "atelier unseal p.sealed FOLDER --identity KEY opens it", where a sealed file is in the place of
+/// a workspace; "" else. Throws EnvironmentError if it cannot be looked at.
+std::string unseal_advice(const std::filesystem::path& workspace);
+
 /// "others may look into work (mode 0755): chmod 700 work closes it", if more than its owner may
 /// read, write or enter the folder; "" if not, or if there is none. Results in it are made for the
 /// owner alone at any rate; a folder's own mode is left as its maker wished it.

@@ -2,6 +2,7 @@
 #include "core/file_kind.h"
 #include "core/io/alembic.h"
 #include "core/io/lower_extension.h"
+#include "core/store/workspace_folder.h"
 #include "core/system_reason.h"
 #include "pipeline/inspection/inspection.h"
 
@@ -103,6 +104,10 @@ Inspection inspect_path(const std::filesystem::path& path, std::span<const Stage
     known += (known.empty() ? "" : ", ") + std::string(kind.extension);
   }
   refuse_alembic(path);
+  if (const std::string advice = unseal_advice(path); !advice.empty()) {
+    throw DataError(path.string(), "", "a sealed file",
+                    "an open one: " + advice + ", atelier verify says to how many it is sealed");
+  }
   for (const Refused& kind : kRefused) {
     if (extension == kind.extension) {
       throw DataError(path.string(), "", kind.found, kind.expected);

@@ -1,6 +1,7 @@
 #include "pipeline/sealing/credentials_file.h"
 
 #include <algorithm>
+#include <functional>
 #include <vector>
 
 #include "core/error.h"
@@ -14,6 +15,8 @@ constexpr std::string_view kJpegStart("\xFF\xD8", 2);
 constexpr std::string_view kPngChunk = "caBX";
 constexpr std::size_t kPngHeaderEnd = 33;  // behind the signature and IHDR
 constexpr std::size_t kChunkFrame = 12;    // size, name and checksum of a chunk
+constexpr std::size_t kBoxHeader = 8;      // size and kind of a box
+constexpr std::size_t kJpegPacket = 8;     // of a JPEG's segment: "JP", box number, packet number
 /// UUID of boxes with content credentials, C2PA 2.1, "Embedding manifests into BMFF-based assets".
 constexpr std::string_view kMp4Uuid(
     "\xD8\xFE\xC3\xD6\x1B\x0E\x48\x3C\x92\x97\x58\x28\x87\x7E\xC4\x81", 16);
@@ -102,8 +105,6 @@ std::optional<std::string> in_png(std::string_view bytes, const std::string& fil
 
 /// Of the segments APP11 whose boxes begin one manifest store (JPEG XT, ISO/IEC 18477-3).
 std::optional<std::string> in_jpeg(std::string_view bytes, const std::string& file) {
-  constexpr std::size_t kBoxHeader = 8;
-  constexpr std::size_t kPacketHeader = 8;  // "JP", box number, packet number
   std::string store;
   std::size_t at = kJpegStart.size();
   while (at + 4 <= bytes.size() && bytes[at] == '\xFF') {
@@ -117,12 +118,40 @@ std::optional<std::string> in_jpeg(std::string_view bytes, const std::string& fi
     }
     const std::string_view content = bytes.substr(at + 4, size - 2);
     if (marker == '\xEB' && content.starts_with("JP") &&
-        content.size() >= kPacketHeader + kBoxHeader) {
-      store += content.substr(kPacketHeader + (store.empty() ? 0 : kBoxHeader));
+        content.size() >= kJpegPacket + kBoxHeader) {
+      store += content.substr(kJpegPacket + (store.empty() ? 0 : kBoxHeader));
     }
     at += 2 + size;
   }
   return store.empty() ? std::nullopt : std::optional(store);
+}
+
+/// A manifest store in segments APP11, as `in_jpeg` reads them.
+std::string jpeg_segments(const std::string& store) {
+  constexpr std::size_t kMostBytes = 65'533 - kJpegPacket - kBoxHeader;
+  const std::string header = store.substr(0, kBoxHeader);
+  std::string segments;
+  std::uint64_t number = 1;
+  for (std::size_t at = kBoxHeader; at < store.size(); at += kMostBytes) {
+    const std::string content = std::string("JP") + big_bytes(1, 2) + big_bytes(number++, 4) +
+                                header + store.substr(at, kMostBytes);
+    segments += "\xFF\xEB" + big_bytes(content.size() + 2, 2) + content;
+  }
+  return segments;
+}
+
+/// A file with credentials at one place, which are not over themselves: how many bytes those are
+/// depends on how many digits that number has.
+std::string with_credentials(std::string_view file, std::size_t from,
+                             const RenderStatement& statement, const SigningKey& key,
+                             const std::function<std::string(const std::string& store)>& embedded) {
+  ContentBinding binding{.digest = sha256(file), .left_out_from = from};
+  std::string part;
+  do {
+    binding.left_out = part.size();
+    part = embedded(content_credentials(statement, binding, key));
+  } while (part.size() != binding.left_out);
+  return std::string(file.substr(0, from)) + part + std::string(file.substr(from));
 }
 
 }  // namespace
@@ -132,24 +161,22 @@ std::string png_with_credentials(std::string_view png, const RenderStatement& st
   if (!png.starts_with(kPngStart) || png.size() < kPngHeaderEnd) {
     refuse_file("a PNG", "none");
   }
-  ContentBinding binding{.left_out_from = kPngHeaderEnd};
-  Sha256 hash;
-  hash.update(png);
-  binding.digest = hash.finish();
-  // How many bytes are left out depends on how many digits that number has.
-  std::string store;
-  do {
-    store = content_credentials(statement, binding, key);
-    const std::uint64_t chunk = store.size() + kChunkFrame;
-    if (chunk == binding.left_out) {
-      break;
-    }
-    binding.left_out = chunk;
-  } while (true);
-  const std::string named = std::string(kPngChunk) + store;
-  std::string file(png.substr(0, kPngHeaderEnd));
-  file += big_bytes(store.size(), 4) + named + big_bytes(cyclic_checksum(named), 4);
-  return file.append(png.substr(kPngHeaderEnd));
+  return with_credentials(png, kPngHeaderEnd, statement, key, [](const std::string& store) {
+    const std::string named = std::string(kPngChunk) + store;
+    return big_bytes(store.size(), 4) + named + big_bytes(cyclic_checksum(named), 4);
+  });
+}
+
+std::string jpeg_with_credentials(std::string_view jpeg, const RenderStatement& statement,
+                                  const SigningKey& key) {
+  std::size_t from = kJpegStart.size();
+  if (jpeg.substr(from, 2) == "\xFF\xE0" && jpeg.size() >= from + 4) {  // JFIF's, always the first
+    from += 2 + big_number(jpeg.substr(from + 2, 2));
+  }
+  if (!jpeg.starts_with(kJpegStart) || from > jpeg.size()) {
+    refuse_file("a JPEG", "none");
+  }
+  return with_credentials(jpeg, from, statement, key, jpeg_segments);
 }
 
 std::string mp4_credentials(std::string_view mp4, const RenderStatement& statement,

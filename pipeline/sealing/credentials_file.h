@@ -14,6 +14,11 @@ namespace atelier {
 std::string png_with_credentials(std::string_view png, const RenderStatement& statement,
                                  const SigningKey& key);
 
+/// A JPEG with content credentials behind its first segment (JFIF; segments APP11), over all of its
+/// other bytes. Throws DataError for what is no JPEG.
+std::string jpeg_with_credentials(std::string_view jpeg, const RenderStatement& statement,
+                                  const SigningKey& key);
+
 /// What is to be appended to an MP4: a box of content credentials over all of its other boxes but
 /// ftyp and mfra. Throws DataError for what is no MP4.
 std::string mp4_credentials(std::string_view mp4, const RenderStatement& statement,

@@ -32,8 +32,14 @@ std::string SignedRender::png(const ByteImage& marked) const {
   return png_with_credentials(image_bytes(marked, ImageFormat::Png), statement_, key_);
 }
 
-void SignedRender::write_png(const std::filesystem::path& path, const Image& image) const {
-  write_file_atomically(path, png(marked(image)));
+std::string SignedRender::jpeg(const ByteImage& marked) const {
+  return jpeg_with_credentials(image_bytes(marked, ImageFormat::Jpeg), statement_, key_);
+}
+
+void SignedRender::write(const std::filesystem::path& path, const Image& image) const {
+  const ByteImage bytes = marked(image);
+  write_file_atomically(path,
+                        image_format_of_name(path) == ImageFormat::Jpeg ? jpeg(bytes) : png(bytes));
 }
 
 std::string SignedRender::video_credentials(const std::filesystem::path& video) const {

@@ -26,8 +26,12 @@ class SignedRender {
   /// A marked image as a PNG with content credentials.
   std::string png(const ByteImage& marked) const;
 
-  /// Marks an image and writes that PNG. Throws EnvironmentError.
-  void write_png(const std::filesystem::path& path, const Image& image) const;
+  /// The same as a JPEG; without alpha.
+  std::string jpeg(const ByteImage& marked) const;
+
+  /// Marks an image and writes it: a JPEG where the name says so (.jpg), else a PNG. Throws
+  /// EnvironmentError.
+  void write(const std::filesystem::path& path, const Image& image) const;
 
   /// The box of content credentials that an MP4 of marked frames is to end with, for
   /// VideoWriter::finish. Throws DataError for more than kMaxVideoBytes.

@@ -5,7 +5,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/file_kind.h"
-#include "core/store/input_digest.h"
+#include "core/seal/sealed_file.h"
 #include "pipeline/sealing/access_log.h"
 
 namespace atelier {
@@ -36,7 +36,7 @@ fs::path use_log_of_user(const Digest& digest) {
 }
 
 void log_use(const OpenedSeal& seal, const std::string& action, const std::string& detail) {
-  const std::string said = detail + "; sha256 " + hex(seal.digest);
+  const std::string said = detail + "; header " + hex(seal.digest);
   try {
     append_to_log(use_log_beside(seal.file), action, said);
     return;
@@ -57,7 +57,7 @@ void log_use(const OpenedSeal& seal, const std::string& action, const std::strin
 std::vector<fs::path> use_logs(const fs::path& sealed) {
   std::vector<fs::path> logs;
   for (const fs::path& log :
-       {use_log_beside(sealed), use_log_of_user(digest_of_file(sealed).digest)}) {
+       {use_log_beside(sealed), use_log_of_user(age_header_digest(read_age_header(sealed)))}) {
     if (!log.empty() && file_kind(log) == fs::file_type::regular) {
       logs.push_back(log);
     }

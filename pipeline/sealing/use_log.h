@@ -11,7 +11,7 @@ namespace atelier {
 /// A sealed file that was opened.
 struct OpenedSeal {
   std::filesystem::path file;
-  Digest digest{};  ///< SHA-256 of the file
+  Digest digest{};  ///< SealedFile::digest: SHA-256 of its header
   std::string by;   ///< the recipient whose key opened it, or "a passphrase"
 };
 

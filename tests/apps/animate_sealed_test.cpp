@@ -118,6 +118,22 @@ TEST_F(AnimateSealed, WhatIsNotSaidOrDoesNotFit_IsRefused) {
   EXPECT_FALSE(fs::exists(root_ / "out"));
 }
 
+TEST_F(AnimateSealed, ErrorInTheSealedWorkspace_IsCalledByTheFile) {
+  make_sealed();
+  ASSERT_EQ(run({"unseal", place("p.sealed"), place("open"), "--identity", place("key")}).exit_code,
+            0);
+  fs::remove_all(root_ / "open/personalize");
+  fs::remove(root_ / "p.sealed");
+  const std::string told = read_file_text(root_ / "key", 1000);
+  const std::string recipient = told.substr(told.find("age1"), 62);
+  ASSERT_EQ(run({"seal", place("open"), "--to", recipient, "--out", place("p.sealed")}).exit_code,
+            0);
+  const ChildResult refused = sealed({"--identity", place("key"), "--out", place("out")});
+  EXPECT_EQ(refused.exit_code, kExitBadData);
+  EXPECT_THAT(refused.err,
+              AllOf(HasSubstr(place("p.sealed/personalize")), Not(HasSubstr("atelier-private"))));
+}
+
 TEST_F(AnimateSealed, UseThatNobodyConsentedTo_IsRefusedThoughItIsThere) {
   const std::string recipient = make_sealed("P. Doe", "research internal");
   ASSERT_EQ(

@@ -4,9 +4,13 @@
 #include <fstream>
 #include <set>
 #include <sstream>
+#include <utility>
 
+#include <pty.h>
 #include <signal.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
+#include <termios.h>
 #include <unistd.h>
 
 #include "core/exit_code.h"
@@ -22,6 +26,102 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 
 namespace fs = std::filesystem;
+
+/// The program on a terminal of its own, at which somebody types.
+class OnTerminal {
+ public:
+  explicit OnTerminal(std::vector<std::string> words) {
+    words.insert(words.begin(), program_path());
+    std::vector<char*> pointers;
+    for (std::string& word : words) {
+      pointers.push_back(word.data());
+    }
+    pointers.push_back(nullptr);
+    child_ = forkpty(&terminal_, nullptr, nullptr, nullptr);
+    if (child_ == 0) {
+      execv(pointers[0], pointers.data());
+      _exit(127);
+    }
+  }
+  ~OnTerminal() {
+    end();
+    close(terminal_);
+  }
+  OnTerminal(const OnTerminal&) = delete;
+  OnTerminal& operator=(const OnTerminal&) = delete;
+
+  /// Reads until the program has said this, or has ended; all that it said.
+  const std::string& until(const std::string& text) {
+    char letter = 0;
+    while (said_.find(text) == std::string::npos && read(terminal_, &letter, 1) == 1) {
+      said_ += letter;
+    }
+    return said_;
+  }
+  void type(const std::string& text) const {
+    EXPECT_EQ(write(terminal_, text.data(), text.size()), std::ssize(text));
+  }
+  bool echoes() const {
+    termios now{};
+    EXPECT_EQ(tcgetattr(terminal_, &now), 0);
+    return (now.c_lflag & ECHO) != 0;
+  }
+  /// As waitpid gives it, and all that the program said.
+  int end() {
+    until(std::string(1, '\0'));
+    if (child_ > 0) {
+      waitpid(std::exchange(child_, -1), &status_, 0);
+    }
+    return status_;
+  }
+  const std::string& said() const { return said_; }
+
+ private:
+  pid_t child_ = -1;
+  int terminal_ = -1;
+  int status_ = 0;
+  std::string said_;
+};
+
+TEST_F(Seal, PassphraseOfATerminal_IsTypedTwiceUnseen) {
+  make_workspace();
+  const std::vector<std::string> words = {"seal", workspace().string(), "--passphrase", "--out",
+                                          place("p.sealed")};
+  {
+    OnTerminal slip(words);
+    slip.until("passphrase: ");
+    EXPECT_FALSE(slip.echoes());
+    slip.type("correct horse\n");
+    slip.until("again: ");
+    slip.type("correct hoarse\n");
+    EXPECT_EQ(WEXITSTATUS(slip.end()), kExitUsage);
+    EXPECT_THAT(slip.said(), AllOf(HasSubstr("differ"), Not(HasSubstr("correct"))));
+    EXPECT_TRUE(slip.echoes());
+  }
+  OnTerminal right(words);
+  right.until("passphrase: ");
+  right.type("correct horse\n");
+  right.until("again: ");
+  right.type("correct horse\n");
+  EXPECT_EQ(right.end(), 0) << right.said();
+  EXPECT_THAT(right.said(), Not(HasSubstr("correct")));
+  std::ofstream(root_ / "words") << "correct horse\n";
+  EXPECT_EQ(run({"unseal", place("p.sealed"), place("out"), "--passphrase-file", place("words")})
+                .exit_code,
+            0);
+}
+
+TEST_F(Seal, SignalAtThePrompt_LeavesTheTerminalAsItWas) {
+  make_workspace();
+  OnTerminal stopped({"seal", workspace().string(), "--passphrase", "--out", place("p.sealed")});
+  stopped.until("passphrase: ");
+  EXPECT_FALSE(stopped.echoes());
+  stopped.type("corr\x03");
+  const int status = stopped.end();
+  EXPECT_TRUE(WIFSIGNALED(status) && WTERMSIG(status) == SIGINT) << stopped.said();
+  EXPECT_TRUE(stopped.echoes());
+  EXPECT_FALSE(fs::exists(root_ / "p.sealed"));
+}
 
 TEST_F(Seal, TwoRecipients_OpenItAndAThirdDoesNot) {
   make_workspace();
@@ -136,6 +236,9 @@ TEST_F(Seal, OtherFolderAndWrongArguments_AreRefused) {
             kExitBadData);
   EXPECT_EQ(seal({}).exit_code, kExitUsage);
   EXPECT_EQ(seal({"--to", "age1nobody"}).exit_code, kExitBadData);
+  EXPECT_THAT(seal({"--to", place("one")}).err, HasSubstr("goes to --recipients-file"));
+  EXPECT_THAT(run({"sign", place("nothing"), "--key", place("one")}).err,
+              HasSubstr("nothing there"));
   EXPECT_EQ(
       run({"seal", workspace().string(), "--to", one, "--out", (workspace() / "p.sealed").string()})
           .exit_code,
@@ -240,6 +343,40 @@ TEST_F(Seal, FileThatIsNoWorkspace_IsSaidToBeNone) {
   }
 }
 
+TEST_F(Seal, CommandsThatReadNoSealedFile_SayHowItIsOpened) {
+  make_workspace();
+  ASSERT_EQ(seal({"--to", key("one")}).exit_code, 0);
+  const std::string advice =
+      "atelier unseal " + place("p.sealed") + " FOLDER --identity KEY opens it";
+  for (const char* command : {"status", "gc"}) {
+    const ChildResult refused = run({command, place("p.sealed")});
+    EXPECT_EQ(refused.exit_code, kExitBadData);
+    EXPECT_THAT(refused.err, AllOf(HasSubstr("a sealed file"), HasSubstr(advice))) << command;
+  }
+  const ChildResult inspected = run({"inspect", place("p.sealed")});
+  EXPECT_EQ(inspected.exit_code, kExitBadData);
+  EXPECT_THAT(inspected.err, AllOf(HasSubstr("a sealed file"), HasSubstr(advice)));
+  const ChildResult stage = run({"statistics", input().string(), place("p.sealed")});
+  EXPECT_EQ(stage.exit_code, kExitUsage);
+  EXPECT_THAT(stage.err, AllOf(HasSubstr("it is sealed"), HasSubstr(advice)));
+}
+
+TEST_F(Seal, KeyOfTheOtherKind_IsNamed) {
+  make_workspace();
+  ASSERT_EQ(seal({"--to", key("one")}).exit_code, 0);
+  std::ofstream(root_ / "words") << "correct horse\n";
+  const ChildResult words =
+      run({"unseal", place("p.sealed"), place("out"), "--passphrase-file", place("words")});
+  EXPECT_EQ(words.exit_code, kExitBadData);
+  EXPECT_THAT(words.err, HasSubstr("sealed to keys, not by a passphrase"));
+  for (const char* wrong : {"boxes", "gone", "words", "p.sealed"}) {
+    const ChildResult refused = unseal(wrong, "out");
+    EXPECT_EQ(refused.exit_code, kExitBadData);
+    EXPECT_THAT(refused.err, AllOf(HasSubstr(place(wrong)), Not(HasSubstr("horse")))) << wrong;
+  }
+  EXPECT_FALSE(fs::exists(root_ / "out"));
+}
+
 TEST_F(Seal, RevokedConsent_IsRefused) {
   make_workspace();
   const std::string told = run({"verify", workspace().string()}).out;
@@ -277,11 +414,13 @@ TEST_F(Seal, UsesOfASealedFile_AreLoggedBesideIt) {
   ASSERT_EQ(
       run({"export", place("p.sealed"), place("files"), "--identity", place("one")}).exit_code, 0);
   ASSERT_EQ(unseal("one", "open").exit_code, 0);
-  const std::string digest = hex(sha256(bytes("p.sealed")));
+  const std::string file = bytes("p.sealed");
+  const std::size_t mac = file.find("\n--- ") + 1;
+  const std::string digest = hex(sha256(file.substr(0, file.find('\n', mac) + 1)));
   const ChildResult log = run({"verify", "--log", place("p.sealed")});
   EXPECT_EQ(log.exit_code, 0) << log.err;
-  EXPECT_THAT(log.out, AllOf(HasSubstr("open  by " + one + "; sha256 " + digest),
-                             HasSubstr("files, for research; sha256 " + digest),
+  EXPECT_THAT(log.out, AllOf(HasSubstr("open  by " + one + "; header " + digest),
+                             HasSubstr("files, for research; header " + digest),
                              HasSubstr("unseal"), HasSubstr("unbroken: 3 lines")));
   EXPECT_THAT(log.out, Not(HasSubstr("P. Doe"))) << "whom it shows is sealed";
   const std::string head = log.out.substr(log.out.find("head ") + 5, 64);

@@ -224,6 +224,31 @@ TEST_F(PackedFolderTest, SizesThatLie_AreRefused) {
               HasSubstr("extended header"));
 }
 
+TEST_F(PackedFolderTest, FileOfMoreThan8GiB_KeepsItsSize) {
+  constexpr std::int64_t kSize = (std::int64_t{9} << 30) + 5;
+  const std::vector<std::uint8_t> piece(std::size_t{1} << 20);
+  std::string start;
+  std::int64_t written = 0;
+  TarWriter writer([&](Bytes bytes) {
+    if (start.size() < 16 * kBlock) {
+      start.append(bytes.begin(), bytes.begin() + std::min(std::ssize(bytes), std::ssize(piece)));
+    }
+    written += std::ssize(bytes);
+  });
+  writer.add({"large", TarEntry::Kind::File, kSize, ""});
+  for (std::int64_t left = kSize; left > 0; left -= std::ssize(piece)) {
+    writer.write(Bytes(piece).first(static_cast<std::size_t>(std::min(left, std::ssize(piece)))));
+  }
+  writer.finish();
+  EXPECT_EQ(written, writer.bytes());
+  EXPECT_GT(written, kSize);
+  TarReader reader(source_of(start), "a.sealed");
+  const auto entry = reader.next();
+  ASSERT_TRUE(entry);
+  EXPECT_EQ(entry->path, "large");
+  EXPECT_EQ(entry->size, kSize);
+}
+
 TEST_F(PackedFolderTest, EveryTruncationAndWhatFollowsTheEnd_AreRefused) {
   write(root_ / "in/a", "text");
   const std::string good = packed(root_ / "in");

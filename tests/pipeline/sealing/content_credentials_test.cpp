@@ -7,6 +7,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/io/file_bytes.h"
 #include "core/io/image_file.h"
 #include "core/mark/cyclic_checksum.h"
 #include "core/mark/image_mark.h"
@@ -36,6 +37,13 @@ std::string some_png() {
   ByteImage image(40, 30, 3, 120);
   image.at(3, 4, 1) = 7;
   return image_bytes(image, ImageFormat::Png);
+}
+
+/// A JPEG as programs write it: with JFIF's segment.
+std::string some_jpeg() {
+  ByteImage image(40, 30, 3, 120);
+  image.at(3, 4, 1) = 7;
+  return image_bytes(image, ImageFormat::Jpeg);
 }
 
 /// Boxes as an MP4 has them, without a film.
@@ -85,6 +93,37 @@ TEST(ContentCredentials, Mp4_SaysWhatItIs) {
   EXPECT_THROW(mp4_credentials("no film at all", some_statement(), key), DataError);
 }
 
+TEST(ContentCredentials, Jpeg_SaysWhatItIs) {
+  const SigningKey key = new_signing_key();
+  const std::string before = some_jpeg();
+  ASSERT_THAT(before, HasSubstr("JFIF"));
+  const std::string bare("\xFF\xD8\xFF\xD9", 4);
+  for (const std::string& jpeg : {before, bare}) {
+    const std::string file = jpeg_with_credentials(jpeg, some_statement(), key);
+    EXPECT_EQ(problem_of(jpeg), "none");
+    EXPECT_EQ(problem_of(file), "");
+    EXPECT_EQ(problem_of(file + "x"), "changed");
+  }
+  const std::string file = jpeg_with_credentials(before, some_statement(), key);
+  EXPECT_EQ(file.find("JFIF"), before.find("JFIF")) << "it has to be the first";
+  EXPECT_EQ(read_byte_image(std::as_bytes(std::span(file)), "a.jpg").data,
+            read_byte_image(std::as_bytes(std::span(before)), "b.jpg").data);
+  EXPECT_THROW(jpeg_with_credentials(some_png(), some_statement(), key), DataError);
+  EXPECT_THROW(jpeg_with_credentials("\xFF\xD8\xFF\xE0\xFF\xFF", some_statement(), key), DataError);
+}
+
+TEST(ContentCredentials, ManyConsents_AreInSeveralSegmentsOfAJpeg) {
+  RenderStatement statement = some_statement();
+  for (int i = 0; i < 2000; ++i) {
+    statement.consent.push_back(
+        {.who = "person " + std::to_string(i), .scope = "research", .until = "2030-12-31"});
+  }
+  const std::string file = jpeg_with_credentials(some_jpeg(), statement, new_signing_key());
+  EXPECT_GT(file.size(), 130'000U);
+  EXPECT_EQ(problem_of(file), "");
+  EXPECT_NO_THROW(read_byte_image(std::as_bytes(std::span(file)), "a.jpg"));
+}
+
 TEST(ContentCredentials, Judge_FindsThemValid) {
   ATELIER_NEEDS_JUDGE("@trustnxt/c2pa-ts");
   const TemporaryDirectory folder;
@@ -93,7 +132,9 @@ TEST(ContentCredentials, Judge_FindsThemValid) {
   write_file_atomically(folder / "a.png", png);
   write_file_atomically(folder / "a.mp4",
                         some_mp4() + mp4_credentials(some_mp4(), some_statement(), key));
-  for (const char* name : {"a.png", "a.mp4"}) {
+  write_file_atomically(folder / "a.jpg",
+                        jpeg_with_credentials(some_jpeg(), some_statement(), key));
+  for (const char* name : {"a.png", "a.jpg", "a.mp4"}) {
     EXPECT_EQ(judged("c2pa.mjs", {(folder / name).string()})["valid"], std::vector<double>{1})
         << name;
   }
@@ -108,6 +149,7 @@ TEST(ContentCredentials, AnyChangedBit_IsNoticed) {
   const SigningKey key = new_signing_key();
   for (const std::string& file :
        {png_with_credentials(some_png(), some_statement(), key),
+        jpeg_with_credentials(some_jpeg(), some_statement(), key),
         some_mp4() + mp4_credentials(some_mp4(), some_statement(), key)}) {
     for (std::size_t at = 0; at < file.size(); ++at) {
       std::string changed = file;
@@ -130,11 +172,14 @@ TEST(ContentCredentials, AnyChangedBit_IsNoticed) {
 }
 
 TEST(ContentCredentials, Truncation_IsNoticed) {
-  const std::string file = png_with_credentials(some_png(), some_statement(), new_signing_key());
-  for (std::size_t size = 0; size < file.size(); ++size) {
-    try {
-      EXPECT_NE(problem_of(file.substr(0, size)), "") << size;
-    } catch (const DataError&) {
+  for (const std::string& file :
+       {png_with_credentials(some_png(), some_statement(), new_signing_key()),
+        jpeg_with_credentials(some_jpeg(), some_statement(), new_signing_key())}) {
+    for (std::size_t size = 0; size < file.size(); ++size) {
+      try {
+        EXPECT_NE(problem_of(file.substr(0, size)), "") << size;
+      } catch (const DataError&) {
+      }
     }
   }
 }
@@ -207,16 +252,21 @@ TEST(CyclicChecksum, KnownText_HasItsChecksum) {
   EXPECT_NE(cyclic_checksum(std::string(8, '\0')), 0u);
 }
 
-TEST(SignedRender, Png_HasMarkAndCredentials) {
+TEST(SignedRender, ImageOfEitherFormat_HasMarkAndCredentials) {
   const TemporaryDirectory folder;
   const SignedRender render(some_statement(), new_signing_key());
-  render.write_png(folder / "a.png", Image(400, 400, 3, 0.4F));
-  const auto found = find_mark(mark_brightness(read_byte_image(folder / "a.png"))).found;
-  ASSERT_TRUE(found);
-  EXPECT_EQ(found->bits, mark_of(some_statement()));
+  std::uint64_t bits = 0;
+  for (const char* name : {"a.png", "a.jpg"}) {
+    render.write(folder / name, Image(400, 400, 3, 0.4F));
+    const auto found = find_mark(mark_brightness(read_byte_image(folder / name))).found;
+    ASSERT_TRUE(found) << name;
+    EXPECT_EQ(found->bits, mark_of(some_statement())) << name;
+    EXPECT_EQ(problem_of(read_file_text(folder / name, 1 << 24)), "") << name;
+    bits = found->bits;
+  }
   RenderStatement other = some_statement();
   other.consent[0].until = "2030-12-30";
-  EXPECT_NE(mark_of(other), found->bits);
+  EXPECT_NE(mark_of(other), bits);
 }
 
 TEST(SignedRender, KeyOfAFile_SignsOrFollowsFromTheStatement) {
