@@ -372,8 +372,9 @@ def material_for(name, mesh, texture):
 
 
 def texture_beside(path):
-    """NAME.png or .jpg beside a sequence, or texture.png in it."""
-    for image in (path.with_suffix(".png"), path.with_suffix(".jpg"), path / "texture.png"):
+    """NAME.png or .jpg beside a sequence, texture.png in it, or, of an avatar in a workspace, the texture of the stage."""
+    of_avatar = {"surface": path.parent, "seen": path.parent.parent.parent / "avatar" / "current"}.get(path.name, path)
+    for image in (path.with_suffix(".png"), path.with_suffix(".jpg"), path / "texture.png", of_avatar / "texture.png"):
         if image.is_file():
             return image
     return None

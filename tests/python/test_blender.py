@@ -86,6 +86,21 @@ class BlenderReaders(Temporary):
         self.assertEqual(module.Sequence(self.folder / "one.npz").frame_ids, [0, 1, 2])
 
 
+    def test_texture_is_found_beside_a_sequence_and_in_a_workspace(self):
+        find = addon().texture_beside
+        work = self.folder / "work"
+        for name in ("avatar/current/surface", "animate/current/seen", "animate/current/body"):
+            (work / name).mkdir(parents=True)
+            self.assertIsNone(find(work / name))
+        texture = work / "avatar" / "current" / "texture.png"
+        texture.write_bytes(b"")
+        self.assertEqual(find(work / "avatar" / "current" / "surface"), texture)
+        self.assertEqual(find(work / "animate" / "current" / "seen"), texture)
+        self.assertIsNone(find(work / "animate" / "current" / "body"))
+        (work / "animate" / "current" / "body.png").write_bytes(b"")
+        self.assertEqual(find(work / "animate" / "current" / "body").name, "body.png")
+
+
 class BlenderReadersRefused(Temporary):
     def test_files_of_numpy_that_are_no_meshes_are_refused(self):
         module = addon()
