@@ -53,9 +53,10 @@ class App {
 
   build(info, number) {
     const counts = {};
+    const indices = new Map(info.frames.map((frame, i) => [frame, i]));
     const layers = info.layers.map(one => {
       counts[one.role] = (counts[one.role] ?? -1) + 1;
-      const layer = new Layer(one, number, counts[one.role]);
+      const layer = new Layer(one, number, counts[one.role], frame => takeAt(info, indices.get(frame)));
       if (one.texture) {
         layer.coloring = "texture";
       } else if (one.role === "scan") {

@@ -124,10 +124,16 @@ export class DataCache {
 
 export const byId = id => document.getElementById(id);
 
+const kTold = 10000;  // ms until a sentence that is no error has been read
+
+let toldUntil = 0;
+
 /// The sentence over the view.
 export function say(text, bad = false) {
   byId("message").textContent = text;
   byId("message").classList.toggle("bad", bad);
+  clearTimeout(toldUntil);
+  toldUntil = text && !bad ? setTimeout(say, kTold, "") : 0;
 }
 
 export function element(tag, properties = {}, ...children) {

@@ -107,11 +107,18 @@ function material(color) {
 }
 
 export class Layer {
-  constructor(info, timeline, number) {
+  /// @param takeOf  the take of a number on the timeline
+  constructor(info, timeline, number, takeOf) {
     this.info = info;
     // Numbers on the timeline: of a rate of its own, those from which on its frames are shown.
     this.frames = info.begins?.slice(0, -1) ?? info.frames;
     this.end = info.begins?.at(-1);
+    // Its frames of each take: those of two are not beside each other.
+    this.runs = [];
+    this.frames.forEach((frame, i) => {
+      const take = takeOf(frame), run = this.runs.at(-1);
+      run?.take === take ? run.end = i + 1 : this.runs.push({take, first: i, end: i + 1});
+    });
     this.timeline = timeline;
     this.number = number;
     this.color = roleColor(info.role, number);
@@ -496,7 +503,8 @@ export class Layer {
     chunk.frames.all().forEach((quantized, f) => {
       const index = first + f;
       const lengths = edgeLengths(quantized, this.edges, chunk.header.step);
-      const [before, middle] = this.lastLengths ?? [];
+      const run = this.runs.find(({end}) => index < end);
+      const [before, middle] = index === run.first ? [] : this.lastLengths ?? [];
       this.lastLengths = [middle, lengths];
       const tell = (frame, {value, at}) => {
         deviation[frame] = chunk.missing.has(this.info.frames[frame]) ? NaN : value;
@@ -505,8 +513,8 @@ export class Layer {
       if (before) {
         tell(index - 1, largestDeviation(middle, before, lengths));
       }
-      if (index === 2) {
-        tell(0, deviationAtEnd(before, middle, lengths));
+      if (before && index === run.first + 2) {
+        tell(run.first, deviationAtEnd(before, middle, lengths));
       }
       tell(index, middle ? deviationAtEnd(lengths, middle, before ?? middle) : {value: 0, at: 0});  // until the next is known
       if (chunk.missing.has(this.info.frames[index])) {
