@@ -222,6 +222,8 @@ class Sequence:
     def where_frames_are(self):
         found = sorted(str(file.parent.relative_to(self.path)) for pattern in ("*", "*/*", "*/*/*") if self.path.is_dir()
                        for file in self.path.glob(pattern + "/sequence.h5"))
+        newest = [name for name in found if not re.search(r"(^|/)[0-9a-f]{16}(/|$)", name)]  # by "current"
+        found = newest or found
         if found:
             return f"import those of a folder in it: {', '.join(found[:8])}"
         return "a folder of a workspace, or of PLY or OBJ files, has some"

@@ -117,8 +117,13 @@ class BlenderReadersRefused(Temporary):
         module = addon()
         for name in ("body", "garments/dress"):
             atelier.write_sequence(self.folder / name, atelier.sequence_of(moving(), 30))
-        with self.assertRaisesRegex(module.SequenceError, "no frames; import those of a folder in it: body, garments/dress"):
+        with self.assertRaisesRegex(module.SequenceError, "import those of a folder in it: body, garments/dress$"):
             module.Sequence(self.folder)
+        work = self.folder / "work"
+        for name in ("body/0123456789abcdef", "body/current"):
+            atelier.write_sequence(work / name, atelier.sequence_of(moving(), 30))
+        with self.assertRaisesRegex(module.SequenceError, "import those of a folder in it: body/current$"):
+            module.Sequence(work)
 
     def test_damaged_and_other_files_are_refused(self):
         module = addon()
