@@ -1,6 +1,6 @@
 // A layer: meshes over time, drawn with a colour, a texture or a number of each vertex.
 
-import {DataCache, imageOf, loadData} from "./data.js";
+import {DataCache, element, imageOf, loadData} from "./data.js";
 import {labelColor, numberColor, roleColor, scaleRow} from "./color.js";
 import {CodedFrames, deviationAtEnd, edgeLengths, edgesOf, faceStrain, faceToVertex, largestDeviation, panelsOf, toMetres, vertexNormals} from "./mesh_math.js";
 
@@ -363,20 +363,39 @@ export class Layer {
     }
   }
 
-  /// Whether it can be drawn without WebGL: a texture cannot.
-  get isPlain() {
-    return this.mode !== kTextured;
-  }
-
   /// What a rasterizer takes.
   forRasterizer() {
     const {places, normals, faces, uniforms} = this;
     const {keyLight, toViewer, shade} = uniforms;
-    const isScaled = this.mode === kScaled;
+    const isScaled = this.mode === kScaled, isTextured = this.mode === kTextured;
     return {places, normals, faces, tints: this.mode === kTinted ? this.tints : null,
       scale: isScaled ? {shares: this.shares(), row: scaleTexture.image.data} : null,
-      base: isScaled ? [1, 1, 1] : this.color.map(c => c / 255), closed: this.info.role === "body",
+      texture: isTextured ? this.texels() : null,
+      base: isScaled || isTextured ? [1, 1, 1] : this.color.map(c => c / 255), closed: this.info.role === "body",
       light: {key: keyLight.value, viewer: toViewer.value, shade: shade.value}};
+  }
+
+  /// The texture as a rasterizer takes it: pixels as numbers, texture coordinates of the faces' corners [F*3*2].
+  texels() {
+    const kMost = 1024;  // px, a side: a body covers fewer on a screen
+    if (!this.pixels) {
+      const {naturalWidth: wide, naturalHeight: high} = this.image.image;
+      const width = Math.min(wide, kMost), height = Math.min(high, kMost);
+      const context = element("canvas", {width, height}).getContext("2d", {willReadFrequently: true});
+      context.imageSmoothingQuality = "high";
+      context.drawImage(this.image.image, 0, 0, width, height);
+      this.pixels = {width, height, colors: new Uint32Array(context.getImageData(0, 0, width, height).data.buffer)};
+    }
+    if (this.cornersOf !== this.faces) {
+      this.cornersOf = this.faces;
+      const {index, attributes: {place}} = this.mesh.geometry;
+      this.corners = new Float32Array(2 * index.count);
+      for (let i = 0; i < index.count; ++i) {
+        this.corners[2 * i] = place.array[2 * index.array[i]];
+        this.corners[2 * i + 1] = place.array[2 * index.array[i] + 1];
+      }
+    }
+    return {...this.pixels, corners: this.corners};
   }
 
   /// Numbers of vertices as shares of the scale.
