@@ -2,9 +2,9 @@
 
 Edit > Preferences > Add-ons > Install, then File > Import > Atelier sequence. Opens a folder of a workspace
 (`animate/current/body`, `register/current/...`, anything with `sequence.h5`), one file of a sequence (`T.h5` of
-`atelier simulate`, `export --format h5`), a folder of meshes (`export --format ply` or `obj`), or one mesh. Texture
-coordinates, colours and the material stay on the object: a frame replaces places of vertices alone, also in a
-render. Frames are the capture's own numbers.
+`atelier simulate`, `export --format h5`, `.npz` of other programs), a folder of meshes (`export --format ply` or `obj`),
+or one mesh. Texture coordinates, colours and the material stay on the object: a frame replaces places of vertices alone,
+also in a render. Frames are the capture's own numbers.
 
 Scripts: atelier_sequences.import_sequence(path, texture="skin.png") -> object
 """
@@ -25,6 +25,8 @@ import hashlib
 import math
 import pathlib
 import re
+import zipfile
+import zlib
 
 import numpy as np
 
@@ -151,6 +153,29 @@ def read_obj(path):
     return arrays
 
 
+def read_npz(path, part):
+    """Arrays of meshes over time: `vertices` [F,V,3], `faces`, `uv`, or those of a part, "body_vertices" and so on."""
+    with np.load(path) as file:  # no pickles
+        names = {name.removeprefix(part + "_"): name for name in file.files if not part or name.startswith(part + "_")}
+        arrays = {name: file[names[name]] for name in ("vertices", "faces", "uv") if name in names}
+        arrays |= {name: file[name] for name in ("fps", "frame_ids") if name in file.files}
+    for name, columns in (("vertices", 3), ("faces", 3), ("uv", 2)):
+        if name in arrays and (arrays[name].ndim != (3 if name == "vertices" else 2) or arrays[name].shape[-1] != columns):
+            raise SequenceError(f"{path}: {name} of shape {arrays[name].shape}")
+    if "vertices" not in arrays or "faces" not in arrays:
+        raise SequenceError(f"{path}: no vertices [F,V,3] and faces [N,3]")
+    return arrays
+
+
+def parts_of(path):
+    """Meshes that a file keeps beside each other: "body", "cloth"; "" of one that has no such names."""
+    if path.suffix.lower() != ".npz" or not path.is_file():
+        return [""]
+    with damage_named(path), np.load(path) as file:
+        parts = [part for part in ("body", "cloth") if f"{part}_vertices" in file.files]
+        return parts if parts and "vertices" not in file.files else [""]
+
+
 def checked(path, arrays):
     """The arrays, if all faces are of vertices that are there: Blender dies of others."""
     for faces, rows in (("faces", "vertices"), ("uv_faces", "uvs")):
@@ -175,15 +200,15 @@ def damage_named(path):
         yield
     except SequenceError:
         raise
-    except (ValueError, IndexError, KeyError, TypeError) as error:
+    except (ValueError, IndexError, KeyError, TypeError, AttributeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
         raise SequenceError(f"{path}: damaged: {error}") from error
 
 
 class Sequence:
-    """Frames of a path: `fps` (0: not known), `frame_ids`, `arrays_of(frame_id)`."""
+    """Frames of a path: `fps` (0: not known), `frame_ids`, `arrays_of(frame_id)`. `part`: of parts_of."""
 
-    def __init__(self, path):
-        self.path = pathlib.Path(path)
+    def __init__(self, path, part=""):
+        self.path, self.part = pathlib.Path(path), part
         if self.path.name == "sequence.h5" and self.path.parent.joinpath("frames").is_dir():
             self.path = self.path.parent
         self.fps, self.shared, self.all = 0.0, {}, None
@@ -192,7 +217,16 @@ class Sequence:
             self.find_frames()
         self.frame_ids = sorted(self.files)
         if not self.frame_ids:
-            raise SequenceError(f"{self.path}: no frames; a folder of a workspace, or of PLY or OBJ files, has some")
+            raise SequenceError(f"{self.path}: no frames; " + self.where_frames_are())
+
+    def where_frames_are(self):
+        found = sorted(str(file.parent.relative_to(self.path)) for pattern in ("*", "*/*", "*/*/*") if self.path.is_dir()
+                       for file in self.path.glob(pattern + "/sequence.h5"))
+        newest = [name for name in found if not re.search(r"(^|/)[0-9a-f]{16}(/|$)", name)]  # by "current"
+        found = newest or found
+        if found:
+            return f"import those of a folder in it: {', '.join(found[:8])}"
+        return "a folder of a workspace, or of PLY or OBJ files, has some"
 
     def find_frames(self):
         if self.path.is_dir() and (self.path / "sequence.h5").exists():
@@ -218,9 +252,20 @@ class Sequence:
                 raise SequenceError(f"{self.path}: frames of several meshes ({', '.join(sorted(names))}); "
                                     "give each a folder of its own")
         elif not self.path.exists():
-            raise SequenceError(f"{self.path}: nothing is there; a sequence is a folder, or a file .h5, .ply or .obj")
+            raise SequenceError(f"{self.path}: nothing is there; a sequence is a folder, or a file .h5, .npz, .ply or .obj")
         elif self.path.suffix.lower() in (".ply", ".obj"):
             self.files = {0: self.path}
+        elif self.path.suffix.lower() == ".npz":
+            arrays = read_npz(self.path, self.part)
+            self.fps = float(np.ravel(arrays.get("fps", 0))[0])
+            self.all = arrays["vertices"].astype(float)
+            self.shared = {"faces": arrays["faces"].astype(np.int32)}
+            if "uv" in arrays:
+                self.shared |= {"uvs": arrays["uv"].astype(float), "uv_faces": self.shared["faces"]}
+            ids = arrays.get("frame_ids", np.arange(len(self.all)))
+            if len(ids) != len(self.all):
+                raise SequenceError(f"{self.path}: {len(ids)} frame_ids of {len(self.all)} frames")
+            self.files = {int(frame): at for at, frame in enumerate(ids)}
         else:
             schema, _, arrays = read_archive(self.path)
             if schema == "atelier.mesh_sequence":
@@ -256,13 +301,13 @@ try:
 except ImportError:  # the readers alone, without Blender
     bpy = None
 
-opened = {}  # sequences by path, for frames that follow each other
+opened = {}  # sequences by path and part, for frames that follow each other
 
 
-def sequence_at(path):
-    if path not in opened:
-        opened[path] = Sequence(path)
-    return opened[path]
+def sequence_at(path, part):
+    if (path, part) not in opened:
+        opened[path, part] = Sequence(path, part)
+    return opened[path, part]
 
 
 def fill_mesh(mesh, arrays):
@@ -289,7 +334,7 @@ def set_colors(mesh, arrays):
 
 def show_frame(thing, frame):
     """Gives an object the vertices of a frame; what hangs on its topology stays."""
-    sequence = sequence_at(thing["atelier_sequence"])
+    sequence = sequence_at(thing["atelier_sequence"], thing.get("atelier_part", ""))
     frame_id = sequence.nearest(frame - thing.get("atelier_offset", 0))
     if thing.get("atelier_frame") == frame_id:
         return
@@ -329,8 +374,9 @@ def material_for(name, mesh, texture):
 
 
 def texture_beside(path):
-    """NAME.png or .jpg beside a sequence, or texture.png in it."""
-    for image in (path.with_suffix(".png"), path.with_suffix(".jpg"), path / "texture.png"):
+    """NAME.png or .jpg beside a sequence, texture.png in it, or, of an avatar in a workspace, the texture of the stage."""
+    of_avatar = {"surface": path.parent, "seen": path.parent.parent.parent / "avatar" / "current"}.get(path.name, path)
+    for image in (path.with_suffix(".png"), path.with_suffix(".jpg"), path / "texture.png", of_avatar / "texture.png"):
         if image.is_file():
             return image
     return None
@@ -349,35 +395,46 @@ def texture_at(path):
 
 def import_sequence(path, texture=None, name=None, set_scene=True):
     """An object that follows the scene's frame. `texture`: an image file; None: the one beside the sequence, if any.
-    `set_scene`: frame range and rate become the sequence's."""
+    `set_scene`: frame range and rate become the sequence's. Of a file with a body and cloth both come; the cloth, which
+    takes the texture, is returned."""
     path = pathlib.Path(path).absolute()  # `current` stays what it is: the newest result
-    sequence = Sequence(path)
-    path = sequence.path
-    opened[str(path)] = sequence
-    first = sequence.frame_ids[0]
-    arrays = sequence.arrays_of(first)
+    sequences = [Sequence(path, part) for part in parts_of(path)]
+    path = sequences[-1].path
+    firsts = [sequence.arrays_of(sequence.frame_ids[0]) for sequence in sequences]
     texture = texture or texture_beside(path)
     image = texture_at(texture) if texture else None
     if not name:
         name = path.stem if path.stem != "current" else path.parent.name
-    mesh = bpy.data.meshes.new(name)
-    fill_mesh(mesh, arrays)
-    thing = bpy.data.objects.new(name, mesh)
-    thing.rotation_euler = (math.pi / 2, 0, 0)  # Y up to Z up
-    thing["atelier_sequence"] = str(path)
-    thing["atelier_frame"] = first
-    thing["atelier_offset"] = 0
-    bpy.context.collection.objects.link(thing)
-    mesh.materials.append(material_for(name, mesh, image))
+    things = []
+    for sequence, arrays in zip(sequences, firsts):
+        opened[str(path), sequence.part] = sequence
+        things.append(add_object(sequence, arrays, "-".join(filter(None, (name, sequence.part))),
+                                 image if sequence is sequences[-1] else None))
     scene = bpy.context.scene
     if set_scene:
-        scene.frame_start, scene.frame_end = first, sequence.frame_ids[-1]
+        scene.frame_start, scene.frame_end = sequence.frame_ids[0], sequence.frame_ids[-1]
         if sequence.fps > 0:
             scene.render.fps = max(round(sequence.fps), 1)
             scene.render.fps_base = scene.render.fps / sequence.fps
     scene.render.use_lock_interface = True  # a render reads the mesh that frames write
     follow_frames()
-    show_frame(thing, scene.frame_current)
+    for thing in things:
+        show_frame(thing, scene.frame_current)
+    return things[-1]
+
+
+def add_object(sequence, arrays, name, image):
+    """An object with the first frame."""
+    mesh = bpy.data.meshes.new(name)
+    fill_mesh(mesh, arrays)
+    thing = bpy.data.objects.new(name, mesh)
+    thing.rotation_euler = (math.pi / 2, 0, 0)  # Y up to Z up
+    thing["atelier_sequence"] = str(sequence.path)
+    thing["atelier_part"] = sequence.part
+    thing["atelier_frame"] = sequence.frame_ids[0]
+    thing["atelier_offset"] = 0
+    bpy.context.collection.objects.link(thing)
+    mesh.materials.append(material_for(name, mesh, image))
     return thing
 
 
@@ -404,7 +461,7 @@ if bpy:
         bl_idname = "import_scene.atelier_sequence"
         bl_label = "Import Atelier sequence"
         bl_options = {"REGISTER", "UNDO"}
-        filter_glob: StringProperty(default="*.h5;*.ply;*.obj", options={"HIDDEN"})
+        filter_glob: StringProperty(default="*.h5;*.npz;*.ply;*.obj", options={"HIDDEN"})
         texture: StringProperty(name="Texture", description="Image on the surface; empty: the one beside the sequence",
                                 subtype="FILE_PATH")
         set_scene: BoolProperty(name="Set frame range", default=True,
@@ -423,7 +480,7 @@ if bpy:
             return {"FINISHED"}
 
     def menu(self, _context):
-        self.layout.operator(ImportAtelierSequence.bl_idname, text="Atelier sequence (.h5, .ply, .obj)")
+        self.layout.operator(ImportAtelierSequence.bl_idname, text="Atelier sequence (.h5, .npz, .ply, .obj)")
 
 
 def follow_frames():

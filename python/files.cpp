@@ -67,9 +67,16 @@ void bind_meshes(py::module_& module) {
       "A folder of meshes, one file a frame, whose names end in the frame's number.");
   module.def(
       "read_mesh_sequence",
-      [](const Path& path) { return read_mesh_sequence(path, SequenceOf::Cloth).sequence; },
-      "path"_a, py::call_guard<LongCall>(),
-      "Meshes over one topology, of a folder or one file (.npz, .h5, .usdc).");
+      [](const Path& path, const std::string& what) {
+        if (what != "cloth" && what != "body") {
+          throw DataError("", "what", "'" + what + "'", "\"cloth\" or \"body\"");
+        }
+        return read_mesh_sequence(path, what == "body" ? SequenceOf::Body : SequenceOf::Cloth)
+            .sequence;
+      },
+      "path"_a, "what"_a = "cloth", py::call_guard<LongCall>(),
+      "Meshes over one topology, of a folder or one file (.npz, .h5, .usdc); of a file with "
+      "`body_vertices` and `cloth_vertices` those of `what`, \"cloth\" or \"body\".");
   module.def("write_sequence", &write_sequence, "folder"_a, "sequence"_a,
              py::call_guard<LongCall>(), "sequence.h5 and a file for each frame.");
   module.def("write_one_file_sequence", &write_one_file_sequence, "path"_a, "sequence"_a,

@@ -10,7 +10,7 @@ import {readAddress, writeAddress} from "./address.js";
 import {saveImage, saveVideo} from "./export_view.js";
 import {Scene3d} from "./scene3d.js";
 import {showLayers, showLegend, showPanes} from "./panels.js";
-import {SidePanel, withoutHead} from "./side_panel.js";
+import {inOrder, SidePanel, withoutHead} from "./side_panel.js";
 import {survey} from "./survey.js";
 import {dueAt, takeAt, Timeline, timesOf} from "./timeline.js";
 
@@ -53,9 +53,10 @@ class App {
 
   build(info, number) {
     const counts = {};
+    const indices = new Map(info.frames.map((frame, i) => [frame, i]));
     const layers = info.layers.map(one => {
       counts[one.role] = (counts[one.role] ?? -1) + 1;
-      const layer = new Layer(one, number, counts[one.role]);
+      const layer = new Layer(one, number, counts[one.role], frame => takeAt(info, indices.get(frame)));
       if (one.texture) {
         layer.coloring = "texture";
       } else if (one.role === "scan") {
@@ -371,6 +372,7 @@ class App {
 
   /// Shows where a finding is: its camera, its frame, the layer in its colour, from the side where it is.
   async jump(mark) {
+    this.mark = mark;
     if (mark.camera !== undefined && this.now.cameras) {
       this.select(this.now.cameras.cameras.findIndex(camera => camera.id === mark.camera), true);
     }
@@ -503,10 +505,10 @@ class App {
   }
 
   nextMark(step) {
-    const marks = this.now.info.marks.filter(mark => mark.frame !== undefined || mark.camera !== undefined);
+    const marks = inOrder(this.now.info.marks).filter(mark => mark.frame !== undefined || mark.camera !== undefined);
     if (marks.length > 0) {
-      this.markAt = ((this.markAt ?? (step > 0 ? -1 : 0)) + step + marks.length) % marks.length;
-      this.jump(marks[this.markAt]);
+      const at = marks.indexOf(this.mark);  // more may have been found since
+      this.jump(marks[at < 0 ? (step > 0 ? 0 : marks.length - 1) : (at + step + marks.length) % marks.length]);
     } else {
       say("No finding here names a frame or a camera.");
     }

@@ -20,11 +20,19 @@ export function loadData(key) {
     waiting.set(key, asked);
     const script = document.createElement("script");
     script.src = key + ".js";
-    script.onload = () => script.remove();
+    const fail = why => {
+      waiting.delete(key);
+      reject(new Error(`${key}.js ${why}`));
+    };
+    script.onload = () => {
+      script.remove();
+      if (waiting.get(key) === asked) {  // it ran and did not answer
+        fail("is damaged: write or serve the page again");
+      }
+    };
     script.onerror = () => {
       script.remove();
-      waiting.delete(key);
-      reject(new Error(key + ".js cannot be loaded: is atelier view still running?"));
+      fail("cannot be loaded: " + (location.protocol === "file:" ? "the page's folder is not complete" : "is atelier view still running?"));
     };
     document.head.append(script);
   });
@@ -116,10 +124,16 @@ export class DataCache {
 
 export const byId = id => document.getElementById(id);
 
+const kTold = 10000;  // ms until a sentence that is no error has been read
+
+let toldUntil = 0;
+
 /// The sentence over the view.
 export function say(text, bad = false) {
   byId("message").textContent = text;
   byId("message").classList.toggle("bad", bad);
+  clearTimeout(toldUntil);
+  toldUntil = text && !bad ? setTimeout(say, kTold, "") : 0;
 }
 
 export function element(tag, properties = {}, ...children) {

@@ -1,6 +1,6 @@
 // A layer: meshes over time, drawn with a colour, a texture or a number of each vertex.
 
-import {DataCache, imageOf, loadData} from "./data.js";
+import {DataCache, element, imageOf, loadData} from "./data.js";
 import {labelColor, numberColor, roleColor, scaleRow} from "./color.js";
 import {CodedFrames, deviationAtEnd, edgeLengths, edgesOf, faceStrain, faceToVertex, largestDeviation, panelsOf, toMetres, vertexNormals} from "./mesh_math.js";
 
@@ -107,11 +107,18 @@ function material(color) {
 }
 
 export class Layer {
-  constructor(info, timeline, number) {
+  /// @param takeOf  the take of a number on the timeline
+  constructor(info, timeline, number, takeOf) {
     this.info = info;
     // Numbers on the timeline: of a rate of its own, those from which on its frames are shown.
     this.frames = info.begins?.slice(0, -1) ?? info.frames;
     this.end = info.begins?.at(-1);
+    // Its frames of each take: those of two are not beside each other.
+    this.runs = [];
+    this.frames.forEach((frame, i) => {
+      const take = takeOf(frame), run = this.runs.at(-1);
+      run?.take === take ? run.end = i + 1 : this.runs.push({take, first: i, end: i + 1});
+    });
     this.timeline = timeline;
     this.number = number;
     this.color = roleColor(info.role, number);
@@ -356,20 +363,39 @@ export class Layer {
     }
   }
 
-  /// Whether it can be drawn without WebGL: a texture cannot.
-  get isPlain() {
-    return this.mode !== kTextured;
-  }
-
   /// What a rasterizer takes.
   forRasterizer() {
     const {places, normals, faces, uniforms} = this;
     const {keyLight, toViewer, shade} = uniforms;
-    const isScaled = this.mode === kScaled;
+    const isScaled = this.mode === kScaled, isTextured = this.mode === kTextured;
     return {places, normals, faces, tints: this.mode === kTinted ? this.tints : null,
       scale: isScaled ? {shares: this.shares(), row: scaleTexture.image.data} : null,
-      base: isScaled ? [1, 1, 1] : this.color.map(c => c / 255), closed: this.info.role === "body",
+      texture: isTextured ? this.texels() : null,
+      base: isScaled || isTextured ? [1, 1, 1] : this.color.map(c => c / 255), closed: this.info.role === "body",
       light: {key: keyLight.value, viewer: toViewer.value, shade: shade.value}};
+  }
+
+  /// The texture as a rasterizer takes it: pixels as numbers, texture coordinates of the faces' corners [F*3*2].
+  texels() {
+    const kMost = 1024;  // px, a side: a body covers fewer on a screen
+    if (!this.pixels) {
+      const {naturalWidth: wide, naturalHeight: high} = this.image.image;
+      const width = Math.min(wide, kMost), height = Math.min(high, kMost);
+      const context = element("canvas", {width, height}).getContext("2d", {willReadFrequently: true});
+      context.imageSmoothingQuality = "high";
+      context.drawImage(this.image.image, 0, 0, width, height);
+      this.pixels = {width, height, colors: new Uint32Array(context.getImageData(0, 0, width, height).data.buffer)};
+    }
+    if (this.cornersOf !== this.faces) {
+      this.cornersOf = this.faces;
+      const {index, attributes: {place}} = this.mesh.geometry;
+      this.corners = new Float32Array(2 * index.count);
+      for (let i = 0; i < index.count; ++i) {
+        this.corners[2 * i] = place.array[2 * index.array[i]];
+        this.corners[2 * i + 1] = place.array[2 * index.array[i] + 1];
+      }
+    }
+    return {...this.pixels, corners: this.corners};
   }
 
   /// Numbers of vertices as shares of the scale.
@@ -496,7 +522,8 @@ export class Layer {
     chunk.frames.all().forEach((quantized, f) => {
       const index = first + f;
       const lengths = edgeLengths(quantized, this.edges, chunk.header.step);
-      const [before, middle] = this.lastLengths ?? [];
+      const run = this.runs.find(({end}) => index < end);
+      const [before, middle] = index === run.first ? [] : this.lastLengths ?? [];
       this.lastLengths = [middle, lengths];
       const tell = (frame, {value, at}) => {
         deviation[frame] = chunk.missing.has(this.info.frames[frame]) ? NaN : value;
@@ -505,8 +532,8 @@ export class Layer {
       if (before) {
         tell(index - 1, largestDeviation(middle, before, lengths));
       }
-      if (index === 2) {
-        tell(0, deviationAtEnd(before, middle, lengths));
+      if (before && index === run.first + 2) {
+        tell(run.first, deviationAtEnd(before, middle, lengths));
       }
       tell(index, middle ? deviationAtEnd(lengths, middle, before ?? middle) : {value: 0, at: 0});  // until the next is known
       if (chunk.missing.has(this.info.frames[index])) {

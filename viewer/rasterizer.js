@@ -51,7 +51,8 @@ function toScreen(places, m, width, height, out, box) {
 /// Fills the triangles of one mesh where they are nearest: pixels whose centre they cover.
 /// @param back  shades of the other side; null: that is not drawn
 /// @param scale  null, or {shares [V], row}: the colours of a scale, which the shades darken
-function fill(screen, {faces, scale}, front, back, {left, bottom, width, height, colors, depths}) {
+/// @param texture  null, or {width, height, colors, corners [F*3*2]}: an image, rows from the top, which they darken
+function fill(screen, {faces, scale, texture}, front, back, {left, bottom, width, height, colors, depths}) {
   const kEdge = -1e-7;  // a pixel between two triangles is one's at least
   for (let f = 0; f < faces.length; f += 3) {
     const a = 3 * faces[f];
@@ -59,7 +60,7 @@ function fill(screen, {faces, scale}, front, back, {left, bottom, width, height,
     const ax = screen[a] - left, ay = screen[a + 1] - bottom;
     let bx = screen[b] - left, by = screen[b + 1] - bottom, cx = screen[c] - left, cy = screen[c + 1] - bottom;
     let area = (bx - ax) * (cy - ay) - (cx - ax) * (by - ay);
-    let shades = front;
+    let shades = front, second = f + 1, third = f + 2;
     if (!(area > 0)) {
       if (back === null || !(area < 0)) {
         continue;
@@ -69,6 +70,8 @@ function fill(screen, {faces, scale}, front, back, {left, bottom, width, height,
       let swap = b; b = c; c = swap;
       swap = bx; bx = cx; cx = swap;
       swap = by; by = cy; cy = swap;
+      second = f + 2;
+      third = f + 1;
     }
     let low = ax < bx ? ax : bx, high = ax > bx ? ax : bx;
     low = low < cx ? low : cx;
@@ -110,6 +113,16 @@ function fill(screen, {faces, scale}, front, back, {left, bottom, width, height,
             red *= colorsOfScale[entry] / 255;
             green *= colorsOfScale[entry + 1] / 255;
             blue *= colorsOfScale[entry + 2] / 255;
+          }
+          if (texture !== null) {
+            const {corners, width: wide, height: high} = texture;
+            const u = wa * corners[2 * f] + wb * corners[2 * second] + wc * corners[2 * third];
+            const v = wa * corners[2 * f + 1] + wb * corners[2 * second + 1] + wc * corners[2 * third + 1];
+            const column = Math.min(Math.max(Math.floor(u * wide), 0), wide - 1);
+            const texel = texture.colors[Math.min(Math.max(Math.floor((1 - v) * high), 0), high - 1) * wide + column];
+            red *= (texel & 255) / 255;
+            green *= ((texel >> 8) & 255) / 255;
+            blue *= ((texel >> 16) & 255) / 255;
           }
           colors[at] = 0xff000000 | blue << 16 | green << 8 | red;
         }
@@ -167,8 +180,8 @@ export class Rasterizer {
   }
 
   /// Draws meshes into `picture`, as large as what they cover.
-  /// @param meshes  [{places, normals, faces, base, tints or null, scale as for fill, closed: its inside is not seen,
-  ///                light: {key, viewer, shade}}]
+  /// @param meshes  [{places, normals, faces, base, tints or null, scale and texture as for fill, closed: its inside is
+  ///                not seen, light: {key, viewer, shade}}]
   /// @param matrix  from the world to clip coordinates, 16 numbers by columns
   /// @param samples  along each side of a pixel: 1 or 2
   draw(meshes, matrix, width, height, samples = 1) {

@@ -104,8 +104,7 @@ export class Scene3d {
       this.ground.feet.set(...pane.feet);
       this.ground.group.visible = !pane.through && this.camera.position.y > 0;
       for (const layer of this.layers) {
-        const isRastered = this.software && layer.isPlain;
-        layer.mesh.visible = pane.shows(layer) && !isRastered;
+        layer.mesh.visible = pane.shows(layer) && !this.software;
         if (layer.mesh.visible) {
           layer.upload();
         }
@@ -128,7 +127,7 @@ export class Scene3d {
 
   /// What is drawn without WebGL, as a picture with depths among what is drawn with it.
   rasterize(pane, number, x, width, fine) {
-    const meshes = this.layers.filter(layer => pane.shows(layer) && layer.isPlain && layer.isDrawn);
+    const meshes = this.layers.filter(layer => pane.shows(layer) && layer.isDrawn);
     this.rasters.forEach(({rasterizer, mesh}, i) => {
       mesh.visible = i === number && meshes.length > 0;
       if (mesh.visible) {

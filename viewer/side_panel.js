@@ -13,6 +13,13 @@ export function withoutHead(text) {
   return head === undefined ? text : (frame ?? "") + (place ? place + ": " : "") + text.slice(head.length);
 }
 
+/// Findings, the worst first; of one severity, first what the page has found and shows where it is.
+export function inOrder(marks) {
+  const order = {error: 0, warning: 2, note: 4};
+  const rank = mark => order[mark.severity] - (mark.vertex === undefined ? 0 : 1);
+  return [...marks].sort((a, b) => rank(a) - rank(b));
+}
+
 export class SidePanel {
   constructor(app) {
     this.app = app;
@@ -205,10 +212,7 @@ export class SidePanel {
     if (marks.length === 0) {
       return [element("p", {className: "quiet"}, "Nothing was found.")];
     }
-    const order = {error: 0, warning: 2, note: 4};
-    // Of one severity, first what the page has found and shows where it is.
-    const rank = mark => order[mark.severity] - (mark.vertex === undefined ? 0 : 1);
-    return [...marks].sort((a, b) => rank(a) - rank(b)).map(mark => element("button", {
+    return inOrder(marks).map(mark => element("button", {
       className: "finding " + mark.severity, onclick: () => this.app.jump(mark),
       disabled: mark.frame === undefined && mark.camera === undefined},
       mark.stage ? element("b", {}, mark.stage + ": ") : "", mark.text,

@@ -1,7 +1,7 @@
 // What the page computes of the frames that nobody looked at yet: a torn frame or cloth that slips is
 // told without anybody having come upon it.
 
-import {besideOf, heightOf} from "./timeline.js";
+import {besideOf, heightOf, median} from "./timeline.js";
 
 const kRest = 1000;  // ms without a request, from which on work in the background disturbs nobody
 
@@ -43,11 +43,12 @@ function marksOf(layer) {
   const {info, figures, frames} = layer;
   const mark = (index, text, vertex, coloring = layer.coloring) => ({severity: "warning", stage: info.stage,
     text: `${info.name}: ${text}`, frame: frames[index], layer: info.name, coloring, vertex});
-  const torn = tornFrames(figures.deviation);
+  const inRuns = (values, find) => layer.runs.flatMap(({first, end}) => find(values.slice(first, end)).map(i => i + first));
+  const torn = inRuns(figures.deviation, tornFrames);
   return [
     ...torn.map(i => mark(i, `torn: edges are up to ${(1000 * figures.deviation[i]).toFixed(0)} mm longer or shorter than in ` +
       "the frames beside", layer.worst.deviation[i])),
-    ...suddenRises(figures.strain).filter(i => !torn.includes(i) && !torn.includes(i - 1)).map(i => mark(i,
+    ...inRuns(figures.strain, suddenRises).filter(i => !torn.includes(i) && !torn.includes(i - 1)).map(i => mark(i,
       `the strain jumps from ${percent(figures.strain[i - 1])} to ${percent(figures.strain[i])}: the cloth slips or a seam opens`,
       layer.worst.strain[i], "strain")),
   ];
@@ -71,9 +72,11 @@ export function tornFrames(deviation) {
 
 const kFew = 7;  // frames
 
-/// Frames in which the strain is more than 3 % above that of the frame before, and rises far more than
-/// elsewhere.
+/// Frames in which the strain is more than 3 % above that of the frame before and above what it was until then
+/// (its median: after one slack frame it does not jump but returns), and rises far more than elsewhere.
 export function suddenRises(strain) {
   const rises = strain.map((value, i) => i > 0 && Number.isFinite(strain[i - 1]) ? Math.abs(value - strain[i - 1]) : NaN);
-  return rises.flatMap((rise, i) => rise > 0.03 && strain[i] > strain[i - 1] && heightOf(rises, i) > kStandsOut ? [i] : []);
+  const until = i => median(strain.slice(0, i).filter(Number.isFinite).sort((a, b) => a - b));
+  return rises.flatMap((rise, i) => rise > 0.03 && strain[i] - Math.max(strain[i - 1], until(i)) > 0.03 &&
+    heightOf(rises, i) > kStandsOut ? [i] : []);
 }

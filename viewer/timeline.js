@@ -6,7 +6,8 @@ import {element} from "./data.js";
 const labelOf = one => [one.stage, one.name].filter(Boolean).join(": ");
 const valuesOf = one => typeof one.values === "function" ? one.values() : one.values;
 
-function median(sorted) {
+/// Of numbers in order.
+export function median(sorted) {
   const half = sorted.length >> 1;
   return sorted.length % 2 ? sorted[half] : (sorted[half - 1] + sorted[half]) / 2;
 }
@@ -157,9 +158,10 @@ export class Timeline {
     parts.takes.hidden = takes.length < 2;
     parts.takes.replaceChildren(...(takes.length < 2 ? [] : takes).map((take, i) => {
       const words = wordsOf(take), {first} = take;
+      const end = Math.min(takes[i + 1]?.first ?? last, last);
       const button = element("button", {title: `${words}: from frame ${frames[first]} on`, onclick: () => this.go(first)}, words);
       button.style.left = `${100 * first / last}%`;
-      button.style.width = `${100 * ((takes[i + 1]?.first ?? frames.length) - first) / last}%`;
+      button.style.width = `${100 * (end - first) / last}%`;
       return button;
     }));
   }

@@ -153,6 +153,9 @@ void refuse_empty(const ViewArguments& arguments) {
   };
   refuse(arguments.beside, "--beside");
   refuse(arguments.out, "--out");
+  if (arguments.beside && is_sealed_file(*arguments.beside)) {
+    throw UsageError("--beside takes no sealed workspace: name the sealed one first, as PLACE");
+  }
 }
 
 /// Refuses a folder for the page in what the page shows.
@@ -225,6 +228,9 @@ int run(ViewArguments arguments, const OptionSet& set) {
   }
   catch_interrupts();
   ViewScene scene = scene_of(arguments.place, options);
+  if (arguments.place != named) {  // what is sealed lies in a folder without a name of its own
+    scene.title = fs::path(named).filename().string();
+  }
   if (arguments.beside) {
     ViewScene other = scene_of(*arguments.beside, options);
     const std::array<std::string, 2> names = scene.title == other.title

@@ -13,11 +13,11 @@ namespace atelier {
 /// Reads Wavefront OBJ (Appendix B1 of the Advanced Visualizer manual; colours behind `v` as
 /// MeshLab writes them: sRGB in [0,1], all vertices or none). n-gons, negative indices, CRLF, byte
 /// order mark, continued lines; indices may point ahead. Groups, objects, materials and material
-/// files are kept as names; no material file is opened. Smoothing groups, points, lines and lines
-/// that begin with an unknown word (mangled comments are common) are skipped with a finding. Throws
+/// files are kept as names; no material file is opened. Smoothing groups, points and lines are
+/// skipped, lines that begin with an unknown word with one finding: a note (mangled comments are
+/// common), or a warning where numbers stand behind it (words of other programs, as "vv"). Throws
 /// DataError: a number that is none, an index out of range, a face with fewer than 3 or more than
-/// 1024 corners, an unknown word before numbers (data would be lost), free-form geometry, no
-/// vertex, a coordinate or a count beyond the limits.
+/// 1024 corners, free-form geometry, no vertex, a coordinate or a count beyond the limits.
 PolygonMesh read_obj(std::span<const std::byte> bytes, const std::string& name,
                      const Limits& limits = {});
 PolygonMesh read_obj(const std::filesystem::path& path, const Limits& limits = {});

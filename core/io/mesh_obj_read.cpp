@@ -63,6 +63,7 @@ class ObjReader {
   void read_face();
   int read_index(std::string_view word, std::size_t count, Reach& reach, const char* what);
   void skip(std::string_view word);
+  std::string skipped_text() const;
   void check_room(std::size_t count, const char* what) const;
   void check_coordinate(double value) const;
   void finish();
@@ -84,9 +85,10 @@ class ObjReader {
   std::vector<double> normals_;
   std::int64_t triangles_ = 0;
   std::array<Reach, 3> reach_;  // vertex, uv, normal
-  std::int64_t skipped_ = 0;
+  std::int64_t skipped_ = 0;    // lines that begin with an unknown word
   std::int64_t skipped_line_ = 0;
-  std::string skipped_word_;
+  std::vector<std::string> skipped_words_;  // the first of them, each once
+  bool numbers_skipped_ = false;            // numbers alone stood behind one of them
 };
 
 bool is_one_of(std::string_view word, std::initializer_list<std::string_view> words) {
@@ -249,20 +251,34 @@ void ObjReader::read_face() {
   mesh_.polygon_materials.push_back(material_);
 }
 
+/// Programs add lines of their own ("vv", a velocity, of cloth simulators). A mangled line looks
+/// alike: where it was a vertex, faces reach beyond those that are left, which is an error.
 void ObjReader::skip(std::string_view word) {
+  constexpr std::size_t kMostWords = 3;
   int numbers = 0;
   int others = 0;
   double value = 0;
   for (std::string_view next = scanner_.next_word(); !next.empty(); next = scanner_.next_word()) {
     (parse_number(next, value) ? numbers : others) += 1;
   }
-  if (numbers >= 2 && others == 0) {
-    scanner_.fail("numbers behind the unknown word " + in_quotes(word), "v, vt, vn or f");
-  }
+  numbers_skipped_ = numbers_skipped_ || (numbers >= 2 && others == 0);
   if (skipped_++ == 0) {
     skipped_line_ = scanner_.line();
-    skipped_word_ = in_quotes(word);
   }
+  const std::string quoted = in_quotes(word);
+  if (skipped_words_.size() < kMostWords &&
+      std::find(skipped_words_.begin(), skipped_words_.end(), quoted) == skipped_words_.end()) {
+    skipped_words_.push_back(quoted);
+  }
+}
+
+std::string ObjReader::skipped_text() const {
+  std::string words;
+  for (const std::string& word : skipped_words_) {
+    words += (words.empty() ? "" : ", ") + word;
+  }
+  return counted(skipped_, "line") + " with an unknown word " + (skipped_ == 1 ? "is" : "are") +
+         " skipped: " + words;
 }
 
 void ObjReader::check_room(std::size_t count, const char* what) const {
@@ -281,9 +297,12 @@ void ObjReader::check_coordinate(double value) const {
 
 void ObjReader::check_reach(const Reach& reach, std::size_t count, const char* what) const {
   if (reach.index >= static_cast<std::int64_t>(count)) {
-    throw DataError(name_, "line " + std::to_string(reach.line),
-                    std::string(what) + " index " + std::to_string(reach.index + 1),
-                    "1 to " + std::to_string(count));
+    throw DataError(
+        name_, "line " + std::to_string(reach.line),
+        std::string(what) + " index " + std::to_string(reach.index + 1),
+        "1 to " + std::to_string(count) +
+            (skipped_ > 0 ? "; from line " + std::to_string(skipped_line_) + " on " + skipped_text()
+                          : std::string()));
   }
 }
 
@@ -325,9 +344,9 @@ void ObjReader::finish() {
   }
   if (skipped_ > 0) {
     mesh_.findings.push_back(
-        {Severity::Note, "obj-skipped", name_ + ": line " + std::to_string(skipped_line_),
-         std::to_string(skipped_) + " lines begin with an unknown word, first " + skipped_word_,
-         "They were skipped; a comment begins with '#'."});
+        {numbers_skipped_ ? Severity::Warning : Severity::Note, "obj-skipped",
+         name_ + ": line " + std::to_string(skipped_line_), skipped_text(),
+         numbers_skipped_ ? "v, vt, vn and f alone make a mesh" : "a comment begins with '#'"});
   }
 }
 

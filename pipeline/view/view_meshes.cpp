@@ -11,9 +11,11 @@
 
 #include "core/archive.h"
 #include "core/error.h"
+#include "core/io/foreign_hdf5.h"
 #include "core/io/lower_extension.h"
 #include "core/io/mesh_file.h"
 #include "core/io/mesh_sequence_file.h"
+#include "core/io/npz.h"
 #include "core/io/scene_file.h"
 #include "core/io/sequence_folder.h"
 #include "core/io/usd_mesh.h"
@@ -43,13 +45,13 @@ fs::path last_name(const fs::path& place) {
   return whole.has_filename() ? whole.filename() : whole.parent_path().filename();
 }
 
-ViewScene scene_of_layer(const std::string& title, const std::string& timeline_name,
-                         ViewLayer layer) {
+ViewScene scene_of_layers(const std::string& title, const std::string& timeline_name,
+                          std::vector<ViewLayer> layers) {
   ViewScene scene;
   scene.title = title;
   ViewTimeline timeline;
   timeline.name = timeline_name;
-  timeline.layers.push_back(std::move(layer));
+  timeline.layers = std::move(layers);
   set_layer_frames(timeline);
   scene.timelines.push_back(std::move(timeline));
   return scene;
@@ -64,16 +66,39 @@ ViewScene scene_of_one_mesh(const fs::path& file, Mesh mesh) {
   layer.role = "scan";
   layer.sequence.frame_ids = {0};
   layer.sequence.load = [mesh = std::move(mesh)](Index /*frame*/) { return mesh; };
-  return scene_of_layer(file.filename().string(), "Mesh", std::move(layer));
+  return scene_of_layers(file.filename().string(), "Mesh", {std::move(layer)});
+}
+
+/// Whose meshes a place holds: a file may keep those of a body and of cloth beside each other.
+std::vector<SequenceOf> parts_of(const fs::path& place) {
+  const auto parts = [](const auto& has) {
+    std::vector<SequenceOf> all;
+    if (!has("vertices") && has("body_vertices")) {
+      all.push_back(SequenceOf::Body);
+    }
+    if (all.empty() || has("cloth_vertices")) {
+      all.push_back(SequenceOf::Cloth);
+    }
+    return all;
+  };
+  if (fs::is_directory(place) || has_usd_extension(place)) {
+    return {SequenceOf::Cloth};
+  }
+  if (lower_extension(place) == ".npz") {
+    const Npz npz(place);
+    return parts([&](const char* name) { return npz.contains(name); });
+  }
+  const ForeignHdf5Contents contents = foreign_hdf5_contents(place);
+  return parts([&](const char* name) { return contents.datasets.contains(name); });
 }
 
 /// A layer of frames that are of one topology, or, with no faces in `sequence`, of their own.
-ViewLayer layer_of_frames(const fs::path& place) {
+ViewLayer layer_of_frames(const fs::path& place, SequenceOf what) {
   ViewLayer layer;
   layer.name = last_name(place).stem().string();
   layer.role = layer.name == "body" || layer.name == "seen" ? "body" : "garment";
   const auto read = [&] {
-    MeshSequenceFile file = read_mesh_sequence(place, SequenceOf::Cloth);
+    MeshSequenceFile file = read_mesh_sequence(place, what);
     layer.sequence = std::move(file.sequence);
     layer.sequence.faces = file.shared.faces;
     layer.shared = std::move(file.shared);
@@ -157,7 +182,13 @@ ViewScene view_of_mesh(const fs::path& file) {
     read = read_mesh_file(file);
   }
   const std::optional<Finding> unit = unit_finding(read, name);
+  const std::vector<Finding> findings = std::move(read.findings);
   ViewScene scene = scene_of_one_mesh(file, std::move(read.mesh));
+  for (const Finding& finding : findings) {
+    if (finding.severity != Severity::Note) {
+      scene.notes.push_back(name + ": " + finding.what);
+    }
+  }
   if (unit) {
     scene.notes.push_back(name + ": " + unit->what +
                           "; write the file in metres for its true size");
@@ -173,13 +204,13 @@ ViewScene view_of_mesh(const fs::path& file) {
 ViewScene view_of_mesh_frames(const fs::path& place) {
   const fs::path name = last_name(place);
   const std::string extension = lower_extension(place);
+  std::string schema;  // of an archive of ours
   if (has_usd_extension(place) && !fs::is_directory(place)) {
     UsdMesh usd = read_usd_mesh(place);
     if (usd.frames.empty()) {
       return scene_of_one_mesh(place, std::move(usd.mesh));
     }
   } else if (extension == ".h5" && !fs::is_directory(place)) {
-    std::string schema;
     // Of other programs there is none, and the reader of sequences says what else is wrong.
     (void)problem_of([&] { schema = archive_contents(place).schema; });
     if (schema == "atelier.mesh") {
@@ -190,12 +221,23 @@ ViewScene view_of_mesh_frames(const fs::path& place) {
                       "a mesh or a sequence of meshes; atelier inspect says what it is");
     }
   }
-  ViewLayer layer = layer_of_frames(place);
-  const bool is_guessed = !(layer.sequence.fps > 0) && layer.sequence.frame_ids.size() > 1;
-  if (is_guessed) {
-    layer.sequence.fps = kUsual;
+  std::vector<ViewLayer> layers;
+  bool is_guessed = false;
+  const std::vector<SequenceOf> parts =
+      schema.empty() ? parts_of(place) : std::vector{SequenceOf::Cloth};
+  for (const SequenceOf part : parts) {
+    ViewLayer layer = layer_of_frames(place, part);
+    if (parts.size() > 1 || part == SequenceOf::Body) {
+      layer.name = part == SequenceOf::Body ? "body" : "cloth";
+      layer.role = part == SequenceOf::Body ? "body" : "garment";
+    }
+    if (!(layer.sequence.fps > 0) && layer.sequence.frame_ids.size() > 1) {
+      is_guessed = true;
+      layer.sequence.fps = kUsual;
+    }
+    layers.push_back(std::move(layer));
   }
-  ViewScene scene = scene_of_layer(name.string(), "Sequence", std::move(layer));
+  ViewScene scene = scene_of_layers(name.string(), "Sequence", std::move(layers));
   if (is_guessed) {
     scene.notes.push_back(name.string() +
                           " does not say its frames per second; they are played at 24");

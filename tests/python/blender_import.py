@@ -61,7 +61,8 @@ for one in job["sequences"]:
         scene.frame_set(frame)
         frames[frame] = state(thing)
     answers.append({"frames": frames, "range": [scene.frame_start, scene.frame_end],
-                    "fps": scene.render.fps / scene.render.fps_base, "name": thing.name})
+                    "fps": scene.render.fps / scene.render.fps_base, "name": thing.name,
+                    "others": {other.name: state(other)["vertices"] for other in scene.objects if other != thing}})
 
 if "render" in job:
     camera = bpy.data.objects.new("camera", bpy.data.cameras.new("camera"))

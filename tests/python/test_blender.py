@@ -69,7 +69,62 @@ class BlenderReaders(Temporary):
                     path.unlink()
 
 
+    def test_body_and_cloth_of_one_file_are_read_apart(self):
+        module = addon()
+        mesh, frames = moving()[0], np.stack([mesh.vertices for mesh in moving()])
+        np.savez(self.folder / "both.npz", body_vertices=frames + 1, body_faces=mesh.faces, fps=25.0, frame_ids=[2, 4, 6],
+                 cloth_vertices=frames, cloth_faces=mesh.faces, cloth_uv=mesh.uvs)
+        self.assertEqual(module.parts_of(self.folder / "both.npz"), ["body", "cloth"])
+        body, cloth = (module.Sequence(self.folder / "both.npz", part) for part in ("body", "cloth"))
+        self.assertEqual((body.fps, cloth.frame_ids), (25, [2, 4, 6]))
+        np.testing.assert_array_equal(body.arrays_of(4)["vertices"], frames[1] + 1)
+        np.testing.assert_array_equal(cloth.arrays_of(4)["vertices"], frames[1])
+        np.testing.assert_array_equal(cloth.arrays_of(4)["uv_faces"], mesh.faces)
+        self.assertNotIn("uvs", body.arrays_of(4))
+        np.savez(self.folder / "one.npz", vertices=frames, faces=mesh.faces)
+        self.assertEqual(module.parts_of(self.folder / "one.npz"), [""])
+        self.assertEqual(module.Sequence(self.folder / "one.npz").frame_ids, [0, 1, 2])
+
+
+    def test_texture_is_found_beside_a_sequence_and_in_a_workspace(self):
+        find = addon().texture_beside
+        work = self.folder / "work"
+        for name in ("avatar/current/surface", "animate/current/seen", "animate/current/body"):
+            (work / name).mkdir(parents=True)
+            self.assertIsNone(find(work / name))
+        texture = work / "avatar" / "current" / "texture.png"
+        texture.write_bytes(b"")
+        self.assertEqual(find(work / "avatar" / "current" / "surface"), texture)
+        self.assertEqual(find(work / "animate" / "current" / "seen"), texture)
+        self.assertIsNone(find(work / "animate" / "current" / "body"))
+        (work / "animate" / "current" / "body.png").write_bytes(b"")
+        self.assertEqual(find(work / "animate" / "current" / "body").name, "body.png")
+
+
 class BlenderReadersRefused(Temporary):
+    def test_files_of_numpy_that_are_no_meshes_are_refused(self):
+        module = addon()
+        np.savez(self.folder / "pose.npz", poses=np.zeros((3, 4)))
+        np.savez(self.folder / "flat.npz", vertices=np.zeros((4, 3)), faces=np.zeros((2, 3), int))
+        np.savez(self.folder / "pickle.npz", vertices=np.array([{}], object), faces=np.zeros((2, 3), int))
+        (self.folder / "text.npz").write_text("no zip")
+        for name, words in (("pose", "no vertices"), ("flat", "vertices of shape"), ("pickle", "damaged"), ("text", "damaged")):
+            path = self.folder / f"{name}.npz"
+            with self.subTest(name), self.assertRaisesRegex(module.SequenceError, f"{name}.npz: {words}"):
+                [module.Sequence(path, part) for part in module.parts_of(path)]
+
+    def test_folder_of_several_sequences_is_answered_with_theirs(self):
+        module = addon()
+        for name in ("body", "garments/dress"):
+            atelier.write_sequence(self.folder / name, atelier.sequence_of(moving(), 30))
+        with self.assertRaisesRegex(module.SequenceError, "import those of a folder in it: body, garments/dress$"):
+            module.Sequence(self.folder)
+        work = self.folder / "work"
+        for name in ("body/0123456789abcdef", "body/current"):
+            atelier.write_sequence(work / name, atelier.sequence_of(moving(), 30))
+        with self.assertRaisesRegex(module.SequenceError, "import those of a folder in it: body/current$"):
+            module.Sequence(work)
+
     def test_damaged_and_other_files_are_refused(self):
         module = addon()
         atelier.write_mesh_archive(self.folder / "a.h5", moving()[0])
@@ -172,11 +227,15 @@ class Blender(Temporary):
         for frame, mesh in enumerate(coloured):
             atelier.write_mesh_archive(scans / f"{frame:06}.h5", mesh)
         (self.folder / "none").mkdir()
-        body, scan, error, by_menu = self.run_job({"sequences": [
+        frames = np.stack([mesh.vertices for mesh in meshes])
+        np.savez(self.folder / "both.npz", body_vertices=frames[:, :5] + 1, body_faces=meshes[0].faces[:1],
+                 cloth_vertices=frames, cloth_faces=meshes[0].faces, cloth_uv=meshes[0].uvs)
+        body, scan, error, by_menu, both = self.run_job({"sequences": [
             {"path": str(self.folder / "body"), "frames": [3, 4, 5, 6]},
             {"path": str(scans), "frames": [0, 1, 2, 0]},
             {"path": str(self.folder / "none"), "frames": []},
-            {"path": str(self.folder / "body" / "sequence.h5"), "frames": [6], "operator": True}]})
+            {"path": str(self.folder / "body" / "sequence.h5"), "frames": [6], "operator": True},
+            {"path": str(self.folder / "both.npz"), "frames": [2]}]})
         self.assertEqual((body["range"], body["name"]), ([3, 6], "body"))
         self.assertAlmostEqual(body["fps"], 12.5, places=5)
         corners = meshes[0].uvs[meshes[0].uv_faces].reshape(-1, 2)
@@ -190,6 +249,10 @@ class Blender(Temporary):
             np.testing.assert_allclose(np.array(seen["color"])[:, :3], coloured[frame].colors, atol=1e-6)
             self.assertEqual(seen["faces"], len(coloured[frame].faces))
             self.assertEqual(seen["materials"], ["scans"])
+        self.assertEqual(both["name"], "both-cloth")
+        np.testing.assert_allclose(both["frames"]["2"]["vertices"], meshes[2].vertices, atol=1e-6)
+        np.testing.assert_allclose(both["frames"]["2"]["uv"], corners, atol=1e-6)
+        np.testing.assert_allclose(both["others"]["both-body"], meshes[2].vertices[:5] + 1, atol=1e-6)
         self.assertIn("no frames", error["error"])
         np.testing.assert_allclose(by_menu["frames"]["6"]["vertices"], meshes[2].vertices, atol=1e-6)
 

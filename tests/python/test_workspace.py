@@ -63,6 +63,16 @@ class Workspace(Temporary):
         atelier.write_one_file_sequence(self.folder / "one.h5", again)
         np.testing.assert_allclose(atelier.read_mesh_sequence(self.folder / "one.h5")[1].vertices, vertices + 1)
 
+    def test_body_and_cloth_of_one_file_are_read_apart(self):
+        vertices, faces = grid(3)
+        np.savez(self.folder / "both.npz", body_vertices=vertices[None] + 1, body_faces=faces, cloth_vertices=vertices[None],
+                 cloth_faces=faces)
+        path = self.folder / "both.npz"
+        np.testing.assert_array_equal(atelier.read_mesh_sequence(path)[0].vertices, vertices)
+        np.testing.assert_array_equal(atelier.read_mesh_sequence(path, "body")[0].vertices, vertices + 1)
+        with self.assertRaisesRegex(atelier.DataError, "what: 'hat'; expected \"cloth\" or \"body\""):
+            atelier.read_mesh_sequence(path, what="hat")
+
     def test_garments_are_written_and_read(self):
         garment = atelier.Garment("towel", atelier.Mesh(*grid(3)), atelier.fabric_material("silk"))
         garment.seams = [atelier.Seam("hem", [0, 1], [2, 3])]

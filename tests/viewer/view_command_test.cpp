@@ -378,6 +378,23 @@ TEST_F(View, EmptyPlaces_AreRefused) {
   EXPECT_THAT(beside.err, HasSubstr("--beside is empty"));
 }
 
+TEST_F(View, SealedWorkspace_HasTheNameOfItsFile) {
+  const std::string key = (own_.path() / "one").string();
+  const std::string sealed = (own_.path() / "walk.sealed").string();
+  const ChildResult made = run_child({program_path(), "key", "--out", key});
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const ChildResult closed = run_child({program_path(), "seal", workspace().string(), "--to",
+                                        made.out.substr(0, made.out.find('\n')), "--out", sealed});
+  ASSERT_EQ(closed.exit_code, 0) << closed.err;
+  const ChildResult shown =
+      view({sealed, "--identity", key, "--out", (own_.path() / "page").string()});
+  ASSERT_EQ(shown.exit_code, 0) << shown.err;
+  EXPECT_EQ(page_scene(own_.path() / "page").at("title"), "walk.sealed");
+  const ChildResult beside = view({workspace().string(), "--beside", sealed});
+  EXPECT_EQ(beside.exit_code, kExitUsage);
+  EXPECT_THAT(beside.err, HasSubstr("name the sealed one first"));
+}
+
 TEST_F(View, EndedConsent_RefusesThePage) {
   const fs::path ended = own_.path() / "capture";
   SmallCapture small;

@@ -12,6 +12,7 @@
 #include "core/exit_code.h"
 #include "core/io/mesh_file.h"
 #include "core/io/mesh_gltf.h"
+#include "core/io/npz.h"
 #include "core/io/one_file_sequence.h"
 #include "core/io/usd_sequence.h"
 #include "core/sequence_archive.h"
@@ -23,6 +24,7 @@ namespace atelier::fixtures {
 namespace {
 
 using ::testing::AllOf;
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
@@ -139,6 +141,33 @@ TEST_F(ViewMeshes, UnknownUnit_IsNotedWithoutAnOptionThatViewHasNot) {
   std::ofstream(at("cube mm.obj")) << "v 0 0 0\nv 900 0 0\nv 0 900 0\nf 1 2 3\n";
   timeline_of(at("cube mm.obj"));
   EXPECT_THAT(said_, AllOf(HasSubstr("does not say its unit"), Not(HasSubstr("--"))));
+}
+
+TEST_F(ViewMeshes, WordsOfOtherPrograms_AreNotedAndTheMeshIsShown) {
+  std::ofstream(at("cloth.obj")) << "v 0 0 0\nvv 0 0 0\nv 1 0 0\nvv 0 0 0\nv 0 1 0\nf 1 2 3\n";
+  EXPECT_EQ(timeline_of(at("cloth.obj"))["layers"][0]["vertices"], 3);
+  EXPECT_THAT(said_, HasSubstr("note: cloth.obj: 2 lines with an unknown word are skipped: 'vv'"));
+}
+
+TEST_F(ViewMeshes, BodyAndClothOfOneFile_AreTwoLayers) {
+  const Tensor vertices = tensor_of(std::vector<float>(18, 0.5F), {2, 3, 3});
+  const Tensor faces = tensor_of(std::vector<int>{0, 1, 2}, {1, 3});
+  const auto roles_of = [&](const nlohmann::json& timeline) {
+    std::vector<std::string> roles;
+    for (const nlohmann::json& layer : timeline["layers"]) {
+      roles.push_back(layer["name"].get<std::string>() + ": " + layer["role"].get<std::string>());
+    }
+    return roles;
+  };
+  write_npz(at("both.npz"), {{"body_vertices", vertices},
+                             {"body_faces", faces},
+                             {"cloth_vertices", vertices},
+                             {"cloth_faces", faces}});
+  EXPECT_THAT(roles_of(timeline_of(at("both.npz"))), ElementsAre("body: body", "cloth: garment"));
+  write_npz(at("alone.npz"), {{"body_vertices", vertices}, {"body_faces", faces}});
+  EXPECT_THAT(roles_of(timeline_of(at("alone.npz"))), ElementsAre("body: body"));
+  write_npz(at("cloth.npz"), {{"cloth_vertices", vertices}, {"cloth_faces", faces}});
+  EXPECT_THAT(roles_of(timeline_of(at("cloth.npz"))), ElementsAre("cloth: garment"));
 }
 
 TEST_F(ViewMeshes, WhatIsNoMesh_IsRefusedWithWhatIsTaken) {
