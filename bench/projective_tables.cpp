@@ -208,7 +208,7 @@ void print_convergence() {
 /// Cusick's coefficient of a fabric by either solver; its substeps grow with the rings squared, so
 /// that none of them is softer by its solver.
 void print_drape(const std::string& fabric, const std::vector<int>& rings,
-                 const std::vector<int>& iterations) {
+                 const std::vector<int>& iterations, double seconds) {
   std::printf("%s, coefficient in %% (fastest vertex at the end in mm/s).\n\n", fabric.c_str());
   std::printf("| solver | iterations |");
   for (const int count : rings) {
@@ -223,7 +223,8 @@ void print_drape(const std::string& fabric, const std::vector<int>& rings,
     for (const int count : iterations) {
       std::printf("| %s | %d |", solver.c_str(), count);
       for (const int of : rings) {
-        CusickOptions options{.rings = of, .solver = solver, .iterations = count};
+        CusickOptions options{
+            .rings = of, .seconds = seconds, .solver = solver, .iterations = count};
         options.substeps = 30 * of * of / (15 * 15);
         const CusickDrape drape = cusick_drape(fabric_material(fabric), options);
         std::printf(" %.2f (%.1f) |", drape.coefficient, 1e3 * drape.rest_speed);
@@ -487,6 +488,7 @@ int main(int argc, char** argv) {
   std::string fabric = "wool";
   std::vector<int> rings{15};
   std::vector<int> iterations{20, 60};
+  double seconds = 2;
   CLI::App app("Tables of projective dynamics with dry friction");
   app.require_subcommand(1);
   CLI::App* forces = app.add_subcommand("forces", "Stiffnesses of the authors' cloth");
@@ -499,6 +501,7 @@ int main(int argc, char** argv) {
   drape->add_option("--rings", rings, "Rings of triangles, several")->check(CLI::Range(6, 200));
   drape->add_option("--iterations", iterations, "Iterations a substep, several")
       ->check(CLI::Range(1, 1000));
+  drape->add_option("--seconds", seconds, "Seconds of hanging")->check(CLI::Range(0.1, 60.0));
   CLI::App* speed = app.add_subcommand("speed", "ms a step");
   speed->add_option("--side", side, "Vertices of a side of the sheet")->check(CLI::Range(4, 1000));
   speed->add_option("--steps", steps, "Steps that are timed")->check(CLI::Range(1, 10000));
@@ -527,7 +530,7 @@ int main(int argc, char** argv) {
     } else if (*convergence) {
       atelier::print_convergence();
     } else if (*drape) {
-      atelier::print_drape(fabric, rings, iterations);
+      atelier::print_drape(fabric, rings, iterations, seconds);
     } else if (*speed) {
       atelier::print_speed(side, steps);
     } else if (*scene) {

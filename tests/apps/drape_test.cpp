@@ -100,7 +100,7 @@ TEST_F(DrapeRefuses, OptionsOfTheOtherSolver_AreRefused) {
   refused(with({"--substeps", "5"}), 2, "did you mean '--projective-friction.substeps'?");
   refused(with({"--projective-friction.half-precision"}), 2,
           "--projective-friction.half-precision does nothing on the CPU; use --device cuda");
-  refused(with({"--projective-friction.strain-limit", "11"}), 2, "it is in [0, 10]");
+  refused(with({"--projective-friction.strain-limit", "11"}), 2, "it takes a number in [0, 10]");
 }
 
 TEST_F(DrapeRefuses, TooCoarseCloth_IsRefusedWithAFittingEdgeLength) {
