@@ -7,6 +7,8 @@
 //   projective_tables rest FILE      rest shape: flat panel, or 3D template
 //   projective_tables other FILE     beside the cloth of the method's authors' program
 //   projective_tables forces FILE    stiffnesses of that cloth, from its motion alone
+//   projective_tables scene FOLDER   writes a scene for that program (scripts/authors-program)
+//   projective_tables runs FOLDER... residual and time of its runs, ours beside them
 //
 // FILE: a sequence.npz with body_vertices, body_faces, cloth_vertices, cloth_faces, cloth_uv,
 // cloth_seams, cloth_attached and fps.
@@ -20,10 +22,11 @@
 #include <ctime>
 #include <exception>
 #include <map>
-#include <numbers>
 #include <set>
 
+#include "bench/beside_authors.h"
 #include "bench/log_plot.h"
+#include "bench/plain_meshes.h"
 #include "core/parallel.h"
 #include "simulation/contact/crossings.h"
 #include "simulation/material/fabric.h"
@@ -38,65 +41,6 @@ namespace atelier {
 namespace {
 
 using namespace fixtures;
-
-/// `side` x `side` vertices in the plane y = 0 about the origin, diagonals in turn.
-Mesh square_sheet(int side, double size) {
-  Mesh mesh;
-  mesh.vertices.resize(side * side, 3);
-  mesh.faces.resize(2 * (side - 1) * (side - 1), 3);
-  Index f = 0;
-  for (int r = 0; r < side; ++r) {
-    for (int c = 0; c < side; ++c) {
-      const int a = r * side + c;
-      mesh.vertices.row(a) << size * (c / (side - 1.0) - 0.5), 0, size * (r / (side - 1.0) - 0.5);
-      if (r + 1 < side && c + 1 < side) {
-        if ((r + c) % 2 == 0) {
-          mesh.faces.row(f++) << a, a + side, a + side + 1;
-          mesh.faces.row(f++) << a, a + side + 1, a + 1;
-        } else {
-          mesh.faces.row(f++) << a, a + side, a + 1;
-          mesh.faces.row(f++) << a + 1, a + side, a + side + 1;
-        }
-      }
-    }
-  }
-  return mesh;
-}
-
-/// A ball about the origin of 2 `rings` x `rings` quads, poles on the y axis.
-Mesh ball_mesh(double radius, int rings) {
-  const int around = 2 * rings;
-  Mesh mesh;
-  mesh.vertices.resize((rings - 1) * around + 2, 3);
-  std::vector<Eigen::RowVector3i> faces;
-  const int top = (rings - 1) * around;
-  mesh.vertices.row(top) << 0, radius, 0;
-  mesh.vertices.row(top + 1) << 0, -radius, 0;
-  for (int r = 1; r < rings; ++r) {
-    const double polar = std::numbers::pi * r / rings;
-    for (int i = 0; i < around; ++i) {
-      const double turn = 2 * std::numbers::pi * i / around;
-      const int a = (r - 1) * around + i;
-      const int b = (r - 1) * around + (i + 1) % around;
-      mesh.vertices.row(a) << radius * std::sin(polar) * std::cos(turn), radius * std::cos(polar),
-          radius * std::sin(polar) * std::sin(turn);
-      if (r == 1) {
-        faces.emplace_back(top, b, a);
-      }
-      if (r + 1 < rings) {
-        faces.emplace_back(a, b, b + around);
-        faces.emplace_back(a, b + around, a + around);
-      } else {
-        faces.emplace_back(top + 1, a, b);
-      }
-    }
-  }
-  mesh.faces.resize(static_cast<Index>(faces.size()), 3);
-  for (std::size_t i = 0; i < faces.size(); ++i) {
-    mesh.faces.row(static_cast<Index>(i)) = faces[i];
-  }
-  return mesh;
-}
 
 Garment fabric_of(Mesh mesh, double stretch) {
   Garment garment;
@@ -264,7 +208,7 @@ void print_convergence() {
 /// Cusick's coefficient of a fabric by either solver; its substeps grow with the rings squared, so
 /// that none of them is softer by its solver.
 void print_drape(const std::string& fabric, const std::vector<int>& rings,
-                 const std::vector<int>& iterations) {
+                 const std::vector<int>& iterations, double seconds) {
   std::printf("%s, coefficient in %% (fastest vertex at the end in mm/s).\n\n", fabric.c_str());
   std::printf("| solver | iterations |");
   for (const int count : rings) {
@@ -279,7 +223,8 @@ void print_drape(const std::string& fabric, const std::vector<int>& rings,
     for (const int count : iterations) {
       std::printf("| %s | %d |", solver.c_str(), count);
       for (const int of : rings) {
-        CusickOptions options{.rings = of, .solver = solver, .iterations = count};
+        CusickOptions options{
+            .rings = of, .seconds = seconds, .solver = solver, .iterations = count};
         options.substeps = 30 * of * of / (15 * 15);
         const CusickDrape drape = cusick_drape(fabric_material(fabric), options);
         std::printf(" %.2f (%.1f) |", drape.coefficient, 1e3 * drape.rest_speed);
@@ -543,6 +488,7 @@ int main(int argc, char** argv) {
   std::string fabric = "wool";
   std::vector<int> rings{15};
   std::vector<int> iterations{20, 60};
+  double seconds = 2;
   CLI::App app("Tables of projective dynamics with dry friction");
   app.require_subcommand(1);
   CLI::App* forces = app.add_subcommand("forces", "Stiffnesses of the authors' cloth");
@@ -555,9 +501,19 @@ int main(int argc, char** argv) {
   drape->add_option("--rings", rings, "Rings of triangles, several")->check(CLI::Range(6, 200));
   drape->add_option("--iterations", iterations, "Iterations a substep, several")
       ->check(CLI::Range(1, 1000));
+  drape->add_option("--seconds", seconds, "Seconds of hanging")->check(CLI::Range(0.1, 60.0));
   CLI::App* speed = app.add_subcommand("speed", "ms a step");
   speed->add_option("--side", side, "Vertices of a side of the sheet")->check(CLI::Range(4, 1000));
   speed->add_option("--steps", steps, "Steps that are timed")->check(CLI::Range(1, 10000));
+  atelier::AuthorsRun run;
+  std::vector<std::string> folders;
+  CLI::App* scene = app.add_subcommand("scene", "A scene for the authors' program");
+  scene->add_option("folder", file, "New folder")->required();
+  scene->add_option("--iterations", run.iterations, "Iterations a step")
+      ->check(CLI::Range(1, 1000));
+  scene->add_flag("--self-contact", run.self_contact, "Contact of the cloth with itself");
+  CLI::App* runs = app.add_subcommand("runs", "Residual and time beside the authors' program");
+  runs->add_option("folders", folders, "Folders of scenes that it has run")->required();
   CLI::App* rest = app.add_subcommand("rest", "Rest shapes");
   CLI::App* other = app.add_subcommand("other", "Beside the authors' program");
   for (CLI::App* of_file : {rest, other, forces}) {
@@ -574,9 +530,13 @@ int main(int argc, char** argv) {
     } else if (*convergence) {
       atelier::print_convergence();
     } else if (*drape) {
-      atelier::print_drape(fabric, rings, iterations);
+      atelier::print_drape(fabric, rings, iterations, seconds);
     } else if (*speed) {
       atelier::print_speed(side, steps);
+    } else if (*scene) {
+      atelier::write_authors_scene(file, run);
+    } else if (*runs) {
+      atelier::print_authors_runs(folders);
     } else if (*forces) {
       atelier::print_forces(atelier::fixtures::read_foreign(file, spring));
     } else if (*rest) {

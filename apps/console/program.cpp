@@ -61,6 +61,24 @@ std::vector<std::string> option_names(const CLI::App& parser) {
   return names;
 }
 
+/// What an unknown option may mean: any but those of a solver, say, beside the one that was chosen.
+/// Of "--cloth.solver xpbd", "--cloth.projective-friction.substeps" is none.
+std::vector<std::string> likely_names(const CLI::App& parser) {
+  std::vector<std::string> names = option_names(parser);
+  for (const std::string& name : option_names(parser)) {
+    const CLI::Option* option = parser.get_option_no_throw(name);
+    const std::size_t dot = name.rfind('.');
+    const std::string start = dot == std::string::npos ? "--" : name.substr(0, dot + 1);
+    for (const std::string& choice : split_text(option->get_type_name(), '|')) {
+      std::erase_if(names, [&](const std::string& other) {
+        return option->count() > 0 && option->results().back() != choice &&
+               other.starts_with(start + choice + ".");
+      });
+    }
+  }
+  return names;
+}
+
 /// "; see atelier --help", after a question a sentence of its own.
 std::string see(const std::string& question, const std::string& where) {
   return question + (question.empty() ? "; see " : " See ") + where;
@@ -119,7 +137,7 @@ void refuse_extras(const CLI::App& parser, const std::vector<std::string>& argum
     }
     const std::string why = why_not(parser.get_name(), option);
     throw UsageError(name + " has no option " + shown +
-                     (why.empty() ? see(did_you_mean(option, option_names(parser)),
+                     (why.empty() ? see(did_you_mean(option, likely_names(parser)),
                                         "atelier " + name + " --help")
                                   : why));
   }

@@ -18,11 +18,17 @@ constexpr std::array kMaterialOrder = {
 };
 
 constexpr std::array kMaterialIdle = {
-    IdleRule{"search.", kFabricGiven, kFitted},       IdleRule{"use_prior", kFabricGiven, kFitted},
-    IdleRule{"tracking_rate", kFabricGiven, kFitted}, IdleRule{"sequence", kFabricGiven, kFitted},
-    IdleRule{"holding", kFabricGiven, kFitted},       IdleRule{"frames", kFabricGiven, kFitted},
-    IdleRule{"edge_length", kFabricGiven, kFitted},   IdleRule{"substeps", kFabricGiven, kFitted},
-    IdleRule{"self_contact", kFabricGiven, kFitted},  IdleRule{"solver", kFabricGiven, kFitted},
+    IdleRule{"search.", kFabricGiven, kFitted},
+    IdleRule{"use_prior", kFabricGiven, kFitted},
+    IdleRule{"tracking_rate", kFabricGiven, kFitted},
+    IdleRule{"sequence", kFabricGiven, kFitted},
+    IdleRule{"holding", kFabricGiven, kFitted},
+    IdleRule{"frames", kFabricGiven, kFitted},
+    IdleRule{"edge_length", kFabricGiven, kFitted},
+    IdleRule{"xpbd.", kFabricGiven, kFitted},
+    IdleRule{"self_contact", kFabricGiven, kFitted},
+    IdleRule{"solver", kFabricGiven, kFitted},
+    IdleRule{"projective_friction.", kFabricGiven, kFitted},
 };
 
 constexpr std::array kClothIdle = {
@@ -42,21 +48,36 @@ constexpr std::array kClothIdle = {
     IdleRule{"xpbd.self_interval", {{{"self_contact", "false"}, {}}}, "--self-contact"},
 };
 
+/// "projective_friction." of "projective-friction".
+std::string section_of(std::string solver) {
+  std::replace(solver.begin(), solver.end(), '-', '_');
+  return solver + ".";
+}
+
+std::string flag_named(const std::string& option) {
+  std::string flag = "--" + option;
+  std::replace(flag.begin(), flag.end(), '_', '-');
+  return flag;
+}
+
 /// Options of a solver that was not chosen.
 std::vector<std::string> idle_solvers(const OptionTable& table) {
   std::vector<std::string> problems;
   for (const std::string& solver : solver_names()) {
-    std::string section = solver + ".";
-    std::replace(section.begin(), section.end(), '-', '_');
+    const std::string section = section_of(solver);
     for (const OptionField& field : table.fields) {
       const auto start = start_of(field.name, section);
       const OptionField* chosen = start ? field_named(table, *start + "solver") : nullptr;
-      if (is_said(field) && chosen != nullptr && option_text(*chosen) != solver) {
-        std::string flag = "--" + chosen->name;
-        std::replace(flag.begin(), flag.end(), '_', '-');
-        problems.push_back(field.name + " does nothing with " + chosen->name + " " +
-                           option_text(*chosen) + ": leave it out, or say " + flag + " " + solver);
+      if (!is_said(field) || chosen == nullptr || option_text(*chosen) == solver) {
+        continue;
       }
+      const std::string its_own = *start + section_of(option_text(*chosen)) +
+                                  field.name.substr(start->size() + section.size());
+      const bool has_its_own = field_named(table, its_own) != nullptr;
+      problems.push_back(field.name + " does nothing with " + chosen->name + " " +
+                         option_text(*chosen) + ": leave it out, " +
+                         (has_its_own ? "take " + flag_named(its_own) + ", " : "") + "or say " +
+                         flag_named(chosen->name) + " " + solver);
     }
   }
   return problems;

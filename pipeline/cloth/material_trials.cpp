@@ -11,6 +11,7 @@
 #include "core/saturating_cast.h"
 #include "core/sequence_archive.h"
 #include "pipeline/outfit/held_cloth.h"
+#include "pipeline/outfit/solver_sections.h"
 #include "pipeline/person/tracked_take.h"
 
 namespace atelier {
@@ -110,12 +111,10 @@ OptionTable describe(MaterialStageOptions& options) {
             "Number of frames simulated in each trial, from the first on");
   table.add("edge_length", options.edge_length, 0.005, 0.2, "m",
             "Edge length of the garments in a trial; the stiffness found does not depend on it");
-  table.add("solver", options.solver, solver_names(), "Simulator of the trials");
-  table.add("substeps", options.substeps, 1, 1000, "",
-            "Substeps of a simulated frame in a trial; projective-friction does with 5");
-  table.add("self_contact", options.self_contact,
+  table.add("solver", options.solver.name, solver_names(), "Simulator of the trials");
+  table.add("self_contact", options.solver.self_contact,
             "Self-contact of cloth in a trial, which takes several times as long");
-  return table;
+  return table.add(describe_sections(options.solver, {"projective_friction.half_precision"}));
 }
 
 Trials read_trials(StageRun& run, const std::vector<RegisteredGarmentSequence>& outfit) {
@@ -165,11 +164,8 @@ Trials read_trials(StageRun& run, const std::vector<RegisteredGarmentSequence>& 
   trials.tracking_rate = options.tracking_rate;
   trials.options.rate = 1 / step_seconds;
   trials.options.contact = kContact;
-  trials.options.solver.name = options.solver;
-  trials.options.solver.substeps = trials.options.solver.projective.substeps = options.substeps;
-  trials.options.solver.self_contact = options.self_contact;
-  trials.options.solver.self_interval = options.substeps;
-  trials.options.solver.report = false;
+  trials.options.solver = options.solver;
+  trials.options.solver.self_interval = options.solver.substeps;
   for (const RegisteredGarmentSequence& garment : outfit) {
     trials.garments.push_back(trial_garment(garment, body, trials.bodies.front(),
                                             resolve_material(options.material),

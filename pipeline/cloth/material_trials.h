@@ -12,6 +12,14 @@
 
 namespace atelier {
 
+/// How trials are solved unless something else is said.
+inline SolverOptions trial_solver_options() {
+  SolverOptions solver;
+  solver.substeps = solver.projective.substeps = 20;
+  solver.report = false;
+  return solver;
+}
+
 struct MaterialStageOptions {
   DatasetOptions capture;  ///< whose picture is beside the grid
   /// "fitted", or a fabric, whose values are then taken as they are.
@@ -22,10 +30,8 @@ struct MaterialStageOptions {
   std::string sequence = "";   ///< of the capture; "": the first clothed one
   std::string holding = "";    ///< what holds the garments: "" as registered, none, or a file
   int frames = 12;             ///< of it that are simulated, 2 to 10000
-  double edge_length = 0.035;  ///< m of the garments as they are trial, 0.005 to 0.2
-  std::string solver = SolverOptions{}.name;  ///< one of solver_names()
-  int substeps = 20;                          ///< of a sixtieth of a second, 1 to 1000
-  bool self_contact = false;                  ///< cloth against cloth in a trial
+  double edge_length = 0.035;  ///< m of the garments as they are tried, 0.005 to 0.2
+  SolverOptions solver = trial_solver_options();  ///< self-contact is slow
 };
 OptionTable describe(MaterialStageOptions& options);
 

@@ -79,8 +79,20 @@ std::string strip_pictures(const StageStatus& own, const ReportPlaces& places) {
                   : ""));
 }
 
-/// Plots of the figures of each simulated frame, from frames.csv.
-std::string simulation_plots(const fs::path& result) {
+/// The solver of a result; of one that does not say it, the first there was.
+std::string solver_of_result(const StageStatus& own) {
+  for (const ManifestOption& option : own.manifest->options) {
+    const nlohmann::json value = parse_json(option.json, "manifest.json");
+    if (option.name == "solver" && value.is_string()) {
+      return value.get<std::string>();
+    }
+  }
+  return SolverOptions{}.name;
+}
+
+/// Plots of the figures of each simulated frame, from frames.csv. Residuals are of XPBD's
+/// constraints: of another solver they are not drawn, also where an older build wrote zeros.
+std::string simulation_plots(const StageStatus& own, const fs::path& result) {
   const fs::path file = result / "frames.csv";
   if (!fs::exists(file)) {
     return "";
@@ -105,6 +117,8 @@ std::string simulation_plots(const fs::path& result) {
   const std::vector<std::string> lines =
       split_text(read_file_text(file, Limits{}.text_file_bytes), '\n');
   const std::vector<std::string> names = lines.empty() ? lines : split_text(lines.front(), ',');
+  const std::string solver = solver_of_result(own);
+  const bool has_residuals = solver == SolverOptions{}.name;
   std::vector<FramePlot> plots;
   for (const Line& wanted : kLines) {
     plots.push_back(
@@ -115,7 +129,9 @@ std::string simulation_plots(const fs::path& result) {
     for (std::size_t k = 0; k < plots.size(); ++k) {
       const auto column = static_cast<std::size_t>(
           std::find(names.begin(), names.end(), kLines[k].column) - names.begin());
-      if (column < cells.size() && !cells[column].empty()) {
+      const bool measured =
+          has_residuals || std::string(kLines[k].column).find("residual") == std::string::npos;
+      if (measured && column < cells.size() && !cells[column].empty()) {
         plots[k].frame_ids.push_back(std::atoi(cells[0].c_str()));
         plots[k].values.push_back(kLines[k].scale * std::atof(cells[column].c_str()));
       }
@@ -125,13 +141,18 @@ std::string simulation_plots(const fs::path& result) {
     plot = thinned(plot, kPoints);
   }
   const std::string svg = plots_svg(plots);
-  return svg.empty() ? "" : "<figure>" + svg + "<figcaption>Over frames</figcaption></figure>\n";
+  return svg.empty() ? ""
+                     : "<figure>" + svg + "<figcaption>Over frames" +
+                           (has_residuals ? ""
+                                          : "; residuals are of xpbd's constraints, " +
+                                                html_text(solver) + " measures none") +
+                           "</figcaption></figure>\n";
 }
 
 }  // namespace
 
 std::string simulate_pictures(const StageStatus& own, const ReportPlaces& places) {
-  return strip_pictures(own, places) + simulation_plots(result_folder_of(own, places));
+  return strip_pictures(own, places) + simulation_plots(own, result_folder_of(own, places));
 }
 
 }  // namespace atelier

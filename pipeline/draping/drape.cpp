@@ -15,6 +15,7 @@
 #include "core/sequence_archive.h"
 #include "core/usage_error.h"
 #include "pipeline/outfit/fitting.h"
+#include "pipeline/outfit/solver_sections.h"
 
 namespace atelier {
 namespace {
@@ -149,8 +150,9 @@ OptionTable describe(DrapeOptions& options) {
             "Speed below which 99% of the vertices must be for the cloth to be at rest");
   table.add("video", options.video, "Turntable video beside the images");
   table.add(
-      "solver", options.solver, solver_names(),
+      "solver", options.settling.name, solver_names(),
       "Simulator by which the dressed cloth comes to rest; panels are sewn by the default one");
+  table.add(describe_sections(options.settling));
   table.add("device", options.device, {{"cpu", Device::Cpu}, {"cuda", Device::Cuda}},
             "Device of the cloth simulation");
   OptionTable human = describe(options.human);
@@ -180,10 +182,14 @@ void require_used_options(const DrapeOptions& options) {
         "--fit body does nothing without a pattern file (.json): drafted garments fit as they are; "
         "leave it out");
   }
-  SolverOptions settling;
-  settling.name = options.solver;
-  if (const std::string conflict = solver_conflict(settling, options.device); !conflict.empty()) {
-    throw UsageError("--solver " + options.solver + ": " + conflict);
+  const std::string& solver = options.settling.name;
+  if (const std::string conflict = solver_conflict(options.settling, options.device);
+      !conflict.empty()) {
+    throw UsageError("--solver " + solver + ": " + conflict);
+  }
+  if (const std::string idle = idle_on_device(options.settling, options.device); !idle.empty()) {
+    throw UsageError(solver_flag(idle, "", options.settling) +
+                     " does nothing on the CPU; use --device cuda, or leave it out");
   }
   if (is_default_human(options)) {
     return;
@@ -220,7 +226,11 @@ Draped dress_and_settle(const DrapeOptions& options,
     draped.dressing.push_back(seen[at]);
   }
   SolverOptions solver = draped.outfit.solver;
-  solver.name = options.solver;
+  solver.name = options.settling.name;
+  solver.substeps = options.settling.substeps;
+  solver.self_interval = search_interval(solver.substeps);
+  solver.xpbd = options.settling.xpbd;
+  solver.projective = options.settling.projective;
   solver.time_step = 1.0 / 60;
   solver.velocity_damping = kSettlingDamping;
   const std::unique_ptr<Solver> hang =

@@ -16,13 +16,21 @@
 
 namespace atelier {
 
+/// How dressed cloth comes to rest unless something else is said: in as many substeps of XPBD as
+/// clothes have in motion.
+inline SolverOptions settling_solver_options() {
+  SolverOptions solver;
+  solver.substeps = OutfitOptions{}.substeps;
+  return solver;
+}
+
 struct DrapeOptions {
   std::string body = "female";
   std::string fit = "garment";
-  int frames = 240;                             ///< at most, 60 a second, once the garment is on
-  bool video = true;                            ///< a turntable, which takes as long as the rest
-  double rest_speed = 0.01;                     ///< m/s at most, that 99 of 100 vertices move
-  std::string solver = solver_names().front();  ///< by which the dressed cloth comes to rest
+  int frames = 240;          ///< at most, 60 a second, once the garment is on
+  bool video = true;         ///< a turntable, which takes as long as the rest
+  double rest_speed = 0.01;  ///< m/s at most, that 99 of 100 vertices move
+  SolverOptions settling = settling_solver_options();  ///< of the dressed cloth, to its rest
   Device device = Device::Cpu;
   OutfitOptions outfit;
   DefaultHumanOptions human;

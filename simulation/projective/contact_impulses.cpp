@@ -54,6 +54,19 @@ std::vector<int> contact_levels(const std::vector<TouchedCloth>& cloth,
   return level;
 }
 
+ContactImpulses::Residual residual_of(const std::vector<double>& contacts, double weight) {
+  ContactImpulses::Residual out;
+  double sum = 0;
+  for (const double one : contacts) {
+    sum += one * one;
+    out.most = std::max(out.most, one / weight);
+  }
+  if (!contacts.empty()) {
+    out.root_mean_square = std::sqrt(sum / static_cast<double>(contacts.size())) / weight;
+  }
+  return out;
+}
+
 }  // namespace
 
 void ContactImpulses::begin_step(const std::vector<TouchedBody>& body,
@@ -222,8 +235,9 @@ void ContactImpulses::hold(std::vector<Vec4<double>>& velocity,
   }
 }
 
-double ContactImpulses::body_residual(const std::vector<Vec4<double>>& implied,
-                                      const std::vector<Vec4<double>>& v, double weight) const {
+ContactImpulses::Residual ContactImpulses::body_residual(const std::vector<Vec4<double>>& implied,
+                                                         const std::vector<Vec4<double>>& v,
+                                                         double weight) const {
   // Of a particle with two contacts each has what the other leaves.
   std::vector<Vec3d> known(v.size(), Vec3d{});
   for (const std::vector<BodyImpulse>* contacts : {&body_, &across_}) {
@@ -231,32 +245,29 @@ double ContactImpulses::body_residual(const std::vector<Vec4<double>>& implied,
       known[c.contact.particle] += c.impulse;
     }
   }
-  double sum = 0;
-  std::size_t count = 0;
+  std::vector<double> residuals;
   for (const std::vector<BodyImpulse>* contacts : {&body_, &across_}) {
     for (const BodyImpulse& c : *contacts) {
       const int particle = c.contact.particle;
       const VelocityBound& bound = c.contact.bound;
       const Vec3d beyond = -lacking_velocity(bound, xyz(v[particle]));
       const Vec3d own = xyz(implied[particle]) - (known[particle] - c.impulse);
-      const double one = coulomb_residual(own, beyond, bound.normal, friction_.body, c.mass);
-      sum += one * one;
-      ++count;
+      residuals.push_back(coulomb_residual(own, beyond, bound.normal, friction_.body, c.mass));
     }
   }
-  return count == 0 ? 0 : std::sqrt(sum / static_cast<double>(count)) / weight;
+  return residual_of(residuals, weight);
 }
 
-double ContactImpulses::cloth_residual(const std::vector<Vec4<double>>& v, double weight) const {
-  double sum = 0;
+ContactImpulses::Residual ContactImpulses::cloth_residual(const std::vector<Vec4<double>>& v,
+                                                          double weight) const {
+  std::vector<double> residuals;
   for (const ClothImpulse& c : cloth_) {
     const Vec3d beyond =
         -lacking_velocity(relative_velocity(c.contact, v), c.contact.normal, c.contact.least);
-    const double one =
-        coulomb_residual(c.impulse, beyond, c.contact.normal, friction_.cloth, c.mass);
-    sum += one * one;
+    residuals.push_back(
+        coulomb_residual(c.impulse, beyond, c.contact.normal, friction_.cloth, c.mass));
   }
-  return cloth_.empty() ? 0 : std::sqrt(sum / static_cast<double>(cloth_.size())) / weight;
+  return residual_of(residuals, weight);
 }
 
 }  // namespace atelier

@@ -57,13 +57,17 @@ class ContactImpulses {
   /// [V]: those of the iteration, which gentle contacts look at.
   void hold(std::vector<Vec4<double>>& velocity, const std::vector<Vec4<double>>& now);
 
-  /// Alart and Curnier's residual, the root of the mean square over contacts with the body, of
-  /// impulses that the momentum balance implies (`implied` [V], N s) and the velocities `v`, as a
-  /// share of `weight` N s. 0 without contacts.
-  double body_residual(const std::vector<Vec4<double>>& implied, const std::vector<Vec4<double>>& v,
-                       double weight) const;
+  /// Of contacts, as a share of a weight; 0 without any.
+  struct Residual {
+    double root_mean_square = 0;
+    double most = 0;  ///< of a single contact
+  };
+  /// Alart and Curnier's residual of contacts with the body, of impulses that the momentum balance
+  /// implies (`implied` [V], N s) and the velocities `v`, as a share of `weight` N s.
+  Residual body_residual(const std::vector<Vec4<double>>& implied,
+                         const std::vector<Vec4<double>>& v, double weight) const;
   /// The same of contacts between pieces of cloth, with the impulses of the last iteration.
-  double cloth_residual(const std::vector<Vec4<double>>& v, double weight) const;
+  Residual cloth_residual(const std::vector<Vec4<double>>& v, double weight) const;
 
   const std::vector<BodyImpulse>& with_body() const { return body_; }
   const std::vector<BodyImpulse>& across() const { return across_; }

@@ -390,8 +390,12 @@ struct ProjectiveSolver::Scene {
     out.contacts = static_cast<int>(impulses.with_body().size());
     out.cloth_contacts = static_cast<int>(impulses.with_cloth().size());
     if (weight > 0) {
-      out.contact = impulses.body_residual(implied, v, weight);
-      out.cloth_contact = impulses.cloth_residual(v, weight);
+      const ContactImpulses::Residual of_body = impulses.body_residual(implied, v, weight);
+      const ContactImpulses::Residual of_cloth = impulses.cloth_residual(v, weight);
+      out.contact = of_body.root_mean_square;
+      out.worst_contact = of_body.most;
+      out.cloth_contact = of_cloth.root_mean_square;
+      out.worst_cloth_contact = of_cloth.most;
       out.momentum = count > 0 ? std::sqrt(sum / count) / weight : 0;
     }
     return out;

@@ -15,11 +15,13 @@ struct ProjectiveResidual {
   /// their particles implies: root mean square, as a share of a particle's mean weight in a
   /// substep.
   double contact = 0;
+  double worst_contact = 0;  ///< the same of the single contact that is farthest from it
   /// Momentum that particles without contact lack, in the same measure.
   double momentum = 0;
   int contacts = 0;
   /// The same function of contacts between pieces of cloth.
   double cloth_contact = 0;
+  double worst_cloth_contact = 0;
   int cloth_contacts = 0;
 };
 

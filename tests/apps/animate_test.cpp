@@ -103,8 +103,8 @@ TEST_F(Animate, MaterialOfAnotherSolver_IsFoundWithTheSkirtHeld) {
   write_dressed_workspace(capture(), workspace());
   const auto distance = [&](const char* solver) {
     const ChildResult fit =
-        stage("material", {"--solver", solver, "--substeps", "20", "--search.coarse", "2",
-                           "--search.fine", "0", "--edge-length", "0.06"});
+        stage("material", {"--solver", solver, std::string("--") + solver + ".substeps", "20",
+                           "--search.coarse", "2", "--search.fine", "0", "--edge-length", "0.06"});
     EXPECT_EQ(fit.exit_code, 0) << fit.err;
     EXPECT_EQ(metrics("material")["trials"], 4);
     return metrics("material")["distance"].get<double>();

@@ -87,6 +87,22 @@ TEST_F(DrapeRefuses, OptionsWithoutEffect_AreRefused) {
           "slims the default human alone");
 }
 
+TEST_F(DrapeRefuses, OptionsOfTheOtherSolver_AreRefused) {
+  refused({"--projective-friction.iterations", "5"}, 2,
+          "--projective-friction.iterations does nothing with solver xpbd: leave it out, take "
+          "--xpbd.iterations, or say --solver projective-friction");
+  const std::vector<std::string> other = {"--solver", "projective-friction"};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), other.begin(), other.end());
+    return more;
+  };
+  refused(with({"--xpbd.substeps", "5"}), 2, "take --projective-friction.substeps");
+  refused(with({"--substeps", "5"}), 2, "did you mean '--projective-friction.substeps'?");
+  refused(with({"--projective-friction.half-precision"}), 2,
+          "--projective-friction.half-precision does nothing on the CPU; use --device cuda");
+  refused(with({"--projective-friction.strain-limit", "11"}), 2, "it takes a number in [0, 10]");
+}
+
 TEST_F(DrapeRefuses, TooCoarseCloth_IsRefusedWithAFittingEdgeLength) {
   refused({"--garment", "tee", "--edge_length", "0.1"}, 3, "a smaller --edge-length (0.02) first");
 }
@@ -106,19 +122,28 @@ using DrapeOnBody = DrapeRefuses;
 // less than a centimetre from one another.
 TEST_F(DrapeOnBody, EitherSolver_LetsTheSewnSkirtHang) {
   std::vector<Mesh> hung;
-  for (const char* solver : {"xpbd", "projective-friction"}) {
-    const std::filesystem::path out = root_.path() / solver;
-    const ChildResult result = run({"--garment", "skirt", "--edge-length", "0.04", "--frames", "20",
-                                    "--video", "false", "--solver", solver, "--out", out.string()});
+  const auto hang = [&](const std::vector<std::string>& more) {
+    const std::filesystem::path out = root_.path() / std::to_string(hung.size());
+    std::vector<std::string> words = {"--garment", "skirt",     "--edge-length", "0.04",
+                                      "--frames",  "20",        "--video",       "false",
+                                      "--out",     out.string()};
+    words.insert(words.end(), more.begin(), more.end());
+    const ChildResult result = run(words);
     ASSERT_EQ(result.exit_code, 0) << result.err;
-    EXPECT_THAT(result.out, HasSubstr(" 0 vertices inside the body")) << solver;
-    EXPECT_THAT(result.out, HasSubstr(" 0 crossings of cloth with itself")) << solver;
+    EXPECT_THAT(result.out, HasSubstr(" 0 vertices inside the body")) << more.back();
+    EXPECT_THAT(result.out, HasSubstr(" 0 crossings of cloth with itself")) << more.back();
     hung.push_back(read_mesh(out / "garment.obj"));
-  }
+  };
+  hang({"--solver", "xpbd"});
+  hang({"--solver", "projective-friction"});
+  hang({"--solver", "projective-friction", "--projective-friction.iterations", "3"});
+  ASSERT_EQ(hung.size(), 3U);
   ASSERT_EQ(hung[0].vertices.rows(), hung[1].vertices.rows());
   const Eigen::VectorXd apart = (hung[0].vertices - hung[1].vertices).rowwise().norm();
   EXPECT_LT(apart.mean(), 0.01);
   EXPECT_GT(apart.maxCoeff(), 1e-5) << "the option does nothing";
+  EXPECT_GT((hung[2].vertices - hung[1].vertices).cwiseAbs().maxCoeff(), 1e-5)
+      << "the solver's own option does nothing";
 }
 
 }  // namespace

@@ -63,7 +63,20 @@ TEST(OptionRules, OptionOfAnotherSolver_IsNamed) {
   EXPECT_EQ(set_option(table, "cloth.xpbd.substeps", "7"), "");
   EXPECT_THAT(broken_rules(table),
               ElementsAre("cloth.xpbd.substeps does nothing with cloth.solver "
-                          "projective-friction: leave it out, or say --cloth.solver xpbd"));
+                          "projective-friction: leave it out, take "
+                          "--cloth.projective-friction.substeps, or say --cloth.solver xpbd"));
+}
+
+TEST(OptionRules, OptionThatTheChosenSolverLacks_IsNamedAlone) {
+  std::string solver = "xpbd";
+  double limit = 0;
+  OptionTable table;
+  table.add("solver", solver, {"xpbd", "projective-friction"}, "Solver");
+  table.add("projective_friction.strain_limit", limit, 0, 1, "", "Limit");
+  EXPECT_EQ(set_option(table, "projective_friction.strain_limit", "0.1"), "");
+  EXPECT_THAT(broken_rules(table),
+              ElementsAre("projective_friction.strain_limit does nothing with solver xpbd: leave "
+                          "it out, or say --solver projective-friction"));
 }
 
 TEST(OptionRules, OptionWithoutEffect_IsNamedWithItsCause) {
@@ -160,6 +173,25 @@ TEST(OptionRulesRefused, PersonOptionsUnusedBesideOthers_AreRefused) {
     EXPECT_THAT(said_of(idle.stage, {option, idle.text}).err, Not(HasSubstr("does nothing")));
     EXPECT_THAT(said_of(idle.stage, {other, idle.other_text}).err, Not(HasSubstr("does nothing")));
   }
+}
+
+TEST(OptionRulesRefused, TrialOptionsOfTheOtherSolver_AreRefused) {
+  const ChildResult other =
+      said_of("material", {"--solver", "projective-friction", "--xpbd.iterations", "2"});
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_THAT(other.err,
+              HasSubstr("--xpbd.iterations does nothing with --solver projective-friction: leave "
+                        "it out, take --projective-friction.iterations, or say --solver xpbd"));
+  const ChildResult fabric =
+      said_of("material", {"--material.name", "denim", "--solver", "projective-friction",
+                           "--projective-friction.acceleration", "0"});
+  EXPECT_EQ(fabric.exit_code, 2);
+  EXPECT_THAT(fabric.err, HasSubstr("--projective-friction.acceleration does nothing with "
+                                    "--material.name denim"));
+  const ChildResult bare =
+      said_of("material", {"--solver", "projective-friction", "--substeps", "5"});
+  EXPECT_EQ(bare.exit_code, 2);
+  EXPECT_THAT(bare.err, HasSubstr("did you mean '--projective-friction.substeps'?"));
 }
 
 // `evaluate` judges every exclusion by labels, and what is left out without scans is said.

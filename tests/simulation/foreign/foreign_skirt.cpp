@@ -73,10 +73,8 @@ double half_tangent(const Eigen::Vector2d& at, const Eigen::Vector2d& a, const E
   return (1 - u.dot(v)) / std::abs(u.x() * v.y() - u.y() * v.x());
 }
 
-/// The other program's bends, at every inner vertex. Their weights are near to mean value
-/// coordinates (Floater 2003): the tangents of half the angles on both sides of the way to a
-/// neighbour, over its length. But on one side the angle is that at the triangle's third corner, so
-/// that rows of a flat mesh are only zero where it is even. At rest they are zero.
+}  // namespace
+
 std::vector<ClothCurvature> foreign_curvatures(const Garment& garment, double stiffness) {
   const Triangles& faces = garment.mesh.faces;
   std::map<int, std::map<int, double>> weights;
@@ -116,8 +114,6 @@ std::vector<ClothCurvature> foreign_curvatures(const Garment& garment, double st
   }
   return out;
 }
-
-}  // namespace
 
 ForeignSequence read_foreign(const std::string& file, double spring) {
   const Npz npz(file);

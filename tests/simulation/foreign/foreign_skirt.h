@@ -34,6 +34,12 @@ struct ForeignSequence {
 /// Reads a sequence.npz (bench/projective_tables.cpp); `spring`: N/m of an edge.
 ForeignSequence read_foreign(const std::string& file, double spring = kForeignSpring);
 
+/// The other program's bends, at every inner vertex of a garment with a flat panel. Their weights
+/// are near to mean value coordinates (Floater 2003): the tangents of half the angles on both sides
+/// of the way to a neighbour, over its length. But on one side the angle is that at the triangle's
+/// third corner, so that rows of a flat mesh are only zero where it is even. At rest they are zero.
+std::vector<ClothCurvature> foreign_curvatures(const Garment& garment, double stiffness);
+
 /// Its cloth as any solver has it: hinges of about the same stiffness. On an equilateral lattice of
 /// edge l a row of the program's bends is sqrt(3) l times the sum of both curvatures, and a vertex
 /// has 0.87 l^2: B = 2 sqrt(3) k.
