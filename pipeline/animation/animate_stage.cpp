@@ -290,7 +290,7 @@ bool write_pictures(StageRun& run, const Animation& animation, const std::vector
   }
   run.metric("picture_seconds", seconds_since(start) / static_cast<double>(frames));
   log_animation(run, signer);
-  signer ? writer.finish([&](const fs::path& video) { return signer->video_credentials(video); })
+  signer ? writer.finish([&](const fs::path& file) { return signer->video_credentials(file); })
          : writer.finish();
   run.output("animation.mp4", [&](const fs::path& file) {
     fs::copy_file(video, file, fs::copy_options::overwrite_existing);

@@ -118,7 +118,7 @@ const std::vector<RegisteredGarment>& uninterrupted() {
 void expect_same(const RegisteredGarment& a, const RegisteredGarment& b, Index row) {
   EXPECT_EQ(a.vertices, b.vertices) << row;
   EXPECT_EQ(a.confidence, b.confidence) << row;
-  EXPECT_EQ(a.vertex_correlation, b.told) << row;
+  EXPECT_EQ(a.vertex_correlation, b.vertex_correlation) << row;
   EXPECT_EQ(a.scan_rms, b.scan_rms) << row;
   EXPECT_EQ(a.correlation, b.correlation) << row;
   EXPECT_EQ(a.picture_steps, b.picture_steps) << row;
@@ -266,7 +266,7 @@ TEST(FollowedFrame, WrittenFrame_ReadsBackEqual) {
   const FollowedFrame frame = some_frame();
   const FollowedFrame back = followed_frame_of(archive_of(frame, "key a 1"), "key a 1", 3, 5);
   EXPECT_EQ(back.garment.vertices, frame.garment.vertices);
-  EXPECT_EQ(back.garment.vertex_correlation, frame.garment.told);
+  EXPECT_EQ(back.garment.vertex_correlation, frame.garment.vertex_correlation);
   EXPECT_EQ(back.garment.inverted, 2);
   EXPECT_EQ(back.garment.contact.depth, 0.001);
   EXPECT_EQ(back.drift, frame.drift);
