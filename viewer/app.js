@@ -572,5 +572,7 @@ class App {
 globalThis.atelierScene = scene => {
   globalThis.atelier = new App(scene);
 };
-addEventListener("error", event => say(event.message, true));
+// What is wrong in a file of data is said by who asked for it; on a disk a browser says no more than "Script error.".
+addEventListener("error", event => event.message === "Script error." || /\/data\/[^?]*\.js$/.test(event.filename ?? "") ||
+  say(event.message, true));
 addEventListener("unhandledrejection", event => say(String(event.reason?.message ?? event.reason), true));

@@ -133,6 +133,7 @@ export class Timeline {
     this.times = timesOf({frames, takes});
     this.seriesList = series;
     this.showTakes();
+    this.parts.scrub.closest("footer").hidden = frames.length < 2 && marks.every(mark => mark.frame === undefined);
     this.parts.scrub.max = frames.length - 1;
     this.parts.marks.replaceChildren();
     const last = Math.max(frames.length - 1, 1);

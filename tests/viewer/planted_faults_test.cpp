@@ -225,6 +225,24 @@ TEST(PlantedFault, ClothThatSlipsAlongASeam_IsYellowInTheStrainAndAFinding) {
   EXPECT_THAT(looked.messages, IsEmpty());
 }
 
+TEST(PlantedFault, OneSlackFrame_IsNoJumpOfTheStrain) {
+  SKIP_WITHOUT_BROWSER();
+  const TemporaryDirectory root;
+  const fs::path workspace = faulty_workspace(
+      root.path(), [](int f, Points& skirt) { skirt *= f == 5 ? 1 : 1.08; }, false);
+  ASSERT_EQ(view({workspace.string(), "--out", (root.path() / "page").string()}).exit_code, 0);
+  const Looked looked =
+      look("file://" + (root.path() / "page/index.html").string(),
+           {"wait:atelier.now.surveyed",
+            "eval:atelier.now.layers[0].figures.strain.map(share => share > 0.05)",
+            "eval:[...document.querySelectorAll('#marks button')].map(mark => "
+            "mark.ariaLabel).filter(text => text.includes('strain'))"});
+  ASSERT_EQ(looked.values.size(), 2) << looked.messages;
+  EXPECT_EQ(looked.values[0][4], true);
+  EXPECT_EQ(looked.values[0][5], false);
+  EXPECT_EQ(looked.values[1].size(), 0) << looked.values[1];
+}
+
 TEST(PlantedFault, UserWhoReadsAndClicks_FindsAllThree) {
   SKIP_WITHOUT_BROWSER();
   const TemporaryDirectory root;

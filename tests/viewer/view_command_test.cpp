@@ -184,6 +184,24 @@ TEST_F(View, DamagedFrame_IsSaidWhereItIsAndTheOthersAreShown) {
   EXPECT_GT(looked.values[3]["blue"], 0.02);
 }
 
+TEST_F(View, DamagedFileOfAPage_IsSaid) {
+  SKIP_WITHOUT_BROWSER();
+  const fs::path copy = own_.path() / "page";
+  fs::copy(page(), copy, fs::copy_options::recursive);
+  for (const auto& entry : fs::recursive_directory_iterator(copy / "data")) {
+    if (entry.path().filename() == "0.js") {
+      fs::resize_file(entry.path(), fs::file_size(entry.path()) / 2);
+    }
+  }
+  const Looked looked =
+      look(file_address(copy), {"wait:!atelier.loading",  // nothing waits for it for ever
+                                "eval:document.documentElement.dataset.state",
+                                "eval:document.getElementById('message').textContent"});
+  ASSERT_EQ(looked.values.size(), 2);
+  EXPECT_EQ(looked.values[0], "failed");
+  EXPECT_THAT(looked.values[1].get<std::string>(), HasSubstr("0.js is damaged"));
+}
+
 TEST_F(View, TwoPlaces_AreShownBesideEachOther) {
   SKIP_WITHOUT_BROWSER();
   const fs::path out = own_.path() / "page";
