@@ -207,9 +207,10 @@ void print_convergence() {
 
 /// Cusick's coefficient of a fabric by either solver; its substeps grow with the rings squared, so
 /// that none of them is softer by its solver.
-void print_drape(const std::string& fabric, const std::vector<int>& rings,
+void print_drape(const Material& fabric, const std::vector<int>& rings,
                  const std::vector<int>& iterations, double seconds) {
-  std::printf("%s, coefficient in %% (fastest vertex at the end in mm/s).\n\n", fabric.c_str());
+  std::printf("%s of %g N m, coefficient in %% (fastest vertex at the end in mm/s).\n\n",
+              fabric.name.c_str(), fabric.bending);
   std::printf("| solver | iterations |");
   for (const int count : rings) {
     std::printf(" %d rings |", count);
@@ -226,7 +227,7 @@ void print_drape(const std::string& fabric, const std::vector<int>& rings,
         CusickOptions options{
             .rings = of, .seconds = seconds, .solver = solver, .iterations = count};
         options.substeps = 30 * of * of / (15 * 15);
-        const CusickDrape drape = cusick_drape(fabric_material(fabric), options);
+        const CusickDrape drape = cusick_drape(fabric, options);
         std::printf(" %.2f (%.1f) |", drape.coefficient, 1e3 * drape.rest_speed);
         std::fflush(stdout);
       }
@@ -489,6 +490,7 @@ int main(int argc, char** argv) {
   std::vector<int> rings{15};
   std::vector<int> iterations{20, 60};
   double seconds = 2;
+  double bending = 0;
   CLI::App app("Tables of projective dynamics with dry friction");
   app.require_subcommand(1);
   CLI::App* forces = app.add_subcommand("forces", "Stiffnesses of the authors' cloth");
@@ -501,6 +503,8 @@ int main(int argc, char** argv) {
   drape->add_option("--rings", rings, "Rings of triangles, several")->check(CLI::Range(6, 200));
   drape->add_option("--iterations", iterations, "Iterations a substep, several")
       ->check(CLI::Range(1, 1000));
+  drape->add_option("--bending", bending, "N m in place of the fabric's")
+      ->check(CLI::Range(1e-9, 1.0));
   drape->add_option("--seconds", seconds, "Seconds of hanging")->check(CLI::Range(0.1, 60.0));
   CLI::App* speed = app.add_subcommand("speed", "ms a step");
   speed->add_option("--side", side, "Vertices of a side of the sheet")->check(CLI::Range(4, 1000));
@@ -530,7 +534,9 @@ int main(int argc, char** argv) {
     } else if (*convergence) {
       atelier::print_convergence();
     } else if (*drape) {
-      atelier::print_drape(fabric, rings, iterations, seconds);
+      atelier::Material specimen = atelier::fabric_material(fabric);
+      specimen.bending = bending > 0 ? bending : specimen.bending;
+      atelier::print_drape(specimen, rings, iterations, seconds);
     } else if (*speed) {
       atelier::print_speed(side, steps);
     } else if (*scene) {
