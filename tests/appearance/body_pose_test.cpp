@@ -73,7 +73,7 @@ TEST(BodyParts, JointOfFewVertices_IsPartOfItsParent) {
   EXPECT_EQ(parts.part[50], 1);
 }
 
-TEST(PoseMasks, PartIsFeltOnItselfAndItsParentAlone) {
+TEST(PoseMasks, TurnedPart_IsInTheMasksOfItselfAndItsParent) {
   const Mesh mesh = fixtures::grid(20, 1);  // a strip of 21 x 2
   std::vector<int> joints;
   for (Index v = 0; v < mesh.vertices.rows(); ++v) {

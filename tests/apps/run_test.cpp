@@ -52,7 +52,7 @@ TEST_F(Run, DryRun_SaysEachSkippedStageOnce) {
   EXPECT_THAT(out, Not(HasSubstr("run: body is skipped")));
 }
 
-TEST_F(Run, DryRunWhereNothingIsToDo_SaysSo) {
+TEST_F(Run, DryRunWithNothingToDo_SaysSo) {
   ASSERT_EQ(run({"--from", "reconstruct", "--to", "reconstruct"}).exit_code, 0);
   const ChildResult plan = run({"--from", "reconstruct", "--to", "reconstruct", "--dry-run"});
   EXPECT_THAT(plan.out, HasSubstr("run: every result of 1 stage is there; a run would write the "
@@ -111,7 +111,7 @@ TEST_F(Run, WorkspaceOfAnotherCapture_IsReplacedOnlyWhenAsked) {
               HasSubstr("reconstruct is done already"));
 }
 
-TEST_F(Run, MovedOrGrownCapture_IsNoOther) {
+TEST_F(Run, MovedOrGrownCapture_IsTheSameCapture) {
   ASSERT_EQ(run({"--from", "reconstruct", "--to", "reconstruct"}).exit_code, 0);
   std::ofstream(capture_ / "notes.txt") << "more";
   EXPECT_EQ(run({"--from", "reconstruct", "--to", "reconstruct"}).exit_code, 0);
@@ -122,7 +122,7 @@ TEST_F(Run, MovedOrGrownCapture_IsNoOther) {
   EXPECT_THAT(run_child(all).out, HasSubstr("reconstruct is done already"));
 }
 
-TEST_F(Run, CaptureThatWasMovedAndHasGrown_IsGoneOnWith) {
+TEST_F(Run, MovedAndGrownCapture_KeepsItsWorkspace) {
   ASSERT_EQ(run({"--from", "reconstruct", "--to", "reconstruct"}).exit_code, 0);
   const std::size_t before = frames_of(manifest("reconstruct")).size();
   const fs::path grown = root_ / "grown";

@@ -40,7 +40,7 @@ TEST(FrameNames, CameraNumberLast_IsNotTheFrames) {
   EXPECT_TRUE(files.contains(9));
 }
 
-TEST(FrameNames, CounterThatBeginsAgain_GoesOn) {
+TEST(FrameNames, CounterThatBeginsAgain_IsCountedOn) {
   const auto numbers_of = [](const std::vector<std::string>& names) {
     const fixtures::TemporaryDirectory folder;
     for (const std::string& name : names) {

@@ -300,7 +300,7 @@ TEST(LensLeftOut, EquidistantFisheye_SaysHowFarItsCornersAreOff) {
       << lens_left_out(camera);
 }
 
-TEST(NerfstudioLens, StandsAtTheTopWhereNerfstudioReadsIt) {
+TEST(NerfstudioLens, LensOfAllCameras_StandsAtTheTopOfTheFile) {
   const auto written = [](int fisheyes, LayoutReport& report) {
     const fixtures::TemporaryDirectory folder;
     fixtures::SmallCapture capture;

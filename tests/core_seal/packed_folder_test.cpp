@@ -196,7 +196,7 @@ TEST_F(PackedFolderTest, LinksAndDevices_AreRefused) {
   }
 }
 
-TEST_F(PackedFolderTest, NothingIsWrittenThroughALink) {
+TEST_F(PackedFolderTest, LinkInTheArchive_IsNotWrittenThrough) {
   const std::string key = "0123456789abcdef";
   EXPECT_NE(refusal(Forged().add('2', "s/current", "", key).add('0', "s/current/a", "x").bytes()),
             "unpacked");
