@@ -11,19 +11,13 @@
 #include "apps/console/standard_streams.h"
 #include "core/atomic_file.h"
 #include "core/exit_code.h"
-#include "core/io/image_file.h"
 #include "core/io/json_text.h"
-#include "core/io/mesh_file.h"
 #include "core/printable.h"
 #include "core/store/output_place.h"
 #include "core/usage_error.h"
 #include "core/writable_place.h"
-#include "pipeline/pattern/flatten_garment.h"
+#include "pipeline/pattern/flatten_files.h"
 #include "pipeline/pattern/flatten_relax.h"
-#include "pipeline/pictures/flatten_pictures.h"
-#include "registration/drafting/exchange_dxf.h"
-#include "registration/drafting/garment_pattern_text.h"
-#include "registration/drafting/pattern_pdf.h"
 
 namespace atelier {
 namespace {
@@ -64,30 +58,23 @@ int flatten_alone(const FlattenFlags& flags, const StandAloneRequest& request) {
   };
   watcher.stopped = [] { return false; };
   const fs::path mesh = *flags.mesh;
-  const FlattenGarment garment{mesh, template_note(template_file(mesh), mesh.stem().string())};
+  const FlattenGarment garment{mesh, template_note(template_file(mesh), mesh.stem().string()),
+                               worn_folder(mesh.parent_path(), mesh)};
   require_relaxable(options, {garment});
+  require_sewable(options, {garment});
   const FlattenedGarment flat = flatten_garment(garment, options, watcher);
   make_private_directory(out);
   const std::string title = fs::path(*flags.mesh).stem().string();
-  write_file_atomically(out / "pattern.svg", pattern_svg(flat.layout, title));
-  write_file_atomically(out / "pattern.dxf", pattern_dxf(flat.layout, title));
-  write_file_atomically(out / "pattern_astm.dxf",
-                        exchange_dxf(flat.layout, title, DxfDialect::Astm));
-  write_file_atomically(out / "pattern_aama.dxf",
-                        exchange_dxf(flat.layout, title, DxfDialect::Aama));
-  write_file_atomically(out / "pattern.pdf", pattern_pdf(flat.layout, title));
-  write_file_atomically(out / "pattern.json", garment_pattern_text(flat.draft));
-  write_mesh(out / "garment.obj", with_flat_uvs(flat));
-  if (!flags.no_pictures) {
-    write_image(out / "stretch.png",
-                stretch_picture(flat.mesh, flat.pattern, flat.measures, flat.facing));
+  for (const FlattenFile& file : flatten_files(flat, title, options, !flags.no_pictures)) {
+    write_file_atomically(out / file.name, file.bytes);
   }
   if (request.json) {
     std::cout << json_text(json_of(flat)) << "\n";
   } else {
     std::cout << summary_of(flat) << "\n" << out.string() << "\n";
   }
-  const bool as_asked = flat.reached && flat.relaxed && flat.equal && flat.measures.overlaps == 0;
+  const bool as_asked =
+      flat.reached && flat.relaxed && flat.equal && flat.sewable && flat.measures.overlaps == 0;
   return as_asked ? kExitDone : kExitNotConverged;
 }
 
@@ -101,10 +88,11 @@ StandAloneWork add_flatten_alone(CLI::App& parser) {
       .type_name("MESH");
   add_option(
       parser, "--out", [flags](const std::string& text) { flags->out = text; },
-      "New folder for pattern.svg, pattern.dxf, its dialects, pattern.json, garment.obj and "
-      "stretch.png")
+      "New folder for pattern.svg, pattern.dxf, its dialects, pattern.val, pattern.json, "
+      "garment.obj, "
+      "stretch.png and, of a pattern sewn anew, sewn.obj and sewn.png")
       .type_name("FOLDER");
-  add_flag(parser, "--no-pictures", flags->no_pictures, "No stretch.png");
+  add_flag(parser, "--no-pictures", flags->no_pictures, "No stretch.png and sewn.png");
   return {[flags] { return first_flatten_flag(*flags); },
           [flags](const StandAloneRequest& request) { return flatten_alone(*flags, request); }};
 }

@@ -5,9 +5,12 @@
 #include <nlohmann/json.hpp>
 
 #include "core/error.h"
+#include "core/io/mesh_file.h"
 #include "core/normals.h"
+#include "core/usage_error.h"
 #include "pipeline/pattern/flatten_relax.h"
 #include "registration/drafting/draft_pattern.h"
+#include "registration/drafting/garment_pattern_text.h"
 #include "registration/drafting/name_pattern.h"
 #include "registration/edge_paths.h"
 #include "registration/flattening/cut_to_disks.h"
@@ -17,6 +20,7 @@
 #include "registration/flattening/part_overlaps.h"
 #include "registration/flattening/smooth_surface.h"
 #include "registration/remove_slivers.h"
+#include "simulation/material/hanging_acceleration.h"
 
 namespace atelier {
 namespace {
@@ -97,6 +101,7 @@ void draw_pattern(FlattenedGarment& flat, const PatternPieceOptions& options) {
   const Eigen::Vector3d facing = nearly_ahead(flat.facing);
   const PatternNames names =
       name_pattern(flat.pattern, flat.mesh, facing.isZero() ? facing_of(flat.mesh) : facing);
+  flat.panel_names = names.panels;
   flat.draft = draft_pattern(flat.pattern, names, {options.smoothing, options.curve_tolerance});
   place_on_surface(flat.draft, flat.mesh, flat.pattern);
   flat.draft = in_craft_order(flat.draft);
@@ -105,6 +110,7 @@ void draw_pattern(FlattenedGarment& flat, const PatternPieceOptions& options) {
     outlines.push_back(panel_outline(panel));
   }
   flat.outlines = measure_outlines(outlines);
+  flat.drawing = measure_drawing(flat.draft, flat.panel_names, flat.pattern);
   flat.layout = lay_out_pieces(flat.draft, options);
 }
 
@@ -113,7 +119,94 @@ double flat_corner(const FlattenedGarment& flat) {
   return min_corners(flat.pattern.vertices, flat.pattern.cut.faces).minCoeff();
 }
 
+/// The garment as it was captured, on its body; none where nobody knows it.
+std::optional<WornGarment> worn_garment(const FlattenGarment& garment,
+                                        const FlattenStageOptions& options) {
+  const std::string& body = options.sew_check.body;
+  if (body == kNoSewCheck || (body.empty() && garment.captured.empty())) {
+    return std::nullopt;
+  }
+  if (body.empty()) {
+    return read_worn(garment.captured);
+  }
+  return WornGarment{read_mesh(garment.file, options.input),
+                     body_of(body, options.input, garment.note.frame)};
+}
+
+/// Sews the pattern as it is written anew, and warns `not-sewn` where it cannot be.
+void check_by_sewing(FlattenedGarment& flat, const FlattenGarment& garment,
+                     const FlattenStageOptions& options, const FlattenWatcher& watcher) {
+  const std::optional<WornGarment> worn = worn_garment(garment, options);
+  if (!worn) {
+    return;
+  }
+  try {
+    flat.sewn = sew_anew({garment_pattern_text(flat.draft), flat.panel_names, flat.pattern,
+                          flat.mesh, read_mesh(garment.file, options.input)},
+                         *worn, options.sew_check, watcher.stopped);
+  } catch (const DataError& error) {
+    flat.sewable = false;
+    watcher.warn({Severity::Warning, "not-sewn", garment.file.string(),
+                  std::string("the written pattern could not be sewn anew: ") + error.what(),
+                  "its panels are written all the same"});
+    return;
+  }
+  if (flat.sewn && flat.sewn->acceleration > kInMotion) {
+    char text[160];
+    std::snprintf(text, sizeof text,
+                  "the captured garment was in motion (its freely hanging parts accelerate by %.1f "
+                  "m/s2), and the one sewn anew hangs at rest: their distance says little",
+                  flat.sewn->acceleration);
+    watcher.say(text);
+  }
+}
+
 }  // namespace
+
+void require_sewable(const FlattenStageOptions& options,
+                     const std::vector<FlattenGarment>& garments) {
+  const std::string& body = options.sew_check.body;
+  const bool known = !body.empty() || std::any_of(garments.begin(), garments.end(),
+                                                  [](const FlattenGarment& garment) {
+                                                    return !garment.captured.empty();
+                                                  });
+  if (!known) {
+    SewCheckOptions said = options.sew_check;
+    SewCheckOptions usual;
+    const OptionTable texts = describe(said);
+    const OptionTable defaults = describe(usual);
+    for (std::size_t i = 0; i < texts.fields.size(); ++i) {
+      if (option_text(texts.fields[i]) != option_text(defaults.fields[i])) {
+        throw UsageError("--sew-check." + texts.fields[i].name +
+                         " does nothing without a body; give --sew-check.body, or leave it out");
+      }
+    }
+  }
+  if (body.empty() || body == kNoSewCheck) {
+    return;
+  }
+  const bool one_mesh = !std::filesystem::is_directory(body);
+  if (one_mesh) {
+    read_mesh(body, options.input);  // says what it would have read
+  }
+  for (const FlattenGarment& garment : garments) {
+    if (is_rest(garment)) {
+      throw DataError(garment.file.string(), "", "a rest surface, which no body wore",
+                      "the template as it was captured, WORKSPACE/template/current, or "
+                      "WORKSPACE/surfaces without --sew-check.body");
+    }
+    if (!one_mesh) {
+      if (!garment.note.frame) {
+        throw DataError(body, "",
+                        "bodies in motion, but the frame of " + garment.file.filename().string() +
+                            " is not known",
+                        "WORKSPACE/template/current, which states the frame, or a mesh of the "
+                        "body in that frame");
+      }
+      body_of(body, options.input, garment.note.frame);
+    }
+  }
+}
 
 double mismatch_of(const FlattenedGarment& flat) {
   return std::max(flat.measures.seam_mismatch, flat.layout.seam_mismatch);
@@ -162,52 +255,66 @@ FlattenedGarment flatten_garment(const FlattenGarment& garment, const FlattenSta
       watcher.warn(*doubt);
     }
   }
+  check_by_sewing(flat, garment, options, watcher);
   return flat;
 }
 
 std::string summary_of(const FlattenedGarment& flat) {
   const FlatMeasures& m = flat.measures;
   const OutlineMeasures& o = flat.outlines;
-  char text[700];
-  std::snprintf(
+  char text[900];
+  int length = std::snprintf(
       text, sizeof text,
       "%d panels, %zu seams of %.2f m; stretch p50 %.2f%%, p95 %.2f%%, p99 %.2f%%, most %.1f%%; "
       "area %.2f%% of the surface's; seams differ by %.2f%% at most; %d inverted triangles, %d "
       "panels that overlap themselves; smallest corner %.1f deg; fabric %.2f x %.2f m; outlines: "
-      "%.1f corners a panel, %d at most, jagged by %.2f mm, %.1f turns a metre, asymmetric by %.1f "
-      "mm, narrowest neck %.1f cm",
+      "%.2f panels a part, %.1f corners a panel, %d at most, jagged by %.2f mm, ragged by %.2f mm, "
+      "%.1f turns a metre, asymmetric by %.1f mm, narrowest neck %.1f cm",
       flat.pattern.cut.panel_count, flat.pattern.seams.size(), m.seam_length, 100 * m.strain_p50,
       100 * m.strain_p95, 100 * m.strain_p99, 100 * m.strain_max, 100 * m.area_ratio,
       100 * mismatch_of(flat), m.inverted, m.overlaps, flat_corner(flat), flat.layout.width,
-      flat.layout.length, o.corners_mean, o.corners_max, 1000 * o.jaggedness, o.turns_per_metre,
-      1000 * o.asymmetry, 100 * o.narrowest_neck);
+      flat.layout.length, flat.drawing.panels_a_part, o.corners_mean, o.corners_max,
+      1000 * o.jaggedness, 1000 * flat.drawing.raggedness, o.turns_per_metre, 1000 * o.asymmetry,
+      100 * o.narrowest_neck);
+  if (flat.sewn) {
+    std::snprintf(text + length, sizeof text - static_cast<std::size_t>(length),
+                  "; sewn anew: %.1f mm from the captured garment, p95 %.1f mm",
+                  1000 * flat.sewn->mean, 1000 * flat.sewn->p95);
+  }
   return text;
 }
 
 nlohmann::ordered_json json_of(const FlattenedGarment& flat) {
   const FlatMeasures& m = flat.measures;
-  return {{"panels", flat.pattern.cut.panel_count},
-          {"seams", flat.pattern.seams.size()},
-          {"stretch_p50", m.strain_p50},
-          {"stretch_p95", m.strain_p95},
-          {"stretch_p99", m.strain_p99},
-          {"stretch_max", m.strain_max},
-          {"area_ratio", m.area_ratio},
-          {"seam_mismatch", mismatch_of(flat)},
-          {"seam_length", m.seam_length},
-          {"inverted", m.inverted},
-          {"overlaps", m.overlaps},
-          {"deviation_mean", flat.deviation_mean},
-          {"deviation_max", flat.deviation_max},
-          {"smallest_corner", flat_corner(flat)},
-          {"corners_mean", flat.outlines.corners_mean},
-          {"corners_max", flat.outlines.corners_max},
-          {"jaggedness", flat.outlines.jaggedness},
-          {"turns_per_metre", flat.outlines.turns_per_metre},
-          {"asymmetry", flat.outlines.asymmetry},
-          {"narrowest_neck", flat.outlines.narrowest_neck},
-          {"fabric_width", flat.layout.width},
-          {"fabric_length", flat.layout.length}};
+  nlohmann::ordered_json json{{"panels", flat.pattern.cut.panel_count},
+                              {"seams", flat.pattern.seams.size()},
+                              {"stretch_p50", m.strain_p50},
+                              {"stretch_p95", m.strain_p95},
+                              {"stretch_p99", m.strain_p99},
+                              {"stretch_max", m.strain_max},
+                              {"area_ratio", m.area_ratio},
+                              {"seam_mismatch", mismatch_of(flat)},
+                              {"seam_length", m.seam_length},
+                              {"inverted", m.inverted},
+                              {"overlaps", m.overlaps},
+                              {"deviation_mean", flat.deviation_mean},
+                              {"deviation_max", flat.deviation_max},
+                              {"smallest_corner", flat_corner(flat)},
+                              {"panels_a_part", flat.drawing.panels_a_part},
+                              {"corners_mean", flat.outlines.corners_mean},
+                              {"corners_max", flat.outlines.corners_max},
+                              {"jaggedness", flat.outlines.jaggedness},
+                              {"raggedness", flat.drawing.raggedness},
+                              {"turns_per_metre", flat.outlines.turns_per_metre},
+                              {"asymmetry", flat.outlines.asymmetry},
+                              {"narrowest_neck", flat.outlines.narrowest_neck},
+                              {"fabric_width", flat.layout.width},
+                              {"fabric_length", flat.layout.length}};
+  if (flat.sewn) {
+    json["sewn_mean"] = flat.sewn->mean;
+    json["sewn_p95"] = flat.sewn->p95;
+  }
+  return json;
 }
 
 Mesh with_flat_uvs(const FlattenedGarment& flat) {

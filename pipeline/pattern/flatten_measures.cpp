@@ -1,7 +1,9 @@
 #include "pipeline/pattern/flatten_measures.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <map>
 #include <optional>
@@ -17,6 +19,7 @@
 #include "registration/flattening/flat_pattern.h"
 #include "registration/flattening/flat_seams.h"
 #include "registration/flattening/seam_input.h"
+#include "simulation/material/hanging_acceleration.h"
 
 namespace atelier {
 namespace {
@@ -122,13 +125,53 @@ std::vector<std::filesystem::path> flat_garments(const std::filesystem::path& re
   return files;
 }
 
-/// The mismatch that the stage reports of seams as they are drawn, whose outlines are smoothed; 0
-/// where it reports none.
-double drawn_mismatch(const std::filesystem::path& result) {
-  const std::map<std::string, double> metrics =
-      read_manifest(std::filesystem::canonical(result), "flatten").metrics;
-  const auto metric = metrics.find("seam_mismatch");
-  return metric != metrics.end() ? metric->second : 0;
+/// What an eye sees, as the stage recorded it; nothing of a result that has none of it.
+void add_seen(std::vector<Measure>& measures, const std::map<std::string, double>& metrics) {
+  struct Seen {
+    const char* metric;
+    const char* key;
+    double scale;
+    const char* unit;
+    const char* note;
+  };
+  constexpr std::array<Seen, 8> kSeen = {{
+      {"panels_a_part", "flatten.panels_a_part", 1, "", "panels of each part of a garment"},
+      {"corners_mean", "flatten.corners_mean", 1, "", "corners of a panel"},
+      {"corners_max", "flatten.corners_max", 1, "", "corners of the panel with most"},
+      {"jaggedness", "flatten.jaggedness_mm", 1000, "mm", "drawn outlines off smoothed ones, rms"},
+      {"raggedness", "flatten.raggedness_mm", 1000, "mm", "flat outlines off drawn ones, rms"},
+      {"turns_per_metre", "flatten.turns_per_metre", 1, "1/m", "left to right and back"},
+      {"asymmetry", "flatten.asymmetry_mm", 1000, "mm",
+       "panels mirrored off those that they match, rms"},
+      {"narrowest_neck", "flatten.narrowest_neck_mm", 1000, "mm", "shortest cut through a panel"},
+  }};
+  for (const Seen& seen : kSeen) {
+    if (const auto metric = metrics.find(seen.metric); metric != metrics.end()) {
+      measures.push_back(
+          {seen.key, seen.scale * metric->second, seen.unit, 0, Measure::Side::None, seen.note});
+    }
+  }
+}
+
+/// How far the written pattern, sewn anew, is from the captured garment. Not judged where that was
+/// in motion: it is not how the cloth hangs.
+void add_sewn(std::vector<Measure>& measures, const std::map<std::string, double>& metrics) {
+  const auto mean = metrics.find("sewn_mean");
+  const auto p95 = metrics.find("sewn_p95");
+  if (mean == metrics.end() || p95 == metrics.end()) {
+    return;
+  }
+  const auto motion = metrics.find("sewn_motion");
+  const bool moved = motion != metrics.end() && motion->second > kInMotion;
+  const Measure::Side side = moved ? Measure::Side::None : Measure::Side::AtMost;
+  char note[160] = "draped on the body of its frame";
+  if (moved) {
+    std::snprintf(note, sizeof note,
+                  "the captured cloth was in motion (%.1f m/s2), and this one hangs at rest",
+                  motion->second);
+  }
+  measures.push_back({"flatten.sewn_mean_mm", 1000 * mean->second, "mm", 5, side, note});
+  measures.push_back({"flatten.sewn_p95_mm", 1000 * p95->second, "mm", 12, side, note});
 }
 
 }  // namespace
@@ -141,7 +184,12 @@ std::vector<Measure> measure_flatten(const std::filesystem::path& workspace,
   }
   const GroundTruth truth = read_ground_truth(capture);
   FlatMeasures worst;
-  worst.seam_mismatch = drawn_mismatch(workspace / "flatten" / "current");
+  const std::map<std::string, double> metrics =
+      read_manifest(std::filesystem::canonical(workspace / "flatten" / "current"), "flatten")
+          .metrics;
+  if (const auto drawn = metrics.find("seam_mismatch"); drawn != metrics.end()) {
+    worst.seam_mismatch = drawn->second;  // of outlines that are smoothed
+  }
   double panels = 0;
   double true_panels = 0;
   double of_known = 0;  // garments that the ground truth has a pattern of
@@ -195,6 +243,8 @@ std::vector<Measure> measure_flatten(const std::filesystem::path& workspace,
     measures.push_back({"flatten.area_error", std::abs(area_ratio - 1), "", 0.03, Side::AtMost,
                         "how far that is from 1"});
   }
+  add_sewn(measures, metrics);
+  add_seen(measures, metrics);
   return measures;
 }
 

@@ -21,31 +21,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// The waist of what is worn on the hips, which a belt or its elastic holds where it is; without,
-/// the weight would pull it down the hips. Nothing of what hangs from the shoulders.
-std::vector<int> held_waist(const Mesh& mesh, const Mesh& body) {
-  std::vector<int> waist;
-  double height = 0;
-  for (std::vector<int>& loop : boundary_loops(topology_of(mesh.faces, mesh.vertices.rows()))) {
-    const double y = mesh.vertices(loop, 1).mean();
-    if (waist.empty() || y > height) {
-      height = y;
-      waist = std::move(loop);
-    }
-  }
-  // Above a waist is half of the skin, above a neck a tenth, with raised arms a quarter.
-  constexpr double kShareAboveWaist = 0.35;
-  const Eigen::VectorXd areas = face_areas(body.vertices, body.faces);
-  double above = 0;
-  for (Index f = 0; f < body.faces.rows(); ++f) {
-    above += body.vertices(body.faces(f, 0), 1) > height ? areas[f] : 0;
-  }
-  if (above < kShareAboveWaist * areas.sum()) {
-    waist.clear();
-  }
-  return waist;
-}
-
 /// The registered sequence of a garment: the folder itself, or the one in it of the garment's name.
 fs::path registered_of(const std::string& folder, const fs::path& mesh) {
   return fs::exists(fs::path(folder) / "sequence.h5") ? fs::path(folder)
@@ -101,17 +76,39 @@ Index row_of(const Sequence& bodies, int frame_id, const std::string& place) {
   return at - ids.begin();
 }
 
-/// The body that a garment hangs on: the mesh, or of a sequence of bodies the one of its frame.
-Mesh body_of(const FlattenStageOptions& all, const std::optional<int>& frame_id) {
-  const std::string& place = all.relax.body;
+}  // namespace
+
+std::vector<int> held_waist(const Mesh& mesh, const Mesh& body) {
+  std::vector<int> waist;
+  double height = 0;
+  for (std::vector<int>& loop : boundary_loops(topology_of(mesh.faces, mesh.vertices.rows()))) {
+    const double y = mesh.vertices(loop, 1).mean();
+    if (waist.empty() || y > height) {
+      height = y;
+      waist = std::move(loop);
+    }
+  }
+  // Above a waist is half of the skin, above a neck a tenth, with raised arms a quarter.
+  constexpr double kShareAboveWaist = 0.35;
+  const Eigen::VectorXd areas = face_areas(body.vertices, body.faces);
+  double above = 0;
+  for (Index f = 0; f < body.faces.rows(); ++f) {
+    above += body.vertices(body.faces(f, 0), 1) > height ? areas[f] : 0;
+  }
+  if (above < kShareAboveWaist * areas.sum()) {
+    waist.clear();
+  }
+  return waist;
+}
+
+Mesh body_of(const std::string& place, const MeshConvention& convention,
+             const std::optional<int>& frame_id) {
   if (!fs::is_directory(place)) {
-    return read_mesh(place, all.input);
+    return read_mesh(place, convention);
   }
   const Sequence bodies = open_sequence(place);
   return frame(bodies, row_of(bodies, frame_id.value_or(-1), place));
 }
-
-}  // namespace
 
 void require_relaxable(const FlattenStageOptions& options,
                        const std::vector<FlattenGarment>& garments) {
@@ -180,7 +177,7 @@ bool relax_mesh(Mesh& mesh, const FlattenGarment& of, const FlattenStageOptions&
     const Index row = nearest_row(*registered, mesh, sequence);
     frame_id = frame_id.value_or(registered->frame_ids[static_cast<std::size_t>(row)]);
   }
-  const Mesh body = body_of(all, frame_id);
+  const Mesh body = body_of(options.body, all.input, frame_id);
   if (const auto doubt = open_body_finding(body, options.body)) {
     watcher.warn(*doubt);
   }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "pipeline/pattern/flatten_stage.h"
@@ -15,6 +17,15 @@ namespace atelier {
 /// relaxed. Throws DataError.
 void require_relaxable(const FlattenStageOptions& options,
                        const std::vector<FlattenGarment>& garments);
+
+/// The waist of what is worn on the hips, which a belt or its elastic holds where it is; without,
+/// the weight would pull it down the hips. Nothing of what hangs from the shoulders.
+std::vector<int> held_waist(const Mesh& mesh, const Mesh& body);
+
+/// The body that a garment hangs on, at `place`: the mesh, in `convention`, or of a sequence of
+/// bodies the one of its frame. Throws DataError where there is none.
+Mesh body_of(const std::string& place, const MeshConvention& convention,
+             const std::optional<int>& frame_id);
 
 /// The unloaded garment that hangs as captured. Where none is found, the mesh stays as it is, with
 /// a warning `not-relaxed` or `in-motion`: a garment that hangs elsewhere would be another one's

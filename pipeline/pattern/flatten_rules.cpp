@@ -1,5 +1,7 @@
 #include "pipeline/pattern/flatten_rules.h"
 
+#include "pipeline/pattern/sew_check.h"
+
 namespace atelier {
 namespace {
 
@@ -11,6 +13,9 @@ constexpr const char* kSeamsFound = "--seams auto";
 constexpr std::array<IdleRule::Value, 2> kNoBody = {{{"relax.body", ""}, {}}};
 constexpr const char* kHungOnBody = "--relax.body";
 
+constexpr std::array<IdleRule::Value, 2> kNotSewn = {{{"sew_check.body", kNoSewCheck}, {}}};
+constexpr const char* kSewnAnew = "--sew-check.body";
+
 constexpr std::array kFlattenIdle = {
     IdleRule{"tolerance", kSeamsGiven, kSeamsFound},
     IdleRule{"find.", kSeamsGiven, kSeamsFound},
@@ -19,6 +24,9 @@ constexpr std::array kFlattenIdle = {
     IdleRule{"relax.gap", kNoBody, kHungOnBody},
     IdleRule{"relax.substeps", kNoBody, kHungOnBody},
     IdleRule{"relax.relaxing.", kNoBody, kHungOnBody},
+    IdleRule{"sew_check.fabric", kNotSewn, kSewnAnew},
+    IdleRule{"sew_check.edge_length", kNotSewn, kSewnAnew},
+    IdleRule{"sew_check.seconds", kNotSewn, kSewnAnew},
 };
 
 }  // namespace

@@ -2,23 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <optional>
 
 #include "core/error.h"
 #include "core/file_kind.h"
-#include "core/io/image_file.h"
 #include "core/io/mesh_file.h"
-#include "core/io/mesh_obj.h"
-#include "core/store/write_text.h"
+#include "pipeline/pattern/flatten_files.h"
 #include "pipeline/pattern/flatten_garment.h"
 #include "pipeline/pattern/flatten_relax.h"
-#include "pipeline/pictures/flatten_pictures.h"
-#include "registration/drafting/exchange_dxf.h"
-#include "registration/drafting/garment_pattern_text.h"
-#include "registration/drafting/pattern_pdf.h"
 #include "registration/flattening/flatten_surface.h"
 #include "registration/flattening/seam_input.h"
 #include "simulation/material/fabric.h"
+#include "simulation/material/hanging_acceleration.h"
 
 namespace atelier {
 namespace {
@@ -52,7 +48,8 @@ std::vector<FlattenGarment> garments_in(const fs::path& input) {
   std::vector<FlattenGarment> garments;
   garments.reserve(files.size());
   for (const fs::path& file : files) {
-    garments.push_back({file, template_note(input / kTemplateFile, file.stem().string())});
+    garments.push_back({file, template_note(input / kTemplateFile, file.stem().string()),
+                        worn_folder(input, file)});
   }
   return garments;
 }
@@ -75,23 +72,80 @@ std::optional<Finding> unread_finding(const FlattenGarment& garment) {
                      file.parent_path().string() + " as INPUT to use it"};
 }
 
-void write_flat(StageRun& run, const FlattenedGarment& flat, const std::string& title,
-                const std::string& folder) {
-  run.output_text(folder + "pattern.svg", pattern_svg(flat.layout, title));
-  run.output_text(folder + "pattern.dxf", pattern_dxf(flat.layout, title));
-  run.output_text(folder + "pattern_astm.dxf", exchange_dxf(flat.layout, title, DxfDialect::Astm));
-  run.output_text(folder + "pattern_aama.dxf", exchange_dxf(flat.layout, title, DxfDialect::Aama));
-  run.output_text(folder + "pattern.pdf", pattern_pdf(flat.layout, title));
-  run.output_text(folder + "pattern.json", garment_pattern_text(flat.draft));
-  run.output(folder + "garment.obj", [&](const fs::path& file) {
-    write_text(file, obj_text(polygons_of(with_flat_uvs(flat))));
-  });
-  run.output(folder + "stretch.png", [&](const fs::path& file) {
-    write_text(file,
-               image_bytes(stretch_picture(flat.mesh, flat.pattern, flat.measures, flat.facing),
-                           ImageFormat::Png));
-  });
-}
+/// The stage's metrics: sums, else the worst garment's.
+class FlattenFigures {
+ public:
+  void add(const FlattenedGarment& flat) {
+    const FlatMeasures& m = flat.measures;
+    sum("panels", flat.pattern.cut.panel_count);
+    sum("seam_length", m.seam_length);
+    sum("inverted", m.inverted);
+    sum("overlaps", m.overlaps);
+    most("stretch_p50", m.strain_p50);
+    most("stretch_p95", m.strain_p95);
+    most("stretch_p99", m.strain_p99);
+    most("seam_mismatch", mismatch_of(flat));
+    most("deviation_mean", flat.deviation_mean);
+    most("deviation_max", flat.deviation_max);
+    const double area = figures_.emplace("area_ratio", m.area_ratio).first->second;
+    if (std::abs(m.area_ratio - 1) > std::abs(area - 1)) {
+      figures_["area_ratio"] = m.area_ratio;
+    }
+    most("panels_a_part", flat.drawing.panels_a_part);
+    most("raggedness", flat.drawing.raggedness);
+    most("corners_mean", flat.outlines.corners_mean);
+    most("corners_max", flat.outlines.corners_max);
+    most("jaggedness", flat.outlines.jaggedness);
+    most("turns_per_metre", flat.outlines.turns_per_metre);
+    most("asymmetry", flat.outlines.asymmetry);
+    const double neck = flat.outlines.narrowest_neck;
+    figures_["narrowest_neck"] =
+        std::min(neck, figures_.emplace("narrowest_neck", neck).first->second);
+    add_sewn(flat);
+  }
+
+  void record(StageRun& run) const {
+    for (const auto& [name, value] : figures_) {
+      run.metric(name, value);
+    }
+  }
+
+ private:
+  void sum(const std::string& name, double value) { figures_[name] += value; }
+  void most(const std::string& name, double value) {
+    double& figure = figures_.emplace(name, value).first->second;
+    figure = std::max(figure, value);
+  }
+
+  /// Of garments that hung still, where there is one: motion holds a garment where no pattern does.
+  void add_sewn(const FlattenedGarment& flat) {
+    if (!flat.sewable) {
+      sum("not_sewn", 1);
+    }
+    if (!flat.sewn) {
+      return;
+    }
+    sum("not_sewn", 0);
+    const bool still = flat.sewn->acceleration <= kInMotion;
+    if (!still && still_sewn_) {
+      return;
+    }
+    if (still && !still_sewn_) {
+      still_sewn_ = true;
+      for (const char* name : {"sewn_mean", "sewn_p95", "sewn_motion"}) {
+        figures_.erase(name);
+      }
+    }
+    most("sewn_mean", flat.sewn->mean);
+    most("sewn_p95", flat.sewn->p95);
+    if (flat.sewn->acceleration >= 0) {
+      most("sewn_motion", flat.sewn->acceleration);
+    }
+  }
+
+  std::map<std::string, double> figures_;
+  bool still_sewn_ = false;
+};
 
 }  // namespace
 
@@ -130,6 +184,7 @@ OptionTable describe(FlattenStageOptions& options) {
   table.add("flatten", describe(options.flatten));
   table.add("pattern", describe(options.pattern));
   table.add("relax", describe(options.relax));
+  table.add("sew_check", describe(options.sew_check));
   table.add("input", describe(options.input));
   return table;
 }
@@ -141,6 +196,7 @@ void require_named(const FlattenStageOptions& options, [[maybe_unused]] const fs
     read_mesh(body);  // says what it would have read
   }
   require_relaxable(options, garments_in(input));
+  require_sewable(options, garments_in(input));
 }
 
 void check_flatten_input(const fs::path& input, const OptionTable& /*options*/) {
@@ -152,13 +208,10 @@ void check_flatten_input(const fs::path& input, const OptionTable& /*options*/) 
 
 void run_flatten(StageRun& run) {
   const auto& options = run.options<FlattenStageOptions>();
-  FlatMeasures worst;
-  worst.area_ratio = 1;
-  double deviation_mean = 0;
-  double deviation_max = 0;
-  int panels = 0;
+  FlattenFigures figures;
   const std::vector<FlattenGarment> garments = garments_in(run.input("surface"));
   require_relaxable(options, garments);
+  require_sewable(options, garments);
   if (options.seams == "auto") {
     for (const FlattenGarment& garment : garments) {
       if (const auto doubt = unread_finding(garment)) {
@@ -189,35 +242,14 @@ void run_flatten(StageRun& run) {
     if (run.stop_requested()) {
       return;
     }
-    write_flat(run, flat, title, folder);
-    const FlatMeasures& m = flat.measures;
-    panels += flat.pattern.cut.panel_count;
-    worst.strain_p50 = std::max(worst.strain_p50, m.strain_p50);
-    worst.strain_p95 = std::max(worst.strain_p95, m.strain_p95);
-    worst.strain_p99 = std::max(worst.strain_p99, m.strain_p99);
-    worst.seam_mismatch = std::max(worst.seam_mismatch, mismatch_of(flat));
-    if (std::abs(m.area_ratio - 1) > std::abs(worst.area_ratio - 1)) {
-      worst.area_ratio = m.area_ratio;
+    for (const FlattenFile& file : flatten_files(flat, title, options, true)) {
+      run.output_text(folder + file.name, file.bytes);
     }
-    deviation_mean = std::max(deviation_mean, flat.deviation_mean);
-    deviation_max = std::max(deviation_max, flat.deviation_max);
-    worst.seam_length += m.seam_length;
-    worst.inverted += m.inverted;
-    worst.overlaps += m.overlaps;
-    run.say((folder.empty() ? "" : title + ": ") + summary_of(flat));
+    figures.add(flat);
+    run.say(whose + summary_of(flat));
     run.progress(&garment - garments.data() + 1, std::ssize(garments), "garments");
   }
-  run.metric("panels", panels);
-  run.metric("stretch_p50", worst.strain_p50);
-  run.metric("stretch_p95", worst.strain_p95);
-  run.metric("stretch_p99", worst.strain_p99);
-  run.metric("seam_mismatch", worst.seam_mismatch);
-  run.metric("seam_length", worst.seam_length);
-  run.metric("area_ratio", worst.area_ratio);
-  run.metric("inverted", worst.inverted);
-  run.metric("overlaps", worst.overlaps);
-  run.metric("deviation_mean", deviation_mean);
-  run.metric("deviation_max", deviation_max);
+  figures.record(run);
 }
 
 }  // namespace atelier

@@ -6,6 +6,7 @@
 
 #include "core/io/polygon_mesh.h"
 #include "core/store/stage.h"
+#include "pipeline/pattern/sew_check.h"
 #include "registration/flattening/find_seams.h"
 #include "registration/flattening/flat_pattern.h"
 #include "registration/flattening/pattern_pieces.h"
@@ -36,17 +37,37 @@ struct FlattenStageOptions {
   FlattenOptions flatten;
   PatternPieceOptions pattern;
   FlattenRelaxOptions relax;
+  SewCheckOptions sew_check;
   MeshConvention input{.metres_per_unit = 1, .up = 'y'};  ///< of files that do not say
 };
 OptionTable describe(FlattenStageOptions& options);
 
 inline constexpr std::array kFlattenMetrics = {
-    StageMetric{"panels", ""},         StageMetric{"stretch_p50", ""},
-    StageMetric{"stretch_p95", ""},    StageMetric{"stretch_p99", ""},
-    StageMetric{"seam_mismatch", ""},  StageMetric{"seam_length", "m"},
-    StageMetric{"area_ratio", ""},     StageMetric{"inverted", ""},
-    StageMetric{"overlaps", ""},       StageMetric{"deviation_mean", "m"},
+    StageMetric{"panels", ""},
+    StageMetric{"stretch_p50", ""},
+    StageMetric{"stretch_p95", ""},
+    StageMetric{"stretch_p99", ""},
+    StageMetric{"seam_mismatch", ""},
+    StageMetric{"seam_length", "m"},
+    StageMetric{"area_ratio", ""},
+    StageMetric{"inverted", ""},
+    StageMetric{"overlaps", ""},
+    StageMetric{"deviation_mean", "m"},
     StageMetric{"deviation_max", "m"},
+    // What an eye sees.
+    StageMetric{"panels_a_part", ""},
+    StageMetric{"corners_mean", ""},
+    StageMetric{"corners_max", ""},
+    StageMetric{"jaggedness", "m"},
+    StageMetric{"raggedness", "m"},
+    StageMetric{"turns_per_metre", ""},
+    StageMetric{"asymmetry", "m"},
+    StageMetric{"narrowest_neck", "m"},
+    // Of the pattern sewn anew.
+    StageMetric{"sewn_mean", "m"},
+    StageMetric{"sewn_p95", "m"},
+    StageMetric{"sewn_motion", "m/s2"},
+    StageMetric{"not_sewn", ""},
 };
 
 /// Refuses files and words that options name and that are not there, or are not of the garments of
@@ -57,10 +78,11 @@ void require_named(const FlattenStageOptions& options, const std::filesystem::pa
 void check_flatten_input(const std::filesystem::path& input, const OptionTable& options);
 
 /// A garment's surface -> pattern.svg, pattern.pdf, pattern.dxf, pattern_astm.dxf,
-/// pattern_aama.dxf, pattern.json (GarmentCode), garment.obj (the surface as it was laid flat, its
-/// texture coordinates the pattern, metres) and stretch.png; of a folder of meshes, as `template`
-/// leaves them, a folder of these for each. Metrics are sums of panels, seams and what is turned
-/// over, else the worst garment's.
+/// pattern_aama.dxf, pattern.val, pattern.json (GarmentCode), garment.obj (the surface as it was
+/// laid flat, its texture coordinates the pattern, metres) and stretch.png, and where the garment's
+/// body is known sewn.obj and sewn.png, the pattern sewn anew (sew_check.h); of a folder of meshes,
+/// as `template` leaves them, a folder of these for each. Metrics are sums of panels, seams and
+/// what is turned over, else the worst garment's.
 void run_flatten(StageRun& run);
 
 }  // namespace atelier

@@ -16,6 +16,9 @@ using enum Measure::Side;
 
 constexpr const char* kNoSeams = "no ground-truth garment has seams";
 
+constexpr const char* kNeverSewn =
+    "the pattern was not sewn anew: its garment's body is not known, or it was refused";
+
 constexpr std::array kFlattenTargets = {
     Target{"flatten.stretch_p99", "stretch of the flat panels, 99th percentile", "", AtMost, 0.03,
            0.05},
@@ -35,6 +38,14 @@ constexpr std::array kFlattenTargets = {
            0.03,
            {},
            kNoSeams},
+    Target{"flatten.sewn_mean_mm",
+           "mean distance of the written pattern, sewn anew and draped, from the captured garment",
+           "mm",
+           AtMost,
+           5,
+           {},
+           kNeverSewn},
+    Target{"flatten.sewn_p95_mm", "the same, 95th percentile", "mm", AtMost, 12, {}, kNeverSewn},
 };
 
 std::vector<std::string_view> of_template(const CaptureFacts& /*facts*/) {
@@ -55,13 +66,13 @@ constexpr std::array kFlattenFigures = {
 const StageRow& flatten_row() {
   static const StageRow row{
       .stage = {.name = "flatten",
-                .version = 15,
+                .version = 16,
                 .summary = "a garment's surface as a flat sewing pattern",
                 .inputs = {"surface"},
                 .outputs = {"pattern"},
                 .metrics = kFlattenMetrics,
                 .options = option_set<FlattenStageOptions>,
-                .file_options = {"seams", "relax.body", "relax.registered"},
+                .file_options = {"seams", "relax.body", "relax.registered", "sew_check.body"},
                 .run = run_flatten,
                 .check_input = check_flatten_input},
       .input_help =

@@ -107,4 +107,29 @@ Image stretch_picture(const Mesh& mesh, const FlatPattern& pattern, const FlatMe
                        {.columns = 1, .even_rows = false, .title = "Stretch of the flat panels"});
 }
 
+Image sewn_picture(const Mesh& sewn, const Mesh& captured, const Mesh& body,
+                   const Eigen::VectorXd& off, const Eigen::Vector3d& facing) {
+  constexpr double kMaxOff = 0.03;  // m at the end of the colour map
+  PictureOptions options;
+  options.width = 360;
+  options.height = kSheetHeight;
+  options.samples = 4;
+  RenderMesh skin{body, clay_look()};
+  skin.mesh.colors.resize(0, 3);
+  RenderMesh cloth{sewn, clay_look()};
+  cloth.mesh.normals.resize(0, 3);
+  cloth.mesh.colors = map_colors(ColorMap::Viridis, off, 0, kMaxOff);
+  cloth.look.color = {1, 1, 1};  // times the colours
+  RenderMesh worn{captured, clay_look()};
+  worn.mesh.colors.resize(0, 3);
+  worn.look.color = {0.16F, 0.24F, 0.42F};
+  std::vector<CaptionedImage> cells;
+  for (const NamedView& side : two_sides(facing, facing_of(captured))) {
+    cells.push_back({picture_of({skin, worn}, side.view, options), "captured, " + side.name});
+    cells.push_back({picture_of({skin, cloth}, side.view, options), "sewn anew, " + side.name});
+  }
+  cells.push_back({color_bar(ColorMap::Viridis, 0, 1000 * kMaxOff, "mm", kSheetHeight), ""});
+  return contact_sheet(cells, {.columns = 5, .title = "The written pattern, sewn and draped"});
+}
+
 }  // namespace atelier

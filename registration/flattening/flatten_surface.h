@@ -44,6 +44,7 @@ struct TemplateNote {
 struct FlattenGarment {
   std::filesystem::path file;
   TemplateNote note;
+  std::filesystem::path captured = {};  ///< folder of it and its body as captured; empty: none
 };
 
 /// Where the note on a mesh would be: beside it, as in WORKSPACE/surfaces, else, of one in a folder

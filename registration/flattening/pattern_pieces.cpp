@@ -277,11 +277,10 @@ void add_labels(const SewingPattern& pattern, std::vector<PatternPiece>& pieces)
 std::vector<double> allowances_of(const Panel& panel, const PatternPieceOptions& options) {
   std::vector<double> allowances;
   for (const PanelEdge& edge : panel.edges) {
-    const bool hem = edge.name.starts_with("hem") || edge.name.starts_with("cuff");
     Panel alone = panel;
     alone.edges = {edge};
     allowances.insert(allowances.end(), static_cast<std::size_t>(panel_outline(alone).rows()),
-                      hem ? options.hem_allowance : options.seam_allowance);
+                      is_hem(edge) ? options.hem_allowance : options.seam_allowance);
   }
   return allowances;
 }
@@ -328,6 +327,10 @@ OptionTable describe(PatternPieceOptions& options) {
             "Width of the fabric on which pieces are packed");
   table.add("gap", options.gap, 0, 0.5, "m", "Gap between packed pieces");
   return table;
+}
+
+bool is_hem(const PanelEdge& edge) {
+  return edge.name.starts_with("hem") || edge.name.starts_with("cuff");
 }
 
 PatternLayout lay_out_pieces(const SewingPattern& pattern, const PatternPieceOptions& options) {

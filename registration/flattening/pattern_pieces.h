@@ -57,6 +57,9 @@ struct PatternPieceOptions {
 };
 OptionTable describe(PatternPieceOptions& options);
 
+/// Whether an edge borders an opening with a hem's allowance, by its name.
+bool is_hem(const PanelEdge& edge);
+
 /// Outlines, allowances, notches, grain, fold and labels of every panel, packed onto fabric of a
 /// given width in order of their heights, each as low as it goes (skyline, bottom left), turned by
 /// at most half a turn, so that the grain stays along the warp. Notches divide a seam evenly, at

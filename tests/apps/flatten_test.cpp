@@ -125,6 +125,28 @@ assert {'1', '14', '7'} <= layers, layers
             0);
 }
 
+TEST_F(Flatten, ValentinaFile_OpensInValentinaAtTrueSize) {
+  if (std::system("command -v valentina >/dev/null") != 0) {
+    GTEST_SKIP() << "no valentina (package valentina)";
+  }
+  ASSERT_EQ(alone({"--seams", "none"}).exit_code, 0);
+  ASSERT_EQ(std::system(("cd " + root_.path().string() + " && HOME=. QT_QPA_PLATFORM=offscreen " +
+                         "valentina " + (out() / "pattern.val").string() +
+                         " -b opened -d . -f 0 --exportOnlyDetails >valentina.log 2>&1")
+                            .c_str()),
+            0);
+  // One piece, with its allowances and Valentina's margins of 1 cm.
+  const std::string svg = read_file_text(root_.path() / "opened_1.svg", 1 << 20);
+  double width = 0;
+  double height = 0;
+  ASSERT_EQ(std::sscanf(svg.c_str() + svg.find("<svg"), "<svg width=\"%lfmm\" height=\"%lfmm\"",
+                        &width, &height),
+            2);
+  const double around = 2 * kAround * 150 * std::sin(std::numbers::pi / kAround);
+  EXPECT_NEAR(width, around + 20 + 20, 15);
+  EXPECT_NEAR(height, 400 + 30 + 20, 30);
+}
+
 TEST_F(Flatten, FlattenedGarment_IsSimulatedFromFlatRestShape) {
   ASSERT_EQ(alone().exit_code, 0);
   const ChildResult result =
@@ -398,6 +420,79 @@ TEST_F(Flatten, GarmentNotHangingAsCaptured_IsFlattenedUnrelaxed) {
   EXPECT_EQ(relaxed.exit_code, 4);
   EXPECT_THAT(relaxed.err, HasSubstr("warning not-relaxed [" + body.string() + "]"));
   EXPECT_EQ(relaxed.out, plain.out);
+}
+
+/// A closed prism of eight sides round the Y axis, from 0.5 m below the tube to as far above it.
+void write_trunk(const std::filesystem::path& path, double radius) {
+  std::ofstream file(path);
+  constexpr int kSides = 8;
+  for (const double y : {-0.5, 0.9}) {
+    for (int i = 0; i < kSides; ++i) {
+      const double angle = 2 * std::numbers::pi * i / kSides;
+      file << "v " << radius * std::sin(angle) << " " << y << " " << radius * std::cos(angle)
+           << "\n";
+    }
+  }
+  for (int i = 0; i < kSides; ++i) {
+    const int a = i + 1;
+    const int b = (i + 1) % kSides + 1;
+    file << "f " << a << " " << b << " " << b + kSides << " " << a + kSides << "\n";
+  }
+  file << "f 8 7 6 5 4 3 2 1\nf 9 10 11 12 13 14 15 16\n";
+}
+
+TEST_F(Flatten, WrittenPattern_IsSewnAnewAndHangsWhereItWasCaptured) {
+  const std::string body = (root_.path() / "trunk.obj").string();
+  write_trunk(body, 0.12);
+  const std::vector<std::string> check = {
+      "--sew-check.body", body, "--sew-check.edge_length", "0.04", "--sew-check.seconds", "0.5"};
+  std::vector<std::string> words = check;
+  words.emplace_back("--json");
+  const ChildResult result = alone(words);
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const nlohmann::json json = nlohmann::json::parse(result.out);
+  EXPECT_LT(json.at("sewn_mean").get<double>(), 0.005);
+  EXPECT_LT(json.at("sewn_p95").get<double>(), 0.012);
+  EXPECT_GE(json.at("panels_a_part").get<double>(), 1);
+  EXPECT_TRUE(json.contains("raggedness"));
+  const Mesh sewn = read_mesh(out() / "sewn.obj");
+  EXPECT_NEAR(sewn.vertices.col(1).maxCoeff(), 0.4, 0.01) << "its waist is held";
+  EXPECT_FALSE(std::filesystem::exists(out() / "sewn.png")) << "--no-pictures";
+
+  words = check;
+  words.insert(words.begin(), {mesh().string(), (root_.path() / "workspace").string()});
+  const ChildResult stage = run(words);
+  ASSERT_EQ(stage.exit_code, 0) << stage.err;
+  EXPECT_THAT(stage.out + stage.err, HasSubstr("; sewn anew: "));
+  const std::filesystem::path result_folder = root_.path() / "workspace/flatten/current";
+  EXPECT_TRUE(std::filesystem::exists(result_folder / "sewn.png"));
+  const auto metrics =
+      nlohmann::json::parse(read_file_text(result_folder / "manifest.json", 1 << 20)).at("metrics");
+  EXPECT_EQ(metrics.at("sewn_mean"), json.at("sewn_mean"));
+  EXPECT_EQ(metrics.at("not_sewn"), 0);
+  for (const char* seen : {"panels_a_part", "corners_max", "jaggedness", "raggedness",
+                           "turns_per_metre", "asymmetry", "narrowest_neck"}) {
+    EXPECT_EQ(metrics.at(seen), json.at(seen)) << seen;
+  }
+}
+
+TEST_F(Flatten, SewCheckWithoutABodyOrOfARestSurface_IsRefused) {
+  const auto refused = [&](std::vector<std::string> how, int code, const std::string& words) {
+    const ChildResult result = alone(std::move(how));
+    EXPECT_EQ(result.exit_code, code) << words;
+    EXPECT_THAT(result.err, HasSubstr(words));
+    EXPECT_FALSE(std::filesystem::exists(out()));
+  };
+  refused({"--sew-check.seconds", "3"}, 2, "--sew-check.seconds does nothing without a body");
+  refused({"--sew-check.body", "none", "--sew-check.fabric", "cotton"}, 2, "sew-check.fabric");
+  refused({"--sew-check.body", (root_.path() / "nobody.obj").string()}, 3, "nobody.obj");
+  const std::string body = (root_.path() / "trunk.obj").string();
+  write_trunk(body, 0.12);
+  std::filesystem::rename(mesh(), root_.path() / "rest.obj");
+  const ChildResult rest = run({"--mesh", (root_.path() / "rest.obj").string(), "--out",
+                                out().string(), "--sew-check.body", body});
+  EXPECT_EQ(rest.exit_code, 3);
+  EXPECT_THAT(rest.err, HasSubstr("a rest surface, which no body wore"));
 }
 
 TEST_F(Flatten, GarmentHeldUpByMotion_IsNotRelaxed) {

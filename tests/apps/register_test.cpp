@@ -144,10 +144,16 @@ void write_flat(StageRun& run, const std::string& label, double height) {
              [&](const auto& file) { write_text(file, obj_text(polygons_of(mesh))); });
 }
 
+/// m/s2: how the measured skirts were held up by their motion.
+double cloth_motion = 0.3;
+
 /// How far the registered skirt is turned off the true one, rad.
 constexpr double kTurned = 0.01;
 
-constexpr std::array kSeamMetric = {StageMetric{"seam_mismatch", ""}};
+constexpr std::array kSeamMetric = {
+    StageMetric{"seam_mismatch", ""}, StageMetric{"corners_max", ""}, StageMetric{"sewn_mean", "m"},
+    StageMetric{"sewn_p95", "m"},     StageMetric{"sewn_motion", ""},
+};
 
 constexpr std::array kMeasured = {
     Stage{.name = "register",
@@ -182,6 +188,10 @@ constexpr std::array kMeasured = {
                 write_flat(run, "lower", 0.62);
                 write_flat(run, "upper", 0.7);
                 run.metric("seam_mismatch", 0.0018);  // as drawn: smoothed
+                run.metric("corners_max", 9);
+                run.metric("sewn_mean", 0.004);
+                run.metric("sewn_p95", 0.013);
+                run.metric("sewn_motion", cloth_motion);
               }},
 };
 
@@ -621,6 +631,27 @@ TEST_F(Register, Patterns_AreComparedWithTheGarmentOfTheirLabel) {
   EXPECT_EQ(verdict(all, "flatten.panels"), "met");
   EXPECT_NEAR(all.at("flatten.seam_ratio").get<double>(), (0.62 + 0.7) / (0.5 + 0.7), 1e-6);
   EXPECT_EQ(all.at("flatten.seam_mismatch"), 0.0018);
+}
+
+TEST_F(Register, PatternSewnAnew_IsJudgedWhereTheCapturedClothHungStill) {
+  write_truth({sewn_tube("skirt", Label::Lower, 0.62)});
+  make(kMeasured, root_ / "work");
+  const nlohmann::json still = evaluated("flatten", 1);
+  EXPECT_NEAR(still.at("flatten.sewn_mean_mm").get<double>(), 4, 1e-9);
+  EXPECT_EQ(verdict(still, "flatten.sewn_mean_mm"), "met");
+  EXPECT_EQ(verdict(still, "flatten.sewn_p95_mm"), "missed");
+  EXPECT_EQ(still.at("flatten.corners_max"), 9);
+  EXPECT_EQ(verdict(still, "flatten.corners_max"), "no row") << "shown, not judged";
+  cloth_motion = 9;
+  fs::remove_all(root_ / "work");
+  make(kMeasured, root_ / "work");
+  cloth_motion = 0.3;
+  const ChildResult result =
+      run({"evaluate", (root_ / "work").string(), "--ground-truth", capture().string(), "--stage",
+           "flatten", "--check", "--targets", "accuracy", "--json"});
+  const nlohmann::json moved = nlohmann::json::parse(result.out);
+  EXPECT_EQ(verdict(moved, "flatten.sewn_p95_mm"), "not judged");
+  EXPECT_THAT(result.out, HasSubstr("was in motion (9.0 m/s2)"));
 }
 
 TEST_F(Register, PatternWithoutGroundTruth_ChangesNoTarget) {

@@ -14,12 +14,14 @@
 #include "core/io/file_bytes.h"
 #include "core/io/mesh_file.h"
 #include "core/normals.h"
+#include "core/sequence_archive.h"
 #include "core/store/commit.h"
 #include "core/store/input_digest.h"
 #include "core/store/result.h"
 #include "core/store/stage_plan.h"
 #include "registration/flattening/rest_surface.h"
 #include "tests/apps/run_fixture.h"
+#include "tests/support/shapes.h"
 
 namespace atelier::fixtures {
 namespace {
@@ -152,6 +154,35 @@ TEST_F(Run, RegisteredGarment_IsFlattenedFromItsRestSurface) {
     EXPECT_THAT(relaxed.err, AllOf(HasSubstr("upper.obj: a rest surface"),
                                    HasSubstr("WORKSPACE/template/current")));
   }
+}
+
+// So that the pattern can be sewn anew and held against it: the body of another frame is nobody's.
+TEST_F(Run, BodyOfTheTemplatesFrame_IsKeptBesideTheSurfaces) {
+  write_small_capture(capture_, SmallCapture());
+  make_result(workspace_, "template", [](const fs::path& folder) {
+    fs::create_directory(folder / "garments");
+    write_patch(folder / "garments" / "upper.obj", 0.05);
+    std::ofstream(folder / "template.json")
+        << R"({"garments": [{"label": "upper", "frame": 3, "facing": [0, 0, 1]}]})";
+  });
+  Mesh ball = sphere(2);
+  ball.vertices *= 0.1;
+  Mesh other = ball;
+  other.vertices.array() += 5;
+  make_result(workspace_, "body", [&](const fs::path& folder) {
+    write_sequence(folder, sequence_of({other, ball}, 10, {2, 3}));
+  });
+  const ChildResult result = run({"--from", "flatten", "--to", "flatten"});
+  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const fs::path captured = workspace_ / "surfaces" / "captured" / "upper";
+  EXPECT_EQ(read_mesh(captured / "body.obj").vertices, ball.vertices);
+  EXPECT_EQ(read_mesh(captured / "garment.obj").faces.rows(),
+            read_mesh(workspace_ / "surfaces" / "upper.obj").faces.rows());
+  EXPECT_EQ(nlohmann::json::parse(read_file_text(captured / "captured.json", 1 << 10)),
+            (nlohmann::json{{"frame", 3}}));
+  EXPECT_TRUE(manifest("flatten").metrics.contains("sewn_mean"));
+  const ChildResult again = run({"--from", "flatten", "--to", "flatten"});
+  EXPECT_THAT(again.out, HasSubstr("flatten is done already"));
 }
 
 TEST_F(Run, RegistrationOfAnEarlierVersion_IsNamed) {
