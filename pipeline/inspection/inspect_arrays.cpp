@@ -16,7 +16,7 @@
 namespace atelier {
 namespace {
 
-bool begins_with(const std::filesystem::path& path, std::string_view mark) {
+bool is_marked(const std::filesystem::path& path, std::string_view mark) {
   const auto size = static_cast<std::int64_t>(mark.size());
   const FileStart start = read_file_start(path, size, std::numeric_limits<std::int64_t>::max());
   return std::ssize(start.bytes) == size &&
@@ -177,11 +177,11 @@ void inspect_safetensors(const std::filesystem::path& path, Inspection& inspecti
 void inspect_hdf5(const std::filesystem::path& path, Inspection& inspection) {
   // Atelier's own archives begin with their index; what begins with HDF5's mark is of others.
   const RegularFile readable(path);
-  if (begins_with(path, "\x89HDF")) {
+  if (is_marked(path, "\x89HDF")) {
     inspect_foreign_hdf5(path, inspection);
     return;
   }
-  if (!begins_with(path, kArchiveMagic)) {
+  if (!is_marked(path, kArchiveMagic)) {
     throw DataError(path.string(), "byte 0", "no HDF5 file", "HDF5, Atelier's own or of others");
   }
   const Archive archive = read_any_archive(path);

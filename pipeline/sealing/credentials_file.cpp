@@ -15,8 +15,8 @@ constexpr std::string_view kJpegStart("\xFF\xD8", 2);
 constexpr std::string_view kPngChunk = "caBX";
 constexpr std::size_t kPngHeaderEnd = 33;  // behind the signature and IHDR
 constexpr std::size_t kChunkFrame = 12;    // size, name and checksum of a chunk
-constexpr std::size_t kBoxHeader = 8;      // size and kind of a box
-constexpr std::size_t kJpegPacket = 8;     // of a JPEG's segment: "JP", box number, packet number
+constexpr std::size_t kJpegBoxHeader = 8;  // size and kind of a box
+constexpr std::size_t kJpegPacket = 8;     // of a segment: "JP", box number, packet number
 /// UUID of boxes with content credentials, C2PA 2.1, "Embedding manifests into BMFF-based assets".
 constexpr std::string_view kMp4Uuid(
     "\xD8\xFE\xC3\xD6\x1B\x0E\x48\x3C\x92\x97\x58\x28\x87\x7E\xC4\x81", 16);
@@ -118,8 +118,8 @@ std::optional<std::string> in_jpeg(std::string_view bytes, const std::string& fi
     }
     const std::string_view content = bytes.substr(at + 4, size - 2);
     if (marker == '\xEB' && content.starts_with("JP") &&
-        content.size() >= kJpegPacket + kBoxHeader) {
-      store += content.substr(kJpegPacket + (store.empty() ? 0 : kBoxHeader));
+        content.size() >= kJpegPacket + kJpegBoxHeader) {
+      store += content.substr(kJpegPacket + (store.empty() ? 0 : kJpegBoxHeader));
     }
     at += 2 + size;
   }
@@ -128,11 +128,11 @@ std::optional<std::string> in_jpeg(std::string_view bytes, const std::string& fi
 
 /// A manifest store in segments APP11, as `in_jpeg` reads them.
 std::string jpeg_segments(const std::string& store) {
-  constexpr std::size_t kMostBytes = 65'533 - kJpegPacket - kBoxHeader;
-  const std::string header = store.substr(0, kBoxHeader);
+  constexpr std::size_t kMostBytes = 65'533 - kJpegPacket - kJpegBoxHeader;
+  const std::string header = store.substr(0, kJpegBoxHeader);
   std::string segments;
   std::uint64_t number = 1;
-  for (std::size_t at = kBoxHeader; at < store.size(); at += kMostBytes) {
+  for (std::size_t at = kJpegBoxHeader; at < store.size(); at += kMostBytes) {
     const std::string content = std::string("JP") + big_bytes(1, 2) + big_bytes(number++, 4) +
                                 header + store.substr(at, kMostBytes);
     segments += "\xFF\xEB" + big_bytes(content.size() + 2, 2) + content;
