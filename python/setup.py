@@ -1,6 +1,6 @@
 """A wheel of the package: pip wheel python/ --no-build-isolation --no-deps
 
-CMake builds the module, in build/wheel or in the build folder that ATELIER_BUILD names.
+CMake builds the module, in build/wheel or in the build folder that ATELIER_BUILD names, from the project's folder on.
 """
 
 import os
@@ -13,7 +13,8 @@ from setuptools import Distribution, setup
 from setuptools.command.build_ext import build_ext
 
 PROJECT = pathlib.Path(__file__).resolve().parent.parent
-BUILD = pathlib.Path(os.environ.get("ATELIER_BUILD", PROJECT / "build" / "wheel")).resolve()
+# pip starts this in python/, wherever it was started itself.
+BUILD = (PROJECT / os.environ.get("ATELIER_BUILD", "build/wheel")).resolve()
 
 
 def version() -> str:
