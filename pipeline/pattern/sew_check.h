@@ -69,7 +69,7 @@ struct SewnPattern {
 /// where `stopped`.
 ///
 /// Throws DataError for a file that is no pattern of these panels, for a captured mesh of other
-/// faces than the surface's, for seams that lie more than 5 cm apart, and as make_cloth and
+/// faces than the surface's, for seams that lie more than 10 cm apart, and as make_cloth and
 /// Solver::step.
 std::optional<SewnPattern> sew_anew(const WrittenPattern& written, const WornGarment& worn,
                                     const SewCheckOptions& options,

@@ -422,23 +422,31 @@ TEST_F(Flatten, GarmentNotHangingAsCaptured_IsFlattenedUnrelaxed) {
   EXPECT_EQ(relaxed.out, plain.out);
 }
 
-/// A closed prism of eight sides round the Y axis, from 0.5 m below the tube to as far above it.
+/// A closed prism of eight sides round the Y axis in rings, from 0.5 m below the tube to as far
+/// above it.
 void write_trunk(const std::filesystem::path& path, double radius) {
   std::ofstream file(path);
   constexpr int kSides = 8;
-  for (const double y : {-0.5, 0.9}) {
+  constexpr int kRings = 15;
+  for (int r = 0; r < kRings; ++r) {
     for (int i = 0; i < kSides; ++i) {
       const double angle = 2 * std::numbers::pi * i / kSides;
-      file << "v " << radius * std::sin(angle) << " " << y << " " << radius * std::cos(angle)
-           << "\n";
+      file << "v " << radius * std::sin(angle) << " " << -0.5 + 0.1 * r << " "
+           << radius * std::cos(angle) << "\n";
     }
   }
-  for (int i = 0; i < kSides; ++i) {
-    const int a = i + 1;
-    const int b = (i + 1) % kSides + 1;
-    file << "f " << a << " " << b << " " << b + kSides << " " << a + kSides << "\n";
+  for (int r = 0; r + 1 < kRings; ++r) {
+    for (int i = 0; i < kSides; ++i) {
+      const int a = r * kSides + i + 1;
+      const int b = r * kSides + (i + 1) % kSides + 1;
+      file << "f " << a << " " << b << " " << b + kSides << " " << a + kSides << "\n";
+    }
   }
-  file << "f 8 7 6 5 4 3 2 1\nf 9 10 11 12 13 14 15 16\n";
+  file << "f 8 7 6 5 4 3 2 1\nf";
+  for (int i = 1; i <= kSides; ++i) {
+    file << " " << (kRings - 1) * kSides + i;
+  }
+  file << "\n";
 }
 
 TEST_F(Flatten, WrittenPattern_IsSewnAnewAndHangsWhereItWasCaptured) {
