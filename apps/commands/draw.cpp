@@ -282,15 +282,15 @@ int run(DrawArguments arguments, const OptionSet& set) {
   }
   video ? require_file_place(arguments.out) : require_folder_place(arguments.out);
   const std::optional<Camera> captured = captured_camera(arguments, options);
-  DrawnScene drawn = whole_scene(arguments, options);
+  DrawnScene subject = whole_scene(arguments, options);
   RenderStatement statement = statement_of(arguments.workspace, options);
   for (const std::string& one : outdated_results(arguments.workspace, {options.networks})) {
     std::cout << "warning: " << printable(one) << std::endl;
   }
-  const VideoOptions video_as = video_options(set, scene_frame_rate(drawn));
-  drawn.scene.cameras =
+  const VideoOptions video_as = video_options(set, scene_frame_rate(subject));
+  subject.scene.cameras =
       captured ? std::vector{*captured}
-               : subject_cameras(drawn, view_of(options), options.turn, options.picture);
+               : subject_cameras(subject, view_of(options), options.turn, options.picture);
   const std::string mark =
       options.mark ? "mark " + mark_text(mark_of(statement)) : "without a mark";
   std::optional<SignedRender> render;
@@ -309,7 +309,7 @@ int run(DrawArguments arguments, const OptionSet& set) {
   PaintHooks hooks;
   hooks.stop = [] { return interrupted(); };
   hooks.picture = [&](Index i, const Image& picture) {
-    const std::string name = frame_name(drawn.scene.frame_ids[static_cast<std::size_t>(i)]);
+    const std::string name = frame_name(subject.scene.frame_ids[static_cast<std::size_t>(i)]);
     if (video) {
       const Image frame = before_black(picture);
       render ? writer->add(render->marked(frame)) : writer->add(frame);
@@ -321,8 +321,8 @@ int run(DrawArguments arguments, const OptionSet& set) {
     std::cout << "frame " << name << std::endl;
   };
   const bool drawn = options.normals
-                         ? draw_normals(drawn.scene, options.paint, hooks)
-                         : paint_scene(drawn.scene, options.paint, options.device, hooks);
+                         ? draw_normals(subject.scene, options.paint, hooks)
+                         : paint_scene(subject.scene, options.paint, options.device, hooks);
   if (!drawn) {
     writer.reset();  // end_by_signal leaves no scope
     folder.reset();
@@ -330,7 +330,8 @@ int run(DrawArguments arguments, const OptionSet& set) {
   }
   opened.log("render --neural", arguments.out + ", for " + options.use.purpose + ", " + mark);
   if (writer) {
-    render ? writer->finish([&](const fs::path& video) { return render->video_credentials(video); })
+    render ? writer->finish(
+                 [&](const fs::path& written) { return render->video_credentials(written); })
            : writer->finish();
   } else {
     folder->finish();

@@ -290,8 +290,9 @@ bool write_pictures(StageRun& run, const Animation& animation, const std::vector
   }
   run.metric("picture_seconds", seconds_since(start) / static_cast<double>(frames));
   log_animation(run, signer);
-  signer ? writer.finish([&](const fs::path& video) { return signer->video_credentials(video); })
-         : writer.finish();
+  signer
+      ? writer.finish([&](const fs::path& written) { return signer->video_credentials(written); })
+      : writer.finish();
   run.output("animation.mp4", [&](const fs::path& file) {
     fs::copy_file(video, file, fs::copy_options::overwrite_existing);
   });
