@@ -62,7 +62,7 @@ std::vector<std::string> option_names(const CLI::App& parser) {
 }
 
 /// What an unknown option may mean: any but those of a solver, say, beside the one that was chosen.
-/// Of "--cloth.solver xpbd", "--cloth.projective-friction.substeps" is none.
+/// Beside --solver A, options B.* of another solver are none.
 std::vector<std::string> likely_names(const CLI::App& parser) {
   std::vector<std::string> names = option_names(parser);
   for (const std::string& name : option_names(parser)) {

@@ -11,8 +11,8 @@
 #include "core/saturating_cast.h"
 #include "core/sequence_archive.h"
 #include "pipeline/outfit/held_cloth.h"
-#include "pipeline/outfit/solver_sections.h"
 #include "pipeline/person/tracked_take.h"
+#include "simulation/cloth/solver_sections.h"
 
 namespace atelier {
 namespace {

@@ -90,8 +90,9 @@ std::string solver_of_result(const StageStatus& own) {
   return SolverOptions{}.name;
 }
 
-/// Plots of the figures of each simulated frame, from frames.csv. Residuals are of XPBD's
-/// constraints: of another solver they are not drawn, also where an older build wrote zeros.
+/// Plots of the figures of each simulated frame, from frames.csv. Residuals are of the
+/// default solver's constraints: of another one they are not drawn, also where an older build wrote
+/// zeros.
 std::string simulation_plots(const StageStatus& own, const fs::path& result) {
   const fs::path file = result / "frames.csv";
   if (!fs::exists(file)) {
@@ -144,7 +145,8 @@ std::string simulation_plots(const StageStatus& own, const fs::path& result) {
   return svg.empty() ? ""
                      : "<figure>" + svg + "<figcaption>Over frames" +
                            (has_residuals ? ""
-                                          : "; residuals are of xpbd's constraints, " +
+                                          : "; residuals are of constraints of " +
+                                                std::string(SolverOptions{}.name) + ", " +
                                                 html_text(solver) + " measures none") +
                            "</figcaption></figure>\n";
 }

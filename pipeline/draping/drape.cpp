@@ -15,7 +15,7 @@
 #include "core/sequence_archive.h"
 #include "core/usage_error.h"
 #include "pipeline/outfit/fitting.h"
-#include "pipeline/outfit/solver_sections.h"
+#include "simulation/cloth/solver_sections.h"
 
 namespace atelier {
 namespace {
@@ -225,12 +225,8 @@ Draped dress_and_settle(const DrapeOptions& options,
     const std::size_t at = (seen.size() - 1) * static_cast<std::size_t>(i) / kPicturesOfDressing;
     draped.dressing.push_back(seen[at]);
   }
-  SolverOptions solver = draped.outfit.solver;
-  solver.name = options.settling.name;
-  solver.substeps = options.settling.substeps;
+  SolverOptions solver = solved_as(draped.outfit.solver, options.settling);
   solver.self_interval = search_interval(solver.substeps);
-  solver.xpbd = options.settling.xpbd;
-  solver.projective = options.settling.projective;
   solver.time_step = 1.0 / 60;
   solver.velocity_damping = kSettlingDamping;
   const std::unique_ptr<Solver> hang =

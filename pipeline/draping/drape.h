@@ -16,8 +16,8 @@
 
 namespace atelier {
 
-/// How dressed cloth comes to rest unless something else is said: in as many substeps of XPBD as
-/// clothes have in motion.
+/// How dressed cloth comes to rest unless something else is said: in as many substeps
+/// as clothes have in motion.
 inline SolverOptions settling_solver_options() {
   SolverOptions solver;
   solver.substeps = OutfitOptions{}.substeps;

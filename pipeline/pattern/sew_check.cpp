@@ -66,7 +66,8 @@ void require_near_seams(const Garment& panels) {
     }
     if (apart > kApart) {
       throw DataError("", seam.name,
-                      "sides that lay " + std::to_string(std::lround(1000 * apart)) +
+                      "sides that lay " +
+                          std::to_string(saturating_cast<int>(std::round(1000 * apart))) +
                           " mm apart on the captured garment",
                       "10 cm at most");
     }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/error.h"
+#include "core/saturating_cast.h"
 #include "registration/outlines/outline_measures.h"
 
 namespace atelier {
@@ -32,7 +33,7 @@ void add_arc(std::vector<OutlinePart>& parts, const Place& a, const Place& b, do
   constexpr double kMostTurn = std::numbers::pi / 4;
   const double turn = 4 * std::atan(bulge);
   const Place center = (a + b) / 2.0 + (1 - bulge * bulge) / (4 * bulge) * (b - a) * Place(0, 1);
-  const int count = std::max(1, static_cast<int>(std::ceil(std::abs(turn) / kMostTurn)));
+  const int count = std::max(1, saturating_cast<int>(std::ceil(std::abs(turn) / kMostTurn)));
   const Place handle(0, 4.0 / 3 * std::tan(turn / count / 4));
   Place from = a;
   for (int i = 1; i <= count; ++i) {

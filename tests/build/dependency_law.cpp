@@ -298,7 +298,7 @@ bool has_option_rules(const std::string& path) {
 
 void check_names_of_solvers(const Sources& sources, Lines& lines) {
   static const std::regex solver("xpbd", std::regex::icase);
-  static const std::regex option(R"re((["\- ])xpbd\.(?=[a-z]))re");
+  static const std::regex option(R"re((["\- ])xpbd\.(?=[a-z"]))re");
   for (const ReadSource& file : sources) {
     const std::string& path = file.source->path;
     if (!may_know_stages_and_commands(file)) {

@@ -1,4 +1,4 @@
-#include "pipeline/outfit/solver_sections.h"
+#include "simulation/cloth/solver_sections.h"
 
 #include <algorithm>
 
@@ -16,6 +16,14 @@ OptionTable describe_sections(SolverOptions& options, const std::vector<std::str
     return std::find(without.begin(), without.end(), field.name) != without.end();
   });
   return table;
+}
+
+SolverOptions solved_as(SolverOptions options, const SolverOptions& other) {
+  options.name = other.name;
+  options.substeps = other.substeps;
+  options.xpbd = other.xpbd;
+  options.projective = other.projective;
+  return options;
 }
 
 }  // namespace atelier

@@ -13,4 +13,8 @@ namespace atelier {
 /// @param without  names that are left out, with their section
 OptionTable describe_sections(SolverOptions& options, const std::vector<std::string>& without = {});
 
+/// Options with another's solver, substeps and sections of solvers: cloth and contact stay as they
+/// are.
+SolverOptions solved_as(SolverOptions options, const SolverOptions& other);
+
 }  // namespace atelier
