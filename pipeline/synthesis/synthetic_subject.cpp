@@ -89,8 +89,8 @@ Eigen::VectorXd moved_by(const BodyModel& model, const std::vector<double>& join
   return result;
 }
 
-/// Per joint: a value of the trunk, of thighs and upper arms, of shins and forearms, and of head,
-/// hands and feet.
+/// Per joint: 1 on trunk, thighs and upper arms, less on shins and forearms, 0 on head, hands,
+/// feet.
 std::vector<double> joint_values(const Skeleton& skeleton, double trunk, double upper, double lower,
                                  double ends) {
   const Humanoid person = recognised_humanoid(skeleton);
@@ -127,10 +127,8 @@ std::vector<double> joint_values(const Skeleton& skeleton, double trunk, double 
   return values;
 }
 
-/// m. A surface that cuts a plane wave aslant sees a longer one: these make 10 to 35 cm on the
-/// skin. Shorter ones make lumps of a limb that nobody has.
-constexpr double kShortestWave = 0.1;
-constexpr double kLongestWave = 0.3;
+/// m. A surface that cuts a plane wave aslant sees a longer one: these make 5 to 20 cm on the skin.
+constexpr double kLongestWave = 0.17;
 
 /// A sum of plane waves along the normals, whose rms over the area is `rms`.
 void displace(BodyModel& model, double rms, Random random) {
@@ -140,7 +138,7 @@ void displace(BodyModel& model, double rms, Random random) {
   };
   std::vector<Wave> waves;
   for (int i = 0; i < 32; ++i) {
-    const double length = uniform(random, kShortestWave, kLongestWave);
+    const double length = uniform(random, 0.05, kLongestWave);
     Eigen::Vector3d direction;
     do {
       for (double& c : direction) {
@@ -150,7 +148,7 @@ void displace(BodyModel& model, double rms, Random random) {
     waves.push_back({2 * std::numbers::pi / length * direction.normalized(),
                      uniform(random, 0, 2 * std::numbers::pi), length * length});
   }
-  const Eigen::VectorXd share = moved_by(model, joint_values(model.skeleton, 1, 0.7, 0.4, 0.12));
+  const Eigen::VectorXd share = moved_by(model, joint_values(model.skeleton, 1, 1, 0.7, 0.12));
   const Points normals = vertex_normals(model.mesh.vertices, model.mesh.faces);
   const Eigen::VectorXd areas = vertex_areas(model.mesh.vertices, model.mesh.faces);
   Eigen::VectorXd height(share.size());
