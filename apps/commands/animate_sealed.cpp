@@ -4,6 +4,7 @@
 
 #include "apps/commands/opened_workspace.h"
 #include "apps/console/arguments.h"
+#include "apps/console/failure.h"
 #include "apps/console/interrupt.h"
 #include "apps/console/stage_command.h"
 #include "apps/console/stage_console.h"
@@ -151,7 +152,7 @@ bool animate_opened(const SealedAnimation& arguments, const StandAloneRequest& r
   catch_interrupts();
   StageConsole console(stage, request.json);
   for (const std::string& outdated : outdated_inputs(stage, work)) {
-    console.say("warning: " + outdated);
+    console.say("warning: " + as_called(outdated));
   }
   StageEvents events;
   events.progress = [&](const StageProgress& progress) { console.show_progress(progress); };

@@ -8,6 +8,7 @@
 #include "apps/commands/opened_workspace.h"
 #include "apps/console/arguments.h"
 #include "apps/console/command.h"
+#include "apps/console/failure.h"
 #include "apps/console/interrupt.h"
 #include "apps/console/option_flags.h"
 #include "capture/layouts/open_dataset.h"
@@ -292,7 +293,7 @@ int run(DrawArguments arguments, const OptionSet& set) {
   DrawnScene subject = whole_scene(arguments, options);
   RenderStatement statement = statement_of(arguments.workspace, options);
   for (const std::string& one : outdated_results(arguments.workspace, {options.networks})) {
-    std::cout << "warning: " << printable(one) << std::endl;
+    std::cout << "warning: " << printable(as_called(one)) << std::endl;
   }
   const VideoOptions video_as = video_options(set, scene_frame_rate(subject));
   subject.scene.cameras =

@@ -90,15 +90,20 @@ void call_place(const std::string& place, const std::string& name) {
   called = {place, name};
 }
 
+std::string as_called(std::string text) {
+  const auto& [place, name] = called;
+  std::size_t at = place.empty() ? std::string::npos : text.find(place);
+  for (; at != std::string::npos; at = text.find(place, at + name.size())) {
+    text.replace(at, place.size(), name);
+  }
+  return text;
+}
+
 Failure failure_of(const std::exception& error) {
   Failure failure = failure_as_it_is(error);
-  const auto& [place, name] = called;
   for (std::string* text :
        {&failure.text, &failure.file, &failure.where, &failure.found, &failure.expected}) {
-    std::size_t at = place.empty() ? std::string::npos : text->find(place);
-    for (; at != std::string::npos; at = text->find(place, at + name.size())) {
-      text->replace(at, place.size(), name);
-    }
+    *text = as_called(std::move(*text));
   }
   return failure;
 }

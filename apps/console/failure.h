@@ -19,6 +19,9 @@ struct Failure {
 /// was opened from.
 void call_place(const std::string& place, const std::string& name);
 
+/// A text with such a place by its other name, for warnings.
+std::string as_called(std::string text);
+
 /// Meaning of an exception for the user of the program.
 Failure failure_of(const std::exception& error);
 
