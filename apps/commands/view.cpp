@@ -20,6 +20,7 @@
 #include "core/atomic_file.h"
 #include "core/error.h"
 #include "core/exit_code.h"
+#include "core/io/polygon_mesh.h"
 #include "core/parallel.h"
 #include "core/printable.h"
 #include "core/seal/sealed_file.h"
@@ -54,6 +55,7 @@ struct ViewCommandOptions {
   int port = 0;
   ViewPageOptions page;
   DatasetOptions capture;
+  MeshConvention input{.metres_per_unit = 1, .up = 'y'};  ///< of files that do not say
   ConsentUse use;
 };
 
@@ -63,6 +65,7 @@ OptionTable describe(ViewCommandOptions& options) {
             "Port of the page's address on this machine; 0: any that is free");
   table.add(describe(options.page));
   table.add("capture", describe(options.capture));
+  table.add("input", describe(options.input));
   table.add(describe(options.use));
   return table;
 }
@@ -96,11 +99,11 @@ ViewScene scene_of(const std::string& place, const ViewCommandOptions& options) 
       break;
     case ViewKind::MeshFrames:
       consent = read_consent(place);
-      open = [place] { return view_of_mesh_frames(place); };
+      open = [place, input = options.input] { return view_of_mesh_frames(place, input); };
       break;
     case ViewKind::Mesh:
       consent = read_consent(place);
-      open = [place] { return view_of_mesh(place); };
+      open = [place, input = options.input] { return view_of_mesh(place, input); };
       break;
   }
   for (const std::string& doubt : require_consent(consent, options.use)) {
@@ -196,6 +199,12 @@ void require_used(const OptionTable& table, const ViewArguments& arguments) {
       throw UsageError(with_typed_flags(
           field.name +
           " does nothing: it says how a capture is read, and none is shown; leave it out"));
+    }
+    if (field.name.starts_with("input.") && !shows(ViewKind::Mesh) &&
+        !shows(ViewKind::MeshFrames)) {
+      throw UsageError(with_typed_flags(
+          field.name + " does nothing: it is for files of other programs, and none is shown; leave "
+                       "it out"));
     }
     if (field.name == "image_width" && !shows(ViewKind::Capture) && !shows(ViewKind::Workspace)) {
       throw UsageError("--image-width does nothing: meshes have no cameras; leave it out");

@@ -128,8 +128,8 @@ std::vector<int> frame_ids_of(const std::map<std::string, Tensor>& arrays, std::
 
 /// A folder of meshes, one a frame. One that `export` wrote of a registered garment ("000012.ply")
 /// has the garment's template beside them, which is no frame.
-Sequence read_frames(const fs::path& folder, const Limits& limits) {
-  constexpr MeshConvention kOurs{.metres_per_unit = 1, .up = 'y'};
+Sequence read_frames(const fs::path& folder, const Limits& limits,
+                     const MeshConvention& otherwise) {
   std::map<int, fs::path> frames;
   bool has_template = false;
   std::error_code error;
@@ -143,17 +143,17 @@ Sequence read_frames(const fs::path& folder, const Limits& limits) {
       has_template = true;
     } else if (name.size() != 6 || name.find_first_not_of("0123456789") != std::string::npos ||
                !frames.emplace(std::stoi(name), entry.path()).second) {
-      return read_sequence_folder(folder, kOurs, limits);
+      return read_sequence_folder(folder, otherwise, limits);
     }
   }
   if (!has_template || frames.empty()) {
-    return read_sequence_folder(folder, kOurs, limits);
+    return read_sequence_folder(folder, otherwise, limits);
   }
   auto files = std::make_shared<std::vector<Sequence>>();
   Sequence sequence;
   for (const auto& [frame_id, file] : frames) {
     sequence.frame_ids.push_back(frame_id);
-    files->push_back(read_sequence_folder(file, kOurs, limits));
+    files->push_back(read_sequence_folder(file, otherwise, limits));
   }
   sequence.load = [files](Index i) { return frame((*files)[static_cast<std::size_t>(i)], 0); };
   return sequence;
@@ -274,7 +274,8 @@ MeshSequenceFile sequence_of_usd(UsdMesh usd, const std::string& file) {
 
 }  // namespace
 
-MeshSequenceFile read_mesh_sequence(const fs::path& path, SequenceOf what, const Limits& limits) {
+MeshSequenceFile read_mesh_sequence(const fs::path& path, SequenceOf what, const Limits& limits,
+                                    const MeshConvention& otherwise) {
   MeshSequenceFile result;
   const std::string extension = lower_extension(path);
   if (extension == ".npz" || extension == ".h5" || extension == ".hdf5") {
@@ -283,8 +284,8 @@ MeshSequenceFile read_mesh_sequence(const fs::path& path, SequenceOf what, const
     result = sequence_of_usd(read_usd_mesh(path, limits), path.string());
   } else {
     refuse_alembic(path);
-    result.sequence =
-        fs::exists(path / "sequence.h5") ? open_sequence(path, limits) : read_frames(path, limits);
+    result.sequence = fs::exists(path / "sequence.h5") ? open_sequence(path, limits)
+                                                       : read_frames(path, limits, otherwise);
     result.shared = frame(result.sequence, 0);
     for (Index i = 1; i < frame_count(result.sequence) && result.sequence.faces.rows() == 0; ++i) {
       if (!equal_arrays(frame(result.sequence, i).faces, result.shared.faces)) {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/io/polygon_mesh.h"
 #include "core/limits.h"
 #include "core/sequence.h"
 #include "core/tensor.h"
@@ -35,9 +36,12 @@ enum class SequenceOf {
 /// other: `body_vertices`, `body_faces` and `body_uv`, or `cloth_vertices`, .... Joints without
 /// names are "joint_0", .... Throws DataError for frames of different topologies, arrays that are
 /// missing, of another shape, not finite or beyond Limits::mesh_coordinate, and a person who is not
-/// 0.5 to 2.5 m tall (units are metres).
+/// 0.5 to 2.5 m tall (units are metres). `otherwise` is the unit and up axis of files in a folder
+/// that do not say theirs.
 MeshSequenceFile read_mesh_sequence(const std::filesystem::path& path, SequenceOf what,
-                                    const Limits& limits = {});
+                                    const Limits& limits = {},
+                                    const MeshConvention& otherwise = {.metres_per_unit = 1,
+                                                                       .up = 'y'});
 
 /// The same of the arrays of such a file, by their names.
 MeshSequenceFile mesh_sequence_of(const std::map<std::string, Tensor>& arrays,

@@ -92,13 +92,20 @@ std::vector<SequenceOf> parts_of(const fs::path& place) {
   return parts([&](const char* name) { return contents.datasets.contains(name); });
 }
 
+/// Frames of arrays that say neither unit nor axis.
+void place_frames(Sequence& sequence, const MeshConvention& otherwise) {
+  sequence.load = [load = std::move(sequence.load), otherwise](Index i) {
+    return in_metres_y_up(load(i), {}, otherwise);
+  };
+}
+
 /// A layer of frames that are of one topology, or, with no faces in `sequence`, of their own.
-ViewLayer layer_of_frames(const fs::path& place, SequenceOf what) {
+ViewLayer layer_of_frames(const fs::path& place, SequenceOf what, const MeshConvention& otherwise) {
   ViewLayer layer;
   layer.name = last_name(place).stem().string();
   layer.role = layer.name == "body" || layer.name == "seen" ? "body" : "garment";
   const auto read = [&] {
-    MeshSequenceFile file = read_mesh_sequence(place, what);
+    MeshSequenceFile file = read_mesh_sequence(place, what, {}, otherwise);
     layer.sequence = std::move(file.sequence);
     layer.sequence.faces = file.shared.faces;
     layer.shared = std::move(file.shared);
@@ -112,7 +119,7 @@ ViewLayer layer_of_frames(const fs::path& place, SequenceOf what) {
     layer.shared = {};
     layer.sequence = scans_in(place, 0);
     if (layer.sequence.frame_ids.empty()) {
-      layer.sequence = read_sequence_folder(place);
+      layer.sequence = read_sequence_folder(place, otherwise);
     }
   }
   return layer;
@@ -170,7 +177,7 @@ Sequence scans_in(const fs::path& folder, double fps) {
   return scans;
 }
 
-ViewScene view_of_mesh(const fs::path& file) {
+ViewScene view_of_mesh(const fs::path& file, const MeshConvention& otherwise) {
   const std::string name = file.filename().string();
   bool moves = false;
   MeshFile read;
@@ -179,7 +186,7 @@ ViewScene view_of_mesh(const fs::path& file) {
     moves = !scene.animations.empty();
     read = mesh_of_scene(scene, file.string());
   } else {
-    read = read_mesh_file(file);
+    read = read_mesh_file(file, otherwise);
   }
   const std::optional<Finding> unit = unit_finding(read, name);
   const std::vector<Finding> findings = std::move(read.findings);
@@ -190,8 +197,7 @@ ViewScene view_of_mesh(const fs::path& file) {
     }
   }
   if (unit) {
-    scene.notes.push_back(name + ": " + unit->what +
-                          "; write the file in metres for its true size");
+    scene.notes.push_back(name + ": " + unit->what + "; --input.unit says in what it is");
   }
   if (moves) {
     scene.notes.push_back(name +
@@ -201,7 +207,7 @@ ViewScene view_of_mesh(const fs::path& file) {
   return scene;
 }
 
-ViewScene view_of_mesh_frames(const fs::path& place) {
+ViewScene view_of_mesh_frames(const fs::path& place, const MeshConvention& otherwise) {
   const fs::path name = last_name(place);
   const std::string extension = lower_extension(place);
   std::string schema;  // of an archive of ours
@@ -226,7 +232,10 @@ ViewScene view_of_mesh_frames(const fs::path& place) {
   const std::vector<SequenceOf> parts =
       schema.empty() ? parts_of(place) : std::vector{SequenceOf::Cloth};
   for (const SequenceOf part : parts) {
-    ViewLayer layer = layer_of_frames(place, part);
+    ViewLayer layer = layer_of_frames(place, part, otherwise);
+    if (schema.empty() && !fs::is_directory(place) && !has_usd_extension(place)) {
+      place_frames(layer.sequence, otherwise);
+    }
     if (parts.size() > 1 || part == SequenceOf::Body) {
       layer.name = part == SequenceOf::Body ? "body" : "cloth";
       layer.role = part == SequenceOf::Body ? "body" : "garment";

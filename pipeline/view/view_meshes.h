@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "core/io/polygon_mesh.h"
 #include "pipeline/view/view_scene.h"
 
 namespace atelier {
@@ -19,11 +20,13 @@ bool holds_mesh_frames(const std::filesystem::path& place);
 Sequence scans_in(const std::filesystem::path& folder, double fps);
 
 /// A mesh of a file. What of it is not shown is a note. Throws DataError.
-ViewScene view_of_mesh(const std::filesystem::path& file);
+/// @param otherwise  unit and up axis of a file that does not say
+ViewScene view_of_mesh(const std::filesystem::path& file, const MeshConvention& otherwise);
 
 /// Meshes over time of a file or a folder for which holds_mesh_frames holds, as one layer; a file
 /// of one mesh is that mesh. Frames may differ in topology. Throws DataError, also for a folder
 /// with a mesh whose name does not end in its frame's number.
-ViewScene view_of_mesh_frames(const std::filesystem::path& place);
+/// @param otherwise  unit and up axis of files that do not say
+ViewScene view_of_mesh_frames(const std::filesystem::path& place, const MeshConvention& otherwise);
 
 }  // namespace atelier

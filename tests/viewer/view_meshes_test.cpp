@@ -137,10 +137,39 @@ TEST_F(ViewMeshes, AnimatedScene_SaysThatItStandsStill) {
   EXPECT_THAT(said_, Not(HasSubstr("note:")));
 }
 
-TEST_F(ViewMeshes, UnknownUnit_IsNotedWithoutAnOptionThatViewHasNot) {
+TEST_F(ViewMeshes, UnknownUnit_IsNotedWithTheOptionForIt) {
   std::ofstream(at("cube mm.obj")) << "v 0 0 0\nv 900 0 0\nv 0 900 0\nf 1 2 3\n";
   timeline_of(at("cube mm.obj"));
-  EXPECT_THAT(said_, AllOf(HasSubstr("does not say its unit"), Not(HasSubstr("--"))));
+  EXPECT_THAT(said_, AllOf(HasSubstr("does not say its unit"), HasSubstr("--input.unit")));
+}
+
+TEST_F(ViewMeshes, UnitAndUpAxisThatFilesDoNotSay_AreThoseOfTheOptions) {
+  const std::string text = "v 0 0 500\nv 1000 0 500\nv 0 0 1500\nf 1 2 3\n";
+  std::ofstream(at("lies.obj")) << text;
+  fs::create_directory(at("lies"));
+  std::ofstream(at("lies/000001.obj")) << text;
+  std::ofstream(at("lies/000002.obj")) << text;
+  const std::vector<float> vertices = {0, 0, 500, 1000, 0, 500, 0, 0, 1500};
+  write_npz(at("lies.npz"), {{"vertices", tensor_of(vertices, {1, 3, 3})},
+                             {"faces", tensor_of(std::vector<int>{0, 1, 2}, {1, 3})}});
+  for (const std::string name : {"lies.obj", "lies", "lies.npz"}) {
+    const fs::path out = at("page of " + name);
+    const ChildResult result =
+        view({at(name).string(), "--input.up", "z", "--input.unit", "mm", "--out", out.string()});
+    ASSERT_EQ(result.exit_code, 0) << name << result.err;
+    int files = 0;  // with a corner of their box at half a metre of height
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(out / "data")) {
+      std::ifstream file(entry.path());
+      const std::string data{std::istreambuf_iterator<char>(file), {}};
+      files += data.find("\"low\":[0.0,0.5,") != std::string::npos ? 1 : 0;
+    }
+    EXPECT_GT(files, 0) << name;
+  }
+  fs::create_directory(at("sequence"));
+  write_sequence(at("sequence/dress"), sequence_of(moving_squares(), 30, {3, 5, 6}));
+  const ChildResult refused = view({at("sequence").string(), "--input.up", "z", "--out", "p"});
+  EXPECT_EQ(refused.exit_code, kExitUsage);
+  EXPECT_THAT(refused.err, HasSubstr("--input.up does nothing"));
 }
 
 TEST_F(ViewMeshes, WordsOfOtherPrograms_AreNotedAndTheMeshIsShown) {
