@@ -203,8 +203,9 @@ void require_used(const OptionTable& table, const ViewArguments& arguments) {
     if (field.name.starts_with("input.") && !shows(ViewKind::Mesh) &&
         !shows(ViewKind::MeshFrames)) {
       throw UsageError(with_typed_flags(
-          field.name + " does nothing: it is for files of other programs, and none is shown; leave "
-                       "it out"));
+          field.name +
+          " does nothing: it is for files of other programs, and none is shown; leave "
+          "it out"));
     }
     if (field.name == "image_width" && !shows(ViewKind::Capture) && !shows(ViewKind::Workspace)) {
       throw UsageError("--image-width does nothing: meshes have no cameras; leave it out");

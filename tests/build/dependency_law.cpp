@@ -338,6 +338,18 @@ void check_conditions(const Sources& sources, Lines& lines) {
   }
 }
 
+/// A stage that writes a sequence by itself would have it read back for its figures.
+void check_sequences_of_stages(const Sources& sources, Lines& lines) {
+  for (const ReadSource& file : sources) {
+    const std::string& text = file.source->text;
+    if (file.top == "pipeline" && text.find("StageRun") != std::string::npos &&
+        text.find("write_sequence(") != std::string::npos) {
+      lines.push_back(file.source->path +
+                      " has a stage write a sequence: output_sequences is the one way to");
+    }
+  }
+}
+
 void check_size_of_apps(const Sources& sources, Lines& lines) {
   constexpr std::ptrdiff_t kMostLines = 10000;
   std::ptrdiff_t all = 0;
@@ -371,6 +383,7 @@ std::vector<std::string> law_violations(const std::vector<LawSource>& sources) {
   check_guards(read, lines);
   check_names_of_solvers(read, lines);
   check_conditions(read, lines);
+  check_sequences_of_stages(read, lines);
   check_size_of_apps(read, lines);
   return lines;
 }

@@ -246,6 +246,13 @@ TEST(DependencyLaw, BranchForACommandOutsideItsTable_IsFound) {
   }
 }
 
+TEST(DependencyLaw, StageThatWritesASequenceByItself_IsFound) {
+  const std::string writes = "write_sequence(folder, frames);\n";
+  EXPECT_THAT(found_with({{"pipeline/cloth/a.cpp", "void run_a(StageRun& run) {\n" + writes}}),
+              ElementsAre(StartsWith("pipeline/cloth/a.cpp has a stage write a sequence")));
+  EXPECT_THAT(found_with({{"pipeline/cloth/a.cpp", writes}}), IsEmpty());
+}
+
 TEST(DependencyLaw, MoreLinesThanAppsMayHave_AreFound) {
   const std::string most(9990, '\n');  // beside the few of the lawful sources
   EXPECT_THAT(found_with({{"apps/commands/a.cpp", most}}), IsEmpty());
