@@ -211,6 +211,7 @@ void DeviceTouches::make_room(int room) {
   room_ = 0;
   touches_ = CudaBuffer<ClothTouch>();
   touches_ = CudaBuffer<ClothTouch>(n);
+  touches_.clear();  // kernels copy them whole, their padding too
   for (CudaBuffer<Vec4<double>>& one : impulses_) {
     one = CudaBuffer<Vec4<double>>();
     one = CudaBuffer<Vec4<double>>(n);

@@ -6,10 +6,6 @@
 #include <cmath>
 #include <vector>
 
-#ifdef __SSE2__
-#include <xmmintrin.h>
-#endif
-
 #include "core/parallel.h"
 #include "simulation/contact/tree_math.h"
 #include "simulation/xpbd/near_groups.h"
@@ -28,44 +24,30 @@ inline Box<float> rounded_outwards(const Box<double>& box) {
           {above(box.high.x), above(box.high.y), above(box.high.z)}};
 }
 
-/// Four boxes, which are compared at once.
-struct FourBoxes {
-  alignas(16) float low[3][4];
-  alignas(16) float high[3][4];
+/// The boxes of one group, coordinate by coordinate, as many are compared at once.
+struct GroupBounds {
+  alignas(32) float low[3][kGroup];
+  alignas(32) float high[3][kGroup];
 
-  void set(int k, const Box<float>& box) {
+  void set(int lane, const Box<float>& box) {
     const float lows[3] = {box.low.x, box.low.y, box.low.z};
     const float highs[3] = {box.high.x, box.high.y, box.high.z};
     for (int c = 0; c < 3; ++c) {
-      low[c][k] = lows[c];
-      high[c][k] = highs[c];
+      low[c][lane] = lows[c];
+      high[c][lane] = highs[c];
     }
   }
-  Box<float> at(int k) const {
-    return {{low[0][k], low[1][k], low[2][k]}, {high[0][k], high[1][k], high[2][k]}};
-  }
-  /// Which of them meet `box`, a bit each.
-  unsigned meeting(const Box<float>& box) const {
-    const float lows[3] = {box.low.x, box.low.y, box.low.z};
-    const float highs[3] = {box.high.x, box.high.y, box.high.z};
-#ifdef __SSE2__
-    __m128 meets = _mm_cmpeq_ps(_mm_setzero_ps(), _mm_setzero_ps());
-    for (int c = 0; c < 3; ++c) {
-      meets = _mm_and_ps(meets, _mm_cmple_ps(_mm_load_ps(low[c]), _mm_set1_ps(highs[c])));
-      meets = _mm_and_ps(meets, _mm_cmpge_ps(_mm_load_ps(high[c]), _mm_set1_ps(lows[c])));
-    }
-    return static_cast<unsigned>(_mm_movemask_ps(meets));
-#else
-    unsigned meets = 0xF;
-    for (int c = 0; c < 3; ++c) {
-      for (unsigned k = 0; k < 4; ++k) {
-        meets &= ~(static_cast<unsigned>(low[c][k] > highs[c] || high[c][k] < lows[c]) << k);
-      }
-    }
-    return meets;
-#endif
+  Box<float> at(int lane) const {
+    return {{low[0][lane], low[1][lane], low[2][lane]},
+            {high[0][lane], high[1][lane], high[2][lane]}};
   }
 };
+
+/// Which boxes of `group` meet `box`, a bit each; with AVX2 where the processor has it.
+unsigned meeting(const GroupBounds& group, const Box<float>& box);
+/// The same for each box of `own` that `lanes` names, in `out`.
+void meeting(const GroupBounds& own, unsigned lanes, const GroupBounds& group,
+             unsigned (&out)[kGroup]);
 
 /// Boxes over primitives that lie together, in groups of kGroup and groups of kGroup groups,
 /// through which the CPU looks for what may meet: no tree, and many boxes are compared at once, in
@@ -98,18 +80,12 @@ class GroupedBoxes {
           continue;
         }
         Box<float> all = empty_box<float>();
-        Box<float> eight = empty_box<float>();
         for (int lane = 0; lane < kGroup; ++lane) {
           const std::size_t slot = static_cast<std::size_t>(k) * kGroup + lane;
           const Box<float> own =
               slot < item_.size() ? rounded_outwards(box(item_[slot])) : empty_box<float>();
           bound_[k].set(lane, own);
-          eight = united(eight, own);
-          if (lane % kEight == kEight - 1) {
-            bound_[k].eights.set(lane / kEight, eight);
-            all = united(all, eight);
-            eight = empty_box<float>();
-          }
+          all = united(all, own);
         }
         group_[k] = all;
       }
@@ -132,16 +108,28 @@ class GroupedBoxes {
       const std::size_t end = std::min((w + 1) * kGroup, group_.size());
       for (std::size_t g = w * kGroup; g < end; ++g) {
         if (overlap(query, group_[g])) {
-          bound_[g].visit_meeting(query, [&](int lane) { found(item_[g * kGroup + lane]); });
+          for (unsigned meets = meeting(bound_[g], query); meets != 0; meets &= meets - 1) {
+            found(item_[g * kGroup + std::countr_zero(meets)]);
+          }
         }
       }
     }
   }
 
+  /// The primitive at a place of the order of the groups, and how many places there are.
+  int item(int slot) const { return item_[slot]; }
+  int count() const { return static_cast<int>(item_.size()); }
+
   /// Calls `found(own, other)` for each primitive of group `k` and each of `others` whose boxes
   /// meet. `kSame`: `others` is this, and each pair comes once.
   template <bool kSame, class Found>
   void visit_near(int k, const GroupedBoxes& others, const Found& found) const {
+    visit_near_places<kSame>(k, others,
+                             [&](int own, int other) { found(item_[own], others.item_[other]); });
+  }
+  /// The same with their places in the order of the groups.
+  template <bool kSame, class Found>
+  void visit_near_places(int k, const GroupedBoxes& others, const Found& found) const {
     const Box<float>& around = group_[k];
     const int first = kSame ? k : 0;
     for (int w = first / kGroup; w < static_cast<int>(others.whole_.size()); ++w) {
@@ -158,45 +146,24 @@ class GroupedBoxes {
   }
 
  private:
-  /// The boxes of one group, and boxes over each eight of them.
-  struct Bounds {
-    FourBoxes four[kGroup / 4];
-    FourBoxes eights;
-
-    void set(int lane, const Box<float>& box) { four[lane / 4].set(lane % 4, box); }
-    Box<float> at(int lane) const { return four[lane / 4].at(lane % 4); }
-    /// Calls `found(lane)` for each box that meets `box`.
-    template <class Found>
-    void visit_meeting(const Box<float>& box, const Found& found) const {
-      for (unsigned near = eights.meeting(box); near != 0; near &= near - 1) {
-        const int eight = std::countr_zero(near);
-        unsigned meets = four[2 * eight].meeting(box) | four[2 * eight + 1].meeting(box) << 4;
-        for (; meets != 0; meets &= meets - 1) {
-          found(eight * kEight + std::countr_zero(meets));
-        }
-      }
-    }
-  };
-
   static std::size_t parts(std::size_t n) { return (n + kGroup - 1) / kGroup; }
 
   template <bool kSame, class Found>
   void visit_group(int k, const GroupedBoxes& others, int g, const Found& found) const {
-    const Bounds& bounds = others.bound_[g];
-    const Box<float>& box_of_group = others.group_[g];
-    const auto visit = [&](int lane) {
-      bounds.visit_meeting(bound_[k].at(lane), [&](int other) {
-        if (!(kSame && g == k && other <= lane)) {
-          found(item_[static_cast<std::size_t>(k) * kGroup + lane],
-                others.item_[static_cast<std::size_t>(g) * kGroup + other]);
-        }
-      });
-    };
-    bound_[k].visit_meeting(box_of_group, visit);
+    unsigned meets[kGroup];
+    const unsigned own = meeting(bound_[k], others.group_[g]);
+    meeting(bound_[k], own, others.bound_[g], meets);
+    for (unsigned lanes = own; lanes != 0; lanes &= lanes - 1) {
+      const int lane = std::countr_zero(lanes);
+      const unsigned later = kSame && g == k ? ~((2u << lane) - 1u) : ~0u;
+      for (unsigned of = meets[lane] & later; of != 0; of &= of - 1) {
+        found(k * kGroup + lane, g * kGroup + std::countr_zero(of));
+      }
+    }
   }
 
   std::vector<int> item_;  ///< primitives in the order of the groups
-  std::vector<Bounds> bound_;
+  std::vector<GroupBounds> bound_;
   std::vector<Box<float>> group_, whole_;
 };
 

@@ -7,6 +7,12 @@
 
 namespace atelier {
 
+/// On-chip memory of where phases begin and end, where plans stay on chip.
+__device__ inline Schedule::Phase* phases_on_chip() {
+  __shared__ Schedule::Phase phases[kMostResidentPhases];
+  return phases;
+}
+
 /// One frame of one scene, as one block does it. `kLean`: undamped springs and hinges alone, known
 /// to the compiler.
 template <class T, FrameKind kKind, bool kLean>
@@ -14,6 +20,7 @@ struct FrameWork : BlockWork<T> {
   static constexpr bool kFull = kKind != FrameKind::Plain;
   using BlockWork<T>::frame;
   using BlockWork<T>::scale;
+  using BlockWork<T>::scene;
   using BlockWork<T>::block;
   using BlockWork<T>::blocks;
   using BlockWork<T>::offset;
@@ -27,6 +34,10 @@ struct FrameWork : BlockWork<T> {
     if constexpr (kLean) {
       scale.gamma = T(0);  // known to the compiler
     }
+  }
+
+  __device__ Schedule::Phase phase_range(int p) const {
+    return frame.resident != 0 ? phases_on_chip()[p] : frame.phases[p];
   }
 
   /// Velocity of particle `i` after a substep.
@@ -72,7 +83,7 @@ struct FrameWork : BlockWork<T> {
       if (kFull && frame.held != nullptr) {
         store_shared_cache(frame.held + i, Vec4<T>{});
       }
-      if constexpr (kKind == FrameKind::Self) {
+      if constexpr (has_self(kKind)) {
         store_shared_cache(frame.self.origin + i, si);
         store_shared_cache(frame.self.carry + i, Vec4<T>{});
       }
@@ -85,6 +96,9 @@ struct FrameWork : BlockWork<T> {
     unsigned char* at = plan_room;
     for (int p = 0; p < frame.phase_count; ++p) {
       const Schedule::Phase range = frame.phases[p];
+      if (threadIdx.x == 0) {
+        phases_on_chip()[p] = range;
+      }
       for (int k = range.patch_begin + block; k < range.patch_end; k += blocks) {
         at += load_plan(frame, frame.patches[k], at);
       }
@@ -98,13 +112,16 @@ struct FrameWork : BlockWork<T> {
     const int tid = static_cast<int>(threadIdx.x);
     const int threads = static_cast<int>(blockDim.x);
     const bool begins = p == 0 && iteration == 0;
-    const Schedule::Phase range = frame.phases[p];
+    const Schedule::Phase range = phase_range(p);
     EdgeMultipliers<T>* const lambda = this->lambda();
     for (int k = range.patch_begin + block; k < range.patch_end; k += blocks) {
       if (frame.resident == 0) {
         at = plan_room;
         load_plan(frame, frame.patches[k], at);
         wait_for_plans();
+      }
+      if (begins && s == frame.first_substep && block == 0) {
+        clear_touches();
       }
       const Plan<T> plan(at, frame.records_on_chip != 0);
       const PlanHeader header = *plan.header;
@@ -134,8 +151,18 @@ struct FrameWork : BlockWork<T> {
     }
   }
 
+  /// Empties the lists of who may touch the body, at the start of a launch.
+  __device__ void clear_touches() const {
+    if (kFull && threadIdx.x < 4 && frame.body.face_count > 0) {
+      frame.touch_counts[4 * scene + static_cast<int>(threadIdx.x)] = 0;
+    }
+  }
+
   /// Begins substep `s` without a sweep.
   __device__ void begin_only(int s) const {
+    if (s == frame.first_substep && block == 0) {
+      clear_touches();
+    }
     const Schedule::Phase range = frame.phases[0];
     for (int k = range.patch_begin + block; k < range.patch_end; k += blocks) {
       const Schedule::Patch patch = frame.patches[k];
@@ -168,18 +195,15 @@ struct FrameWork : BlockWork<T> {
 /// A phase beside contacts, in a function of its own so that it keeps its registers. Returns where
 /// the next resident plan is.
 template <class T, FrameKind kKind, bool kLean>
-__device__ __noinline__ unsigned char* sweep_phase(const CudaFrame<T>& frame, int blocks,
-                                                   unsigned char* memory, int s, int iteration,
-                                                   int p, unsigned char* at) {
-  const FrameWork<T, kKind, kLean> work(frame, blocks, memory);
-  at = p == 0 ? work.plan_room : at;
+__device__ __noinline__ unsigned char* sweep_phase(const FrameWork<T, kKind, kLean>& work, int s,
+                                                   int iteration, int p, unsigned char* at) {
   work.phase(s, iteration, p, at);
   return at;
 }
 
 /// One frame of every scene: a persistent launch of `blocks` blocks per scene.
 template <class T, CudaBarrier kBarrier, FrameKind kKind>
-__global__ void __launch_bounds__(kFrameThreads, 1)
+__global__ void __launch_bounds__(frame_threads(kKind), 1)
     frame_kernel(const __grid_constant__ CudaFrame<T> frame, int blocks) {
   extern __shared__ __align__(32) unsigned char memory[];
   // Where other scenes fill the waits, one way for all that a sweep may hold gets more done.
@@ -190,6 +214,10 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
   unsigned goal = 0;
   [[maybe_unused]] SelfClock clock;
   const auto wait = [&] { scene_barrier<kBarrier>(arrived, goal, static_cast<unsigned>(blocks)); };
+  [[maybe_unused]] const auto sweep_any = [](const CudaFrame<T>& f, int n, unsigned char* on_chip,
+                                             int s, int iteration, int p, unsigned char* at) {
+    return sweep_phase(FrameWork<T, kKind, false>(f, n, on_chip), s, iteration, p, at);
+  };
   if (frame.resident != 0) {
     work.load_all_plans();
   }
@@ -199,18 +227,18 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
       for (int p = 0; p < frame.phase_count; ++p) {
         if constexpr (kKind == FrameKind::Plain || kOneWay) {
           work.phase(s, iteration, p, at);
-        } else if constexpr (kKind == FrameKind::Self) {
-          at = lean ? sweep_phase<T, kKind, true>(frame, blocks, memory, s, iteration, p, at)
-                    : sweep_phase<T, kKind, false>(frame, blocks, memory, s, iteration, p, at);
+        } else if constexpr (has_self(kKind)) {
+          at = lean ? sweep_phase(work, s, iteration, p, at)
+                    : sweep_any(frame, blocks, memory, s, iteration, p, at);
         } else if (lean) {
           work.phase(s, iteration, p, at);
         } else {
-          at = sweep_phase<T, kKind, false>(frame, blocks, memory, s, iteration, p, at);
+          at = sweep_any(frame, blocks, memory, s, iteration, p, at);
         }
         wait();
       }
       const bool again = iteration + 1 < frame.iterations;
-      if constexpr (kKind == FrameKind::Full) {
+      if constexpr (kKind != FrameKind::Plain && !has_self(kKind)) {
         push_off_features(frame, blocks, s, iteration, own_team_room(), wait);
         const int pass = s * frame.iterations + iteration;
         if (frame.tether_anchor != nullptr || frame.body.face_count > 0) {
@@ -222,14 +250,15 @@ __global__ void __launch_bounds__(kFrameThreads, 1)
           wait();
         }
       }
-      if constexpr (kKind == FrameKind::Self) {
+      if constexpr (has_self(kKind)) {
         push_off_features(frame, blocks, s, iteration, own_warp_room<T>().body, wait);
         // Cloth that lies on the body has to be known before cloth pushes cloth. In the end nothing
         // passes, neither cloth nor body; where both cannot be, the body wins.
         touch_before_pairs<T, kBarrier>(frame, blocks, s, iteration, clock, arrived, goal);
-        push_apart_all<T, kBarrier>(frame, blocks, s, s + 1 == frame.substeps && !again, clock,
-                                    arrived, goal);
-        keep_all_back<T, kBarrier, SelfKeeps>(frame, blocks, s, clock, arrived, goal);
+        if (push_apart_all<T, kBarrier>(frame, blocks, s, s + 1 == frame.substeps && !again, clock,
+                                        arrived, goal)) {
+          keep_all_back<T, kBarrier, SelfKeeps>(frame, blocks, s, clock, arrived, goal);
+        }
       }
     }
   }

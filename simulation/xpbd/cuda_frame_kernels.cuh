@@ -6,10 +6,25 @@
 namespace atelier {
 
 constexpr int kFrameThreads = 512;
+constexpr int kFewThreads = 256;
+
+/// Phases of a schedule at most where its plans stay on chip.
+constexpr int kMostResidentPhases = 16;
 
 /// Features of a frame: undamped springs and hinges alone, all but contact of the cloth with
-/// itself, or all. Fewer registers where there is less.
-enum class FrameKind { Plain, Full, Self };
+/// itself, or all; fewer registers where there is less. Of a cloth with few particles, which has a
+/// whole device: blocks with half of the threads and all the registers that these take.
+enum class FrameKind { Plain, Full, Self, FullOfFew, SelfOfFew };
+constexpr bool has_self(FrameKind kind) {
+  return kind == FrameKind::Self || kind == FrameKind::SelfOfFew;
+}
+constexpr bool has_few(FrameKind kind) {
+  return kind == FrameKind::FullOfFew || kind == FrameKind::SelfOfFew;
+}
+/// Threads of a block at most.
+constexpr int frame_threads(FrameKind kind) {
+  return has_few(kind) ? kFewThreads : kFrameThreads;
+}
 
 /// One frame of every scene: a persistent launch of `blocks` blocks per scene, `kernel(frame,
 /// blocks)`. Each kind and precision is compiled in a file of its own (cuda_frame_*.cu).

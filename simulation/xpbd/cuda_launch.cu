@@ -61,11 +61,16 @@ FrameKernel<T> kernel_of(CudaBarrier barrier) {
                                            : frame_kernel_of<T, kKind, CudaBarrier::Grid>();
 }
 
+/// `few`: see FrameKind.
 template <class T>
-FrameKernel<T> kernel_of(bool full, bool self, CudaBarrier barrier) {
-  return self   ? kernel_of<T, FrameKind::Self>(barrier)
-         : full ? kernel_of<T, FrameKind::Full>(barrier)
-                : kernel_of<T, FrameKind::Plain>(barrier);
+FrameKernel<T> kernel_of(const CudaFrameParts& parts, bool few, CudaBarrier barrier) {
+  if (few && barrier == CudaBarrier::Grid) {
+    return parts.self ? frame_kernel_of<T, FrameKind::SelfOfFew, CudaBarrier::Grid>()
+                      : frame_kernel_of<T, FrameKind::FullOfFew, CudaBarrier::Grid>();
+  }
+  return parts.self   ? kernel_of<T, FrameKind::Self>(barrier)
+         : parts.full ? kernel_of<T, FrameKind::Full>(barrier)
+                      : kernel_of<T, FrameKind::Plain>(barrier);
 }
 
 /// The steps of an iteration after its sweep: `add(step, substep, iteration, pass)` for each.
@@ -100,13 +105,21 @@ CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& o
   ATELIER_CUDA_CHECK(
       cudaDeviceGetAttribute(&multiprocessors, cudaDevAttrMultiProcessorCount, device));
   const int patches = prepared.phases[0].patch_end - prepared.phases[0].patch_begin;
+  const bool one_each = jacobi_ == nullptr && scene_count == 1 && patches <= multiprocessors &&
+                        options.cuda_blocks == 0 &&
+                        (options.cuda_barrier == "auto" || options.cuda_barrier == "grid" ||
+                         (options.cuda_barrier == "cluster" && patches <= kLargestCluster));
+  // Contacts are shared out over all blocks: those without a patch help.
+  const bool helpers =
+      (parts_.self || parts_.body) && one_each && options.cuda_barrier != "cluster";
+  few_ = helpers && prepared.count <= multiprocessors * kFewThreads;
   int capacity = 0;
   ATELIER_CUDA_CHECK(
       cudaDeviceGetAttribute(&capacity, cudaDevAttrMaxSharedMemoryPerBlockOptin, device));
   const std::array<const void*, 4> kernels = {
-      reinterpret_cast<const void*>(kernel_of<T>(parts_.full, parts_.self, CudaBarrier::Block)),
-      reinterpret_cast<const void*>(kernel_of<T>(parts_.full, parts_.self, CudaBarrier::Cluster)),
-      reinterpret_cast<const void*>(kernel_of<T>(parts_.full, parts_.self, CudaBarrier::Grid)),
+      reinterpret_cast<const void*>(kernel_of<T>(parts_, few_, CudaBarrier::Block)),
+      reinterpret_cast<const void*>(kernel_of<T>(parts_, few_, CudaBarrier::Cluster)),
+      reinterpret_cast<const void*>(kernel_of<T>(parts_, few_, CudaBarrier::Grid)),
       reinterpret_cast<const void*>(frame_step_kernel_of<T>())};
   // On-chip memory that contacts take is not there for plans.
   const int optin = capacity;
@@ -131,17 +144,11 @@ CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& o
   const std::size_t base = BlockWork<T>::room(prepared.max_patch_particles, parts_.keeps_starts);
   // On chip beside the particles: the plans of all patches that a block works on, with their
   // edges where they fit, else of one at a time.
-  const bool one_each = jacobi_ == nullptr && scene_count == 1 && patches <= multiprocessors &&
-                        options.cuda_blocks == 0 &&
-                        (options.cuda_barrier == "auto" || options.cuda_barrier == "grid" ||
-                         (options.cuda_barrier == "cluster" && patches <= kLargestCluster));
-  // Contacts are shared out over all blocks: those without a patch help.
-  const bool helpers =
-      (parts_.self || parts_.body) && one_each && options.cuda_barrier != "cluster";
   const int planned = helpers ? multiprocessors : patches;
   const std::size_t with_edges = base + plan_bytes(prepared, planned, true);
   const std::size_t without = base + plan_bytes(prepared, planned, false);
-  resident_ = one_each && without <= static_cast<std::size_t>(capacity);
+  resident_ = one_each && without <= static_cast<std::size_t>(capacity) &&
+              prepared.phases.size() <= kMostResidentPhases;
   records_on_chip_ = resident_ && with_edges <= static_cast<std::size_t>(capacity);
   shared_bytes_ = records_on_chip_ ? with_edges
                   : resident_      ? without
@@ -155,13 +162,13 @@ CudaLaunch<T>::CudaLaunch(const PreparedCloth<T>& prepared, const XpbdOptions& o
     widest = std::max(widest, prepared.colours[k + 1].edge_begin - prepared.colours[k].edge_begin);
   }
   const bool crowded = static_cast<long>(patches) * scene_count > multiprocessors;
-  const int max_threads = crowded ? kFrameThreads / 2 : kFrameThreads;
+  const int max_threads = few_ ? kFewThreads : crowded ? kFrameThreads / 2 : kFrameThreads;
   threads_ = static_cast<unsigned>(
       !parts_.body ? std::clamp((widest + 31) / 32 * 32, 128, max_threads) : max_threads);
   int resident = 0;
   ATELIER_CUDA_CHECK(cudaOccupancyMaxActiveBlocksPerMultiprocessor(
-      &resident, kernel_of<T>(parts_.full, parts_.self, CudaBarrier::Grid),
-      static_cast<int>(threads_), shared_bytes_));
+      &resident, kernel_of<T>(parts_, few_, CudaBarrier::Grid), static_cast<int>(threads_),
+      shared_bytes_));
   const int share = std::max(1, resident * multiprocessors / scene_count);
   std::string barrier = options.cuda_barrier;
   if (helpers || (barrier == "graph" && parts_.self)) {
@@ -235,7 +242,7 @@ void CudaLaunch<T>::run(const CudaFrame<T>& frame) {
     attribute.val.clusterDim.y = 1;
     attribute.val.clusterDim.z = 1;
     if (blocks_ > 8) {
-      ATELIER_CUDA_CHECK(cudaFuncSetAttribute(kernel_of<T>(parts_.full, parts_.self, barrier),
+      ATELIER_CUDA_CHECK(cudaFuncSetAttribute(kernel_of<T>(parts_, few_, barrier),
                                               cudaFuncAttributeNonPortableClusterSizeAllowed, 1));
     }
   } else if (barrier_ == "grid") {
@@ -245,7 +252,7 @@ void CudaLaunch<T>::run(const CudaFrame<T>& frame) {
     attribute.val.cooperative = 1;
   }
   ATELIER_CUDA_CHECK(
-      cudaLaunchKernelEx(&config, kernel_of<T>(parts_.full, parts_.self, barrier), frame, blocks_));
+      cudaLaunchKernelEx(&config, kernel_of<T>(parts_, few_, barrier), frame, blocks_));
 }
 
 template <class T>

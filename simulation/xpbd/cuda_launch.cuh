@@ -41,6 +41,7 @@ class CudaLaunch {
 
   std::vector<CudaSceneRule<T>> scenes_;
   CudaFrameParts parts_;
+  bool few_ = false;              ///< see FrameKind
   bool resident_ = false;         ///< the plans of all that a block works on fit on chip
   bool records_on_chip_ = false;  ///< and their edges
   std::string barrier_;

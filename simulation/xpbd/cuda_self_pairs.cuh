@@ -177,6 +177,12 @@ struct SelfWork {
     }
   }
 
+  /// True where the lists are empty: nothing is pushed, nor kept back.
+  __device__ bool has_nothing() const {
+    return __ldcg(&counts->face_pairs) == 0 && __ldcg(&counts->edge_pairs) == 0 &&
+           __ldcg(&counts->crossings) == 0;
+  }
+
   /// Calls `work(pair, edges)` for the pairs of the list that are this thread's.
   template <class Work>
   __device__ void visit_pairs(const Work& work) const {

@@ -248,15 +248,23 @@ __device__ inline void renew_pairs(const SelfWork<T>& work, int blocks, int s, S
   search_pairs<T, kBarrier>(work.frame, blocks, clock, plan, arrived, goal);
 }
 
-/// Pushes pairs apart until none is pressed; then the body again.
+/// Pushes pairs apart until none is pressed; then the body again. False where there is no pair and
+/// nothing is crossed: then nothing is to be kept back either.
 template <class T, CudaBarrier kBarrier>
-__device__ __noinline__ void push_apart_all(const CudaFrame<T>& frame, int blocks, int s,
+__device__ __noinline__ bool push_apart_all(const CudaFrame<T>& frame, int blocks, int s,
                                             bool counted, SelfClock& clock, unsigned* arrived,
                                             unsigned& goal) {
   const SelfWork<T> work(frame, blocks);
   const auto wait = [&] { scene_barrier<kBarrier>(arrived, goal, static_cast<unsigned>(blocks)); };
   for (int pass = 0;; ++pass) {
     renew_pairs<T, kBarrier>(work, blocks, s, clock, arrived, goal);
+    if (pass == 0 && work.has_nothing()) {
+      ++clock.serial;
+      for (int i = work.thread; i < frame.count; i += work.threads) {
+        __stcg(work.support + i, work.supported(i, __ldcg(&work.sums[i].support)));
+      }
+      return false;  // nobody reads what was written before the next barrier
+    }
     work.push_pairs(pass, clock, counted);
     wait();
     const bool pressed = __ldcg(&work.counts->pressed) == clock.serial;
@@ -273,6 +281,7 @@ __device__ __noinline__ void push_apart_all(const CudaFrame<T>& frame, int block
     __stcg(work.support + i, level);
   }
   wait();
+  return true;
 }
 
 /// Keeps back what would pass, with the body, until nothing would or the passes of `Keeps` are

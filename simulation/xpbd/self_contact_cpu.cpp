@@ -31,6 +31,16 @@ void gather(Index count, Index grain, std::vector<Item>& out, const Collect& col
   }
 }
 
+/// True if what reaches `reach` (times `between`'s length) along `between` is further away than
+/// `within`, give or take rounding.
+template <class T>
+bool stays_beyond(Vec3<T> between, T reach, T within) {
+  const T squared = squared_norm(between);
+  const T gap = squared - reach;
+  const T bound = T(1.001) * within + T(1e-6);
+  return gap > T(0) && gap * gap > bound * bound * squared;
+}
+
 bool has(const FaceIndices& face, int particle) {
   return face.a == particle || face.b == particle || face.c == particle;
 }
@@ -138,20 +148,89 @@ void SelfContactCpu<T>::search(const SelfMotion<T>& motion) {
   age_ = 1;
   ahead_ = std::min(rule_.horizon, left_);
   view_.past = T(0);
-  start_ = motion.origin;
-  for (std::size_t i = 0; i < start_.size(); ++i) {
-    const Vec3<T> moved = xyz(motion.x[i]) - xyz(motion.origin[i]);
-    end_[i] = with_w(xyz(motion.origin[i]) + static_cast<T>(ahead_) * moved, motion.x[i].w);
-  }
+  parallel_for(std::ssize(start_), 8 * kGrain, [&](Index begin, Index end) {
+    for (Index i = begin; i < end; ++i) {
+      const Vec3<T> moved = xyz(motion.x[i]) - xyz(motion.origin[i]);
+      start_[i] = motion.origin[i];
+      end_[i] = with_w(xyz(motion.origin[i]) + static_cast<T>(ahead_) * moved, motion.x[i].w);
+    }
+  });
   near_edges_.fill([&](int e) { return swept_bound_with_margin(surface_.edges[e]); });
   near_faces_.fill([&](int f) { return swept_bound_with_margin(surface_.faces[f]); });
   near_particles_.fill([&](int i) { return swept_bound_with_margin(i); });
+  const auto take_flights = [&](const GroupedBoxes& near, const auto& primitives, auto& flights) {
+    flights.resize(primitives.size());
+    parallel_for(near.count(), 8 * kGrain, [&](Index begin, Index end) {
+      for (Index slot = begin; slot < end; ++slot) {
+        flights[slot] = flight_of(primitives[near.item(static_cast<int>(slot))]);
+      }
+    });
+  };
+  take_flights(near_edges_, surface_.edges, edge_flights_);
+  take_flights(near_faces_, surface_.faces, face_flights_);
   gather(near_edges_.groups(), 8, edge_pairs_, [&](int k, std::vector<SelfPair<T>>& out) {
-    near_edges_.visit_near<true>(k, near_edges_, [&](int e, int o) { try_edges(e, o, out); });
+    near_edges_.template visit_near_places<true>(k, near_edges_, [&](int e, int o) {
+      if (!stay_apart(edge_flights_[e], edge_flights_[o])) {
+        try_edges(near_edges_.item(e), near_edges_.item(o), out);
+      }
+    });
   });
   gather(near_particles_.groups(), 4, face_pairs_, [&](int k, std::vector<SelfPair<T>>& out) {
-    near_particles_.visit_near<false>(k, near_faces_, [&](int i, int f) { try_face(i, f, out); });
+    near_particles_.template visit_near_places<false>(k, near_faces_, [&](int i, int f) {
+      if (!stay_apart(near_particles_.item(i), face_flights_[f])) {
+        try_face(near_particles_.item(i), near_faces_.item(f), out);
+      }
+    });
   });
+}
+
+template <class T>
+auto SelfContactCpu<T>::flight_of(const ClothEdge& e) const -> EdgeFlight {
+  const FlyingPoint<T> p = flying(view_, e.a);
+  const FlyingPoint<T> q = flying(view_, e.b);
+  return {T(0.5) * (p.at + q.at),
+          T(0.5) * (q.at - p.at),
+          T(0.5) * (p.on + q.on),
+          T(0.5) * norm(q.on - p.on) + edge_slack(view_, e, rule_),
+          e.a,
+          e.b};
+}
+
+template <class T>
+auto SelfContactCpu<T>::flight_of(const FaceIndices& f) const -> FaceFlight {
+  const FlyingPoint<T> a = flying(view_, f.a);
+  const FlyingPoint<T> b = flying(view_, f.b);
+  const FlyingPoint<T> c = flying(view_, f.c);
+  const T third = T(1) / T(3);
+  const Vec3<T> middle = third * (a.at + b.at + c.at);
+  const Vec3<T> on = third * (a.on + b.on + c.on);
+  const T spread = std::max({norm(a.on - on), norm(b.on - on), norm(c.on - on)});
+  return {middle, a.at - middle, b.at - middle, on, spread + face_slack(view_, f, rule_), f};
+}
+
+template <class T>
+bool SelfContactCpu<T>::stay_apart(const EdgeFlight& p, const EdgeFlight& q) const {
+  if (p.a == q.a || p.a == q.b || p.b == q.a || p.b == q.b) {
+    return true;
+  }
+  const Vec3<T> between = q.middle - p.middle;
+  const T reach = std::abs(dot(p.half, between)) + std::abs(dot(q.half, between));
+  return stays_beyond(between, reach, rule_.thickness + p.margin + q.margin + norm(q.on - p.on));
+}
+
+template <class T>
+bool SelfContactCpu<T>::stay_apart(int i, const FaceFlight& face) const {
+  if (has(face.corner, i)) {
+    return true;
+  }
+  const FlyingPoint<T> p = flying(view_, i);
+  const Vec3<T> between = p.at - face.middle;
+  const T first = dot(face.first, between);
+  const T second = dot(face.second, between);
+  const T reach = std::max({first, second, -first - second});
+  return stays_beyond(
+      between, reach,
+      rule_.thickness + slack_of(view_, i, rule_) + face.margin + norm(p.on - face.on));
 }
 
 template <class T>
@@ -454,11 +533,13 @@ void SelfContactCpu<T>::push(const SelfMotion<T>& motion) {
   note_stirred_and_crossed(motion.origin);
   moved_from_ = 1;
   const auto support = [&](bool first) {
-    for (std::size_t i = 0; i < sums_.size(); ++i) {
-      const int given = first ? support_[i] : sums_[i].support;
-      support_[i] = motion.touched[i] != 0 ? kSupportLevels : given;
-      sums_[i] = {};
-    }
+    parallel_for(std::ssize(sums_), 8 * kGrain, [&](Index begin, Index end) {
+      for (Index i = begin; i < end; ++i) {
+        const int given = first ? support_[i] : sums_[i].support;
+        support_[i] = motion.touched[i] != 0 ? kSupportLevels : given;
+        sums_[i] = {};
+      }
+    });
   };
   support(true);
   for (int pass = 0; pass < kSelfResponses; ++pass) {

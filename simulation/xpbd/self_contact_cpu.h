@@ -63,6 +63,26 @@ class SelfContactCpu {
     int edge, face;
   };
 
+  /// How an edge flies while a search looks ahead, to find soon that two stay apart.
+  struct alignas(16) EdgeFlight {
+    Vec3<T> middle, half;  ///< where it is, and from there to an end
+    Vec3<T> on;            ///< motion of its middle
+    T margin;              ///< slack, and by how much motions of its ends differ from that
+    int a, b;
+  };
+  struct alignas(16) FaceFlight {
+    Vec3<T> middle, first, second;  ///< and from there to two corners
+    Vec3<T> on;
+    T margin;
+    FaceIndices corner;
+  };
+  EdgeFlight flight_of(const ClothEdge& e) const;
+  FaceFlight flight_of(const FaceIndices& f) const;
+  /// True if two stay further apart than pairs are looked for, as offer_edge and offer_face would
+  /// find more slowly, or share a particle.
+  bool stay_apart(const EdgeFlight& p, const EdgeFlight& q) const;
+  bool stay_apart(int i, const FaceFlight& face) const;
+
   /// Makes new swept motions for particles that have left theirs or may do so soon. Returns how
   /// many.
   int renew_swept_bounds(const SelfMotion<T>& motion);
@@ -105,7 +125,9 @@ class SelfContactCpu {
   T gap_share_ = T(1);
   T push_friction_;
   SelfView<T> view_{};
-  std::vector<Vec4<T>> start_, end_;  ///< of the search
+  std::vector<Vec4<T>> start_, end_;      ///< of the search
+  std::vector<EdgeFlight> edge_flights_;  ///< in a search of all pairs, by places of near_edges_
+  std::vector<FaceFlight> face_flights_;  ///< likewise
   std::vector<SelfPair<T>> face_pairs_, edge_pairs_;
   std::vector<Crossing> crossings_;
   std::vector<int> tangled_;

@@ -152,6 +152,7 @@ class CpuBackend final : public ClothSolver::Backend {
     touched_.assign(x_.size(), 0);
     pushed_.assign(x_.size(), 0);
     carry_.resize(x_.size());
+    origin_.resize(x_.size());
     const Material& m = cloth_.material;
     rule_.thickness = static_cast<T>(options_.thickness >= 0 ? options_.thickness : m.thickness);
     rule_.friction = static_cast<T>(variation_.friction >= 0 ? variation_.friction
@@ -218,15 +219,17 @@ class CpuBackend final : public ClothSolver::Backend {
       for (Index i = begin; i < end; ++i) {
         predict(x_[i], start_[i], velocity_[i], ParticleDrive<T>{acceleration_[i], target_[i]},
                 share, h);
+        held_[i] = {};
+        if (self_ != nullptr) {
+          origin_[i] = start_[i];
+          carry_[i] = {};
+        }
       }
     });
-    std::fill(lambda_.begin(), lambda_.end(), EdgeMultipliers<T>{});
+    parallel_for(std::ssize(lambda_), 4 * kGrain, [&](Index begin, Index end) {
+      std::fill(lambda_.begin() + begin, lambda_.begin() + end, EdgeMultipliers<T>{});
+    });
     std::fill(strain_lambda_.begin(), strain_lambda_.end(), T(0));
-    std::fill(held_.begin(), held_.end(), Vec4<T>{});
-    if (self_ != nullptr) {
-      origin_ = start_;
-      std::fill(carry_.begin(), carry_.end(), Vec4<T>{});
-    }
     const SubstepScale<T> scale = substep_scale(h, static_cast<T>(cloth_.material.damping),
                                                 static_cast<T>(1 / variation_.stretch),
                                                 static_cast<T>(1 / variation_.bending));
@@ -237,13 +240,15 @@ class CpuBackend final : public ClothSolver::Backend {
         sweep_patches(scale);
       }
       push_off_features(s);
-      if (!prepared_.tether_anchor.empty()) {
-        for (int i = 0; i < prepared_.count; ++i) {
-          const int anchor = prepared_.tether_anchor[i];
-          if (anchor >= 0) {
-            project_tether(x_[i], xyz(x_[anchor]), prepared_.tether_length[i]);
+      if (!prepared_.tether_anchor.empty()) {  // anchors are fixed
+        parallel_for(prepared_.count, kGrain, [&](Index begin, Index end) {
+          for (Index i = begin; i < end; ++i) {
+            const int anchor = prepared_.tether_anchor[i];
+            if (anchor >= 0) {
+              project_tether(x_[i], xyz(x_[anchor]), prepared_.tether_length[i]);
+            }
           }
-        }
+        });
       }
       if (self_ == nullptr) {
         if (!body_.empty()) {

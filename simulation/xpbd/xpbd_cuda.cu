@@ -208,8 +208,6 @@ class CudaBackend final : public ClothSolver::Backend {
         if (features_ != nullptr) {
           features_->begin_frame(body_, frame, x_.data(), velocity_.data());
         }
-        ATELIER_CUDA_CHECK(
-            cudaMemsetAsync(touch_counts_.data(), 0, touch_counts_.size() * sizeof(int)));
       }
       launch_->run(frame);
       ran = true;
