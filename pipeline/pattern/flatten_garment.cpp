@@ -90,9 +90,10 @@ void lay_out_found(FlattenedGarment& flat, const FlattenStageOptions& options,
     flat.measures = std::move(found.measures);
   } else {
     FlattenStageOptions as_found = options;  // panels stiffen where the search's do
-    as_found.flatten.panel.even = stiffening_of(options.find.stretch);
+    as_found.flatten.panel.even = stiffening_of(stretch_bound(options.find));
     lay_out(flat, found.seams.cut, as_found, watcher);
-    flat.reached = found.seams.reached && flat.measures.strain_p99 <= options.find.stretch;
+    flat.reached = found.seams.reached &&
+                   bounded_strain(flat.measures, options.find) <= stretch_bound(options.find);
   }
 }
 
@@ -102,7 +103,8 @@ void draw_pattern(FlattenedGarment& flat, const PatternPieceOptions& options) {
   const PatternNames names =
       name_pattern(flat.pattern, flat.mesh, facing.isZero() ? facing_of(flat.mesh) : facing);
   flat.panel_names = names.panels;
-  flat.draft = draft_pattern(flat.pattern, names, {options.smoothing, options.curve_tolerance});
+  const FlatPattern even = symmetric_pattern(flat.pattern, options.symmetry);
+  flat.draft = draft_pattern(even, names, {options.smoothing, options.curve_tolerance});
   place_on_surface(flat.draft, flat.mesh, flat.pattern);
   flat.draft = in_craft_order(flat.draft);
   std::vector<Points2> outlines;
@@ -110,7 +112,7 @@ void draw_pattern(FlattenedGarment& flat, const PatternPieceOptions& options) {
     outlines.push_back(panel_outline(panel));
   }
   flat.outlines = measure_outlines(outlines);
-  flat.drawing = measure_drawing(flat.draft, flat.panel_names, flat.pattern);
+  flat.drawing = measure_drawing(flat.draft, flat.panel_names, even);
   flat.layout = lay_out_pieces(flat.draft, options);
 }
 
@@ -212,8 +214,11 @@ double mismatch_of(const FlattenedGarment& flat) {
   return std::max(flat.measures.seam_mismatch, flat.layout.seam_mismatch);
 }
 
-FlattenedGarment flatten_garment(const FlattenGarment& garment, const FlattenStageOptions& options,
+FlattenedGarment flatten_garment(const FlattenGarment& garment, const FlattenStageOptions& said,
                                  const FlattenWatcher& watcher) {
+  FlattenStageOptions options = said;
+  options.find.woven = options.layout == "woven";
+  options.flatten.panel.woven = options.find.woven;
   FlattenedGarment flat;
   auto [surface, given] = read_flatten_surface(garment.file, options.seams, options.input, watcher);
   flat.mesh = std::move(surface);
@@ -265,17 +270,18 @@ std::string summary_of(const FlattenedGarment& flat) {
   char text[900];
   int length = std::snprintf(
       text, sizeof text,
-      "%d panels, %zu seams of %.2f m; stretch p50 %.2f%%, p95 %.2f%%, p99 %.2f%%, most %.1f%%; "
+      "%d panels, %zu seams of %.2f m; stretch p50 %.2f%%, p95 %.2f%%, p99 %.2f%%, most %.1f%%, "
+      "along threads p99 %.2f%%; "
       "area %.2f%% of the surface's; seams differ by %.2f%% at most; %d inverted triangles, %d "
       "panels that overlap themselves; smallest corner %.1f deg; fabric %.2f x %.2f m; outlines: "
       "%.2f panels a part, %.1f corners a panel, %d at most, jagged by %.2f mm, ragged by %.2f mm, "
       "%.1f turns a metre, asymmetric by %.1f mm, narrowest neck %.1f cm",
       flat.pattern.cut.panel_count, flat.pattern.seams.size(), m.seam_length, 100 * m.strain_p50,
-      100 * m.strain_p95, 100 * m.strain_p99, 100 * m.strain_max, 100 * m.area_ratio,
-      100 * mismatch_of(flat), m.inverted, m.overlaps, flat_corner(flat), flat.layout.width,
-      flat.layout.length, flat.drawing.panels_a_part, o.corners_mean, o.corners_max,
-      1000 * o.jaggedness, 1000 * flat.drawing.raggedness, o.turns_per_metre, 1000 * o.asymmetry,
-      100 * o.narrowest_neck);
+      100 * m.strain_p95, 100 * m.strain_p99, 100 * m.strain_max, 100 * m.thread_p99,
+      100 * m.area_ratio, 100 * mismatch_of(flat), m.inverted, m.overlaps, flat_corner(flat),
+      flat.layout.width, flat.layout.length, flat.drawing.panels_a_part, o.corners_mean,
+      o.corners_max, 1000 * o.jaggedness, 1000 * flat.drawing.raggedness, o.turns_per_metre,
+      1000 * o.asymmetry, 100 * o.narrowest_neck);
   if (flat.sewn) {
     std::snprintf(text + length, sizeof text - static_cast<std::size_t>(length),
                   "; sewn anew: %.1f mm from the captured garment, p95 %.1f mm",
@@ -292,6 +298,7 @@ nlohmann::ordered_json json_of(const FlattenedGarment& flat) {
                               {"stretch_p95", m.strain_p95},
                               {"stretch_p99", m.strain_p99},
                               {"stretch_max", m.strain_max},
+                              {"thread_p99", m.thread_p99},
                               {"area_ratio", m.area_ratio},
                               {"seam_mismatch", mismatch_of(flat)},
                               {"seam_length", m.seam_length},

@@ -16,9 +16,18 @@ constexpr const char* kHungOnBody = "--relax.body";
 constexpr std::array<IdleRule::Value, 2> kNotSewn = {{{"sew_check.body", kNoSewCheck}, {}}};
 constexpr const char* kSewnAnew = "--sew-check.body";
 
+constexpr std::array<IdleRule::Value, 2> kIsotropic = {{{"layout", "isotropic"}, {}}};
+constexpr const char* kOfWoven = "--layout woven";
+
+constexpr std::array<IdleRule::Value, 2> kWoven = {{{"layout", "woven"}, {}}};
+constexpr const char* kOfIsotropic = "--layout isotropic";
+
 constexpr std::array kFlattenIdle = {
     IdleRule{"tolerance", kSeamsGiven, kSeamsFound},
     IdleRule{"find.", kSeamsGiven, kSeamsFound},
+    IdleRule{"find.thread_stretch", kIsotropic, kOfWoven},
+    IdleRule{"find.corners", kIsotropic, kOfWoven},
+    IdleRule{"find.stretch", kWoven, kOfIsotropic},
     IdleRule{"relax.fabric", kNoBody, kHungOnBody},
     IdleRule{"relax.registered", kNoBody, kHungOnBody},
     IdleRule{"relax.gap", kNoBody, kHungOnBody},

@@ -84,6 +84,7 @@ class FlattenFigures {
     most("stretch_p50", m.strain_p50);
     most("stretch_p95", m.strain_p95);
     most("stretch_p99", m.strain_p99);
+    most("thread_p99", m.thread_p99);
     most("seam_mismatch", mismatch_of(flat));
     most("deviation_mean", flat.deviation_mean);
     most("deviation_max", flat.deviation_max);
@@ -174,6 +175,10 @@ OptionTable describe(FlattenStageOptions& options) {
   table.add("seams", options.seams, std::vector<std::string>{},
             "Seams: auto (found), uvs (where texture coordinates part), labels (where vertex "
             "labels part), none (opened only), or a file (.json)");
+  table.add("layout", options.layout, std::vector<std::string>{"isotropic", "woven"},
+            "Cloth of the pattern: isotropic (stretch bounded in every direction), or woven "
+            "(stretch bounded along warp and weft, free to shear; cut along a field of directions, "
+            "sleeves set in)");
   table.add("smooth", options.smooth, 0, 0.1, "m",
             "Smoothing length: noise and creases finer than six times this are smoothed away "
             "first; 0: no smoothing");

@@ -30,7 +30,8 @@ struct FlattenRelaxOptions {
 OptionTable describe(FlattenRelaxOptions& options);
 
 struct FlattenStageOptions {
-  std::string seams = "auto";  ///< auto, uvs, labels, or a file
+  std::string seams = "auto";        ///< auto, uvs, labels, or a file
+  std::string layout = "isotropic";  ///< isotropic, or woven (FindSeamsOptions::woven)
   double smooth = 0.01;  ///< m: reach over which noise and creases are smoothed before, 0 to 0.1
   double tolerance = 0.005;  ///< m: how far surfaces move where seams are found, 0 to 0.02
   FindSeamsOptions find;
@@ -47,6 +48,7 @@ inline constexpr std::array kFlattenMetrics = {
     StageMetric{"stretch_p50", ""},
     StageMetric{"stretch_p95", ""},
     StageMetric{"stretch_p99", ""},
+    StageMetric{"thread_p99", ""},
     StageMetric{"seam_mismatch", ""},
     StageMetric{"seam_length", "m"},
     StageMetric{"area_ratio", ""},

@@ -13,6 +13,7 @@
 #include "core/topology.h"
 #include "registration/flattening/flat_overlaps.h"
 #include "registration/outlines/outline_measures.h"
+#include "registration/outlines/symmetric_outlines.h"
 
 namespace atelier {
 namespace {
@@ -353,6 +354,37 @@ PatternNames own_names(const FlatPattern& pattern) {
     names.seams.push_back(seam.name);
   }
   return names;
+}
+
+FlatPattern symmetric_pattern(FlatPattern pattern, double most) {
+  if (!(most > 0)) {
+    return pattern;
+  }
+  const std::vector<std::vector<int>> loops =
+      boundary_loops(topology_of(pattern.cut.faces, static_cast<Index>(pattern.cut.source.size())));
+  std::vector<Points2> outlines;
+  for (const std::vector<int>& loop : loops) {
+    outlines.push_back(points_of_run(pattern, loop));
+  }
+  outlines = symmetric_outlines(outlines, most);
+  const FlatPattern as_it_is = pattern;
+  for (std::size_t i = 0; i < loops.size(); ++i) {
+    for (std::size_t k = 0; k < loops[i].size(); ++k) {
+      pattern.vertices.row(loops[i][k]) = outlines[i].row(static_cast<Index>(k));
+    }
+  }
+  // What is mirrored about the wrong line, a sleeve's cuff onto its armhole, fits nothing.
+  for (const FlatSeam& seam : pattern.seams) {
+    const auto differs = [&](const FlatPattern& of) {
+      const double a = run_length(of.vertices, seam.a);
+      const double b = run_length(of.vertices, seam.b);
+      return 2 * std::abs(a - b) / (a + b);
+    };
+    if (differs(pattern) > std::max(kEased, differs(as_it_is))) {
+      return as_it_is;
+    }
+  }
+  return pattern;
 }
 
 SewingPattern draft_pattern(const FlatPattern& pattern, const PatternNames& names,

@@ -18,6 +18,12 @@ struct PatternNames {
 /// The names that the flat pattern itself has, and no openings.
 PatternNames own_names(const FlatPattern& pattern);
 
+/// The flat pattern with outlines that are mirror images where they nearly are
+/// (symmetric_outlines.h): vertices inside stay where they are, so that it is to be drawn, not to
+/// be simulated. As it is where that makes the sides of a seam differ by more than 2%, and with
+/// `most` 0 m.
+FlatPattern symmetric_pattern(FlatPattern pattern, double most);
+
 /// Flat panels as a pattern maker draws them: corners with lines, arcs and cubics between
 /// (fit_runs).
 ///

@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "registration/sewing/garment_pattern_json.h"
+
 namespace atelier {
 namespace {
 
@@ -104,6 +106,7 @@ std::string garment_pattern_text(const SewingPattern& pattern) {
                            {{"curvature_coords", "relative"},
                             {"normalize_panel_translation", false},
                             {"normalized_edge_loops", true},
+                            {kOutsideProperty, kOutsideCounterClockwise},
                             {"units_in_meter", kUnitsInMetre}}}};
   return root.dump(1) + "\n";
 }

@@ -38,13 +38,19 @@ Eigen::VectorXd ways_off(const Mesh& surface, const Points& points) {
   return ways;
 }
 
+void tighten(FindSeamsOptions& find, double share) {
+  find.stretch *= share;
+  find.thread_stretch *= share;
+}
+
 /// Patterns as they are tried; what is best is kept.
 class PatternTrial {
  public:
   PatternTrial(const Mesh& mesh, const FindPatternOptions& options, const SeamWatch& watch)
       : options_(options), watch_(watch), surface_(mesh), moved_(mesh) {
-    options_.flatten.panel.even = stiffening_of(options.find.stretch);
-    quick_ = options_.flatten;
+    options_.flatten.panel.even = stiffening_of(stretch_bound(options.find));
+    quick_ = options_.flatten;  // not woven: a surface is not to be sheared as its pattern is
+    options_.flatten.panel.woven = options.find.woven;
     quick_.equal_seams = false;
   }
 
@@ -75,18 +81,17 @@ class PatternTrial {
   bool keeps_bound(const FoundSeams& seams, const char* what) {
     FlatPattern pattern = flatten_surface(moved_, seams.cut, options_.flatten);
     FlatMeasures measures = measure_flat(moved_, pattern);
-    const double bound = options_.find.stretch;
-    const auto nearly = [&] {
-      return measures.strain_p99 > bound && measures.strain_p99 < kNearlyKept * bound;
-    };
+    const double bound = stretch_bound(options_.find);
+    const auto strain = [&] { return bounded_strain(measures, options_.find); };
+    const auto nearly = [&] { return strain() > bound && strain() < kNearlyKept * bound; };
     constexpr int kTimes = 3;
     for (int i = 0; i < kTimes && options_.tolerance > 0 && nearly(); ++i) {
-      unstretch(pattern);
+      unstretch(options_.find.woven ? flatten_surface(moved_, seams.cut, quick_) : pattern);
       pattern = flatten_surface(moved_, seams.cut, options_.flatten);
       measures = measure_flat(moved_, pattern);
     }
     say(what, pattern, measures);
-    const bool reached = measures.strain_p99 <= bound && measures.overlaps == 0;
+    const bool reached = strain() <= bound && measures.overlaps == 0;
     const double cost = reached ? measures.seam_length + kPanelLength * pattern.cut.panel_count
                                 : std::numeric_limits<double>::infinity();
     if (cost < kShorter * cost_ || !best_.reached) {
@@ -155,11 +160,15 @@ class PatternTrial {
         length += lengths[static_cast<std::size_t>(edges.back())];
         side = side || best_.seams.sides[static_cast<std::size_t>(edges.back())] != 0;
       }
+      const bool ring = std::any_of(edges.begin(), edges.end(), [&](int edge) {
+        return best_.seams.rings[static_cast<std::size_t>(edge)] != 0;
+      });
       const bool apart = seam.panel_a != seam.panel_b;
       const bool dart = !apart && seam.a.back() == seam.b.back();
       const double area = of_panel[static_cast<std::size_t>(seam.panel_a)] +
                           (apart ? of_panel[static_cast<std::size_t>(seam.panel_b)] : 0);
-      if ((apart || dart) && (!side || area < kSmall * areas.sum())) {
+      if (!ring && (apart || dart) &&
+          (!side || (!options_.find.woven && area < kSmall * areas.sum()))) {
         std::sort(edges.begin(), edges.end());
         runs.emplace_back(-length - (apart ? kPanelLength : 0), std::move(edges));
       }
@@ -174,7 +183,7 @@ class PatternTrial {
   }
 
   void unstretch(const FlatPattern& pattern) {
-    moved_.vertices = unstretched_surface(surface_, pattern, options_.find.stretch,
+    moved_.vertices = unstretched_surface(surface_, pattern, stretch_bound(options_.find),
                                           options_.tolerance, moved_.vertices);
     moved_ = remove_slivers(moved_, {.flips = false});
   }
@@ -183,7 +192,8 @@ class PatternTrial {
     if (watch_) {
       char text[120];
       std::snprintf(text, sizeof text, "%s: %d panels, %.2f m, stretch p99 %.2f%%%s", what,
-                    pattern.cut.panel_count, measures.seam_length, 100 * measures.strain_p99,
+                    pattern.cut.panel_count, measures.seam_length,
+                    100 * bounded_strain(measures, options_.find),
                     measures.overlaps > 0 ? ", over itself" : "");
       watch_(text);
     }
@@ -212,7 +222,7 @@ FoundPattern find_pattern(const Mesh& mesh, const FindPatternOptions& options,
   if (find.facing.isZero()) {
     find.facing = facing_of(mesh);  // of all that the surface becomes
   }
-  find.stretch *= kForEqualSeams;
+  tighten(find, kForEqualSeams);
   FindSeamsOptions first = find;
   first.cuts = 0;
   first.join = false;
@@ -242,18 +252,20 @@ FoundPattern find_pattern(const Mesh& mesh, const FindPatternOptions& options,
       break;  // no seams keep it, however they run
     }
     if (!trial.best().reached) {
-      find.stretch *= kLessStretch;
+      tighten(find, kLessStretch);
     }
   }
   // Rough surfaces may lie flat by seams that run zigzag alone.
-  find.stretch = kForEqualSeams * options.find.stretch;
+  find.stretch = options.find.stretch;
+  find.thread_stretch = options.find.thread_stretch;
+  tighten(find, kForEqualSeams);
   for (int i = 0; i < kSeamSearches && !trial.best().reached; ++i) {
     trial.return_to({mesh, mesh});
     seams = find_seams(mesh, none, find, watch);
     if (trial.keeps_bound(seams, "along edges") || !seams.reached) {
       break;
     }
-    find.stretch *= kLessStretch;
+    tighten(find, kLessStretch);
   }
   if (trial.best().reached && options.find.join) {
     trial.sew();

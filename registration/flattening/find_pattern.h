@@ -22,6 +22,11 @@ struct FoundPattern {
   double deviation_mean = 0, deviation_max = 0;  ///< m, of vertices from the given surface
 };
 
+/// The stretch below which 99% of the area lies, that stretch_bound bounds.
+inline double bounded_strain(const FlatMeasures& measures, const FindSeamsOptions& find) {
+  return find.woven ? measures.thread_p99 : measures.strain_p99;
+}
+
 /// Finds short, straight seams whose pattern stretches less than a bound.
 ///
 /// 1. A front and a back (front_and_back.h), cut to disks; their seams are straightened by sliding

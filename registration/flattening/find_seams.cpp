@@ -12,10 +12,13 @@
 #include "core/error.h"
 #include "core/normals.h"
 #include "core/parallel.h"
+#include "registration/flattening/cross_field.h"
 #include "registration/flattening/cut_to_disks.h"
 #include "registration/flattening/flat_pattern.h"
 #include "registration/flattening/flat_seams.h"
 #include "registration/flattening/front_and_back.h"
+#include "registration/flattening/limb_rings.h"
+#include "registration/flattening/mirrored_way.h"
 #include "registration/flattening/seam_piece.h"
 #include "registration/flattening/surface_cut.h"
 
@@ -90,6 +93,8 @@ class Search {
       : mesh_(mesh),
         options_(options),
         topology_(topology_of(mesh.faces, mesh.vertices.rows())),
+        bound_(stretch_bound(options)),
+        plane_(options.woven ? mirror_plane(mesh, facing) : MirrorPlane{}),
         sides_(side_costs(mesh, topology_, facing, options.front_back_cost)),
         lengths_(edge_lengths(topology_, mesh.vertices)) {
     whole_.vertices = mesh.vertices;
@@ -99,6 +104,17 @@ class Search {
     whole_.topology = topology_;
     whole_.bends = curvature_of(mesh, topology_);
     area_ = face_areas(mesh.vertices, mesh.faces).sum();
+    if (options.woven) {
+      constexpr double kOff = 3;  // times as dear halfway between two directions
+      const std::vector<double> off = off_field(mesh, topology_, cross_field(mesh, topology_));
+      for (std::size_t e = 0; e < off.size(); ++e) {
+        sides_[e] *= 1 + kOff * off[e];
+      }
+      const Points normals = vertex_normals(mesh.vertices, mesh.faces);
+      for (Index e = 0; e < topology_.edges.rows(); ++e) {
+        up_.push_back((normals(topology_.edges(e, 0), 1) + normals(topology_.edges(e, 1), 1)) / 2);
+      }
+    }
   }
 
   const Topology& topology() const { return topology_; }
@@ -116,7 +132,7 @@ class Search {
     std::vector<SeamPiece> pieces = parts_of(whole_, cut);
     parallel_for(static_cast<Index>(pieces.size()), 1, [&](Index begin, Index end) {
       for (Index p = begin; p < end; ++p) {
-        lay_flat(pieces[static_cast<std::size_t>(p)], options_.stretch, 100, 1e-6);
+        lay_flat(pieces[static_cast<std::size_t>(p)], bound_, options_.woven, 100, 1e-6);
       }
     });
     return pieces;
@@ -127,7 +143,7 @@ class Search {
     double sum = 0;
     for (const SeamPiece& piece : pieces) {
       for (Index f = 0; f < piece.faces.rows(); ++f) {
-        sum += piece.strain[f] > options_.stretch ? piece.areas[f] : 0;
+        sum += piece.strain[f] > bound_ ? piece.areas[f] : 0;
       }
     }
     return sum / area_;
@@ -143,13 +159,22 @@ class Search {
                          [](const SeamPiece& piece) { return piece.overlaps; });
   }
 
-  /// The piece cut in the best way that was tried; empty where there is none.
-  std::vector<SeamPiece> best_cut(const SeamPiece& piece) const {
+  /// A piece cut in two, or by a dart.
+  struct CutPiece {
+    std::vector<SeamPiece> parts;
+    Points chain;         ///< places of the cut, from the rim on
+    bool to_rim = false;  ///< it ends there, too
+  };
+
+  /// The piece cut in the best way that was tried; no parts where there is none.
+  CutPiece best_cut(const SeamPiece& piece) const {
     std::vector<double> sides(static_cast<std::size_t>(piece.topology.edges.rows()), 1);
     for (Index e = 0; e < piece.topology.edges.rows(); ++e) {
       sides[static_cast<std::size_t>(e)] = sides_[static_cast<std::size_t>(whole_edge(piece, e))];
     }
-    const std::vector<std::vector<int>> ways = ways_to_cut(piece, sides, options_.stretch);
+    constexpr double kManyCorners = 4;  // times as long
+    const int most_corners = options_.woven ? std::max(options_.corners, corners_of(piece)) : 0;
+    const std::vector<std::vector<int>> ways = ways_to_cut(piece, sides, bound_);
     std::vector<std::vector<SeamPiece>> tried(ways.size());
     std::vector<double> gains(ways.size(), 0);
     parallel_for(static_cast<Index>(ways.size()), 1, [&](Index begin, Index end) {
@@ -162,13 +187,20 @@ class Search {
         }
         tried[w] = parts_of(piece, cut);
         double after = 0;
+        int corners = 0;
         for (SeamPiece& part : tried[w]) {
           if (!is_disk(part)) {
             after = std::numeric_limits<double>::infinity();
             break;
           }
-          lay_flat(part, options_.stretch, 25, 1e-4);
+          lay_flat(part, bound_, options_.woven, 25, 1e-4);
           after += part.excess;
+          if (options_.woven) {
+            corners = std::max(corners, corners_of(part));
+          }
+        }
+        if (corners > most_corners) {
+          length *= kManyCorners;  // where nothing else helps
         }
         gains[w] = (piece.excess - after) / (length + kOwnLength);
       }
@@ -177,11 +209,66 @@ class Search {
     if (best == gains.end() || !(*best > 0)) {
       return {};
     }
-    std::vector<SeamPiece> parts = std::move(tried[static_cast<std::size_t>(best - gains.begin())]);
-    for (SeamPiece& part : parts) {
-      lay_flat(part, options_.stretch, 100, 1e-6);
+    const auto way = static_cast<std::size_t>(best - gains.begin());
+    CutPiece cut{std::move(tried[way]), {}, false};
+    for (SeamPiece& part : cut.parts) {
+      lay_flat(part, bound_, options_.woven, 100, 1e-6);
     }
-    return parts;
+    std::vector<char> on_rim(static_cast<std::size_t>(piece.vertices.rows()), 0);
+    const std::vector<std::vector<int>> rims = boundary_loops(piece.topology);
+    for (const int v : rims.front()) {
+      on_rim[static_cast<std::size_t>(v)] = 1;
+    }
+    std::vector<int> chain = chain_of(piece.topology, ways[way]);
+    if (!chain.empty() && on_rim[static_cast<std::size_t>(chain.front())] == 0) {
+      std::reverse(chain.begin(), chain.end());
+    }
+    cut.chain.resize(std::ssize(chain), 3);
+    for (std::size_t i = 0; i < chain.size(); ++i) {
+      cut.chain.row(static_cast<Index>(i)) = piece.vertices.row(chain[i]);
+    }
+    cut.to_rim = !chain.empty() && on_rim[static_cast<std::size_t>(chain.back())] != 0;
+    return cut;
+  }
+
+  /// Cuts the other half as one half was cut. Returns how many cuts that were.
+  int cut_alike(std::vector<SeamPiece>& pieces, std::vector<char>& stuck,
+                const CutPiece& cut) const {
+    if (!options_.woven || !plane_.holds || cut.chain.rows() < 2) {
+      return 0;
+    }
+    const MirroredWay way = mirrored_way(pieces, plane_, cut.chain, cut.to_rim);
+    if (way.edges.empty()) {
+      return 0;
+    }
+    SeamPiece& piece = pieces[way.piece];
+    std::vector<char> flags(static_cast<std::size_t>(piece.topology.edges.rows()), 0);
+    for (const int edge : way.edges) {
+      flags[static_cast<std::size_t>(edge)] = 1;
+    }
+    std::vector<SeamPiece> parts = parts_of(piece, flags);
+    double after = 0;
+    for (SeamPiece& part : parts) {
+      if (!is_disk(part)) {
+        return 0;
+      }
+      lay_flat(part, bound_, options_.woven, 100, 1e-6);
+      after += part.excess;
+    }
+    if (after >= piece.excess) {
+      return 0;  // it needs none
+    }
+    replace(pieces, stuck, way.piece, std::move(parts));
+    return 1;
+  }
+
+  static void replace(std::vector<SeamPiece>& pieces, std::vector<char>& stuck, std::size_t at,
+                      std::vector<SeamPiece> parts) {
+    pieces[at] = std::move(parts.front());
+    for (std::size_t p = 1; p < parts.size(); ++p) {
+      pieces.push_back(std::move(parts[p]));
+      stuck.push_back(0);
+    }
   }
 
   /// The edges of the whole that are cut between pieces and inside of them.
@@ -255,7 +342,7 @@ class Search {
         // A front and its back stay two, but for a sleeve: what is small may lie round a limb.
         constexpr double kSleeve = 0.25;  // of the area
         const double area = pieces[a].areas.sum() + (a != b ? pieces[b].areas.sum() : 0);
-        if (free && (!side || area < kSleeve * area_)) {
+        if (free && (!side || (!options_.woven && area < kSleeve * area_))) {
           candidates.push_back(
               {std::move(edges), std::min(a, b), std::max(a, b), length + kOwnLength});
         }
@@ -280,11 +367,12 @@ class Search {
         known[candidate.edges] = {versions[candidate.a], versions[candidate.b],
                                   std::move(tried[i])};
       }
+      constexpr double kSeen = 0.01;  // m2 of excess for a metre of seam that looks up
       const Candidate* best = nullptr;
       double least = 0;
       for (const Candidate& candidate : candidates) {
         const Sewn& result = known.at(candidate.edges).sewn;
-        const double here = result.excess / candidate.saved;
+        const double here = result.excess / candidate.saved - kSeen * upwards(candidate.edges);
         const bool allowed = result.possible && strained + result.strained <= 0.01 * area_;
         if (allowed && (best == nullptr || here < least)) {
           best = &candidate;
@@ -297,7 +385,7 @@ class Search {
       Sewn& result = known.at(best->edges).sewn;
       const double apart = strained_area(pieces[best->a]) +
                            (best->b != best->a ? strained_area(pieces[best->b]) : 0);
-      lay_flat(result.piece, options_.stretch, 100, 1e-6);
+      lay_flat(result.piece, bound_, options_.woven, 100, 1e-6);
       result.strained = strained_area(result.piece) - apart;
       if (result.piece.overlaps || strained + result.strained > 0.01 * area_) {
         result.possible = false;  // which shows only when it is laid out well
@@ -322,7 +410,7 @@ class Search {
   double strained_area(const SeamPiece& piece) const {
     double sum = piece.overlaps ? area_ : 0;
     for (Index f = 0; f < piece.faces.rows(); ++f) {
-      sum += piece.strain[f] > options_.stretch ? piece.areas[f] : 0;
+      sum += piece.strain[f] > bound_ ? piece.areas[f] : 0;
     }
     return sum;
   }
@@ -399,11 +487,23 @@ class Search {
       return result;
     }
     result.piece = std::move(parts.front());
-    lay_flat(result.piece, options_.stretch, 40, 1e-5);
-    result.possible = !result.piece.overlaps;
+    lay_flat(result.piece, bound_, options_.woven, 40, 1e-5);
+    result.possible =
+        !result.piece.overlaps &&
+        (!options_.woven ||
+         corners_of(result.piece) <= std::max({options_.corners, corners_of(a), corners_of(b)}));
     result.excess = result.piece.excess - excess;
     result.strained = strained_area(result.piece) - strained;
     return result;
+  }
+
+  /// How far a seam of woven cloth looks up, -1 to 1: where it is seen.
+  double upwards(const std::vector<int>& edges) const {
+    double sum = 0;
+    for (const int edge : edges) {
+      sum += up_.empty() ? 0 : up_[static_cast<std::size_t>(edge)];
+    }
+    return sum / static_cast<double>(edges.size());
   }
 
   int whole_edge(const SeamPiece& piece, Index edge) const {
@@ -414,11 +514,39 @@ class Search {
   const Mesh& mesh_;
   FindSeamsOptions options_;
   Topology topology_;
+  double bound_;
+  MirrorPlane plane_;
+  std::vector<double> up_;  // [E] of woven cloth
   std::vector<double> sides_;
   std::vector<double> lengths_;
   SeamPiece whole_;
   double area_ = 0;
 };
+
+/// Takes seams along sleeves out of those between front and back: what the rings cut off each
+/// piece, but for its largest part, may be sewn round.
+void free_limbs(const Mesh& mesh, const Topology& topology, FoundSeams& found) {
+  const std::vector<char> none(found.rings.size(), 0);
+  const SurfaceCut whole = cut_surface(topology, none);
+  const SurfaceCut parted = cut_surface(topology, found.rings);
+  const Eigen::VectorXd areas = face_areas(mesh.vertices, mesh.faces);
+  std::vector<double> sizes(static_cast<std::size_t>(parted.panel_count), 0);
+  for (Index f = 0; f < areas.size(); ++f) {
+    sizes[static_cast<std::size_t>(parted.panels[static_cast<std::size_t>(f)])] += areas[f];
+  }
+  std::vector<double> largest(static_cast<std::size_t>(whole.panel_count), 0);
+  for (std::size_t f = 0; f < parted.panels.size(); ++f) {
+    double& most = largest[static_cast<std::size_t>(whole.panels[f])];
+    most = std::max(most, sizes[static_cast<std::size_t>(parted.panels[f])]);
+  }
+  for (Index e = 0; e < topology.edges.rows(); ++e) {
+    const auto face = static_cast<std::size_t>(corners_of_edge(topology, e).front() / 3);
+    if (sizes[static_cast<std::size_t>(parted.panels[face])] <
+        largest[static_cast<std::size_t>(whole.panels[face])]) {
+      found.sides[static_cast<std::size_t>(e)] = 0;
+    }
+  }
+}
 
 }  // namespace
 
@@ -431,6 +559,11 @@ OptionTable describe(FindSeamsOptions& options) {
   table.add("front_back_cost", options.front_back_cost, 0, 100, "",
             "Relative cost of seams in front and at the back compared with the sides; raise it to "
             "keep seams at the sides");
+  table.add("thread_stretch", options.thread_stretch, 0.001, 1, "",
+            "Stretch along warp and weft each below which 99% of the area must lie, of the layout "
+            "woven");
+  table.add("corners", options.corners, 4, 100, "",
+            "Corners of a panel that cuts and joins of the layout woven keep to where they can");
   table.add("join", options.join, "Removal of seams that turn out to be unnecessary");
   return table;
 }
@@ -444,20 +577,40 @@ FoundSeams find_seams(const Mesh& mesh, const std::vector<char>& given,
   const bool goes_on = !from.cut.empty();
   ATELIER_CHECK(
       static_cast<Index>(given.size()) == search.topology().edges.rows() &&
-          (!goes_on || (from.cut.size() == given.size() && from.sides.size() == given.size())),
+          (!goes_on || (from.cut.size() == given.size() && from.sides.size() == given.size() &&
+                        from.rings.size() == given.size())),
       "a flag for each edge");
   FoundSeams found;
+  std::vector<char> begun;
   if (goes_on) {
     found.sides = from.sides;
+    found.rings = from.rings;
   } else {
+    found.rings = options.woven && options.front_and_back
+                      ? limb_rings(mesh, search.topology(), facing)
+                      : std::vector<char>(given.size(), 0);
     found.sides =
         options.front_and_back ? front_and_back(mesh, facing) : std::vector<char>(given.size(), 0);
+    if (options.woven && options.front_and_back) {
+      begun = found.sides;
+      free_limbs(mesh, search.topology(), found);
+      const std::vector<char> rise = rise_seams(mesh, search.topology(), facing);
+      for (std::size_t e = 0; e < rise.size(); ++e) {
+        found.rings[e] = static_cast<char>(found.rings[e] | rise[e]);
+      }
+    }
   }
   const std::vector<char>& sides = found.sides;
-  const std::vector<char>& begun = goes_on ? from.cut : sides;
+  std::vector<char> kept = given;
+  if (goes_on) {
+    begun = from.cut;
+  } else if (begun.empty()) {
+    begun = sides;
+  }
   std::vector<char> start = given;
   for (std::size_t e = 0; e < start.size(); ++e) {
-    start[e] = static_cast<char>(start[e] | begun[e]);
+    start[e] = static_cast<char>(start[e] | given[e] | begun[e] | found.rings[e]);
+    kept[e] = static_cast<char>(kept[e] | found.rings[e]);
   }
   std::vector<SeamPiece> pieces = search.pieces_of(search.opened(start));
   std::vector<char> stuck;  // pieces that no cut betters
@@ -483,22 +636,18 @@ FoundSeams find_seams(const Mesh& mesh, const std::vector<char>& given,
     if (worst == pieces.size()) {
       break;
     }
-    std::vector<SeamPiece> parts = search.best_cut(pieces[worst]);
-    if (parts.empty()) {
+    Search::CutPiece cut = search.best_cut(pieces[worst]);
+    if (cut.parts.empty()) {
       stuck[worst] = 1;
       continue;
     }
-    ++found.added;
-    pieces[worst] = std::move(parts.front());
-    const bool split = parts.size() > 1;
-    for (std::size_t p = 1; p < parts.size(); ++p) {
-      pieces.push_back(std::move(parts[p]));
-      stuck.push_back(0);
-    }
+    const bool split = cut.parts.size() > 1;
+    Search::replace(pieces, stuck, worst, std::move(cut.parts));
+    found.added += 1 + search.cut_alike(pieces, stuck, cut);
     say(split ? "seam" : "dart");
   }
   if (options.join && search.too_far(pieces) <= 0.01) {
-    found.joined = search.sew(pieces, given, sides);
+    found.joined = search.sew(pieces, kept, sides);
   }
   found.reached = search.too_far(pieces) <= 0.01;
   found.cut = search.cut_of(pieces);

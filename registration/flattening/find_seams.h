@@ -19,6 +19,12 @@ struct FindSeamsOptions {
   /// Horizontal unit vector that the front faces; zero: inferred from the shape (facing_of).
   Eigen::Vector3d facing = Eigen::Vector3d::Zero();
   bool join = true;  ///< remove seams that turn out not to be needed
+  /// Cut as woven cloth is: along a field of directions (cross_field.h) and where sleeves are set
+  /// in (limb_rings.h), until 99% of the area is stretched by less than `thread_stretch` along warp
+  /// and weft each, in panels of few corners.
+  bool woven = false;
+  double thread_stretch = 0.05;  ///< bound where `woven`, 0.001 to 1
+  int corners = 8;               ///< of a panel where `woven`, as far as there is a way; 4 to 100
 };
 OptionTable describe(FindSeamsOptions& options);
 
@@ -26,10 +32,16 @@ OptionTable describe(FindSeamsOptions& options);
 struct FoundSeams {
   std::vector<char> cut;    ///< [E] 1 for edges of the mesh's topology to cut
   std::vector<char> sides;  ///< [E] of these, the initial ones between front and back
+  std::vector<char> rings;  ///< [E] of these, where sleeves are set in, which stay
   bool reached = false;     ///< the stretch is within the bound and no panel overlaps itself
   int added = 0;            ///< seams and darts beyond those needed for disk topology
   int joined = 0;           ///< seams removed again
 };
+
+/// The bound on the stretch that counts.
+inline double stretch_bound(const FindSeamsOptions& options) {
+  return options.woven ? options.thread_stretch : options.stretch;
+}
 
 /// Called after each cut with one line: the cut, and the share of the area above the bound.
 using SeamWatch = std::function<void(const std::string&)>;

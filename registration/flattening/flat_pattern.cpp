@@ -1,6 +1,5 @@
 #include "registration/flattening/flat_pattern.h"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -13,6 +12,7 @@
 #include "core/parallel.h"
 #include "registration/flattening/flat_overlaps.h"
 #include "registration/flattening/flat_seams.h"
+#include "registration/flattening/grain_direction.h"
 #include "registration/principal_stretches.h"
 
 namespace atelier {
@@ -64,51 +64,9 @@ std::vector<PanelSurface> panel_surfaces(const Mesh& mesh, const SurfaceCut& cut
   return panels;
 }
 
-/// Deformation from the flat face to the curved one, in the curved face's plane: columns are where
-/// x and y go, in 3D.
-Eigen::Matrix<double, 3, 2> deformation(const Points& curved, const Triangles& curved_faces,
-                                        const Points2& flat, const Triangles& flat_faces, Index f) {
-  Eigen::Matrix<double, 3, 2> edges;
-  Eigen::Matrix2d flat_edges;
-  for (const int k : {1, 2}) {
-    edges.col(k - 1) = curved.row(curved_faces(f, k)) - curved.row(curved_faces(f, 0));
-    flat_edges.col(k - 1) = flat.row(flat_faces(f, k)) - flat.row(flat_faces(f, 0));
-  }
-  return edges * flat_edges.inverse();
-}
-
-/// Where the grain lies in a flat panel: a unit vector.
-Eigen::Vector2d grain_of(const PanelSurface& panel, const Points2& flat) {
-  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-  double area = 0;
-  const Eigen::VectorXd areas = face_areas(panel.vertices, panel.faces);
-  for (Index f = 0; f < panel.faces.rows(); ++f) {
-    const auto to_curved = deformation(panel.vertices, panel.faces, flat, panel.faces, f);
-    // Up, where it lies in the face: least squares.
-    const Eigen::Vector2d up = (to_curved.transpose() * to_curved).inverse() *
-                               to_curved.transpose() * Eigen::Vector3d::UnitY();
-    sum += areas[f] * up;
-    area += areas[f];
-  }
-  if (sum.norm() > 0.3 * area) {
-    return sum.normalized();
-  }
-  const Points2 centred = flat.rowwise() - flat.colwise().mean();
-  const auto axes =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>().computeDirect(centred.transpose() * centred);
-  Eigen::Vector2d longest = axes.eigenvectors().col(1);
-  if (longest.dot(sum) < 0 || (longest.dot(sum) == 0 && longest.y() < 0)) {
-    longest = -longest;
-  }
-  return longest;
-}
-
 /// Turned so that the grain is +y, its lowest corner at the origin.
 Points2 along_grain(const PanelSurface& panel, const Points2& flat) {
-  const Eigen::Vector2d grain = grain_of(panel, flat);
-  Eigen::Matrix2d turn;
-  turn << grain.y(), -grain.x(), grain.x(), grain.y();
-  Points2 turned = flat * turn.transpose();
+  const Points2 turned = turned_to_grain(panel.vertices, panel.faces, flat);
   const Eigen::RowVector2d low = turned.colwise().minCoeff();
   return turned.rowwise() - low;
 }
@@ -329,6 +287,7 @@ FlatMeasures measure_flat(const Mesh& mesh, const FlatPattern& pattern) {
   measures.strain.resize(faces);
   const Eigen::VectorXd areas = face_areas(mesh.vertices, mesh.faces);
   std::vector<std::pair<double, double>> strain_areas;
+  std::vector<std::pair<double, double>> thread_areas;
   double flat_area = 0;
   for (Index f = 0; f < faces; ++f) {
     const Eigen::Vector2d a = pattern.vertices.row(pattern.cut.faces(f, 0));
@@ -336,15 +295,19 @@ FlatMeasures measure_flat(const Mesh& mesh, const FlatPattern& pattern) {
     const Eigen::Vector2d ac = pattern.vertices.row(pattern.cut.faces(f, 2)).transpose() - a;
     const double area = (ab.x() * ac.y() - ab.y() * ac.x()) / 2;
     flat_area += area;
-    measures.stretches.row(f) = principal_stretches(
-        deformation(mesh.vertices, mesh.faces, pattern.vertices, pattern.cut.faces, f));
+    const auto to_curved =
+        face_deformation(mesh.vertices, mesh.faces, pattern.vertices, pattern.cut.faces, f);
+    measures.stretches.row(f) = principal_stretches(to_curved);
     measures.strain[f] = (measures.stretches.row(f).array() - 1).abs().maxCoeff();
     strain_areas.emplace_back(measures.strain[f], areas[f]);
+    const auto threads = (to_curved.colwise().norm().array() - 1).abs().eval();
+    thread_areas.emplace_back(threads.maxCoeff(), areas[f]);
   }
   measures.inverted = turned_faces(pattern.vertices, pattern.cut.faces);
   measures.strain_p50 = quantile(strain_areas, 0.5);
   measures.strain_p95 = quantile(strain_areas, 0.95);
   measures.strain_p99 = quantile(strain_areas, 0.99);
+  measures.thread_p99 = quantile(thread_areas, 0.99);
   measures.strain_max = measures.strain.maxCoeff();
   measures.area_ratio = flat_area / areas.sum();
   measures.seam_mismatch = worst_mismatch(pattern);

@@ -58,6 +58,9 @@ struct FlatMeasures {
   Eigen::MatrixX2d stretches;  ///< [F,2] principal stretches, curved over flat, the larger first
   Eigen::VectorXd strain;      ///< [F] the larger of |stretch - 1|
   double strain_p50 = 0, strain_p95 = 0, strain_p99 = 0, strain_max = 0;  ///< by area
+  /// The larger of |stretch - 1| along the warp and along the weft of each face, by area: woven
+  /// cloth gives on the bias.
+  double thread_p99 = 0;
   double area_ratio = 1;     ///< flat over curved, of all
   double seam_mismatch = 0;  ///< largest |length a - length b| / their mean
   double seam_length = 0;    ///< m, of every seam once

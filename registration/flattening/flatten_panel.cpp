@@ -14,6 +14,7 @@
 #include "registration/flattening/flat_overlaps.h"
 #include "registration/flattening/needless_triangles.h"
 #include "registration/flattening/panel_energy.h"
+#include "registration/flattening/woven_shape.h"
 
 namespace atelier {
 namespace {
@@ -322,9 +323,11 @@ FlatPanel flatten_panel(const Points& vertices, const Triangles& faces,
       "the start turns a face over");
   FlatPanel flat;
   Eigen::VectorXd x = as_vector(start.rows() > 0 ? start : first_map(vertices, faces, boundary));
+  const bool goes_on = options.woven && start.rows() > 0 && !lengths.empty();
   PanelEnergy energy(vertices, faces, lengths, options.length_weight, options.even);
   Eigen::SimplicialLDLT<Sparse> solver;
   double now = energy.value(x);
+  flat.converged = goes_on;
   for (; flat.iterations < options.iterations && !flat.converged; ++flat.iterations) {
     const Eigen::VectorXd gradient = energy.gradient(x);
     const Sparse& hessian = energy.hessian(x);
@@ -357,6 +360,12 @@ FlatPanel flatten_panel(const Points& vertices, const Triangles& faces,
   }
   flat.energy = energy.stretching(x);
   flat.vertices = as_points(x);
+  if (options.woven) {
+    WovenShapeOptions how;
+    how.even = options.even > 0 ? options.even : how.even;
+    how.length_weight = options.length_weight;
+    flat.vertices = woven_shape(vertices, faces, flat.vertices, how, lengths);
+  }
   Points2 loop(static_cast<Index>(boundary.size()), 2);
   for (std::size_t i = 0; i < boundary.size(); ++i) {
     loop.row(static_cast<Index>(i)) = flat.vertices.row(boundary[i]);

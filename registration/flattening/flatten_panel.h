@@ -12,6 +12,7 @@ struct FlattenPanelOptions {
   int iterations = 200;      ///< Newton steps at most, 1 to 10000
   double tolerance = 1e-7;   ///< stops where a step lowers the energy by less, share, 0 to 0.1
   double even = 0.015;       ///< stretch beyond which cloth stiffens, 0 to 1; 0: it never does
+  bool woven = false;        ///< threads keep their length and faces may shear (woven_shape.h)
   double length_weight = 0;  ///< of `lengths`; 1e3 holds them to about 1e-4 of their length
 };
 OptionTable describe(FlattenPanelOptions& options);
@@ -49,7 +50,8 @@ struct FlatPanel {
 /// over. Beyond a stretch of `even` the energy of a face grows with the eighth power of its stretch
 /// (panel_energy.h; our choice): what cannot be laid flat without stretch is spread over the panel,
 /// where much of it is little, instead of piling up at a few places. `start`, if it has rows, takes
-/// the place of the first map.
+/// the place of the first map. A `woven` panel goes on from there by woven_shape; with `lengths`
+/// and a `start` it begins with that.
 ///
 /// Throws DataError for what is no such panel (no face, a vertex that no face uses, several pieces,
 /// not a manifold, holes, closed), a number that is not finite, and a triangle without area (height

@@ -323,6 +323,9 @@ OptionTable describe(PatternPieceOptions& options) {
   table.add("curve_tolerance", options.curve_tolerance, 0, 0.05, "m",
             "Maximum distance from the smoothed outline of the lines, arcs and cubics that are "
             "drawn; smaller for more detail; 0: a line for each segment");
+  table.add("symmetry", options.symmetry, 0, 0.1, "m",
+            "Rms distance of a panel from its own mirror image, or from another's, below which it "
+            "is drawn as that; 0: panels are drawn as they lie");
   table.add("fabric_width", options.fabric_width, 0.1, 10, "m",
             "Width of the fabric on which pieces are packed");
   table.add("gap", options.gap, 0, 0.5, "m", "Gap between packed pieces");

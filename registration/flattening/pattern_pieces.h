@@ -52,6 +52,7 @@ struct PatternPieceOptions {
   double notch_spacing = 0.12;     ///< m between notches of a seam at least; 0: none
   double smoothing = 0.02;         ///< m along the outline over which it is smoothed; 0: not
   double curve_tolerance = 0.003;  ///< m that drawn curves keep to it, 0 to 0.05; 0: segments
+  double symmetry = 0.01;          ///< m off its mirror image, rms, at which a panel becomes it
   double fabric_width = 1.5;       ///< m, 0.1 to 10
   double gap = 0.01;               ///< m between pieces
 };

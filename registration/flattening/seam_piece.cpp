@@ -8,31 +8,17 @@
 
 #include "core/normals.h"
 #include "registration/flattening/flatten_panel.h"
+#include "registration/flattening/grain_direction.h"
 #include "registration/flattening/surface_cut.h"
+#include "registration/flattening/woven_shape.h"
+#include "registration/outlines/outline_measures.h"
+#include "registration/principal_stretches.h"
 
 namespace atelier {
 namespace {
 
 constexpr int kPeaks = 5;
 constexpr double kNever = std::numeric_limits<double>::infinity();
-
-/// The larger of |stretch - 1| of one face: curved over flat.
-double strain_of(const SeamPiece& piece, Index f) {
-  const auto row = [&](int k) { return piece.faces(f, k); };
-  const Eigen::Vector3d ab = piece.vertices.row(row(1)) - piece.vertices.row(row(0));
-  const Eigen::Vector3d ac = piece.vertices.row(row(2)) - piece.vertices.row(row(0));
-  Eigen::Matrix2d flat;
-  flat << (piece.flat.row(row(1)) - piece.flat.row(row(0))).transpose(),
-      (piece.flat.row(row(2)) - piece.flat.row(row(0))).transpose();
-  Eigen::Matrix<double, 3, 2> curved;
-  curved << ab, ac;
-  const Eigen::Matrix<double, 3, 2> f32 = curved * flat.inverse();
-  const Eigen::Matrix2d metric = f32.transpose() * f32;
-  const double mean = metric.trace() / 2;
-  const double off = std::sqrt(std::max(0.0, mean * mean - metric.determinant()));
-  return std::max(std::abs(std::sqrt(mean + off) - 1),
-                  std::abs(std::sqrt(std::max(0.0, mean - off)) - 1));
-}
 
 /// Averaged with the neighbours, some times.
 std::vector<double> spread(const SeamPiece& piece, std::vector<double> values, int rounds) {
@@ -72,8 +58,9 @@ std::vector<double> stretched_places(const SeamPiece& piece) {
 
 }  // namespace
 
-void lay_flat(SeamPiece& piece, double bound, int iterations, double tolerance) {
+void lay_flat(SeamPiece& piece, double bound, bool woven, int iterations, double tolerance) {
   FlattenPanelOptions options;
+  options.woven = woven;
   options.iterations = iterations;
   options.tolerance = tolerance;
   options.even = stiffening_of(bound);
@@ -84,7 +71,10 @@ void lay_flat(SeamPiece& piece, double bound, int iterations, double tolerance) 
   piece.strain.resize(piece.faces.rows());
   piece.excess = 0;
   for (Index f = 0; f < piece.faces.rows(); ++f) {
-    piece.strain[f] = strain_of(piece, f);
+    const auto to_curved =
+        face_deformation(piece.vertices, piece.faces, piece.flat, piece.faces, f);
+    piece.strain[f] = woven ? thread_strain(to_curved)
+                            : (principal_stretches(to_curved).array() - 1).abs().maxCoeff();
     // Beyond the bound it counts twice what it counts near it; a single face cannot count for all.
     const double over = std::min(piece.strain[f] / bound, 4.0);
     piece.excess += piece.areas[f] * std::max(0.0, over - 0.5);
@@ -92,6 +82,15 @@ void lay_flat(SeamPiece& piece, double bound, int iterations, double tolerance) 
   if (piece.overlaps) {
     piece.excess += piece.areas.sum();
   }
+}
+
+int corners_of(const SeamPiece& piece) {
+  const std::vector<std::vector<int>> loops = boundary_loops(piece.topology);
+  Points2 outline(static_cast<Index>(loops.front().size()), 2);
+  for (std::size_t i = 0; i < loops.front().size(); ++i) {
+    outline.row(static_cast<Index>(i)) = piece.flat.row(loops.front()[i]);
+  }
+  return corner_count(outline);
 }
 
 std::vector<SeamPiece> parts_of(const SeamPiece& piece, const std::vector<char>& cut) {

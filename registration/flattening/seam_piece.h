@@ -21,9 +21,12 @@ struct SeamPiece {
   double excess = 0;  ///< what of it is stretched too far; 0 is perfect
 };
 
-/// Flattens it from its current state (or from scratch) and measures. `iterations` of Newton's
-/// method at most.
-void lay_flat(SeamPiece& piece, double bound, int iterations, double tolerance);
+/// Flattens it from its current state (or from scratch) and measures: principal stretch, or, of
+/// `woven` cloth, stretch along warp and weft. `iterations` of Newton's method at most.
+void lay_flat(SeamPiece& piece, double bound, bool woven, int iterations, double tolerance);
+
+/// Corners of its flat outline: turns by more than 35 degrees over 3 cm to either side.
+int corners_of(const SeamPiece& piece);
 
 /// The disks that a cut along some of its edges leaves of a piece, with its flat shape to go on
 /// from.

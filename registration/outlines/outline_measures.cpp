@@ -244,6 +244,33 @@ double narrowest_neck_of(const Points2& even) {
 
 }  // namespace
 
+int corner_count(const Points2& outline) {
+  return static_cast<int>(outline_corners(evenly(outline)).size());
+}
+
+std::vector<double> corner_shares(const Points2& outline) {
+  const Points2 even = evenly(outline);
+  std::vector<double> shares;
+  for (const Index corner : outline_corners(even)) {
+    shares.push_back(static_cast<double>(corner) / static_cast<double>(even.rows()));
+  }
+  return shares;
+}
+
+MirrorMatch mirror_match(const Points2& moving, const Points2& fixed) {
+  constexpr double kCoarse = 0.01;  // m
+  const Points2 mirrored = mirrored_outline(moving);
+  PlaneMotion motion;
+  PlaneMotion back;
+  MirrorMatch match;
+  const Points2 from = evenly(mirrored, kCoarse);
+  const Points2 to = evenly(fixed, kCoarse);
+  match.off = std::max(matched(from, to, motion), matched(to, from, back));
+  match.image = mirrored * motion.turn.transpose();
+  match.image.rowwise() += motion.shift.transpose();
+  return match;
+}
+
 OutlineMeasures measure_outlines(const std::vector<Points2>& outlines) {
   OutlineMeasures measures;
   measures.panels = static_cast<int>(outlines.size());

@@ -31,6 +31,20 @@ struct OutlineMeasures {
 /// each pair of panels.
 OutlineMeasures measure_outlines(const std::vector<Points2>& outlines);
 
+/// Corners of one closed outline, as measure_outlines counts them.
+int corner_count(const Points2& outline);
+
+/// The same, as shares of the outline's length from its first point on, 0 to 1.
+std::vector<double> corner_shares(const Points2& outline);
+
+/// An outline mirrored left to right and moved onto another, counter-clockwise again, and the rms
+/// distance that remains, m: the larger of both ways.
+struct MirrorMatch {
+  Points2 image;
+  double off = 0;
+};
+MirrorMatch mirror_match(const Points2& moving, const Points2& fixed);
+
 /// The largest difference between the two sides of a seam (all pairs of one name), share of their
 /// mean length.
 double seam_mismatch(const SewingPattern& pattern);

@@ -399,6 +399,12 @@ SewingPattern garment_pattern_from_json(std::string_view text, const std::string
   }
   reader.relative_curvature = coordinates == "relative";
 
+  const bool says_outside = properties.contains(kOutsideProperty);
+  if (says_outside && properties[kOutsideProperty] != kOutsideCounterClockwise) {
+    reader.refuse(kOutsideProperty, properties[kOutsideProperty].dump().substr(0, 40),
+                  kOutsideCounterClockwise);
+  }
+
   const json& source = reader.member(root, "pattern", "file");
   const json& panels = reader.member(source, "panels", "pattern");
   if (!panels.is_object()) {
@@ -412,6 +418,11 @@ SewingPattern garment_pattern_from_json(std::string_view text, const std::string
     EdgeOrder order;
     Panel panel = reader.panel(name, value, order.numbers);
     if (loop_area(panel) < 0) {
+      if (says_outside) {
+        reader.refuse("panel '" + name + "'", "a clockwise loop",
+                      std::string("loops that run as '") + kOutsideProperty + "' says, " +
+                          kOutsideCounterClockwise);
+      }
       turn_round(panel, order);
     }
     panel_idx[name] = static_cast<int>(pattern.panels.size());
@@ -448,7 +459,9 @@ SewingPattern garment_pattern_from_json(std::string_view text, const std::string
     }
     sewn.push_back(stitch);
   }
-  show_one_side_outside(pattern, edge_orders, sewn);
+  if (!says_outside) {
+    show_one_side_outside(pattern, edge_orders, sewn);
+  }
   for (std::size_t i = 0; i < sewn.size(); ++i) {
     pattern.seams.push_back(seam_of(pattern, edge_orders, sewn[i]));
     pattern.seams.back().name = "stitch " + std::to_string(i);

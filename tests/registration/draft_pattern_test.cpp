@@ -151,6 +151,44 @@ TEST(GarmentPatternText, WrittenPattern_IsReadAgain) {
   EXPECT_NEAR(area_read, area, 1e-9);
 }
 
+TEST(GarmentPatternText, PanelsOfAWearerElsewhere_AreNotTurnedOver) {
+  // Behind the origin most of the cloth looks towards it, which reads as inside out.
+  SewingPattern skirt;
+  for (const bool front : {true, false}) {
+    Panel panel;
+    panel.name = front ? "front" : "back";
+    const double width = front ? 0.6 : 0.4;
+    panel.corners.resize(4, 2);
+    panel.corners << 0, 0, width, 0.1, width, 0.5, 0, 0.5;
+    for (int i = 0; i < 4; ++i) {
+      panel.edges.push_back({i, (i + 1) % 4, {}, "", 0});
+    }
+    panel.placement.origin = {front ? -0.3 : 0.2, 0, front ? -0.8 : -1.2};
+    panel.placement.rotation = {0, front ? 0 : std::numbers::pi, 0};
+    skirt.panels.push_back(panel);
+  }
+  skirt.seams = {{"side left", 0, 1, 1, 3, true}, {"side right", 0, 3, 1, 1, true}};
+  const std::string text = garment_pattern_text(skirt);
+  const SewingPattern again = garment_pattern_from_json(text, "pattern.json");
+  for (const Panel& panel : again.panels) {
+    const Panel& written = skirt.panels[panel.name == "front" ? 0 : 1];
+    EXPECT_LT((panel.corners - written.corners).cwiseAbs().maxCoeff(), 1e-9) << panel.name;
+  }
+  const auto with = [&](const std::string& from, const std::string& to) {
+    std::string other = text;
+    other.replace(other.find(from), from.size(), to);
+    return other;
+  };
+  EXPECT_THROW(garment_pattern_from_json(with("\"counter-clockwise\"", "\"inside\""), "p.json"),
+               DataError);
+  // The same words over a loop that runs the other way contradict it.
+  std::reverse(skirt.panels[0].edges.begin(), skirt.panels[0].edges.end());
+  for (PanelEdge& edge : skirt.panels[0].edges) {
+    std::swap(edge.start, edge.end);
+  }
+  EXPECT_THROW(garment_pattern_from_json(garment_pattern_text(skirt), "p.json"), DataError);
+}
+
 TEST(LayOutPieces, Hem_HasItsOwnAllowance) {
   const TwoPanels skirt;
   const PatternLayout layout = lay_out_pieces(draft_pattern(skirt.flat, skirt.names),

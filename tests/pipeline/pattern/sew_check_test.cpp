@@ -15,6 +15,7 @@
 #include "registration/drafting/garment_pattern_text.h"
 #include "registration/drafting/name_pattern.h"
 #include "registration/drafting/panels_on_surface.h"
+#include "registration/sewing/garment_pattern_json.h"
 #include "tests/support/shapes.h"
 #include "tests/support/temporary_directory.h"
 
@@ -56,8 +57,24 @@ struct WrittenSkirt {
   PatternNames names;
   SewingPattern draft;
   std::string text;
+  double front_from = 0;  // m ahead
 
-  WrittenSkirt() {
+  WrittenSkirt() { draw(); }
+
+  /// Its hem rises to the left, and it is worn behind the origin.
+  static WrittenSkirt slanted_elsewhere() {
+    WrittenSkirt skirt;
+    for (Index v = 0; v < skirt.mesh.vertices.rows(); ++v) {
+      const double down = 1 - skirt.mesh.vertices(v, 1) / 0.5;
+      skirt.mesh.vertices(v, 1) += 0.4 * down * (skirt.mesh.vertices(v, 0) + 0.2);
+    }
+    skirt.mesh.vertices.col(2).array() -= 1;
+    skirt.front_from = -1.12;
+    skirt.draw();
+    return skirt;
+  }
+
+  void draw() {
     const Topology topology = topology_of(mesh.faces, mesh.vertices.rows());
     std::vector<int> labels;
     for (Index f = 0; f < mesh.faces.rows(); ++f) {
@@ -65,7 +82,7 @@ struct WrittenSkirt {
       for (int k = 0; k < 3; ++k) {
         ahead += mesh.vertices(mesh.faces(f, k), 2);
       }
-      labels.push_back(ahead > 0 ? 1 : 0);
+      labels.push_back(ahead > 3 * front_from ? 1 : 0);
     }
     flat = flatten_surface(mesh, cut_between_labels(topology, labels));
     names = name_pattern(flat, mesh, Eigen::Vector3d::UnitZ());
@@ -152,6 +169,20 @@ TEST(PanelsOnSurface, Panels_LieOnTheSurfaceWithSeamsThatMeet) {
     for (std::size_t i = 0; i < seam.a.size(); ++i) {
       EXPECT_LT((panels.mesh.vertices.row(seam.a[i]) - panels.mesh.vertices.row(seam.b[i])).norm(),
                 5e-3);
+    }
+  }
+}
+
+TEST(PanelsOnSurface, SlantedSkirtOfAWearerElsewhere_LiesWhereItWas) {
+  const WrittenSkirt skirt = WrittenSkirt::slanted_elsewhere();
+  const Garment panels =
+      panels_on_surface(garment_pattern_from_json(skirt.text, "pattern.json"), skirt.names.panels,
+                        skirt.flat, skirt.mesh.vertices, {.edge_length = 0.03});
+  ASSERT_EQ(panels.seams.size(), 2U);
+  for (const Seam& seam : panels.seams) {
+    for (std::size_t i = 0; i < seam.a.size(); ++i) {
+      EXPECT_LT((panels.mesh.vertices.row(seam.a[i]) - panels.mesh.vertices.row(seam.b[i])).norm(),
+                0.01);
     }
   }
 }

@@ -1,0 +1,31 @@
+#pragma once
+
+#include <vector>
+
+#include "core/mesh.h"
+#include "core/topology.h"
+
+namespace atelier {
+
+/// Where sleeves are set in: for each arm's opening that has one on the other side, a loop through
+/// the armpit round the arm. A flag for each edge of the topology of `mesh`.
+///
+/// Arms are openings beside the middle in pairs, unless they are legs: no opening in the middle
+/// lies as low, and there is one such pair and one waist. The armpit is the place of most negative
+/// curvature about where the loops at one distance from the opening begin to grow as they do on a
+/// trunk (by their distance or more). The loop is the shortest through it that parts the
+/// opening from the others, near the upright plane halfway between across the arm and along the
+/// trunk. None where the limb is shorter than 4 cm, or holds another opening or more than 0.35 of
+/// the area. Our choice of all.
+///
+/// @param facing  where the wearer looks, of length 1; LogicError otherwise
+std::vector<char> limb_rings(const Mesh& mesh, const Topology& topology,
+                             const Eigen::Vector3d& facing);
+
+/// Where the two halves of trousers meet: from the crotch to the waist, in front and at the back,
+/// near the middle. None where there are no legs, or where they part more than 6 cm off the middle.
+/// Flags and arguments as of limb_rings.
+std::vector<char> rise_seams(const Mesh& mesh, const Topology& topology,
+                             const Eigen::Vector3d& facing);
+
+}  // namespace atelier
