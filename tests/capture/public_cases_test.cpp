@@ -107,6 +107,40 @@ TEST(PublicCases, IsFisheyeOfInstantNgp_IsAnEquidistantFisheye) {
             1e-6);
 }
 
+// What instant-ngp's loader takes beside fl_x, and what is no perspective image.
+TEST(Transforms, FieldsOfInstantNgp_AreReadOrRefused) {
+  const std::string pose = "[[1,0,0,0],[0,1,0,0],[0,0,1,2],[0,0,0,1]]";
+  const std::string moved = "[[1,0,0,0.1],[0,1,0,0],[0,0,1,2],[0,0,0,1]]";
+  const auto read = [&](const std::string& lens, const std::string& matrix) {
+    return parse_transforms("{\"w\": 640, \"h\": 480, " + lens +
+                                "\"frames\": [{\"file_path\": \"a.png\", " + matrix + "}]}",
+                            "transforms.json")
+        .front()
+        .camera;
+  };
+  const std::string still = "\"transform_matrix\": " + pose;
+  const double half = std::tan(0.25);  // of 0.5 rad
+  const Camera both = read("\"camera_angle_x\": 0.5, \"camera_angle_y\": 0.5, ", still);
+  EXPECT_NEAR(both.fx, 320 / half, 1e-9);
+  EXPECT_NEAR(both.fy, 240 / half, 1e-9);
+  const Camera one = read("\"camera_angle_x\": 0.5, ", still);
+  EXPECT_EQ(one.fy, one.fx);
+  const Camera degrees = read("\"x_fov\": 90, \"fl_x\": 7, ", still);
+  EXPECT_NEAR(degrees.fx, 320, 1e-9);
+  EXPECT_NEAR(degrees.fy, 320, 1e-9);
+  EXPECT_NEAR(read("\"y_fov\": 90, ", still).fx, 240, 1e-9);
+  const std::string focal = "\"fl_x\": 500, ";
+  ATELIER_EXPECT_REFUSED(read(focal + "\"latlong\": true, ", still), DataError, "a panorama");
+  ATELIER_EXPECT_REFUSED(read(focal + "\"equirectangular\": 1, ", still), DataError, "a panorama");
+  ATELIER_EXPECT_REFUSED(read(focal + "\"k1\": 0.1, \"k5\": 0.2, ", still), DataError, "k5");
+  EXPECT_EQ(read(focal + "\"k1\": 0.1, \"k5\": 0, \"k6\": 0.0, ", still).distortion[0], 0.1);
+  const std::string begin = "\"transform_matrix_start\": ";
+  const std::string end = ", \"transform_matrix_end\": ";
+  EXPECT_EQ(read(focal, begin + pose + end + pose).camera_from_world_translation,
+            read(focal, still).camera_from_world_translation);
+  ATELIER_EXPECT_REFUSED(read(focal, begin + pose + end + moved), DataError, "rolling shutter");
+}
+
 TEST(PublicCases, RationalLens_GoesToNerfstudioAsAPolynomial) {
   fixtures::TemporaryDirectory folder;
   fixtures::SmallCapture small;
