@@ -17,6 +17,7 @@
 #include "capture/video_file.h"
 #include "core/error.h"
 #include "core/file_kind.h"
+#include "core/io/lower_extension.h"
 #include "core/limits.h"
 #include "core/quantity_text.h"
 #include "core/saturating_cast.h"
@@ -50,6 +51,28 @@ bool is_recognized(const fs::path& path, bool pictures_alone) {
   });
 }
 
+/// A file of a kind of images that cameras and telephones write and that is not read; "": none
+/// among the first of the folder.
+std::string unread_image(const fs::path& folder) {
+  static const std::set<std::string> kinds = {".heic", ".heif", ".hif", ".dng", ".cr2", ".cr3",
+                                              ".nef",  ".arw",  ".raf", ".rw2", ".jxl", ".jp2",
+                                              ".exr",  ".gif",  ".pgm", ".ppm", ".pnm"};
+  constexpr int kLookedAt = 10'000;
+  constexpr int kDeepest = 2;
+  std::error_code error;
+  auto walk = fs::recursive_directory_iterator(folder, error);
+  for (int i = 0; !error && i < kLookedAt && walk != fs::recursive_directory_iterator();
+       walk.increment(error), ++i) {
+    if (walk.depth() >= kDeepest) {
+      walk.disable_recursion_pending();
+    }
+    if (kinds.contains(lower_extension(walk->path()))) {
+      return walk->path().string();
+    }
+  }
+  return "";
+}
+
 Choice choose(const fs::path& path, const DatasetOptions& options) {
   Choice choice;
   if (options.layout != "auto") {
@@ -79,6 +102,11 @@ Choice choose(const fs::path& path, const DatasetOptions& options) {
   }
   if (choice.layout == nullptr) {
     require_no_folder_above(path);
+    if (const std::string image = unread_image(path); !image.empty()) {
+      throw DataError(image, "", "an image of a kind that is not read",
+                      "PNG, JPEG, TIFF, WebP, BMP or AVIF: heif-convert, dcraw or ImageMagick "
+                      "write such");
+    }
     std::string tried;
     for (const std::string& name : layout_names()) {
       tried += (tried.empty() ? "" : ", ") + name;
