@@ -26,6 +26,7 @@
 #include "core/usage_error.h"
 #include "tests/capture/circle_of_cameras.h"
 #include "tests/capture/finding_of.h"
+#include "tests/capture/oriented_jpeg.h"
 #include "tests/capture/small_capture.h"
 #include "tests/support/places.h"
 #include "tests/support/refusals.h"
@@ -354,16 +355,6 @@ TEST(TurnedCamera, Pixels_AreThoseOfTheTurnedImage) {
   }
 }
 
-/// A JPEG with an EXIF orientation.
-void write_oriented(const fs::path& path, int width, int height, char orientation) {
-  std::string jpeg = image_bytes(ByteImage(width, height, 3, 90), ImageFormat::Jpeg);
-  const char exif[] = {'\xFF', '\xE1', 0, 34, 'E', 'x',         'i', 'f', 0, 0,  'M', 'M',
-                       0,      42,     0, 0,  0,   8,           0,   1,   1, 18, 0,   3,
-                       0,      0,      0, 1,  0,   orientation, 0,   0,   0, 0,  0,   0};
-  jpeg.insert(2, std::string(exif, sizeof exif));
-  write_file_atomically(path, jpeg);
-}
-
 TEST(PublicCases, ExifOrientation_IsNamedAndCanBeCorrected) {
   fixtures::TemporaryDirectory folder;
   fixtures::SmallCapture small;
@@ -374,7 +365,7 @@ TEST(PublicCases, ExifOrientation_IsNamedAndCanBeCorrected) {
         const fs::path stem = folder / "capture" / "images" / camera.id / frame_name(frame);
         fs::remove(stem.string() + ".png");
         fs::remove(stem.string() + ".jpg");
-        write_oriented(stem.string() + ".jpg", width, height, orientation);
+        fixtures::write_oriented(stem.string() + ".jpg", width, height, orientation);
       }
     }
     DatasetOptions options;
@@ -419,9 +410,21 @@ TEST(PublicCases, ExifOrientation_IsNamedAndCanBeCorrected) {
               HasSubstr("--capture.turned all=90 makes it worse: the calibration has 3 errors"));
   EXPECT_THAT(finding->advice, HasSubstr("say --capture.turned all=270 instead"));
   EXPECT_EQ(finding_of(tried.findings, "image-turned"), nullptr);
-  // Of the calibration's size: read as stored, and said.
+  // Of the calibration's size, and upright in it: it is of the images as they are shown.
   const Dataset upside_down = opened(64, 80, 3, "");
-  ASSERT_NE(finding_of(upside_down.findings, "image-orientation"), nullptr);
+  finding = finding_of(upside_down.findings, "image-turned");
+  ASSERT_NE(finding, nullptr);
+  EXPECT_EQ(finding->setting, "--capture.turned " + small.cameras[0].id + "=180");
+  EXPECT_THAT(finding->what, HasSubstr("it was calibrated as they are shown"));
+  EXPECT_EQ(finding_of(opened(64, 80, 3, "all=0").findings, "image-turned"), nullptr);
+  // No turn makes mirrored images of lying ones.
+  for (const char mirrored : {5, 7}) {
+    const Dataset dataset = opened(80, 64, mirrored, "");
+    finding = finding_of(dataset.findings, "image-turned");
+    ASSERT_NE(finding, nullptr);
+    EXPECT_THAT(finding->what, HasSubstr("turned and mirrored"));
+    EXPECT_EQ(finding->setting, "");
+  }
   EXPECT_EQ(finding_of(opened(64, 80, 1, "").findings, "image-orientation"), nullptr);
 }
 
