@@ -192,7 +192,7 @@ Eigen::Matrix3d y_up_from(const std::string& up) {
   return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(found->second.data());
 }
 
-Camera in_our_world(Camera camera, const FileWorld& world) {
+Camera in_our_world(Camera camera, const WorldConvention& world) {
   // The axes only change places and signs, so that no rounding comes in.
   camera.camera_from_world_rotation =
       (camera.camera_from_world_rotation * y_up_from(world.up).transpose()).eval();
@@ -200,7 +200,7 @@ Camera in_our_world(Camera camera, const FileWorld& world) {
   return camera;
 }
 
-Camera in_file_world(Camera camera, const FileWorld& world) {
+Camera in_file_world(Camera camera, const WorldConvention& world) {
   camera.camera_from_world_rotation =
       (camera.camera_from_world_rotation * y_up_from(world.up)).eval();
   camera.camera_from_world_translation /= world.metres_per_unit;

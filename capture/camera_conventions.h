@@ -65,8 +65,8 @@ Eigen::Vector3d vector_of_rotation(const Eigen::Matrix3d& rotation);
 Eigen::Matrix3d y_up_from(const std::string& up);
 
 /// A point of the layout's world in ours (metres, Y up), and cameras from one world to the other.
-Camera in_our_world(Camera camera, const FileWorld& world);
-Camera in_file_world(Camera camera, const FileWorld& world);
+Camera in_our_world(Camera camera, const WorldConvention& world);
+Camera in_file_world(Camera camera, const WorldConvention& world);
 
 /// The camera of images that were turned clockwise by quarter turns after they were calibrated: the
 /// same rays through other pixels. Any number of turns; negative: the other way.

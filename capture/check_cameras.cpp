@@ -136,8 +136,8 @@ constexpr const char* kTells =
 
 /// What is said of the convention of all extrinsics, as far as cameras alone tell, and the cameras
 /// under the one that is advised.
-std::vector<Camera> check_convention(const std::vector<Camera>& cameras, const FileWorld& world,
-                                     std::vector<Finding>& findings) {
+std::vector<Camera> check_convention(const std::vector<Camera>& cameras,
+                                     const WorldConvention& world, std::vector<Finding>& findings) {
   const std::vector<RigReading> readings = rig_readings(cameras, world);
   const std::vector<std::string> likely = likely_values(readings);
   const bool as_read = std::find(likely.begin(), likely.end(), "") != likely.end();
@@ -192,7 +192,7 @@ std::vector<Camera> check_convention(const std::vector<Camera>& cameras, const F
   return meant;
 }
 
-void check_size(const std::vector<Camera>& cameras, const Gaze& gaze, const FileWorld& world,
+void check_size(const std::vector<Camera>& cameras, const Gaze& gaze, const WorldConvention& world,
                 std::vector<Finding>& findings) {
   std::vector<double> distances;
   distances.reserve(cameras.size());
@@ -210,7 +210,7 @@ void check_size(const std::vector<Camera>& cameras, const Gaze& gaze, const File
 }
 
 /// @return  the cameras under the convention that is advised
-std::vector<Camera> check_gaze(const std::vector<Camera>& cameras, const FileWorld& world,
+std::vector<Camera> check_gaze(const std::vector<Camera>& cameras, const WorldConvention& world,
                                std::vector<Finding>& findings) {
   if (cameras.size() < 2) {
     return cameras;
@@ -236,14 +236,14 @@ std::vector<Camera> check_gaze(const std::vector<Camera>& cameras, const FileWor
 }
 
 /// The axis of the files' world that is nearest to a direction of ours.
-std::string axis_name(const Eigen::Vector3d& direction, const FileWorld& world) {
+std::string axis_name(const Eigen::Vector3d& direction, const WorldConvention& world) {
   const Eigen::Vector3d in_file = y_up_from(world.up).transpose() * direction;
   Eigen::Index axis = 0;
   in_file.cwiseAbs().maxCoeff(&axis);
   return std::string(in_file[axis] < 0 ? "-" : "") + "xyz"[axis];
 }
 
-void check_up(const std::vector<Camera>& cameras, const FileWorld& world,
+void check_up(const std::vector<Camera>& cameras, const WorldConvention& world,
               std::vector<Finding>& findings) {
   Eigen::Vector3d up = Eigen::Vector3d::Zero();
   for (const Camera& camera : cameras) {
@@ -279,7 +279,8 @@ void check_up(const std::vector<Camera>& cameras, const FileWorld& world,
 
 }  // namespace
 
-std::vector<Finding> check_cameras(const std::vector<Camera>& cameras, const FileWorld& world) {
+std::vector<Finding> check_cameras(const std::vector<Camera>& cameras,
+                                   const WorldConvention& world) {
   std::vector<Finding> findings;
   for (const Camera& camera : cameras) {
     check_lens(camera, findings);
@@ -302,7 +303,7 @@ std::vector<Finding> check_cameras(const Dataset& dataset) {
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
     cameras.push_back(turned_camera(dataset.cameras[c], -dataset.frames[c].turn));
   }
-  return check_cameras(cameras, dataset.file_world);
+  return check_cameras(cameras, dataset.world_convention);
 }
 
 }  // namespace atelier

@@ -18,7 +18,7 @@ namespace atelier {
 /// O(cameras^2 + cameras x pixels of the rim).
 /// @param world  in which the calibrations were written, for the settings that are advised
 std::vector<Finding> check_cameras(const std::vector<Camera>& cameras,
-                                   const FileWorld& world = {1, "y"});
+                                   const WorldConvention& world = {1, "y"});
 
 /// The same of a capture's cameras as they hang: without the turns of their images.
 std::vector<Finding> check_cameras(const Dataset& dataset);

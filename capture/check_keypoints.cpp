@@ -142,7 +142,7 @@ double usual_length(const Triangulation& found, const KeypointSchema& schema, co
 }
 
 /// The unit in which legs are legs: of millimetres to inches, or no setting.
-std::string unit_setting(double leg, const FileWorld& world) {
+std::string unit_setting(double leg, const WorldConvention& world) {
   constexpr std::array kUnits = {0.001, 0.01, 0.1, 0.0254, 0.3048, 1.0, 10.0, 100.0, 1000.0};
   for (const double unit : kUnits) {
     const double then = leg * unit / world.metres_per_unit;
@@ -223,8 +223,8 @@ bool is_nobodys(const Limb& limb) {
           odd(limb.thigh + limb.shin, limb.arm + limb.fore, 2.5));
 }
 
-void check_person(const Triangulation& found, const KeypointSchema& schema, const FileWorld& world,
-                  std::vector<Finding>& findings) {
+void check_person(const Triangulation& found, const KeypointSchema& schema,
+                  const WorldConvention& world, std::vector<Finding>& findings) {
   const Limb left = limb_of(found, schema, "left");
   const Limb right = limb_of(found, schema, "right");
   // In few frames chance misplaces a joint, but hardly one on either side.
@@ -363,7 +363,7 @@ KeypointCheck check_keypoints(FrameReader& reader, const TriangulationOptions& o
            });
   });
   findings.insert(findings.end(), off.begin(), off.end());
-  check_person(found, *seen.schema, dataset.file_world, findings);
+  check_person(found, *seen.schema, dataset.world_convention, findings);
   check_sides(found, *seen.schema, findings);
   if (off.empty() && !distortion) {
     check_half_pixel(seen, found, findings);

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "capture/capture_info.h"
-#include "capture/frame_places.h"
+#include "capture/frame_locations.h"
 #include "core/camera.h"
 #include "core/finding.h"
 #include "core/types.h"
@@ -29,16 +29,16 @@ struct KeypointReading {
 
 /// Data of one camera, by frame id.
 struct CameraFrames {
-  FramePlaces images;
-  FramePlaces masks;            ///< of the person
-  FramePlaces labels;           ///< of CaptureInfo::label_taxonomy
-  FramePlaces keypoints;        ///< of CaptureInfo::keypoint_schema
+  FrameLocations images;
+  FrameLocations masks;         ///< of the person
+  FrameLocations labels;        ///< of CaptureInfo::label_taxonomy
+  FrameLocations keypoints;     ///< of CaptureInfo::keypoint_schema
   KeypointReading reading;      ///< of the keypoints
   bool inverted_masks = false;  ///< the masks are set in the background
   int turn = 0;  ///< quarter turns, clockwise, that images were given after the calibration
-  bool turn_said = false;  ///< by --capture.turned, also if it is none
-  int view_rotation = 0;   ///< degrees by which the recorder says that it turned them; 0: none
-  int image_width = 0;     ///< pixels of the first readable image; 0: none
+  bool turn_is_given = false;  ///< by --capture.turned, also if it is none
+  int view_rotation = 0;       ///< degrees by which the recorder says that it turned them; 0: none
+  int image_width = 0;         ///< pixels of the first readable image; 0: none
   int image_height = 0;
   int image_orientation = 1;  ///< of its EXIF; 1: shown as it is stored
 };
@@ -47,7 +47,7 @@ struct CameraFrames {
 enum class KeypointFile { OpenPose, EasyMocap, Rows };
 
 /// Unit and up axis of the calibration in a layout's files. A Dataset is in metres, Y up.
-struct FileWorld {
+struct WorldConvention {
   double metres_per_unit = 0;  ///< 0: the layout does not say
   std::string up;              ///< "y", "z", "-y", ...; "": the layout does not say
   bool up_guessed = false;     ///< nobody says it; y is taken
@@ -64,11 +64,11 @@ struct Dataset {
   bool calibrated = true;      ///< false: cameras have ids and sizes alone (fx, fy are 0)
   std::vector<Camera> cameras;
   std::vector<CameraFrames> frames;  ///< one for each camera
-  FramePlaces keypoints3d;           ///< optional, by frame id
+  FrameLocations keypoints3d;        ///< optional, by frame id
   std::string keypoint_schema_3d;    ///< of keypoints3d
   KeypointFile keypoint_file = KeypointFile::OpenPose;
   double keypoint_shift = 0;  ///< px, added to the files' coordinates: 0.5 if centres are integers
-  FileWorld file_world;       ///< unit and up axis that were assumed for the files
+  WorldConvention world_convention;       ///< unit and up axis that were assumed for the files
   std::vector<std::int64_t> frame_times;  ///< of frames by index, where files are named by time
   double frame_interval = 0;              ///< median of them
   std::map<std::string, std::string> corrections;  ///< those that were asked for, as typed

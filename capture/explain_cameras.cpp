@@ -247,7 +247,7 @@ Explanation explain_calibration(const SeenPerson& seen, std::size_t c, const Tri
     }
   };
   for (const Reading& reading : all_readings()) {
-    const Camera camera = camera_read_as(seen.cameras[c], seen.file_world, reading);
+    const Camera camera = camera_read_as(seen.cameras[c], seen.world_convention, reading);
     if (loses_centre(seen.cameras[c], camera)) {
       continue;
     }

@@ -33,7 +33,7 @@ SeenPerson some_frames(const SeenPerson& seen) {
 SeenPerson all_read_as(const SeenPerson& seen, const Reading& reading) {
   SeenPerson meant = seen;
   for (std::size_t c = 0; c < seen.cameras.size(); ++c) {
-    meant.cameras[c] = camera_read_as(seen.cameras[c], seen.file_world, reading);
+    meant.cameras[c] = camera_read_as(seen.cameras[c], seen.world_convention, reading);
     for (auto& frame : meant.detections) {
       frame[c] = rows_read_as(frame[c], seen, seen.cameras[c], reading);
     }

@@ -20,19 +20,19 @@
 namespace atelier {
 namespace {
 
-std::string name_of(const DataPlace& place) {
+std::string name_of(const DataLocation& place) {
   return place.member.empty() ? place.file.string() : place.file.string() + ": " + place.member;
 }
 
-bool is_video(const DataPlace& place) {
+bool is_video(const DataLocation& place) {
   return place.member.empty() && place.index >= 0;
 }
 
-bool is_zip(const DataPlace& place) {
+bool is_zip(const DataLocation& place) {
   return !place.member.empty() && lower_extension(place.file) == ".zip";
 }
 
-bool is_hdf5(const DataPlace& place) {
+bool is_hdf5(const DataLocation& place) {
   return !place.member.empty() && !is_zip(place);
 }
 
@@ -145,12 +145,13 @@ struct FrameReader::State {
 
   /// One dataset of an HDF5 file. Reading starts a process that reads the whole file, so that what
   /// the other cameras have of the same frame comes with it.
-  const Tensor& hdf5_tensor(const DataPlace& place, FramePlaces CameraFrames::*kind, int frame_id) {
+  const Tensor& hdf5_tensor(const DataLocation& place, FrameLocations CameraFrames::*kind,
+                            int frame_id) {
     if (hdf5_path != place.file || !hdf5.contains(place.member)) {
       std::vector<std::string> names = {place.member};
       if (kind != nullptr) {
         for (const CameraFrames& frames : dataset.frames) {
-          const std::optional<DataPlace> other = (frames.*kind).find(frame_id);
+          const std::optional<DataLocation> other = (frames.*kind).find(frame_id);
           if (other && other->file == place.file && other->member != place.member) {
             names.push_back(other->member);
           }
@@ -162,7 +163,7 @@ struct FrameReader::State {
     return hdf5.at(place.member);
   }
 
-  std::vector<std::byte> bytes(const DataPlace& place, FramePlaces CameraFrames::*kind,
+  std::vector<std::byte> bytes(const DataLocation& place, FrameLocations CameraFrames::*kind,
                                int frame_id) {
     if (is_zip(place)) {
       if (!zip || zip->file() != place.file.string()) {
@@ -181,18 +182,18 @@ struct FrameReader::State {
     return read_file_bytes(place.file, limits.image_file_bytes);
   }
 
-  VideoFile& opened(const DataPlace& place) {
+  VideoFile& opened(const DataLocation& place) {
     if (!video || video_path != place.file) {
       video.emplace(place.file, limits);
       video_path = place.file;
     }
     return *video;
   }
-  ByteImage video_frame(const DataPlace& place) { return opened(place).frame(place.index); }
+  ByteImage video_frame(const DataLocation& place) { return opened(place).frame(place.index); }
 
   /// Everybody in every frame of a file that holds many; files stay in memory, since frames of all
   /// cameras are read in turn.
-  const std::map<int, std::vector<PersonKeypoints>>& detection_frames(const DataPlace& place) {
+  const std::map<int, std::vector<PersonKeypoints>>& detection_frames(const DataLocation& place) {
     const auto there = detections.find(place.file.string());
     if (there != detections.end()) {
       return there->second;
@@ -205,7 +206,7 @@ struct FrameReader::State {
   }
 
   /// Row `index` of an array [F,K,C] of numbers.
-  RowMatrix row_of(const DataPlace& place, FramePlaces CameraFrames::*kind, int frame_id,
+  RowMatrix row_of(const DataLocation& place, FrameLocations CameraFrames::*kind, int frame_id,
                    std::int64_t columns) {
     const Tensor& tensor = hdf5_tensor(place, kind, frame_id);
     const auto refuse = [&](const std::string& expected) {
@@ -248,7 +249,7 @@ const Dataset& FrameReader::dataset() const {
 }
 
 std::optional<ImageHeader> FrameReader::image_header(Index camera_idx, int frame_id) {
-  const std::optional<DataPlace> place =
+  const std::optional<DataLocation> place =
       state_->dataset.frames[state_->camera(camera_idx)].images.find(frame_id);
   if (!place) {
     return std::nullopt;
@@ -267,7 +268,7 @@ std::optional<ImageHeader> FrameReader::image_header(Index camera_idx, int frame
 }
 
 std::optional<ByteImage> FrameReader::byte_image(Index camera_idx, int frame_id) {
-  const std::optional<DataPlace> place =
+  const std::optional<DataLocation> place =
       state_->dataset.frames[state_->camera(camera_idx)].images.find(frame_id);
   if (!place) {
     return std::nullopt;
@@ -280,7 +281,7 @@ std::optional<ByteImage> FrameReader::byte_image(Index camera_idx, int frame_id)
 }
 
 std::optional<Image> FrameReader::image(Index camera_idx, int frame_id) {
-  const std::optional<DataPlace> place =
+  const std::optional<DataLocation> place =
       state_->dataset.frames[state_->camera(camera_idx)].images.find(frame_id);
   if (!place) {
     return std::nullopt;
@@ -293,7 +294,7 @@ std::optional<Image> FrameReader::image(Index camera_idx, int frame_id) {
 }
 
 std::optional<ByteImage> FrameReader::mask(Index camera_idx, int frame_id) {
-  const std::optional<DataPlace> place =
+  const std::optional<DataLocation> place =
       state_->dataset.frames[state_->camera(camera_idx)].masks.find(frame_id);
   if (place) {
     ByteImage read = binary_mask(state_->bytes(*place, &CameraFrames::masks, frame_id),
@@ -315,7 +316,7 @@ std::optional<ByteImage> FrameReader::mask(Index camera_idx, int frame_id) {
 }
 
 std::optional<ByteImage> FrameReader::labels(Index camera_idx, int frame_id) {
-  const std::optional<DataPlace> place =
+  const std::optional<DataLocation> place =
       state_->dataset.frames[state_->camera(camera_idx)].labels.find(frame_id);
   if (!place) {
     return std::nullopt;
@@ -334,8 +335,8 @@ std::optional<ByteImage> FrameReader::labels(Index camera_idx, int frame_id) {
 
 std::optional<ImageHeader> FrameReader::mask_header(Index camera_idx, int frame_id) {
   const CameraFrames& frames = state_->dataset.frames[state_->camera(camera_idx)];
-  const std::optional<DataPlace> mask = frames.masks.find(frame_id);
-  const std::optional<DataPlace> place = mask ? mask : frames.labels.find(frame_id);
+  const std::optional<DataLocation> mask = frames.masks.find(frame_id);
+  const std::optional<DataLocation> place = mask ? mask : frames.labels.find(frame_id);
   if (!place) {
     return std::nullopt;
   }
@@ -346,7 +347,7 @@ std::optional<ImageHeader> FrameReader::mask_header(Index camera_idx, int frame_
 
 std::vector<PersonKeypoints> FrameReader::keypoints(Index camera_idx, int frame_id) {
   const Dataset& dataset = state_->dataset;
-  const std::optional<DataPlace> place =
+  const std::optional<DataLocation> place =
       dataset.frames[state_->camera(camera_idx)].keypoints.find(frame_id);
   if (!place) {
     return {};
@@ -382,7 +383,7 @@ std::vector<PersonKeypoints> FrameReader::keypoints(Index camera_idx, int frame_
 
 std::vector<PersonPoints> FrameReader::keypoints3d(int frame_id) {
   const Dataset& dataset = state_->dataset;
-  const std::optional<DataPlace> place = dataset.keypoints3d.find(frame_id);
+  const std::optional<DataLocation> place = dataset.keypoints3d.find(frame_id);
   if (!place) {
     return {};
   }
@@ -396,7 +397,7 @@ std::vector<PersonPoints> FrameReader::keypoints3d(int frame_id) {
     people = parse_keypoints3d(as_text(bytes), name_of(*place), state_->limits);
   }
   const Eigen::Matrix3d turn =
-      dataset.file_world.metres_per_unit * y_up_from(dataset.file_world.up);
+      dataset.world_convention.metres_per_unit * y_up_from(dataset.world_convention.up);
   for (PersonPoints& person : people) {
     person.points.leftCols<3>() = (person.points.leftCols<3>() * turn.transpose()).eval();
   }
@@ -404,7 +405,7 @@ std::vector<PersonPoints> FrameReader::keypoints3d(int frame_id) {
 }
 
 std::optional<EncodedImage> FrameReader::encoded_image(Index camera_idx, int frame_id) {
-  const std::optional<DataPlace> place =
+  const std::optional<DataLocation> place =
       state_->dataset.frames[state_->camera(camera_idx)].images.find(frame_id);
   if (!place) {
     return std::nullopt;

@@ -116,7 +116,7 @@ double squared(double value) {
   return value * value;
 }
 
-RigReading judged_reading(const std::vector<Camera>& cameras, const FileWorld& world,
+RigReading judged_reading(const std::vector<Camera>& cameras, const WorldConvention& world,
                           const std::string& value) {
   RigReading reading;
   reading.value = value;
@@ -215,13 +215,15 @@ Gaze gaze_of(const std::vector<Camera>& cameras) {
   return best.agreeing > 2 ? refined(cameras, best) : best;
 }
 
-Camera extrinsics_read_as(const Camera& camera, const FileWorld& world, const std::string& value) {
+Camera extrinsics_read_as(const Camera& camera, const WorldConvention& world,
+                          const std::string& value) {
   return value.empty()
              ? camera
              : in_our_world(read_as(in_file_world(camera, world), "extrinsics", value), world);
 }
 
-std::vector<RigReading> rig_readings(const std::vector<Camera>& cameras, const FileWorld& world) {
+std::vector<RigReading> rig_readings(const std::vector<Camera>& cameras,
+                                     const WorldConvention& world) {
   std::vector<RigReading> all = {judged_reading(cameras, world, "")};
   for (const Reading& reading : all_readings()) {
     if (reading.option == "extrinsics") {

@@ -32,14 +32,16 @@ struct RigReading {
 };
 
 /// A camera of our world under a value of "extrinsics"; "" leaves it.
-Camera extrinsics_read_as(const Camera& camera, const FileWorld& world, const std::string& value);
+Camera extrinsics_read_as(const Camera& camera, const WorldConvention& world,
+                          const std::string& value);
 
 /// Every convention of extrinsics, those that are possible first, then by their doubt: how far axes
 /// miss the common place, how far cameras are tilted to the side against a common up direction, how
 /// far that is off the one that the files are said to have, how near cameras are to each other.
 /// Scales are our choice: on random rings, domes and arcs with deviations of aim and roll of up to
 /// 7 and 5 degrees, the right one is first where it is the only one of `likely_values`.
-std::vector<RigReading> rig_readings(const std::vector<Camera>& cameras, const FileWorld& world);
+std::vector<RigReading> rig_readings(const std::vector<Camera>& cameras,
+                                     const WorldConvention& world);
 
 /// Those that are not far more doubtful than the first, itself included: one where the cameras tell
 /// the convention. Level cameras round a vertical axis of the files' world do not: with transposed

@@ -15,7 +15,7 @@ SeenPerson read_person(FrameReader& reader, const std::vector<int>& frame_ids,
   const Dataset& dataset = reader.dataset();
   SeenPerson seen;
   seen.cameras = dataset.cameras;
-  seen.file_world = dataset.file_world;
+  seen.world_convention = dataset.world_convention;
   seen.schema = &keypoint_schema(dataset.info.keypoint_schema);
   seen.fps = dataset.info.sequences.empty() ? 30 : std::max(dataset.info.sequences[0].fps, 1.0);
   const Detections all = read_detections(reader, frame_ids);
@@ -39,7 +39,7 @@ int confident_views(const std::vector<Keypoints2d>& cameras, std::size_t point) 
   return views;
 }
 
-Camera camera_read_as(const Camera& camera, const FileWorld& world, const Reading& reading) {
+Camera camera_read_as(const Camera& camera, const WorldConvention& world, const Reading& reading) {
   return reading.option == "keypoints"
              ? camera
              : in_our_world(read_as(in_file_world(camera, world), reading.option, reading.value),

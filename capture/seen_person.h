@@ -18,7 +18,7 @@ namespace atelier {
 /// Data that are compared: calibrations and one person's detections.
 struct SeenPerson {
   std::vector<Camera> cameras;
-  FileWorld file_world;  ///< in which the calibrations were written
+  WorldConvention world_convention;  ///< in which the calibrations were written
   const KeypointSchema* schema = nullptr;
   double fps = 30;
   std::vector<int> frame_ids;                        ///< [F]
@@ -39,7 +39,7 @@ int confident_views(const std::vector<Keypoints2d>& cameras, std::size_t point);
 
 /// A camera under a reading (camera_readings.h) of what the layout's files say; as it is under one
 /// of keypoints.
-Camera camera_read_as(const Camera& camera, const FileWorld& world, const Reading& reading);
+Camera camera_read_as(const Camera& camera, const WorldConvention& world, const Reading& reading);
 
 /// A camera's detections under a reading of keypoints; as they are under another.
 Keypoints2d rows_read_as(const Keypoints2d& rows, const SeenPerson& seen, const Camera& camera,

@@ -41,7 +41,8 @@ MaskedRig masked_rig(FrameReader& reader, int frame) {
   return rig;
 }
 
-double agreement_under(const MaskedRig& rig, const FileWorld& world, const std::string& value) {
+double agreement_under(const MaskedRig& rig, const WorldConvention& world,
+                       const std::string& value) {
   std::vector<Camera> hung;
   std::vector<Camera> meant;
   for (std::size_t c = 0; c < rig.cameras.size(); ++c) {
@@ -88,13 +89,13 @@ std::optional<ToldByMasks> told_by_masks(FrameReader& reader) {
   }
   ToldByMasks best;
   double second = 0;
-  for (const RigReading& reading : rig_readings(cameras, dataset.file_world)) {
+  for (const RigReading& reading : rig_readings(cameras, dataset.world_convention)) {
     if (!reading.possible && !reading.value.empty()) {
       continue;
     }
     double agreement = 0;
     for (const MaskedRig& rig : rigs) {
-      agreement += agreement_under(rig, dataset.file_world, reading.value) /
+      agreement += agreement_under(rig, dataset.world_convention, reading.value) /
                    static_cast<double>(rigs.size());
     }
     if (agreement > best.agreement) {

@@ -68,11 +68,13 @@ void bind_info(py::module_& module) {
                (self.sequences.size() == 1 ? " sequence" : " sequences") +
                ", consent: " + to_string(self.consent) + ">";
       });
-  py::class_<FileWorld>(module, "FileWorld",
-                        "Unit and up axis of the files; a Dataset is in metres, Y up.")
-      .def_readonly("metres_per_unit", &FileWorld::metres_per_unit, "0: the layout does not say")
-      .def_readonly("up", &FileWorld::up, "\"y\", \"z\", \"-y\", ..., or \"\": it does not say")
-      .def_readonly("up_guessed", &FileWorld::up_guessed, "nobody says it; y is taken");
+  py::class_<WorldConvention>(module, "WorldConvention",
+                              "Unit and up axis of the files; a Dataset is in metres, Y up.")
+      .def_readonly("metres_per_unit", &WorldConvention::metres_per_unit,
+                    "0: the layout does not say")
+      .def_readonly("up", &WorldConvention::up,
+                    "\"y\", \"z\", \"-y\", ..., or \"\": it does not say")
+      .def_readonly("up_guessed", &WorldConvention::up_guessed, "nobody says it; y is taken");
 }
 
 void bind_datasets(py::module_& module) {
@@ -86,7 +88,7 @@ void bind_datasets(py::module_& module) {
       .def_readonly("info", &Dataset::info, "subject, sequences, schemas, held-out data, consent")
       .def_readonly("keypoint_schema_3d", &Dataset::keypoint_schema_3d,
                     "of keypoints in space, or \"\"")
-      .def_readonly("file_world", &Dataset::file_world, "unit and up axis of the files")
+      .def_readonly("world_convention", &Dataset::world_convention, "unit and up axis of the files")
       .def_readonly("corrections", &Dataset::corrections,
                     "those that were asked for, by name, copied")
       .def("__repr__", [](const Dataset& self) {

@@ -197,7 +197,7 @@ std::string solver_conflict(const SolverOptions& options, Device device) {
   return options.name == "xpbd" ? xpbd_conflict(xpbd_options(options), device) : "";
 }
 
-std::string idle_on_device(const SolverOptions& options, Device device) {
+std::string option_without_effect(const SolverOptions& options, Device device) {
   if (options.name != "xpbd") {
     return options.projective.half_precision && device == Device::Cpu ? "half_precision" : "";
   }

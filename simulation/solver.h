@@ -89,7 +89,7 @@ std::string solver_conflict(const SolverOptions& options, Device device);
 
 /// The first of the solver's own options that was changed and has no effect on that device
 /// ("cuda_barrier" on the CPU), or "".
-std::string idle_on_device(const SolverOptions& options, Device device);
+std::string option_without_effect(const SolverOptions& options, Device device);
 
 /// The state after one frame. It prepares the model in every call: for more than a few frames
 /// create a Solver.

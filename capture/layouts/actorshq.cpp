@@ -19,8 +19,8 @@ namespace atelier {
 namespace fs = std::filesystem;
 namespace {
 
-const FileWorld kActorsHqWorld = {1, ""};
-const FileWorld kActorsHqWritten = {1, "y"};
+const WorldConvention kActorsHqWorld = {1, ""};
+const WorldConvention kActorsHqWritten = {1, "y"};
 
 /// The folder of one resolution: the one named, else the finest that is there.
 fs::path scale_folder(const fs::path& path) {
@@ -160,7 +160,7 @@ Dataset read_actorshq(const fs::path& path, const DatasetOptions& /*options*/,
   dataset.cameras =
       parse_actorshq_cameras(read_file_text(file, limits.text_file_bytes), file.string(), limits);
   dataset.frames.resize(dataset.cameras.size());
-  dataset.file_world = kActorsHqWorld;
+  dataset.world_convention = kActorsHqWorld;
   dataset.info.keypoint_schema.clear();
   dataset = with_pictures(std::move(dataset), &CameraFrames::images, folder / "rgbs", limits);
   dataset = with_pictures(std::move(dataset), &CameraFrames::masks, folder / "masks", limits);

@@ -16,8 +16,8 @@ namespace atelier {
 namespace fs = std::filesystem;
 namespace {
 
-const FileWorld kAvatarRexWorld = {1, ""};
-const FileWorld kAvatarRexWritten = {1, "y"};
+const WorldConvention kAvatarRexWorld = {1, ""};
+const WorldConvention kAvatarRexWritten = {1, "y"};
 
 /// Eight digits, as both data sets have them.
 std::string eight_digits(int frame) {
@@ -38,7 +38,7 @@ Dataset read_cameras_of(const fs::path& file, const Limits& limits) {
   dataset.cameras =
       parse_avatarrex_cameras(read_file_text(file, limits.text_file_bytes), file.string(), limits);
   dataset.frames.resize(dataset.cameras.size());
-  dataset.file_world = kAvatarRexWorld;
+  dataset.world_convention = kAvatarRexWorld;
   dataset.info.keypoint_schema.clear();
   if (fs::exists(dataset.root / "missing_img_files.txt")) {
     dataset.findings.push_back({Severity::Note, "missing-frames-listed",

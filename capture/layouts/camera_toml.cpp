@@ -23,11 +23,11 @@ namespace {
 
 /// Pose2Sim's world has Z up (it turns results to Y up at the end); a Caliscope world has its
 /// origin on the board that the user picked, which lies on the floor by its tutorial.
-const FileWorld kZUp = {1, "z"};
+const WorldConvention kZUp = {1, "z"};
 /// anipose does not say where its world comes from.
-const FileWorld kNoUp = {1, ""};
+const WorldConvention kNoUp = {1, ""};
 /// FreeMoCap's files are anipose's, in millimetres: the board's squares are measured in them.
-const FileWorld kFreeMoCap = {0.001, ""};
+const WorldConvention kFreeMoCap = {0.001, ""};
 constexpr const char* kFreeMoCapEnd = "_camera_calibration.toml";
 
 Eigen::Matrix3d matrix_of_rows(const JsonPlace& place) {
@@ -147,7 +147,7 @@ fs::path root_of(const fs::path& file) {
   return folder.filename() == "calibration" ? folder.parent_path() : folder;
 }
 
-Dataset read_file(const fs::path& file, const FileWorld& world, const Limits& limits) {
+Dataset read_file(const fs::path& file, const WorldConvention& world, const Limits& limits) {
   if (file.empty()) {
     throw DataError("", "", "no TOML of cameras", "the calibration that the layout has");
   }
@@ -161,7 +161,7 @@ Dataset read_file(const fs::path& file, const FileWorld& world, const Limits& li
   dataset.cameras = std::move(toml.cameras);
   dataset.findings = std::move(toml.findings);
   dataset.frames.resize(dataset.cameras.size());
-  dataset.file_world = world;
+  dataset.world_convention = world;
   return with_pose2sim_frames(std::move(dataset), limits);
 }
 

@@ -23,8 +23,8 @@ namespace fs = std::filesystem;
 namespace {
 
 /// Nothing is said of the world; ours is written as it is.
-const FileWorld kColmapWorld = {0, ""};
-const FileWorld kColmapWritten = {1, "y"};
+const WorldConvention kColmapWorld = {0, ""};
+const WorldConvention kColmapWritten = {1, "y"};
 
 /// COLMAP's camera models (src/colmap/sensor/models.h). `slots` says what each parameter is: f both
 /// focal lengths, x and y one each, u and v the principal point, 0 to 7 a coefficient of ours, -
@@ -196,7 +196,7 @@ Dataset dataset_of_model(const fs::path& path, const std::map<std::uint32_t, Cam
                                     std::to_string(posed.size()) + " images are not there",
                                 "put them into images/ under the names of the images file"});
     for (CameraFrames& frames : dataset.frames) {
-      const FramePlaces listed = std::exchange(frames.images, {});
+      const FrameLocations listed = std::exchange(frames.images, {});
       for (const auto& [frame, place] : listed) {
         if (fs::exists(place.file)) {
           frames.images.add(frame, place);
@@ -205,7 +205,7 @@ Dataset dataset_of_model(const fs::path& path, const std::map<std::uint32_t, Cam
     }
   }
   dataset.root = root;
-  dataset.file_world = kColmapWorld;
+  dataset.world_convention = kColmapWorld;
   return dataset;
 }
 

@@ -184,7 +184,7 @@ void require_value(std::string_view option, const Written& entry) {
 
 /// The same frames under other numbers; those that become negative are left out, and so are those
 /// that no sequence has, where sequences are said.
-void renumber(FramePlaces& places, int by, const std::vector<int>& wanted) {
+void renumber(FrameLocations& places, int by, const std::vector<int>& wanted) {
   places = places.shifted(by);
   if (!wanted.empty()) {
     places = places.only(wanted);
@@ -310,7 +310,7 @@ void correct_cameras(Dataset& dataset, const CorrectionOptions& options) {
   for (const Entry& entry : entries_of(dataset, "turned", options.turned)) {
     for (const std::size_t camera : entry.cameras) {
       dataset.frames[camera].turn += quarters_of(entry.value);
-      dataset.frames[camera].turn_said = true;
+      dataset.frames[camera].turn_is_given = true;
     }
   }
   for (const auto& [option, text] : {std::pair("leave_out", &options.leave_out),

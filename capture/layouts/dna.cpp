@@ -18,8 +18,8 @@ namespace atelier {
 namespace fs = std::filesystem;
 namespace {
 
-const FileWorld kDnaWorld = {1, ""};
-const FileWorld kDnaWritten = {1, "y"};
+const WorldConvention kDnaWorld = {1, ""};
+const WorldConvention kDnaWritten = {1, "y"};
 constexpr double kDnaFps = 15;
 
 /// main/<id>.smc and its annotations, not yet listed; empty if there are none.
@@ -190,7 +190,7 @@ void list_annotations(const DnaFiles& files, const std::map<std::string, std::si
                       std::int64_t max_rows, Dataset& dataset) {
   std::int64_t row_count = 0;  // an array's shape costs a file nothing, a place of a row does
   const auto rows = [&](const Tensor& tensor, const std::string& name, std::int64_t columns) {
-    FramePlaces places;
+    FrameLocations places;
     if (tensor.shape.size() != 3 || tensor.shape[1] < 1 || tensor.shape[2] < columns) {
       dataset.findings.push_back(
           {Severity::Warning, "keypoints-shape", files.annotations.string() + ": " + name,
@@ -258,7 +258,7 @@ Dataset dna_dataset(
     const std::function<std::map<std::string, Tensor>(const std::vector<std::string>&)>& read,
     const Limits& limits) {
   Dataset dataset;
-  dataset.file_world = kDnaWorld;
+  dataset.world_convention = kDnaWorld;
   dataset.keypoint_file = KeypointFile::Rows;
   dataset.keypoint_shift = 0.5;
   dataset.info.keypoint_schema.clear();

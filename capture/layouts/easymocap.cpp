@@ -19,7 +19,7 @@ namespace atelier {
 namespace fs = std::filesystem;
 namespace {
 
-const FileWorld kEasyMocapWorld = {1, "z"};
+const WorldConvention kEasyMocapWorld = {1, "z"};
 
 const RowMatrix& matrix_of_key(const OpencvYaml& yaml, const std::string& key, Index rows,
                                Index cols, const std::string& file) {
@@ -197,7 +197,7 @@ Dataset read_easymocap(const fs::path& path, const DatasetOptions& /*options*/,
   }
   Dataset dataset;
   dataset.root = path;
-  dataset.file_world = kEasyMocapWorld;
+  dataset.world_convention = kEasyMocapWorld;
   dataset.cameras = parse_easymocap_cameras(
       read_file_text(path / "intri.yml", limits.text_file_bytes),
       read_file_text(path / "extri.yml", limits.text_file_bytes), path.string(), limits);

@@ -85,7 +85,7 @@ void refuse_file_for_folder(fs::path folder) {
 /// Places by the numbers of their names.
 /// @param place_of  of a name
 template <class PlaceOf>
-FramePlaces numbered(const std::vector<std::string>& names, const PlaceOf& place_of) {
+FrameLocations numbered(const std::vector<std::string>& names, const PlaceOf& place_of) {
   const std::size_t run = frame_run(names);
   const std::vector<std::optional<std::int64_t>> stamps = time_stamps(names);
   std::vector<std::pair<int, std::uint32_t>> order;  // so that places are added by frame
@@ -102,11 +102,11 @@ FramePlaces numbered(const std::vector<std::string>& names, const PlaceOf& place
     digits = std::max(digits, number_digits(name, run));
   }
   continue_counter(order, digits);
-  FramePlaces frames;
+  FrameLocations frames;
   for (const auto& [number, i] : order) {
-    const DataPlace place = place_of(names[i]);
+    const DataLocation place = place_of(names[i]);
     if (!frames.add(number, place)) {
-      const DataPlace there = *frames.find(number);
+      const DataLocation there = *frames.find(number);
       throw DataError(place.file.string(), place.member,
                       "a second image of frame " + std::to_string(number) + " beside " +
                           (there.member.empty() ? there.file.filename().string() : there.member),
@@ -185,10 +185,10 @@ std::size_t frame_run(const std::vector<std::string>& names) {
   return 0;
 }
 
-FramePlaces numbered_files(const fs::path& folder, const std::vector<std::string>& extensions,
-                           const Limits& limits) {
+FrameLocations numbered_files(const fs::path& folder, const std::vector<std::string>& extensions,
+                              const Limits& limits) {
   return numbered(files_of_frames(folder, extensions, limits), [&](const std::string& name) {
-    return DataPlace{folder / name, "", -1};
+    return DataLocation{folder / name, "", -1};
   });
 }
 
@@ -242,11 +242,12 @@ fs::path file_called(const fs::path& base, const std::string& name,
 
 }  // namespace
 
-FramePlaces camera_pictures(const fs::path& base, const std::string& name, const Limits& limits) {
+FrameLocations camera_pictures(const fs::path& base, const std::string& name,
+                               const Limits& limits) {
   if (name.empty()) {
     return {};
   }
-  FramePlaces frames = numbered_files(base / name, {}, limits);
+  FrameLocations frames = numbered_files(base / name, {}, limits);
   if (!frames.empty()) {
     return frames;
   }
@@ -258,7 +259,9 @@ FramePlaces camera_pictures(const fs::path& base, const std::string& name, const
         members.push_back(member);
       }
     }
-    return numbered(members, [&](const std::string& member) { return DataPlace{zip, member, -1}; });
+    return numbered(members, [&](const std::string& member) {
+      return DataLocation{zip, member, -1};
+    });
   }
   const fs::path video = file_called(base, name, {kVideos.begin(), kVideos.end()}, limits);
   if (!video.empty()) {
@@ -353,7 +356,7 @@ MatchedNames matched_names(const std::vector<std::string>& ids,
 namespace {
 
 /// The name in `base` of every camera that lacks `kind`, with findings on how they were matched.
-std::vector<std::string> names_in(Dataset& dataset, FramePlaces CameraFrames::*kind,
+std::vector<std::string> names_in(Dataset& dataset, FrameLocations CameraFrames::*kind,
                                   const fs::path& base, const Limits& limits) {
   std::vector<std::string> ids;
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
@@ -394,7 +397,7 @@ std::vector<std::string> names_in(Dataset& dataset, FramePlaces CameraFrames::*k
 
 }  // namespace
 
-Dataset with_pictures(Dataset dataset, FramePlaces CameraFrames::*kind, const fs::path& base,
+Dataset with_pictures(Dataset dataset, FrameLocations CameraFrames::*kind, const fs::path& base,
                       const Limits& limits) {
   const std::vector<std::string> names = names_in(dataset, kind, base, limits);
   std::vector<StampedFiles> stamped(names.size());
@@ -421,8 +424,8 @@ fs::path one_detection_file(const fs::path& base, const std::string& name, const
 
 /// Frames of such a file; none if it is another one or of one frame. One that cannot be read is
 /// told of where its frames are read.
-FramePlaces frames_of_file(const fs::path& file, const Limits& limits) {
-  FramePlaces frames;
+FrameLocations frames_of_file(const fs::path& file, const Limits& limits) {
+  FrameLocations frames;
   try {
     const std::string text = read_file_text(file, limits.text_file_bytes);
     for (const auto& [frame, people] : parse_detection_frames(text, file.string(), 0, limits)) {
@@ -435,7 +438,7 @@ FramePlaces frames_of_file(const fs::path& file, const Limits& limits) {
 }
 
 /// Some programs count frames from 1 where a video's begin at 0.
-FramePlaces beside_images(FramePlaces frames, const FramePlaces& images) {
+FrameLocations beside_images(FrameLocations frames, const FrameLocations& images) {
   if (frames.empty() || images.empty() || images.begin()->first != 0 ||
       frames.begin()->first == 0 || frames.last_frame() != images.last_frame() + 1) {
     return frames;
@@ -455,7 +458,7 @@ Dataset with_keypoints(Dataset dataset, const fs::path& base, const Limits& limi
       const fs::path file =
           frames.keypoints.size() <= 1 ? one_detection_file(base, names[c], limits) : fs::path();
       if (!file.empty()) {
-        FramePlaces of_file = frames_of_file(file, limits);
+        FrameLocations of_file = frames_of_file(file, limits);
         if (of_file.size() > 1) {
           frames.keypoints = beside_images(std::move(of_file), frames.images);
         }

@@ -23,9 +23,9 @@ std::size_t frame_run(const std::vector<std::string>& names);
 /// DataError for two files of one number, for more files than `limits.frames`, for a file in the
 /// folder's place or above it and for a folder in the place of a frame's file; EnvironmentError
 /// (the folder that refuses) where it may not be looked at.
-FramePlaces numbered_files(const std::filesystem::path& folder,
-                           const std::vector<std::string>& extensions = {},
-                           const Limits& limits = {});
+FrameLocations numbered_files(const std::filesystem::path& folder,
+                              const std::vector<std::string>& extensions = {},
+                              const Limits& limits = {});
 
 /// Files of one folder that are named by time stamps, in the unit of the names.
 struct StampedFiles {
@@ -46,8 +46,8 @@ StampedFiles stamped_files(const std::filesystem::path& folder,
 /// The images of one camera: of the folder `base`/`name`, else of the zip `base`/`name`.zip, else
 /// of the video `base`/`name`.mp4 (.mov, .avi, .mkv, .m4v, .webm), extensions in any case. None if
 /// nothing is there. Throws as numbered_files, ZipArchive and VideoFile.
-FramePlaces camera_pictures(const std::filesystem::path& base, const std::string& name,
-                            const Limits& limits = {});
+FrameLocations camera_pictures(const std::filesystem::path& base, const std::string& name,
+                               const Limits& limits = {});
 
 /// Names of the cameras that have a folder, a zip or a video in `base`, sorted; none if there is no
 /// such folder. Hidden names and lost+found are left out. Throws EnvironmentError where it may not
@@ -73,7 +73,7 @@ MatchedNames matched_names(const std::vector<std::string>& ids,
 /// A data set with the images of `base` (camera_pictures) as its images, masks or labels; cameras
 /// that have some already keep them. Files that are named by time stamps are numbered by them
 /// (number_by_time). Findings say how names were matched.
-Dataset with_pictures(Dataset dataset, FramePlaces CameraFrames::*kind,
+Dataset with_pictures(Dataset dataset, FrameLocations CameraFrames::*kind,
                       const std::filesystem::path& base, const Limits& limits = {});
 
 /// The same with the JSON files of `base/<camera>` as its keypoints: one for each frame, or one of

@@ -18,8 +18,8 @@ namespace atelier {
 namespace fs = std::filesystem;
 namespace {
 
-const FileWorld kGoliathWorld = {0.001, ""};
-const FileWorld kGoliathWritten = {0.001, "y"};
+const WorldConvention kGoliathWorld = {0.001, ""};
+const WorldConvention kGoliathWritten = {0.001, "y"};
 
 fs::path goliath_calibration(const fs::path& path) {
   const fs::path file = fs::is_regular_file(path) ? path : path / "camera_calibration.json";
@@ -32,7 +32,7 @@ std::string camera_id_of(const JsonPlace& place) {
 }
 
 /// The zips of one kind by camera: cam<ID>.zip.
-Dataset with_zips(Dataset dataset, FramePlaces CameraFrames::*kind, const fs::path& base,
+Dataset with_zips(Dataset dataset, FrameLocations CameraFrames::*kind, const fs::path& base,
                   const Limits& limits) {
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
     dataset.frames[c].*kind = camera_pictures(base, "cam" + dataset.cameras[c].id, limits);
@@ -100,7 +100,7 @@ Dataset read_goliath(const fs::path& path, const DatasetOptions& /*options*/,
   dataset.cameras =
       parse_goliath_cameras(read_file_text(file, limits.text_file_bytes), file.string(), limits);
   dataset.frames.resize(dataset.cameras.size());
-  dataset.file_world = kGoliathWorld;
+  dataset.world_convention = kGoliathWorld;
   dataset.info.keypoint_schema.clear();
   dataset.info.label_taxonomy = "goliath_28";
   dataset = with_zips(std::move(dataset), &CameraFrames::images, root / "image", limits);

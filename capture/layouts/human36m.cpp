@@ -16,7 +16,7 @@ namespace atelier {
 namespace fs = std::filesystem;
 namespace {
 
-const FileWorld kHuman36mWorld = {0.001, "z"};
+const WorldConvention kHuman36mWorld = {0.001, "z"};
 constexpr double kHuman36mFps = 50;
 
 /// Rows of the images of the data set's own four cameras; they are 1000 pixels wide.
@@ -100,7 +100,7 @@ Dataset read_human36m(const fs::path& path, const DatasetOptions& options, const
   dataset.cameras = parse_human36m_cameras(read_file_text(file, limits.text_file_bytes),
                                            options.subject, file.string(), limits);
   dataset.frames.resize(dataset.cameras.size());
-  dataset.file_world = kHuman36mWorld;
+  dataset.world_convention = kHuman36mWorld;
   dataset.info.keypoint_schema.clear();
   dataset.info.subject = options.subject == "auto" ? "" : options.subject;
   for (const char* base : {"images", "videos"}) {

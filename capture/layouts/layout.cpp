@@ -64,7 +64,7 @@ bool write_keypoints(const LayoutSource& source, Index camera_idx, int frame_id,
   return true;
 }
 
-std::vector<Camera> cameras_in(const LayoutSource& source, const FileWorld& world) {
+std::vector<Camera> cameras_in(const LayoutSource& source, const WorldConvention& world) {
   std::vector<Camera> cameras;
   for (const Camera& camera : source.cameras()) {
     cameras.push_back(in_file_world(camera, world));

@@ -32,8 +32,9 @@ struct Layout {
   const char* summary;
   /// The evidence for the layout at `path`, one sentence; "" if there is none.
   std::string (*recognize)(const std::filesystem::path& path);
-  /// Cameras in the layout's own world (Dataset::file_world), with width 0 where the layout does
-  /// not say, and what there is of each; open_dataset does the rest, which is the same for all.
+  /// Cameras in the layout's own world (Dataset::world_convention), with width 0 where the layout
+  /// does not say, and what there is of each; open_dataset does the rest, which is the same for
+  /// all.
   Dataset (*read)(const std::filesystem::path& path, const DatasetOptions& options,
                   const Limits& limits);
   /// Writes under `out`, which is there and empty; returns what is lost.
@@ -61,6 +62,6 @@ bool write_keypoints(const LayoutSource& source, Index camera_idx, int frame_id,
                      const std::filesystem::path& path, double shift);
 
 /// The cameras in the world of a layout.
-std::vector<Camera> cameras_in(const LayoutSource& source, const FileWorld& world);
+std::vector<Camera> cameras_in(const LayoutSource& source, const WorldConvention& world);
 
 }  // namespace atelier

@@ -18,8 +18,8 @@ namespace atelier {
 namespace fs = std::filesystem;
 namespace {
 
-const FileWorld kMvHumanNetWorld = {0, ""};
-const FileWorld kMvHumanNetWritten = {1, "y"};
+const WorldConvention kMvHumanNetWorld = {0, ""};
+const WorldConvention kMvHumanNetWritten = {1, "y"};
 
 /// "CC32871A004" of "1_CC32871A004.png".
 std::string camera_name(const std::string& key) {
@@ -119,16 +119,16 @@ Dataset read_mvhumannet(const fs::path& path, const DatasetOptions& options, con
       read_file_text(path / "camera_extrinsics.json", limits.text_file_bytes), path.string(),
       limits);
   dataset.frames.resize(dataset.cameras.size());
-  dataset.file_world = kMvHumanNetWorld;
+  dataset.world_convention = kMvHumanNetWorld;
   const fs::path scale = path / "camera_scale.pkl";
   constexpr std::int64_t kSmall = 4096;
   if (fs::is_regular_file(scale) && fs::file_size(scale) <= kSmall) {
     const std::optional<double> number = pickled_number(read_file_bytes(scale, kSmall));
     if (number && *number > 0) {
-      dataset.file_world.metres_per_unit = *number;
+      dataset.world_convention.metres_per_unit = *number;
     }
   }
-  if (!(dataset.file_world.metres_per_unit > 0) && !(options.metres_per_unit > 0)) {
+  if (!(dataset.world_convention.metres_per_unit > 0) && !(options.metres_per_unit > 0)) {
     dataset.findings.push_back(
         {Severity::Error, "camera-scale", scale.string(),
          "translations are no metres before they are multiplied by the number in camera_scale.pkl, "

@@ -44,7 +44,7 @@ Dataset read_native(const fs::path& path, const DatasetOptions& /*options*/, con
   dataset.info = read_capture_info(path, limits);
   dataset.cameras = read_cameras(path, limits);
   dataset.frames.resize(dataset.cameras.size());
-  dataset.file_world = {1, "y"};
+  dataset.world_convention = {1, "y"};
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
     const std::string& id = dataset.cameras[c].id;
     dataset.frames[c].images = numbered_files(path / "images" / id, {}, limits);

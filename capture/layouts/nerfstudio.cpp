@@ -25,8 +25,8 @@ namespace atelier {
 namespace fs = std::filesystem;
 namespace {
 
-const FileWorld kNerfstudioWorld = {0, "z"};
-const FileWorld kNerfstudioWritten = {1, "z"};
+const WorldConvention kNerfstudioWorld = {0, "z"};
+const WorldConvention kNerfstudioWritten = {1, "z"};
 
 /// From their camera (x right, y up, z back) to ours and back.
 const Eigen::DiagonalMatrix<double, 3> kAxes(1, -1, -1);
@@ -133,7 +133,7 @@ std::optional<JsonPlace> pose_of(const JsonPlace& frame) {
 
 /// Cameras and frames all of whose images are held out.
 void take_held_out(Dataset& dataset, const std::set<fs::path>& held) {
-  const auto is_held = [&](const DataPlace& place) { return held.contains(place.file); };
+  const auto is_held = [&](const DataLocation& place) { return held.contains(place.file); };
   const std::size_t all = held.size();
   std::size_t told = 0;
   std::map<int, std::pair<int, int>> frames;  // held, all of other cameras
@@ -339,7 +339,7 @@ Dataset read_nerfstudio(const fs::path& path, const DatasetOptions& /*options*/,
   }
   Dataset dataset = dataset_of(posed, file.string());
   dataset.root = root;
-  dataset.file_world = kNerfstudioWorld;
+  dataset.world_convention = kNerfstudioWorld;
   take_held_out(dataset, held);
   if (lens_error > 0) {
     dataset.findings.push_back(

@@ -60,7 +60,7 @@ int frame_at(const std::vector<std::int64_t>& times, std::int64_t stamp, double 
 
 }  // namespace
 
-void number_by_time(Dataset& dataset, FramePlaces CameraFrames::*kind, const Stamped& stamped,
+void number_by_time(Dataset& dataset, FrameLocations CameraFrames::*kind, const Stamped& stamped,
                     const std::string& place) {
   const bool any = std::any_of(stamped.begin(), stamped.end(),
                                [](const StampedFiles& camera) { return !camera.files.empty(); });

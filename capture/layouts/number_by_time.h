@@ -16,7 +16,7 @@ namespace atelier {
 /// to them. The unit is told by the digits (10 seconds, 13 milliseconds, 16 microseconds, 19
 /// nanoseconds), and with it the frame rate, where the data set has none. A finding says so.
 /// @param stamped  of each camera; none where its files have numbers
-void number_by_time(Dataset& dataset, FramePlaces CameraFrames::*kind,
+void number_by_time(Dataset& dataset, FrameLocations CameraFrames::*kind,
                     const std::vector<StampedFiles>& stamped, const std::string& place);
 
 }  // namespace atelier

@@ -120,7 +120,7 @@ Choice choose(const fs::path& path, const DatasetOptions& options) {
 }
 
 void settle_world(Dataset& dataset, const DatasetOptions& options) {
-  FileWorld& world = dataset.file_world;
+  WorldConvention& world = dataset.world_convention;
   const std::string& root = dataset.root.string();
   if (options.metres_per_unit > 0) {
     world.metres_per_unit = options.metres_per_unit;
@@ -347,7 +347,7 @@ void note_turns(const Camera& camera, const CameraFrames& frames, const std::str
   if (frames.turn % 4 != 0) {
     doubt_turn(camera, frames, turned, findings);
   }
-  if (frames.turn_said || frames.turn % 4 != 0) {
+  if (frames.turn_is_given || frames.turn % 4 != 0) {
     return;
   }
   // Sizes that fit as images are stored do not fit images turned by 90 degrees, unless square.
@@ -475,7 +475,7 @@ void measure_pictures(Dataset& dataset, const Limits& limits) {
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
     CameraFrames& frames = dataset.frames[c];
     std::optional<DataError> first_error;
-    DataPlace last;
+    DataLocation last;
     for (const auto& [frame, place] : frames.images) {
       if (first_error && place.file == last.file && place.member == last.member) {
         continue;  // another frame of a video that cannot be opened
@@ -551,7 +551,7 @@ void find_links(const fs::path& folder, std::vector<Finding>& findings) {
 void note_stored(Dataset& dataset) {
   for (std::size_t c = 0; !dataset.calibrated && c < dataset.cameras.size(); ++c) {
     const CameraFrames& frames = dataset.frames[c];
-    if (frames.image_orientation == 1 || frames.turn_said || frames.reading.turn != 0) {
+    if (frames.image_orientation == 1 || frames.turn_is_given || frames.reading.turn != 0) {
       continue;
     }
     const std::string& id = dataset.cameras[c].id;
@@ -603,7 +603,7 @@ void settle_cameras(Dataset& dataset) {
           continue;
         }
         settle_rotation(camera, dataset.findings);
-        fit_to_pictures(camera, dataset.frames[c], turned, !dataset.file_world.up_guessed,
+        fit_to_pictures(camera, dataset.frames[c], turned, !dataset.world_convention.up_guessed,
                         dataset.findings);
         camera = turned_camera(camera, dataset.frames[c].turn);
         check_camera(camera, dataset.root.string());
@@ -636,7 +636,7 @@ void settle_cameras(Dataset& dataset) {
 double video_fps(const Dataset& dataset, const Limits& limits) {
   for (const CameraFrames& frames : dataset.frames) {
     if (!frames.images.empty()) {
-      const DataPlace place = frames.images.begin()->second;
+      const DataLocation place = frames.images.begin()->second;
       if (place.member.empty() && place.index >= 0) {
         return VideoFile(place.file, limits).fps();
       }
@@ -652,7 +652,7 @@ void settle_sequences(Dataset& dataset, const DatasetOptions& options, const Lim
   }
   if (sequences.size() == 1 && sequences.front().frame_ids.empty()) {
     std::vector<int>& ids = sequences.front().frame_ids;
-    const auto collect = [&](FramePlaces CameraFrames::*kind) {
+    const auto collect = [&](FrameLocations CameraFrames::*kind) {
       for (const CameraFrames& frames : dataset.frames) {
         add_frames(ids, (frames.*kind).frames());
       }
@@ -697,7 +697,7 @@ SomePeople some_people(const Dataset& dataset, const Limits& limits) {
   constexpr std::size_t kSamples = 12;  // of each camera
   SomePeople some;
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
-    const FramePlaces& places = dataset.frames[c].keypoints;
+    const FrameLocations& places = dataset.frames[c].keypoints;
     const std::size_t step = std::max<std::size_t>(1, places.size() / kSamples);
     std::size_t i = 0;
     for (const auto& [frame, place] : places) {

@@ -15,7 +15,7 @@ namespace atelier {
 namespace fs = std::filesystem;
 namespace {
 
-const FileWorld kPanopticWorld = {0.01, "-y"};
+const WorldConvention kPanopticWorld = {0.01, "-y"};
 constexpr double kPanopticFps = 29.97;
 
 fs::path panoptic_calibration(const fs::path& path) {
@@ -83,11 +83,11 @@ Dataset read_panoptic(const fs::path& path, const DatasetOptions& /*options*/,
   dataset.cameras =
       parse_panoptic_cameras(read_file_text(file, limits.text_file_bytes), file.string(), limits);
   dataset.frames.resize(dataset.cameras.size());
-  dataset.file_world = kPanopticWorld;
+  dataset.world_convention = kPanopticWorld;
   dataset.info.keypoint_schema.clear();
   for (const std::string kind : {"hd", "vga", "kinect"}) {
     for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
-      FramePlaces& images = dataset.frames[c].images;
+      FrameLocations& images = dataset.frames[c].images;
       const std::string& id = dataset.cameras[c].id;
       if (images.empty()) {
         images = camera_pictures(dataset.root / (kind + "Imgs"), id, limits);

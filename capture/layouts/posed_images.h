@@ -11,8 +11,8 @@ namespace atelier {
 struct PosedImage {
   std::string name;  ///< as the file gives it: "cam01/000003.png"
   Camera camera;     ///< without id
-  DataPlace image;
-  DataPlace mask;  ///< file "": none
+  DataLocation image;
+  DataLocation mask;  ///< file "": none
 };
 
 /// The cameras and frames of a list of images: images whose names differ in the last number

@@ -19,7 +19,7 @@ namespace atelier {
 namespace fs = std::filesystem;
 namespace {
 
-const FileWorld kQualisysWorld = {0.001, "z"};
+const WorldConvention kQualisysWorld = {0.001, "z"};
 constexpr double kSubPixels = 64;  ///< QTM's units in a pixel
 
 /// Turns QTM's camera (x right, y up, z back) to ours.
@@ -184,7 +184,7 @@ Dataset read_qualisys(const fs::path& path, const DatasetOptions& /*options*/,
   for (std::size_t c = 0; c < dataset.frames.size(); ++c) {
     dataset.frames[c].view_rotation = rig.view_rotation[c];
   }
-  dataset.file_world = kQualisysWorld;
+  dataset.world_convention = kQualisysWorld;
   return with_pose2sim_frames(std::move(dataset), limits);
 }
 

@@ -48,8 +48,8 @@ std::vector<Finding> compare_video_clocks(const Dataset& dataset, const Limits& 
   std::vector<Finding> findings;
   std::vector<VideoClock> clocks;
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
-    const FramePlaces& images = dataset.frames[c].images;
-    const DataPlace place = images.empty() ? DataPlace{} : images.begin()->second;
+    const FrameLocations& images = dataset.frames[c].images;
+    const DataLocation place = images.empty() ? DataLocation{} : images.begin()->second;
     if (place.index < 0 || !place.member.empty()) {
       continue;
     }

@@ -143,7 +143,7 @@ void reconstruct_keypoints(StageRun& run, const Dataset& dataset,
 
 /// Throws DataError where an image, mask or label image is not as large as the camera says.
 void require_size(const char* what, int width, int height, const Camera& camera, int frame,
-                  const DataPlace& place) {
+                  const DataLocation& place) {
   if (width != camera.width || height != camera.height) {
     const auto size = [](int w, int h) { return std::to_string(w) + "x" + std::to_string(h); };
     throw DataError(place.file.string(), "camera " + camera.id + ", frame " + std::to_string(frame),

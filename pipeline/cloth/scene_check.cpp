@@ -201,7 +201,7 @@ void require_scene_options(const ScenePaths& paths, const SimulateOptions& optio
       {options.fall_in != SimulateOptions{}.fall_in && paths.motion.empty(),
        "--fall-in leads into a motion; give --motion, or leave it out"},
   });
-  if (const std::string idle = idle_on_device(options.solver, device); !idle.empty()) {
+  if (const std::string idle = option_without_effect(options.solver, device); !idle.empty()) {
     throw UsageError(
         solver_flag(idle, "", options.solver) + " does nothing on " +
         (device == Device::Cpu ? "the CPU; use --device cuda" : "a GPU; use --device cpu") +

@@ -187,7 +187,8 @@ void require_used_options(const DrapeOptions& options) {
       !conflict.empty()) {
     throw UsageError("--solver " + solver + ": " + conflict);
   }
-  if (const std::string idle = idle_on_device(options.settling, options.device); !idle.empty()) {
+  if (const std::string idle = option_without_effect(options.settling, options.device);
+      !idle.empty()) {
     throw UsageError(solver_flag(idle, "", options.settling) +
                      " does nothing on the CPU; use --device cuda, or leave it out");
   }

@@ -318,7 +318,7 @@ nlohmann::ordered_json json_of(const GarmentTemplate& made, const std::string& l
           {"holes_closed", made.holes_closed},
           {"whole", made.whole},
           {"beyond", made.beyond},
-          {"told_rims", made.told_rims},
+          {"observed_rims", made.observed_rims},
           {"area_carried", made.area_carried},
           {"area_unseen", made.area_unseen},
           {"frames", std::move(scores)},

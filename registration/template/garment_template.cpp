@@ -21,9 +21,9 @@
 #include "registration/template/followed_surface.h"
 #include "registration/template/garment_boundaries.h"
 #include "registration/template/garment_cover.h"
+#include "registration/template/observed_rims.h"
 #include "registration/template/surface_through_points.h"
 #include "registration/template/template_points.h"
-#include "registration/template/told_rims.h"
 #include "registration/template/trim_surface.h"
 #include "registration/tracking/cut_rim_folds.h"
 #include "registration/tracking/register_garment.h"
@@ -434,9 +434,9 @@ void tell_whole(GarmentTemplate& made) {
   if (made.beyond > kMuchBeyond) {
     say(of_area("%.0f%% of what frames show of it lies past its rims", 100 * made.beyond));
   }
-  if (made.told_rims < kFewTold) {
+  if (made.observed_rims < kFewTold) {
     say(of_area("%.0f%% of its rims lie where no frame shows that cloth ends",
-                100 * (1 - made.told_rims)));
+                100 * (1 - made.observed_rims)));
   }
   const double area = face_areas(made.garment.mesh.vertices, made.garment.mesh.faces).sum();
   if (made.area_unseen > kMuchUnseen * area) {
@@ -550,7 +550,7 @@ GarmentTemplate garment_template(const ClothedFrames& frames, std::uint8_t label
   dress(made, boundaries, frames, all.rows, frame.body, label, options);
   made.beyond = median_beyond(taken.followed);
   if (!taken.followed.frames.empty()) {
-    made.told_rims = told_rims(taken.followed, all.best, frames, label);
+    made.observed_rims = observed_rims(taken.followed, all.best, frames, label);
   }
   tell_whole(made);
   return made;

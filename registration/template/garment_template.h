@@ -45,9 +45,9 @@ struct GarmentTemplate {
   double area_unseen = 0;     ///< m2 of the surface that no scan shows
   double beyond = 0;  ///< share of what frames show of the garment that it lacks, median of those
                       ///< in which it was followed well
-  double told_rims = 1;  ///< share of its rims where frames show that it ends (told_rims)
-  bool whole = true;     ///< nothing is missing that the take shows, no opening without a name
-  int pushed_out = 0;    ///< vertices that were inside the body or nearer than `clearance`
+  double observed_rims = 1;  ///< share of its rims where frames show that it ends (observed_rims)
+  bool whole = true;         ///< nothing is missing that the take shows, no opening without a name
+  int pushed_out = 0;        ///< vertices that were inside the body or nearer than `clearance`
   std::vector<Finding> findings;
 };
 
@@ -66,7 +66,7 @@ struct GarmentTemplate {
 /// this motion misses the scans of the frames by more than `dynamic` (median), or the body is twice
 /// as far away, the garment hangs freely. Warns (`opening-lost`) where the mesh is too coarse for
 /// an opening, and (`not-whole`) where more than 4% of what the frames show lies past its rims, a
-/// quarter of those ends where no frame shows that cloth ends (told_rims), or an opening has no
+/// quarter of those ends where no frame shows that cloth ends (observed_rims), or an opening has no
 /// name.
 ///
 /// Throws DataError where no frame shows 0.01 m2 of the label, where more than 0.6 of the surface

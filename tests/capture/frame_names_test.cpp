@@ -196,7 +196,7 @@ TEST(FrameNames, DatesAndTimes_AreInOrderBeyondASecond) {
     const Dataset dataset = open_dataset(folder.path());
     ASSERT_EQ(dataset.cameras.size(), 2U);
     for (int c = 0; c < 2; ++c) {
-      const FramePlaces& images = dataset.frames[static_cast<std::size_t>(c)].images;
+      const FrameLocations& images = dataset.frames[static_cast<std::size_t>(c)].images;
       ASSERT_EQ(images.size(), std::size_t{kFrames});
       for (int f = 0; f < kFrames; ++f) {
         EXPECT_EQ(images.find(f)->file.filename().string(), name_of(style, c, 59'600 + 100 * f));

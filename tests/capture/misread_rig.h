@@ -12,7 +12,8 @@
 namespace atelier::fixtures {
 
 /// The camera of which a reading makes the given one.
-inline Camera misread(const Camera& camera, const FileWorld& world, const std::string& value) {
+inline Camera misread(const Camera& camera, const WorldConvention& world,
+                      const std::string& value) {
   Camera in_file = in_file_world(camera, world);
   Eigen::Matrix3d& rotation = in_file.camera_from_world_rotation;
   Eigen::Vector3d& translation = in_file.camera_from_world_translation;

@@ -686,7 +686,7 @@ TEST(FreeMoCap, CalibrationOfItsOwnName_IsInMillimetres) {
               ByteImage(64, 80, 3));
   const Dataset dataset = open_dataset(folder.path());
   EXPECT_EQ(dataset.layout, "anipose");
-  EXPECT_EQ(dataset.file_world.metres_per_unit, 0.001);
+  EXPECT_EQ(dataset.world_convention.metres_per_unit, 0.001);
   EXPECT_NEAR(dataset.cameras[0].camera_from_world_translation.z(), 1.5, 1e-12);
   EXPECT_EQ(dataset.frames[0].images.size(), 1U);
 }

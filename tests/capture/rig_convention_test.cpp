@@ -148,7 +148,7 @@ TEST_P(ConventionOfLayout, EveryConvention_IsAdvisedRightlyOrSaidToBeOpen) {
           write_layout(folder / "sound", GetParam(), folder / "written").folders.front();
       const Dataset read = open_dataset(sound);
       for (std::size_t c = 0; c < small.cameras.size(); ++c) {
-        small.cameras[c] = misread(rig.cameras[c], read.file_world, value);
+        small.cameras[c] = misread(rig.cameras[c], read.world_convention, value);
       }
       write_small_capture(folder / "wrong", small);
       const fs::path wrong =
@@ -181,7 +181,8 @@ struct ToldRigs {
 };
 
 void add_told(const std::vector<Camera>& cameras, ToldRigs& rigs) {
-  for (const FileWorld& world : {FileWorld{1, "z"}, FileWorld{1, "y"}, FileWorld{1, "-y"}}) {
+  for (const WorldConvention& world :
+       {WorldConvention{1, "z"}, WorldConvention{1, "y"}, WorldConvention{1, "-y"}}) {
     for (const std::string value : kExtrinsicValues) {
       std::vector<Camera> read;
       for (const Camera& camera : cameras) {
@@ -243,7 +244,7 @@ TEST(RigConvention, CamerasOfAnyRoll_AreNotDoubtedByWhatIsAboveThem) {
       camera.camera_from_world_rotation =
           camera.camera_from_world_rotation * first.camera_from_world_rotation.transpose();
     }
-    FileWorld world{1, "y"};
+    WorldConvention world{1, "y"};
     world.up_guessed = true;
     const std::vector<RigReading> readings = rig_readings(cameras, world);
     const std::vector<std::string> likely = likely_values(readings);

@@ -388,7 +388,7 @@ class CheckKeypoints : public ::testing::Test {
     dataset_.cameras = stage(8);
     dataset_.root = folder_.path();
     dataset_.info.keypoint_schema = "body_25";
-    dataset_.file_world = {1, "y"};
+    dataset_.world_convention = {1, "y"};
     CaptureSequence sequence{.name = "walk", .kind = "clothed", .fps = 30, .frame_ids = {}};
     for (int f = 0; f < kFrames; ++f) {
       sequence.frame_ids.push_back(f);

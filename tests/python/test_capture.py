@@ -119,7 +119,7 @@ class Capture(Temporary):
         one, = info.consent
         self.assertEqual((one.who, one.scope, one.until, one.signature), ("P. Doe", "research", "2999-12-31", ""))
         self.assertIn("P. Doe, research, until 2999-12-31", repr(info))
-        self.assertEqual(dataset.file_world.up, "y")
+        self.assertEqual(dataset.world_convention.up, "y")
         self.assertEqual(dataset.corrections, {})
         for thing, name in ((info, "subject"), (dataset, "info"), (one, "until"), (info, "held_out_frames")):
             with self.assertRaises(AttributeError):
@@ -134,7 +134,7 @@ class Capture(Temporary):
     def test_info_of_another_layout_names_its_unit(self):
         write_capture(self.folder)
         dataset = atelier.open_dataset(self.folder, {"metres_per_unit": 1})
-        self.assertEqual(dataset.file_world.metres_per_unit, 1)
+        self.assertEqual(dataset.world_convention.metres_per_unit, 1)
 
     def test_label_names_are_those_of_the_taxonomy(self):
         names = atelier.label_names()

@@ -230,17 +230,17 @@ TEST(SolverOptions, Flag_IsThatOfTheSolverInUse) {
 
 TEST(SolverOptions, IdleOnADevice_AreNamed) {
   SolverOptions options;
-  EXPECT_EQ(idle_on_device(options, Device::Cpu), "");
-  EXPECT_EQ(idle_on_device(options, Device::Cuda), "");
+  EXPECT_EQ(option_without_effect(options, Device::Cpu), "");
+  EXPECT_EQ(option_without_effect(options, Device::Cuda), "");
   options.xpbd.cuda_blocks = 4;
   options.xpbd.vectors = "scalar";
-  EXPECT_EQ(idle_on_device(options, Device::Cpu), "cuda_blocks");
-  EXPECT_EQ(idle_on_device(options, Device::Cuda), "vectors");
+  EXPECT_EQ(option_without_effect(options, Device::Cpu), "cuda_blocks");
+  EXPECT_EQ(option_without_effect(options, Device::Cuda), "vectors");
   options.name = "projective-friction";
-  EXPECT_EQ(idle_on_device(options, Device::Cpu), "");
+  EXPECT_EQ(option_without_effect(options, Device::Cpu), "");
   options.projective.half_precision = true;
-  EXPECT_EQ(idle_on_device(options, Device::Cpu), "half_precision");
-  EXPECT_EQ(idle_on_device(options, Device::Cuda), "");
+  EXPECT_EQ(option_without_effect(options, Device::Cpu), "half_precision");
+  EXPECT_EQ(option_without_effect(options, Device::Cuda), "");
 }
 
 TEST(SolverInterface, ResidualsOfXpbd_AreNotThoseOfOtherSolvers) {

@@ -1,4 +1,4 @@
-#include "registration/template/told_rims.h"
+#include "registration/template/observed_rims.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -111,8 +111,8 @@ std::vector<Word> words_of(const std::vector<RimPlace>& places, const Mesh& plac
 
 }  // namespace
 
-double told_rims(const FollowedSurface& followed, Index home, const ClothedFrames& frames,
-                 std::uint8_t label) {
+double observed_rims(const FollowedSurface& followed, Index home, const ClothedFrames& frames,
+                     std::uint8_t label) {
   const Mesh& mesh = followed.mesh;
   const std::vector<RimPlace> places = rim_places(garment_boundaries(
       mesh.vertices, mesh.faces, frames.anatomy, frames.load(home).body, frames.body_faces));

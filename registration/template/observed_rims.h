@@ -13,7 +13,7 @@ namespace atelier {
 /// the frames that say anything of it say that cloth ends there. A true hem is told nearly
 /// everywhere; the rim that an arm hid in all frames, or a lost label made, is not. Our choice. 1
 /// without rims.
-double told_rims(const FollowedSurface& followed, Index home, const ClothedFrames& frames,
-                 std::uint8_t label);
+double observed_rims(const FollowedSurface& followed, Index home, const ClothedFrames& frames,
+                     std::uint8_t label);
 
 }  // namespace atelier

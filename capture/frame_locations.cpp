@@ -1,4 +1,4 @@
-#include "capture/frame_places.h"
+#include "capture/frame_locations.h"
 
 #include <algorithm>
 #include <string_view>
@@ -30,7 +30,7 @@ std::optional<std::int64_t> number_between(std::string_view text, std::string_vi
 
 }  // namespace
 
-FramePlaces::const_iterator& FramePlaces::const_iterator::operator++() {
+FrameLocations::const_iterator& FrameLocations::const_iterator::operator++() {
   if (++at_ == places_->runs_[run_].count) {
     ++run_;
     at_ = 0;
@@ -39,14 +39,14 @@ FramePlaces::const_iterator& FramePlaces::const_iterator::operator++() {
   return *this;
 }
 
-void FramePlaces::const_iterator::load() {
+void FrameLocations::const_iterator::load() {
   if (run_ < places_->runs_.size()) {
     const Run& run = places_->runs_[run_];
     value_ = {run.frame + at_, place_of(places_->patterns_[run.pattern], run.number + at_)};
   }
 }
 
-FramePlaces::Pattern FramePlaces::pattern_of(int frame, const DataPlace& place) {
+FrameLocations::Pattern FrameLocations::pattern_of(int frame, const DataLocation& place) {
   Pattern pattern{Numbered::Nothing, place.file.native(), place.member};
   if (place.index >= 0) {
     pattern.numbered = Numbered::Index;
@@ -83,7 +83,8 @@ FramePlaces::Pattern FramePlaces::pattern_of(int frame, const DataPlace& place) 
   return pattern;
 }
 
-std::optional<std::int64_t> FramePlaces::number_in(const Pattern& pattern, const DataPlace& place) {
+std::optional<std::int64_t> FrameLocations::number_in(const Pattern& pattern,
+                                                      const DataLocation& place) {
   const std::string& file = place.file.native();
   switch (pattern.numbered) {
     case Numbered::Index:
@@ -104,7 +105,7 @@ std::optional<std::int64_t> FramePlaces::number_in(const Pattern& pattern, const
   return std::nullopt;
 }
 
-DataPlace FramePlaces::place_of(const Pattern& pattern, std::int64_t number) {
+DataLocation FrameLocations::place_of(const Pattern& pattern, std::int64_t number) {
   const auto numbered = [&](std::string text) {
     return text.insert(pattern.at, digits_of(number, pattern.digits));
   };
@@ -121,7 +122,7 @@ DataPlace FramePlaces::place_of(const Pattern& pattern, std::int64_t number) {
   return {pattern.file, pattern.member, -1};
 }
 
-std::size_t FramePlaces::run_of(int frame) const {
+std::size_t FrameLocations::run_of(int frame) const {
   const auto after =
       std::upper_bound(runs_.begin(), runs_.end(), frame,
                        [](int wanted, const Run& run) { return wanted < run.frame; });
@@ -131,7 +132,7 @@ std::size_t FramePlaces::run_of(int frame) const {
   return static_cast<std::size_t>(after - runs_.begin()) - 1;
 }
 
-bool FramePlaces::add(int frame, const DataPlace& place) {
+bool FrameLocations::add(int frame, const DataLocation& place) {
   if (contains(frame)) {
     return false;
   }
@@ -167,18 +168,18 @@ bool FramePlaces::add(int frame, const DataPlace& place) {
   return true;
 }
 
-void FramePlaces::set(int frame, const DataPlace& place) {
+void FrameLocations::set(int frame, const DataLocation& place) {
   erase(frame);
   add(frame, place);
 }
 
-void FramePlaces::merge(const FramePlaces& others) {
+void FrameLocations::merge(const FrameLocations& others) {
   for (const auto& [frame, place] : others) {
     add(frame, place);
   }
 }
 
-bool FramePlaces::erase(int frame) {
+bool FrameLocations::erase(int frame) {
   const std::size_t at = run_of(frame);
   if (at == runs_.size()) {
     return false;
@@ -199,7 +200,7 @@ bool FramePlaces::erase(int frame) {
   return true;
 }
 
-std::optional<DataPlace> FramePlaces::find(int frame) const {
+std::optional<DataLocation> FrameLocations::find(int frame) const {
   const std::size_t at = run_of(frame);
   if (at == runs_.size()) {
     return std::nullopt;
@@ -208,7 +209,7 @@ std::optional<DataPlace> FramePlaces::find(int frame) const {
   return place_of(patterns_[run.pattern], run.number + (frame - run.frame));
 }
 
-std::vector<int> FramePlaces::frames() const {
+std::vector<int> FrameLocations::frames() const {
   std::vector<int> ids;
   ids.reserve(size_);
   for (const Run& run : runs_) {
@@ -219,8 +220,8 @@ std::vector<int> FramePlaces::frames() const {
   return ids;
 }
 
-FramePlaces FramePlaces::shifted(int by) const {
-  FramePlaces moved = *this;
+FrameLocations FrameLocations::shifted(int by) const {
+  FrameLocations moved = *this;
   moved.runs_.clear();
   moved.size_ = 0;
   for (Run run : runs_) {
@@ -236,8 +237,8 @@ FramePlaces FramePlaces::shifted(int by) const {
   return moved;
 }
 
-FramePlaces FramePlaces::only(const std::vector<int>& frames) const {
-  FramePlaces kept;
+FrameLocations FrameLocations::only(const std::vector<int>& frames) const {
+  FrameLocations kept;
   kept.patterns_ = patterns_;
   for (const int frame : frames) {
     const std::size_t at = run_of(frame);
@@ -256,7 +257,7 @@ FramePlaces FramePlaces::only(const std::vector<int>& frames) const {
   return kept;
 }
 
-std::size_t FramePlaces::bytes() const {
+std::size_t FrameLocations::bytes() const {
   std::size_t sum = runs_.capacity() * sizeof(Run) + patterns_.capacity() * sizeof(Pattern);
   for (const Pattern& pattern : patterns_) {
     sum += pattern.file.capacity() + pattern.member.capacity();

@@ -1,4 +1,4 @@
-#include "capture/frame_places.h"
+#include "capture/frame_locations.h"
 
 #include <cstdio>
 #include <iterator>
@@ -10,7 +10,7 @@
 namespace atelier {
 namespace {
 
-using Oracle = std::map<int, DataPlace>;
+using Oracle = std::map<int, DataLocation>;
 
 std::string padded(int number, int digits) {
   char text[32];
@@ -19,7 +19,7 @@ std::string padded(int number, int digits) {
 }
 
 /// Places as layouts have them, of the `kind`-th of their ways.
-DataPlace place_of(int kind, int frame) {
+DataLocation place_of(int kind, int frame) {
   switch (kind) {
     case 0:
       return {"/c/images/01/" + padded(frame, 6) + ".png", "", -1};
@@ -48,7 +48,7 @@ DataPlace place_of(int kind, int frame) {
 }
 constexpr int kKinds = 11;
 
-void expect_same(const FramePlaces& places, const Oracle& oracle) {
+void expect_same(const FrameLocations& places, const Oracle& oracle) {
   ASSERT_EQ(places.size(), oracle.size());
   EXPECT_EQ(places.empty(), oracle.empty());
   auto expected = oracle.begin();
@@ -69,10 +69,10 @@ void expect_same(const FramePlaces& places, const Oracle& oracle) {
   }
 }
 
-TEST(FramePlaces, EveryWayOfNaming_GivesBackItsPlaces) {
+TEST(FrameLocations, EveryWayOfNaming_GivesBackItsPlaces) {
   for (int kind = 0; kind < kKinds; ++kind) {
     SCOPED_TRACE(kind);
-    FramePlaces places;
+    FrameLocations places;
     Oracle oracle;
     for (const int frame : {0, 1, 2, 5, 9, 10, 11, 99, 100, 101, 999, 1000, 1'000'000}) {
       EXPECT_TRUE(places.add(frame, place_of(kind, frame)));
@@ -82,12 +82,12 @@ TEST(FramePlaces, EveryWayOfNaming_GivesBackItsPlaces) {
   }
 }
 
-TEST(FramePlaces, RandomChanges_AreThoseOfAMap) {
+TEST(FrameLocations, RandomChanges_AreThoseOfAMap) {
   std::mt19937 random(7);
   const auto below = [&](int count) {
     return static_cast<int>(random() % static_cast<unsigned>(count));
   };
-  FramePlaces places;
+  FrameLocations places;
   Oracle oracle;
   for (int turn = 0; turn < 6000; ++turn) {
     const int frame = below(60);
@@ -109,7 +109,7 @@ TEST(FramePlaces, RandomChanges_AreThoseOfAMap) {
         EXPECT_EQ(places.erase(frame), oracle.erase(frame) > 0);
         break;
       default: {
-        FramePlaces others;
+        FrameLocations others;
         Oracle same;
         for (int k = frame; k < frame + 4; ++k) {
           others.add(k, place_of(kind, k));
@@ -125,10 +125,10 @@ TEST(FramePlaces, RandomChanges_AreThoseOfAMap) {
   }
 }
 
-TEST(FramePlaces, ShiftedAndOnly_KeepPlacesUnderOtherFrames) {
+TEST(FrameLocations, ShiftedAndOnly_KeepPlacesUnderOtherFrames) {
   for (int kind = 0; kind < kKinds; ++kind) {
     SCOPED_TRACE(kind);
-    FramePlaces places;
+    FrameLocations places;
     for (const int frame : {0, 1, 2, 3, 4, 8, 9, 20}) {
       places.add(frame, place_of(kind, frame));
     }
@@ -150,9 +150,9 @@ TEST(FramePlaces, ShiftedAndOnly_KeepPlacesUnderOtherFrames) {
   }
 }
 
-TEST(FramePlaces, NumbersThatFollow_TakeNoMemoryAFrame) {
+TEST(FrameLocations, NumbersThatFollow_TakeNoMemoryAFrame) {
   for (const int kind : {0, 1, 2, 3, 4, 5, 6}) {
-    FramePlaces places;
+    FrameLocations places;
     for (int frame = 0; frame < 20'000; ++frame) {
       places.add(frame, place_of(kind, frame));
     }
@@ -161,9 +161,9 @@ TEST(FramePlaces, NumbersThatFollow_TakeNoMemoryAFrame) {
   }
 }
 
-TEST(FramePlaces, NumbersWithGaps_TakeTwentyFourBytesAFrame) {
+TEST(FrameLocations, NumbersWithGaps_TakeTwentyFourBytesAFrame) {
   for (const int kind : {0, 1, 2, 3, 4, 5, 6, 7}) {
-    FramePlaces places;
+    FrameLocations places;
     for (int frame = 0; frame < 20'000; ++frame) {
       places.add(5 * frame, place_of(kind, 5 * frame));
     }
