@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "capture/image_turns.h"
 #include "core/error.h"
 #include "core/usage_error.h"
 
@@ -77,20 +78,6 @@ constexpr std::array kTurnedKeypoints = {
 /// Quarters of "turned_90"; 0 of another value.
 int quarters_in(std::string_view value) {
   return value == "turned_90" ? 1 : value == "turned_180" ? 2 : value == "turned_270" ? 3 : 0;
-}
-
-/// The pixel of an image that was turned clockwise by quarters, in the image as it was.
-Eigen::Vector2d turned_back(const Eigen::Vector2d& pixel, int quarters, int width, int height) {
-  switch (quarters) {
-    case 1:
-      return {pixel.y(), height - pixel.x()};
-    case 2:
-      return {width - pixel.x(), height - pixel.y()};
-    case 3:
-      return {width - pixel.y(), pixel.x()};
-    default:
-      return pixel;
-  }
 }
 
 [[noreturn]] void refuse_reading(std::string_view option, std::string_view value,

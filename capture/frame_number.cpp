@@ -53,6 +53,38 @@ std::optional<int> frame_number(std::string_view file_name, std::size_t from_end
   return number && *number <= kMost ? std::optional(static_cast<int>(*number)) : std::nullopt;
 }
 
+std::size_t number_digits(std::string_view file_name, std::size_t from_end) {
+  const std::vector<std::string_view> runs = digit_runs(file_name);
+  return runs.size() > from_end ? runs[runs.size() - 1 - from_end].size() : 0;
+}
+
+void continue_counter(std::vector<std::pair<int, std::uint32_t>>& numbers, std::size_t digits) {
+  constexpr int kFour = 10'000;  // five digits of some cameras count to 9999, too
+  constexpr std::size_t kFewest = 4;
+  constexpr std::size_t kMost = 8;
+  if (numbers.size() < 4 || digits < kFewest || digits > kMost) {
+    return;
+  }
+  int range = kFour;
+  for (std::size_t k = kFewest; k < digits && numbers.back().first >= kFour; ++k) {
+    range *= 10;
+  }
+  const std::size_t last = numbers.size() - 1;
+  const int first = numbers.front().first;
+  const bool both_ends = numbers[last].first == range - 1 && first <= 1 &&
+                         numbers[last - 1].first == range - 2 && numbers[1].first == first + 1;
+  const auto gap = std::adjacent_find(
+      numbers.begin(), numbers.end(),
+      [&](const auto& a, const auto& b) { return b.first - a.first > range / 2; });
+  if (!both_ends || gap == numbers.end()) {
+    return;
+  }
+  for (auto it = numbers.begin(); it <= gap; ++it) {
+    it->first += range - first;
+  }
+  std::rotate(numbers.begin(), gap + 1, numbers.end());
+}
+
 bool is_camera_number(std::string_view file_name, std::string_view digits) {
   const std::size_t at = file_name.rfind(digits);
   std::string before(file_name.substr(0, at == std::string_view::npos ? 0 : at));

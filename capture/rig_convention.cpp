@@ -83,15 +83,22 @@ std::optional<CommonUp> common_up(const std::vector<Camera>& cameras, const Eige
     // an arc that direction may be the one of view; it is not near to what is above.
     const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(
         across / static_cast<double>(cameras.size()));
+    const Eigen::Vector3d& squares = solver.eigenvalues();
     for (Eigen::Index k = 0; k < 3; ++k) {
-      const Eigen::Vector3d axis = solver.eigenvectors().col(k);
-      const double along = axis.dot(mean) / mean.norm();
+      // Of cameras whose x axes are parallel, as of two face to face, a plane is across them: what
+      // is above them within it.
+      constexpr double kAlike = 0.01;  // squares of what cameras are rolled by
+      Eigen::Vector3d axis = Eigen::Vector3d::Zero();
+      for (Eigen::Index j = k; j < 3 && squares[j] <= squares[k] + kAlike; ++j) {
+        axis += solver.eigenvectors().col(j).dot(mean) * solver.eigenvectors().col(j);
+      }
       constexpr double kNear = 0.6;
-      if (std::abs(along) < kNear) {
+      if (axis.norm() < kNear * mean.norm()) {
         continue;
       }
-      CommonUp found{along > 0 ? axis : Eigen::Vector3d(-axis),
-                     std::sqrt(std::max(0.0, solver.eigenvalues()[k]))};
+      axis.normalize();
+      const double count = static_cast<double>(cameras.size());
+      CommonUp found{axis, std::sqrt(std::max(0.0, axis.dot(across * axis) / count))};
       if (!upright && found.up.dot(said) < 0) {
         found.up = -found.up;  // a quarter to the left or to the right
       }
@@ -111,7 +118,8 @@ double squared(double value) {
 
 RigReading judged_reading(const std::vector<Camera>& cameras, const WorldConvention& world,
                           const std::string& value) {
-  RigReading reading{value, false, 0};
+  RigReading reading;
+  reading.value = value;
   const double count = static_cast<double>(cameras.size());
   const Gaze gaze = gaze_of(cameras);
   if (gaze.side_by_side || gaze.agreeing == 0) {
@@ -138,10 +146,12 @@ RigReading judged_reading(const std::vector<Camera>& cameras, const WorldConvent
   constexpr double kApart = 0.1;
   constexpr double kMost = 25;
   const Eigen::Vector3d said = Eigen::Vector3d::UnitY();
-  reading.doubt = squared(middle_of(gaze.angle) / kAim) +
-                  std::min(kMost, squared(kApart / std::max(apart, kOnePlace)));
+  const double aim = middle_of(gaze.angle);
+  reading.aimed = aim < kAim && world.up_guessed;
+  reading.doubt =
+      squared(aim / kAim) + std::min(kMost, squared(kApart / std::max(apart, kOnePlace)));
   if (const auto up = common_up(cameras, said)) {
-    reading.doubt += squared(up->tilt / kRoll);
+    reading.doubt += std::min(kMost, squared(up->tilt / kRoll));
     reading.doubt +=
         world.up_guessed ? 0 : std::min(kMost, squared(angle_between(up->up, said) / kUp));
   } else {
@@ -175,18 +185,22 @@ Gaze gaze_of(const std::vector<Camera>& cameras) {
       const double cosine = a.dot(b);
       const double sine2 = 1 - cosine * cosine;
       constexpr double kParallel = 0.01;
+      Eigen::Vector3d place;
       if (sine2 < kParallel) {
         best.side_by_side = best.side_by_side && cosine > 0;
-        continue;
+        if (cosine > 0 || offset.dot(a) <= 0 || offset.dot(b) >= 0) {
+          continue;
+        }
+        place = 0.5 * (camera_center(cameras[i]) + camera_center(cameras[j]));  // face to face
+      } else {
+        best.side_by_side = false;
+        const double s = (offset.dot(a) - offset.dot(b) * cosine) / sine2;
+        const double t = (offset.dot(a) * cosine - offset.dot(b)) / sine2;
+        if (s <= 0 || t <= 0) {
+          continue;
+        }
+        place = 0.5 * (camera_center(cameras[i]) + s * a + camera_center(cameras[j]) + t * b);
       }
-      best.side_by_side = false;
-      const double s = (offset.dot(a) - offset.dot(b) * cosine) / sine2;
-      const double t = (offset.dot(a) * cosine - offset.dot(b)) / sine2;
-      if (s <= 0 || t <= 0) {
-        continue;
-      }
-      const Eigen::Vector3d place =
-          0.5 * (camera_center(cameras[i]) + s * a + camera_center(cameras[j]) + t * b);
       Gaze gaze = gaze_at(cameras, place);
       double sum = 0;
       for (const double angle : gaze.angle) {
@@ -231,7 +245,8 @@ std::vector<RigReading> rig_readings(const std::vector<Camera>& cameras,
 std::vector<std::string> likely_values(const std::vector<RigReading>& readings) {
   std::vector<std::string> values;
   for (const RigReading& reading : readings) {
-    if (reading.possible && reading.doubt <= far_more(readings.front().doubt)) {
+    const bool kept = reading.value.empty() && reading.aimed;
+    if (reading.possible && (kept || reading.doubt <= far_more(readings.front().doubt))) {
       values.push_back(reading.value);
     }
   }

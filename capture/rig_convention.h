@@ -18,14 +18,16 @@ struct Gaze {
 };
 inline constexpr double kLooksAt = 0.610865;  // rad, 35 degrees: our choice
 
-/// Of pairs of optical axes the place before both that most others pass, then nearest to all axes
-/// that do (least squares). O(pairs x cameras), at most 4,000 pairs.
+/// Of pairs of optical axes the place before both that most others pass (of two that face each
+/// other the middle between them), then nearest to all axes that do (least squares). O(pairs x
+/// cameras), at most 4,000 pairs.
 Gaze gaze_of(const std::vector<Camera>& cameras);
 
 /// One convention of the extrinsics of all cameras, and what the cameras alone say of it.
 struct RigReading {
   std::string value;      ///< of "extrinsics" (camera_readings.h); "": as they were read
   bool possible = false;  ///< nearly all cameras look at one place, and are apart
+  bool aimed = false;     ///< they look at it within 4 degrees, and nobody says what is up
   double doubt = 0;       ///< the less the likelier: sum of squares over what such rigs deviate by
 };
 
@@ -43,7 +45,9 @@ std::vector<RigReading> rig_readings(const std::vector<Camera>& cameras,
 
 /// Those that are not far more doubtful than the first, itself included: one where the cameras tell
 /// the convention. Level cameras round a vertical axis of the files' world do not: with transposed
-/// rotations they stand in the other order and look at one place as well.
+/// rotations they stand in the other order and look at one place as well. The reading as the files
+/// are read stays among them where it is `aimed`: what is above cameras that hang as there was room
+/// speaks against none.
 std::vector<std::string> likely_values(const std::vector<RigReading>& readings);
 
 }  // namespace atelier

@@ -3,11 +3,15 @@
 #include <algorithm>
 #include <set>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "capture/camera_conventions.h"
 #include "capture/check_cameras.h"
 #include "capture/check_consent.h"
 #include "capture/check_keypoints.h"
 #include "capture/check_labels.h"
+#include "capture/image_turns.h"
 #include "capture/join_alike.h"
 #include "capture/sentence.h"
 #include "capture/settle_advice.h"
@@ -261,43 +265,54 @@ void explain_by_images(std::vector<Finding>& findings, const Dataset& dataset) {
 
 /// What keypoints say of turns of images. Those that fit a calibration of images that were turned
 /// since are of the images as they were calibrated: with the images' turn theirs must be said.
-/// Those that fit turned as it was set prove that turn. Of half a turn that EXIF says, of a camera
-/// that was calibrated hanging on its head, the keypoints are of the images as they are shown.
+/// Those that fit turned as it was set prove that turn. Of a turn that EXIF says, of a camera
+/// that was calibrated as its images are stored, the keypoints are of the images as they are shown.
 void settle_turns(std::vector<Finding>& findings, const Dataset& dataset,
                   const KeypointCheck& keypoints) {
-  const auto hangs = [&](std::size_t c) {
+  // Quarters by which EXIF brings a camera upright that was calibrated as its images are stored;
+  // 0: none.
+  const auto lies = [&](std::size_t c) {
     constexpr double kUp = 0.7;
-    return dataset.frames[c].image_orientation == 3 &&
-           dataset.cameras[c].camera_from_world_rotation(1, 1) > kUp;
+    const int quarters = quarters_shown(dataset.frames[c].image_orientation);
+    const bool upright =
+        quarters > 0 &&
+        -turned_camera(dataset.cameras[c], quarters).camera_from_world_rotation(1, 1) > kUp;
+    return upright ? quarters : 0;
   };
-  std::size_t hanging = 0;
+  std::vector<int> lying;
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
-    hanging += hangs(c) ? 1 : 0;
+    lying.push_back(lies(c));
   }
-  // The cameras whose half a turn EXIF says, as a setting names them; "" where a finding is of
-  // none.
-  const auto told_by_exif = [&](const Finding& finding) -> std::string {
+  const bool all_alike = !lying.empty() && lying.front() > 0 &&
+                         std::equal(lying.begin() + 1, lying.end(), lying.begin());
+  const auto turned_by = [](int quarters, const std::string& camera) {
+    return "--capture.turned " + camera + "=" + std::to_string(90 * quarters);
+  };
+  // The cameras whose turn EXIF says, as a setting names them, and the quarters; "" where a finding
+  // is of none.
+  const auto told_by_exif = [&](const Finding& finding) -> std::pair<std::string, int> {
     if (finding.code != "camera-turned") {
-      return "";
+      return {};
     }
-    if (finding.setting == "--capture.turned all=180") {
-      return hanging == dataset.cameras.size() ? "all" : "";
+    if (all_alike && finding.setting == turned_by(lying.front(), "all")) {
+      return {"all", lying.front()};
     }
     const Index c = camera_index(dataset, finding.place);
-    return c >= 0 && hangs(static_cast<std::size_t>(c)) &&
-                   finding.setting == "--capture.turned " + finding.place + "=180"
-               ? finding.place
-               : "";
+    const int quarters = c < 0 ? 0 : lying[static_cast<std::size_t>(c)];
+    return quarters > 0 && finding.setting == turned_by(quarters, finding.place)
+               ? std::pair(finding.place, quarters)
+               : std::pair<std::string, int>();
   };
   std::vector<Finding> settled;
   for (Finding& finding : findings) {
-    if (const std::string cameras = told_by_exif(finding); !cameras.empty()) {
+    if (const auto [cameras, quarters] = told_by_exif(finding); !cameras.empty()) {
+      const std::string degrees = std::to_string(90 * quarters);
       finding.code = "keypoints-turned";
       finding.what = std::string(cameras == "all" ? "all" : "its") +
-                     " keypoints are of the images as their EXIF says to show them, turned by "
-                     "180 degrees";
+                     " keypoints are of the images as their EXIF says to show them, turned by " +
+                     degrees + " degrees";
       finding.advice = "read them so";
-      finding.setting = "--capture.keypoints " + cameras + "=turned_180";
+      finding.setting = "--capture.keypoints " + cameras + "=turned_" + degrees;
     }
     const Index c = camera_index(dataset, finding.place);
     if (c < 0 || finding.code != "image-turned") {
@@ -326,7 +341,7 @@ void settle_turns(std::vector<Finding>& findings, const Dataset& dataset,
           camera.id + "=turned_270 beside 90, turned_90 beside 270";
     }
   }
-  if (hanging > 0 && hanging == dataset.cameras.size()) {
+  if (all_alike && lying.front() == 2) {
     // EXIF knows which way up they were: the rig is not upside down, its cameras are.
     std::erase_if(settled, [](const Finding& finding) { return finding.code == "stage-up"; });
   }

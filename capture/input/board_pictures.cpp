@@ -49,6 +49,19 @@ struct CameraBoards {
   std::vector<Finding> findings;
 };
 
+/// Of images that EXIF says to show turned: the calibration is of the stored ones.
+void note_orientation(const std::string& camera, int orientation, std::vector<Finding>& findings) {
+  if (orientation != 1) {
+    findings.push_back(
+        {Severity::Note, "image-orientation", camera,
+         "the EXIF of its images (orientation " + std::to_string(orientation) +
+             ") says to show them turned or mirrored; the calibration is of the images as they are "
+             "stored",
+         "calibrate images and videos that another program has turned by images of the board that "
+         "it has turned as well"});
+  }
+}
+
 CameraBoards boards_of(const Dataset& dataset, std::size_t c, const BoardOptions& board,
                        int every) {
   CameraBoards found;
@@ -74,6 +87,8 @@ CameraBoards boards_of(const Dataset& dataset, std::size_t c, const BoardOptions
     if (found.width == 0) {
       found.width = image->width;
       found.height = image->height;
+      note_orientation(id, reader.image_header(static_cast<Index>(c), frame)->orientation,
+                       found.findings);
     }
     if (image->width != found.width || image->height != found.height) {
       found.rejected.push_back({id, frame,

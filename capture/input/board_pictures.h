@@ -18,8 +18,9 @@ struct BoardPictures {
   std::vector<RigCamera> rig;  ///< ids and sizes
   std::vector<BoardView> views;
   std::vector<RejectedView> rejected;
-  int legacy = 0;                 ///< views of a ChArUco board in the legacy pattern
-  std::vector<Finding> findings;  ///< "board-nearby", "board-pattern", "picture-sizes"
+  int legacy = 0;  ///< views of a ChArUco board in the legacy pattern
+  /// "board-nearby", "board-pattern", "image-orientation", "picture-sizes"
+  std::vector<Finding> findings;
 };
 
 /// Looks for the board in every `every`-th frame of every camera. Images that cannot be read, or

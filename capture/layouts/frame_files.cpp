@@ -22,7 +22,7 @@ namespace atelier {
 namespace fs = std::filesystem;
 namespace {
 
-constexpr std::array kVideos = {".mp4", ".mov", ".avi", ".mkv"};
+constexpr std::array kVideos = {".mp4", ".mov", ".avi", ".mkv", ".m4v", ".webm"};
 
 bool is_digit(char c) {
   return c >= '0' && c <= '9';
@@ -82,39 +82,6 @@ void refuse_file_for_folder(fs::path folder) {
   }
 }
 
-/// Numbers of a camera's counter that has begun again at 0 or 1 behind 9999, or behind nines of its
-/// whole width, go on behind them: "DSC09999.JPG" is before "DSC00001.JPG" where the same folder
-/// has numbers at both ends of the range, in rows, and nothing in half of it.
-/// @param numbers  (number, ...) sorted
-/// @param digits   of the longest number, as it is written
-template <class Numbers>
-void continue_counter(Numbers& numbers, std::size_t digits) {
-  constexpr int kFour = 10'000;  // five digits of some cameras count to 9999, too
-  constexpr std::size_t kFewest = 4;
-  constexpr std::size_t kMost = 8;
-  if (numbers.size() < 4 || digits < kFewest || digits > kMost) {
-    return;
-  }
-  int range = kFour;
-  for (std::size_t k = kFewest; k < digits && numbers.back().first >= kFour; ++k) {
-    range *= 10;
-  }
-  const std::size_t last = numbers.size() - 1;
-  const int first = numbers.front().first;
-  const bool both_ends = numbers[last].first == range - 1 && first <= 1 &&
-                         numbers[last - 1].first == range - 2 && numbers[1].first == first + 1;
-  const auto gap = std::adjacent_find(
-      numbers.begin(), numbers.end(),
-      [&](const auto& a, const auto& b) { return b.first - a.first > range / 2; });
-  if (!both_ends || gap == numbers.end()) {
-    return;
-  }
-  for (auto it = numbers.begin(); it <= gap; ++it) {
-    it->first += range;
-  }
-  std::rotate(numbers.begin(), gap + 1, numbers.end());
-}
-
 /// Places by the numbers of their names.
 /// @param place_of  of a name
 template <class PlaceOf>
@@ -132,8 +99,7 @@ FrameLocations numbered(const std::vector<std::string>& names, const PlaceOf& pl
   std::sort(order.begin(), order.end());
   std::size_t digits = 0;
   for (const std::string& name : names) {
-    const std::vector<std::string_view> runs = digit_runs(name);
-    digits = runs.size() > run ? std::max(digits, runs[runs.size() - 1 - run].size()) : digits;
+    digits = std::max(digits, number_digits(name, run));
   }
   continue_counter(order, digits);
   FrameLocations frames;
@@ -251,6 +217,31 @@ StampedFiles stamped_files(const fs::path& folder, const std::vector<std::string
   return stamped;
 }
 
+namespace {
+
+/// The file of a folder that is called so and has the first of these extensions that there is, in
+/// any case, as cameras write GX010001.MP4; "": none.
+fs::path file_called(const fs::path& base, const std::string& name,
+                     const std::vector<std::string>& extensions, const Limits& limits) {
+  for (const std::string& extension : extensions) {
+    if (const fs::path path = base / (name + extension); fs::exists(path)) {
+      return path;
+    }
+  }
+  const std::vector<std::string> names = entries(base, limits);
+  for (const std::string& extension : extensions) {
+    for (const std::string& entry : names) {
+      if (fs::path(entry).stem() == name && lower_extension(entry) == extension &&
+          !fs::is_directory(base / entry)) {
+        return base / entry;
+      }
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
 FrameLocations camera_pictures(const fs::path& base, const std::string& name,
                                const Limits& limits) {
   if (name.empty()) {
@@ -260,8 +251,7 @@ FrameLocations camera_pictures(const fs::path& base, const std::string& name,
   if (!frames.empty()) {
     return frames;
   }
-  const fs::path zip = base / (name + ".zip");
-  if (fs::exists(zip)) {
+  if (const fs::path zip = file_called(base, name, {".zip"}, limits); !zip.empty()) {
     const ZipArchive archive(zip, limits);
     std::vector<std::string> members;
     for (const std::string& member : archive.names()) {
@@ -273,14 +263,11 @@ FrameLocations camera_pictures(const fs::path& base, const std::string& name,
       return DataLocation{zip, member, -1};
     });
   }
-  for (const char* extension : kVideos) {
-    const fs::path path = base / (name + extension);
-    if (fs::exists(path)) {
-      const int count = VideoFile(path, limits).frames();
-      for (int i = 0; i < count; ++i) {
-        frames.add(i, {path, "", i});
-      }
-      return frames;
+  const fs::path video = file_called(base, name, {kVideos.begin(), kVideos.end()}, limits);
+  if (!video.empty()) {
+    const int count = VideoFile(video, limits).frames();
+    for (int i = 0; i < count; ++i) {
+      frames.add(i, {video, "", i});
     }
   }
   return frames;

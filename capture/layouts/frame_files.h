@@ -44,8 +44,8 @@ StampedFiles stamped_files(const std::filesystem::path& folder,
                            const Limits& limits = {});
 
 /// The images of one camera: of the folder `base`/`name`, else of the zip `base`/`name`.zip, else
-/// of the video `base`/`name`.mp4 (.mov, .avi, .mkv). None if nothing is there. Throws as
-/// numbered_files, ZipArchive and VideoFile.
+/// of the video `base`/`name`.mp4 (.mov, .avi, .mkv, .m4v, .webm), extensions in any case. None if
+/// nothing is there. Throws as numbered_files, ZipArchive and VideoFile.
 FrameLocations camera_pictures(const std::filesystem::path& base, const std::string& name,
                                const Limits& limits = {});
 

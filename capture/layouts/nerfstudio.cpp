@@ -63,6 +63,31 @@ std::optional<JsonPlace> find(const JsonPlace& frame, const JsonPlace& root,
   return own ? own : root.find(key);
 }
 
+/// px, across ('x') or down ('y'), as instant-ngp reads it: x_fov in degrees, else fl_x, else
+/// camera_angle_x in radians; 0 where none of them is there.
+/// @param size  px of the image in that direction
+double focal_length(const JsonPlace& frame, const JsonPlace& root, char axis, double size) {
+  const auto of_angle = [&](const JsonPlace& place, double radians) {
+    constexpr double kRight = 1.5707963267948966;
+    if (!(radians > 0 && radians < 2 * kRight)) {
+      place.fail("an angle of no camera", "one below 180 degrees");
+    }
+    return 0.5 * size / std::tan(0.5 * radians);
+  };
+  if (const auto degrees = find(frame, root, std::string(1, axis) + "_fov")) {
+    constexpr double kDegree = 3.14159265358979323846 / 180;
+    return of_angle(*degrees, degrees->number() * kDegree);
+  }
+  const auto focal = find(frame, root, std::string("fl_") + axis);
+  if (focal && focal->number() != 0) {
+    return focal->number();
+  }
+  if (const auto angle = find(frame, root, std::string("camera_angle_") + axis)) {
+    return of_angle(*angle, angle->number());
+  }
+  return 0;
+}
+
 Camera intrinsics_of(const JsonPlace& frame, const JsonPlace& root) {
   Camera camera;
   const auto number = [&](const std::string& key, double fallback) {
@@ -77,26 +102,33 @@ Camera intrinsics_of(const JsonPlace& frame, const JsonPlace& root) {
     }
     camera.height = pixels_of(*height);
   }
-  camera.fx = number("fl_x", 0);
-  camera.fy = number("fl_y", camera.fx);
+  // Where the size is not said, all is in widths until an image tells it.
+  const double x_focal = focal_length(frame, root, 'x', camera.width > 0 ? camera.width : 1);
+  const bool tall = camera.height > 0 || find(frame, root, "fl_y");
+  const double y_focal = tall ? focal_length(frame, root, 'y', camera.height) : 0;
+  camera.fx = x_focal > 0 ? x_focal : y_focal;
+  camera.fy = y_focal > 0 ? y_focal : x_focal;
   camera.cx = number("cx", 0.5 * camera.width);
   camera.cy = number("cy", 0.5 * camera.height);
-  if (camera.fx == 0 && find(frame, root, "camera_angle_x")) {
-    const double half = 0.5 * number("camera_angle_x", 0);
-    constexpr double kRight = 1.5707963267948966;
-    if (!(half > 0 && half < kRight)) {
-      frame.fail("camera_angle_x of no camera", "radians below pi");
-    }
-    // Where the size is not said, all is in widths until an image tells it.
-    camera.fx = 0.5 * (camera.width > 0 ? camera.width : 1) / std::tan(half);
-    camera.fy = camera.fx;
-  } else if (camera.width == 0 && !find(frame, root, "cx")) {
+  if (camera.width == 0 && find(frame, root, "fl_x") && !find(frame, root, "cx")) {
     frame.fail("neither w nor cx", "the size, or the principal point");
   }
   if (!(camera.fx > 0) || !(camera.fy > 0)) {
-    frame.fail("no focal length", "fl_x (and fl_y), or camera_angle_x");
+    frame.fail("no focal length", "fl_x (and fl_y), camera_angle_x or x_fov");
   }
   return camera;
+}
+
+/// The pose of a frame; of instant-ngp's frames of a rolling shutter the one that does not change.
+std::optional<JsonPlace> pose_of(const JsonPlace& frame) {
+  const std::optional<JsonPlace> begin = frame.find("transform_matrix_start");
+  const std::optional<JsonPlace> end = frame.find("transform_matrix_end");
+  if (begin && end && !is_unsaid(*begin) && !is_unsaid(*end) &&
+      matrix4_of(*begin) != matrix4_of(*end)) {
+    end->fail("a camera that moves while it takes an image (rolling shutter)",
+              "one pose, as of a global shutter");
+  }
+  return begin ? begin : frame.find("transform_matrix");
 }
 
 /// Cameras and frames all of whose images are held out.
@@ -158,6 +190,17 @@ double add_lens(Camera& camera, const JsonPlace& frame, const JsonPlace& root) {
   if (const auto ftheta = find(frame, root, "ftheta_p0")) {
     ftheta->fail("an f-theta lens", "a perspective one, or an equidistant fisheye (is_fisheye)");
   }
+  for (const char* other : {"latlong", "equirectangular"}) {
+    if (const auto place = find(frame, root, other)) {
+      place->fail("a panorama", "a perspective image, or an equidistant fisheye (is_fisheye)");
+    }
+  }
+  for (const char* unread : {"k5", "k6", "s1", "s2", "s3", "s4", "b1", "b2"}) {
+    if (number(unread) != 0) {
+      find(frame, root, unread)
+          ->fail("a coefficient that no program reads here", "k1, k2, k3, k4, p1 and p2 alone");
+    }
+  }
   const std::array<double, 4> radial = {number("k1"), number("k2"), number("k3"), number("k4")};
   auto& d = camera.distortion;
   if (fisheye) {
@@ -209,7 +252,7 @@ std::vector<NerfFrame> parse_transforms(std::string_view text, const std::string
     masks += frame.mask_path.empty() ? 0 : 1;
     frame.camera = intrinsics_of(item, root);
     frame.lens_error = add_lens(frame.camera, item, root);
-    const std::optional<JsonPlace> place = item.find("transform_matrix");
+    const std::optional<JsonPlace> place = pose_of(item);
     if (!place || is_unsaid(*place)) {
       frame.camera.camera_from_world_rotation.setZero();  // left out by open_dataset
       frames.push_back(std::move(frame));

@@ -8,6 +8,7 @@
 
 #include "capture/camera_conventions.h"
 #include "capture/frame_reader.h"
+#include "capture/image_turns.h"
 #include "capture/keypoint_schema.h"
 #include "capture/label_taxonomy.h"
 #include "capture/layouts/frame_files.h"
@@ -17,6 +18,7 @@
 #include "capture/video_file.h"
 #include "core/error.h"
 #include "core/file_kind.h"
+#include "core/io/lower_extension.h"
 #include "core/limits.h"
 #include "core/quantity_text.h"
 #include "core/saturating_cast.h"
@@ -50,6 +52,28 @@ bool is_recognized(const fs::path& path, bool pictures_alone) {
   });
 }
 
+/// A file of a kind of images that cameras and telephones write and that is not read; "": none
+/// among the first of the folder.
+std::string unread_image(const fs::path& folder) {
+  static const std::set<std::string> kinds = {".heic", ".heif", ".hif", ".dng", ".cr2", ".cr3",
+                                              ".nef",  ".arw",  ".raf", ".rw2", ".jxl", ".jp2",
+                                              ".exr",  ".gif",  ".pgm", ".ppm", ".pnm"};
+  constexpr int kLookedAt = 10'000;
+  constexpr int kDeepest = 2;
+  std::error_code error;
+  auto walk = fs::recursive_directory_iterator(folder, error);
+  for (int i = 0; !error && i < kLookedAt && walk != fs::recursive_directory_iterator();
+       walk.increment(error), ++i) {
+    if (walk.depth() >= kDeepest) {
+      walk.disable_recursion_pending();
+    }
+    if (kinds.contains(lower_extension(walk->path()))) {
+      return walk->path().string();
+    }
+  }
+  return "";
+}
+
 Choice choose(const fs::path& path, const DatasetOptions& options) {
   Choice choice;
   if (options.layout != "auto") {
@@ -79,6 +103,11 @@ Choice choose(const fs::path& path, const DatasetOptions& options) {
   }
   if (choice.layout == nullptr) {
     require_no_folder_above(path);
+    if (const std::string image = unread_image(path); !image.empty()) {
+      throw DataError(image, "", "an image of a kind that is not read",
+                      "PNG, JPEG, TIFF, WebP, BMP or AVIF: heif-convert, dcraw or ImageMagick "
+                      "write such");
+    }
     std::string tried;
     for (const std::string& name : layout_names()) {
       tried += (tried.empty() ? "" : ", ") + name;
@@ -140,22 +169,6 @@ std::string size_text(int width, int height) {
   return std::to_string(width) + " x " + std::to_string(height);
 }
 
-/// Clockwise quarter turns by which images that are stored so are shown; -1: mirrored.
-int quarters_shown(int exif_orientation) {
-  switch (exif_orientation) {
-    case 1:
-      return 0;
-    case 3:
-      return 2;
-    case 6:
-      return 1;
-    case 8:
-      return 3;
-    default:
-      return -1;
-  }
-}
-
 /// Which way the images of a camera were turned since it was calibrated, by 1 or 3 quarters: as
 /// their EXIF says, else so that up in the image is up; 0: nothing tells.
 int quarters_told(const Camera& camera, const CameraFrames& frames) {
@@ -205,6 +218,15 @@ Finding turned_finding(const Camera& camera, const CameraFrames& frames, const s
             !own ? "without it the sizes fit: name the cameras that are turned instead of all"
                  : "take " + camera.id + " from it: without that the sizes fit" +
                        (rest.empty() ? std::string() : ", as in " + rest),
+            ""};
+  }
+  if (quarters_shown(frames.image_orientation) < 0) {
+    return {Severity::Error,
+            "image-turned",
+            camera.id,
+            both + ": their EXIF says to show them turned and mirrored (orientation " +
+                std::to_string(frames.image_orientation) + ")",
+            "write the images as they are shown: no turn alone makes them so",
             ""};
   }
   std::string why;
@@ -282,9 +304,46 @@ void doubt_turn(const Camera& camera, const CameraFrames& frames, const std::str
   }
 }
 
+/// Whether up in the camera's image is up, within 45 degrees of it.
+bool is_upright(const Camera& camera) {
+  constexpr double kUp = 0.7;
+  return -camera.camera_from_world_rotation(1, 1) > kUp;
+}
+
+/// What EXIF says of images that have the calibration's size as they are stored.
+/// @param up_said  the layout or a setting says which way is up
+void note_orientation(const Camera& camera, const CameraFrames& frames, const std::string& turned,
+                      bool up_said, std::vector<Finding>& findings) {
+  const int shown = quarters_shown(frames.image_orientation);
+  const std::string told =
+      "the EXIF of its images says to show them " +
+      (shown < 0 ? std::string("mirrored")
+                 : "turned by " + std::to_string(90 * shown) + " degrees clockwise") +
+      " (orientation " + std::to_string(frames.image_orientation) + ")";
+  const bool sizes_say = shown % 2 != 0 && camera.width != camera.height;
+  const std::string as_stored = turned_setting(turned, camera.id, 0);
+  if (shown > 0 && !sizes_say && up_said && is_upright(camera)) {
+    findings.push_back({Severity::Error, "image-turned", camera.id,
+                        told + ", and up in its calibration is up in them then: it was calibrated "
+                               "as they are shown",
+                        "say so; if an image as it is stored shows the person upright, its EXIF is "
+                        "wrong: " +
+                            as_stored,
+                        turned_setting(turned, camera.id, 4 - shown)});
+    return;
+  }
+  findings.push_back({Severity::Warning, "image-orientation", camera.id,
+                      told + "; they are read as they are stored",
+                      (shown <= 0  ? "if they were calibrated as they are shown, write them so"
+                       : sizes_say ? "their size says that they were calibrated so"
+                                   : "if they were calibrated as they are shown, say " +
+                                         turned_setting(turned, camera.id, 4 - shown)) +
+                          "; to be told no more, " + as_stored});
+}
+
 /// What is said of turns where sizes do not tell.
 void note_turns(const Camera& camera, const CameraFrames& frames, const std::string& turned,
-                std::vector<Finding>& findings) {
+                bool up_said, std::vector<Finding>& findings) {
   if (frames.turn % 4 != 0) {
     doubt_turn(camera, frames, turned, findings);
   }
@@ -307,19 +366,7 @@ void note_turns(const Camera& camera, const CameraFrames& frames, const std::str
              "; if it is right as it is, " + turned_setting(turned, camera.id, 0)});
   }
   if (frames.image_orientation != 1) {
-    const int shown = quarters_shown(frames.image_orientation);
-    findings.push_back(
-        {Severity::Warning, "image-orientation", camera.id,
-         "the EXIF of its images says to show them " +
-             (shown < 0 ? std::string("mirrored")
-                        : "turned by " + std::to_string(90 * shown) + " degrees clockwise") +
-             " (orientation " + std::to_string(frames.image_orientation) +
-             "); they are read as they are stored",
-         (shown <= 0              ? "if they were calibrated as they are shown, write them so"
-          : shown != 2 && !square ? "their size says that they were calibrated so"
-                                  : "if they were calibrated as they are shown, say " +
-                                        turned_setting(turned, camera.id, 4 - shown)) +
-             "; to be told no more, " + turned_setting(turned, camera.id, 0)});
+    note_orientation(camera, frames, turned, up_said, findings);
   }
 }
 
@@ -339,8 +386,9 @@ bool size_is_swapped(const Camera& camera, int width, int height) {
 }
 
 /// @param turned  --capture.turned
+/// @param up_said  the layout or a setting says which way is up
 void fit_to_pictures(Camera& camera, const CameraFrames& frames, const std::string& turned,
-                     std::vector<Finding>& findings) {
+                     bool up_said, std::vector<Finding>& findings) {
   const bool lying = frames.turn % 2 != 0;
   const int width = lying ? frames.image_height : frames.image_width;
   const int height = lying ? frames.image_width : frames.image_height;
@@ -364,7 +412,7 @@ void fit_to_pictures(Camera& camera, const CameraFrames& frames, const std::stri
     camera.height = scale * height;
   }
   if (camera.width == width && camera.height == height) {
-    note_turns(camera, frames, turned, findings);
+    note_turns(camera, frames, turned, up_said, findings);
     return;
   }
   if (size_is_swapped(camera, width, height)) {
@@ -376,7 +424,7 @@ void fit_to_pictures(Camera& camera, const CameraFrames& frames, const std::stri
                         "write the width first"});
     std::swap(camera.width, camera.height);
     if (camera.width == width && camera.height == height) {
-      note_turns(camera, frames, turned, findings);
+      note_turns(camera, frames, turned, up_said, findings);
       return;
     }
   }
@@ -385,7 +433,7 @@ void fit_to_pictures(Camera& camera, const CameraFrames& frames, const std::stri
   const auto cross = [](int a, int b) { return static_cast<std::int64_t>(a) * b; };
   if (cross(camera.width, height) == cross(camera.height, width)) {
     camera = scaled_camera(camera, width, height);
-    note_turns(camera, frames, turned, findings);
+    note_turns(camera, frames, turned, up_said, findings);
     findings.push_back({Severity::Note, "image-scale", camera.id,
                         both + ": intrinsics are scaled" +
                             (unsaid ? " (the principal point tells the calibrated size)" : ""),
@@ -498,6 +546,29 @@ void find_links(const fs::path& folder, std::vector<Finding>& findings) {
   }
 }
 
+/// Images of no calibration that EXIF says to show otherwise than they are stored: what others
+/// found in them may be of either.
+void note_stored(Dataset& dataset) {
+  for (std::size_t c = 0; !dataset.calibrated && c < dataset.cameras.size(); ++c) {
+    const CameraFrames& frames = dataset.frames[c];
+    if (frames.image_orientation == 1 || frames.turn_is_given || frames.reading.turn != 0) {
+      continue;
+    }
+    const std::string& id = dataset.cameras[c].id;
+    const int shown = quarters_shown(frames.image_orientation);
+    const bool detected = !frames.keypoints.empty() && shown > 0;
+    dataset.findings.push_back(
+        {detected ? Severity::Warning : Severity::Note, "image-orientation", id,
+         "the EXIF of its images (orientation " + std::to_string(frames.image_orientation) +
+             ") says to show them turned or mirrored; they are read as they are stored" +
+             (detected ? ", and nothing tells which of both its keypoints are of" : ""),
+         detected ? "if they were detected as they are shown, --capture.keypoints " + id +
+                        "=turned_" + std::to_string(90 * shown) +
+                        "; if as they are stored, --capture.turned " + id + "=0"
+                  : "a calibration by them is of the stored images"});
+  }
+}
+
 /// Held-out cameras that there are not: those that were meant would be opened.
 void find_unknown_held_out(Dataset& dataset) {
   std::string unknown;
@@ -532,7 +603,8 @@ void settle_cameras(Dataset& dataset) {
           continue;
         }
         settle_rotation(camera, dataset.findings);
-        fit_to_pictures(camera, dataset.frames[c], turned, dataset.findings);
+        fit_to_pictures(camera, dataset.frames[c], turned, !dataset.world_convention.up_guessed,
+                        dataset.findings);
         camera = turned_camera(camera, dataset.frames[c].turn);
         check_camera(camera, dataset.root.string());
       } catch (const DataError& error) {
@@ -784,6 +856,7 @@ Dataset open_dataset(const fs::path& path, const DatasetOptions& options, const 
   measure_pictures(dataset, limits);
   settle_cameras(dataset);
   correct_frames(dataset, options.corrections);
+  note_stored(dataset);
   settle_sequences(dataset, options, limits);
   const std::vector<Finding> clocks = compare_video_clocks(dataset, limits);
   dataset.findings.insert(dataset.findings.end(), clocks.begin(), clocks.end());

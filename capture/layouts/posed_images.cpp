@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <set>
+#include <utility>
 
 #include "capture/layouts/frame_files.h"
 #include "core/error.h"
@@ -104,6 +106,19 @@ std::size_t common_folders(const std::set<std::string>& names) {
   return slash == std::string::npos ? 0 : slash + 1;
 }
 
+/// (frame, place in `images`) of one camera, its counter counted on.
+std::vector<std::pair<int, std::uint32_t>> counted_on(const std::map<int, std::uint32_t>& frames,
+                                                      const std::vector<const PosedImage*>& images,
+                                                      std::size_t run) {
+  std::vector<std::pair<int, std::uint32_t>> numbers(frames.begin(), frames.end());
+  std::size_t digits = 0;
+  for (const PosedImage* image : images) {
+    digits = std::max(digits, number_digits(image->name, run));
+  }
+  continue_counter(numbers, digits);
+  return numbers;
+}
+
 std::string camera_id(const std::string& name, std::size_t common) {
   std::string part = name.size() > common ? name.substr(common) : name;
   while (!part.empty() &&
@@ -144,17 +159,19 @@ Dataset dataset_of(const std::vector<PosedImage>& images, const std::string& fil
   };
   for (const auto& [part, members] : groups) {
     const bool stem = !part.empty() && (part.back() == '/' || part.back() == '_' || run > 0);
-    std::map<int, const PosedImage*> frames;
+    std::map<int, std::uint32_t> frames;
     bool one_camera = members.size() > 1 || stem;
-    for (const PosedImage* image : members) {
+    for (std::size_t i = 0; i < members.size(); ++i) {
+      const PosedImage* image = members[i];
       const std::optional<int> number = frame_number(image->name, run);
-      one_camera = one_camera && number && frames.emplace(*number, image).second &&
+      one_camera = one_camera && number &&
+                   frames.emplace(*number, static_cast<std::uint32_t>(i)).second &&
                    same_calibration(image->camera, members.front()->camera);
     }
     if (one_camera) {
       add(camera_id(part, common), members.front()->camera);
-      for (const auto& [number, image] : frames) {
-        put(number, *image);
+      for (const auto& [number, i] : counted_on(frames, members, run)) {
+        put(number, *members[i]);
       }
       continue;
     }

@@ -4,7 +4,9 @@
 #include <cmath>
 #include <exception>
 
+#include "capture/camera_conventions.h"
 #include "capture/frame_reader.h"
+#include "capture/image_turns.h"
 #include "capture/people/second_look.h"
 #include "core/error.h"
 #include "core/parallel.h"
@@ -16,6 +18,7 @@ namespace {
 constexpr int kFramesAtOnce = 16;
 constexpr double kImageBytesAtOnce = 1e9;
 constexpr std::int64_t kSecondsOfImage = 5;  ///< processor time, far above what one takes
+constexpr double kQuarterTurn = 1.57079632679489661923;  ///< rad
 
 /// Every frame that some camera has an image of.
 std::vector<int> frames_with_images(const Dataset& dataset) {
@@ -39,11 +42,47 @@ std::size_t frames_at_once(const Dataset& dataset) {
       std::clamp(saturating_cast<int>(kImageBytesAtOnce / bytes), 1, kFramesAtOnce));
 }
 
+/// Clockwise quarters by which each camera's images are turned for the detector.
+std::vector<int> turns_of(const Dataset& dataset) {
+  std::vector<int> turns;
+  turns.reserve(dataset.frames.size());
+  for (const CameraFrames& camera : dataset.frames) {
+    turns.push_back(quarters_upright(camera.image_orientation));
+  }
+  return turns;
+}
+
+std::vector<Camera> shown_cameras(const Dataset& dataset, const std::vector<int>& turns) {
+  std::vector<Camera> cameras;
+  cameras.reserve(dataset.cameras.size());
+  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
+    cameras.push_back(turned_camera(dataset.cameras[c], turns[c]));
+  }
+  return cameras;
+}
+
+/// A person of a turned image in the image as it is stored.
+/// @param width, height  px, as stored
+PersonLandmarks stored_person(PersonLandmarks person, int quarters, int width, int height) {
+  const auto turn_crop = [&](PersonCrop& crop) {
+    crop.center = turned_back(crop.center, quarters, width, height);
+    crop.turn -= quarters * kQuarterTurn;
+  };
+  for (Index k = 0; k < person.points.rows(); ++k) {
+    person.points.row(k).head<2>() =
+        turned_back(person.points.row(k).head<2>().transpose(), quarters, width, height)
+            .transpose();
+  }
+  turn_crop(person.crop);
+  turn_crop(person.next);
+  return person;
+}
+
 /// Some frames of every camera; an image without pixels where there is none.
 using ImagesInViews = std::vector<std::vector<ByteImage>>;
 
 ImagesInViews read_images(std::vector<FrameReader>& readers, const std::vector<int>& frames,
-                          std::vector<Finding>& findings) {
+                          const std::vector<int>& turns, std::vector<Finding>& findings) {
   ImagesInViews images(readers.size(), std::vector<ByteImage>(frames.size()));
   std::vector<std::vector<Finding>> damaged(readers.size());
   parallel_for(static_cast<Index>(readers.size()), 1, [&](Index begin, Index end) {
@@ -53,7 +92,8 @@ ImagesInViews read_images(std::vector<FrameReader>& readers, const std::vector<i
       for (std::size_t f = 0; f < frames.size(); ++f) {
         try {
           if (auto image = readers[camera].byte_image(c, frames[f])) {
-            images[camera][f] = std::move(*image);
+            images[camera][f] =
+                turns[camera] == 0 ? std::move(*image) : turned_image(*image, turns[camera]);
           }
         } catch (const DataError& error) {
           damaged[camera].push_back({Severity::Warning, "image-broken",
@@ -97,12 +137,12 @@ PeopleInViews look_once(const PeopleNetworks& networks, ImagesInViews& images,
   return people;
 }
 
-void look_again(const Dataset& dataset, const PeopleNetworks& networks, const ImagesInViews& images,
-                const DetectPeopleOptions& options, const Limits& limits, PeopleInViews& people,
-                PeopleCount& count) {
+void look_again(const std::vector<Camera>& cameras, const PeopleNetworks& networks,
+                const ImagesInViews& images, const DetectPeopleOptions& options,
+                const Limits& limits, PeopleInViews& people, PeopleCount& count) {
   SecondLookOptions how;
   how.threshold = options.threshold;
-  std::vector<SecondLook> looks = second_looks(dataset.cameras, people, how, count.mirrored);
+  std::vector<SecondLook> looks = second_looks(cameras, people, how, count.mirrored);
   std::erase_if(looks, [&](const SecondLook& look) {
     return images[static_cast<std::size_t>(look.camera)][look.frame].data.empty();
   });
@@ -113,7 +153,7 @@ void look_again(const Dataset& dataset, const PeopleNetworks& networks, const Im
   }
   const std::vector<PersonLandmarks> found = landmarks_of_crops(networks, crops, limits);
   for (std::size_t i = 0; i < looks.size(); ++i) {
-    const Camera& camera = dataset.cameras[static_cast<std::size_t>(looks[i].camera)];
+    const Camera& camera = cameras[static_cast<std::size_t>(looks[i].camera)];
     ++count.looked_again;
     count.settled +=
         take_second_look(looks[i], found[i], camera, how, options.find.min_presence, people) ? 1
@@ -139,16 +179,18 @@ PeopleCount detect_people(
   limits.worker_cpu_seconds =
       kSecondsOfImage *
       static_cast<std::int64_t>(at_once * std::max<std::size_t>(1, readers.size()));
+  const std::vector<int> turns = turns_of(dataset);
+  const std::vector<Camera> cameras = shown_cameras(dataset, turns);
   PeopleCount count;
   std::vector<std::vector<PersonCrop>> expected(readers.size());
   for (std::size_t first = 0; first < frames.size(); first += at_once) {
     const std::vector<int> some(
         frames.begin() + static_cast<std::ptrdiff_t>(first),
         frames.begin() + static_cast<std::ptrdiff_t>(std::min(frames.size(), first + at_once)));
-    ImagesInViews images = read_images(readers, some, count.findings);
+    ImagesInViews images = read_images(readers, some, turns, count.findings);
     PeopleInViews people = look_once(networks, images, expected, options.find, limits);
     if (options.views && dataset.calibrated && dataset.cameras.size() > 1) {
-      look_again(dataset, networks, images, options, limits, people, count);
+      look_again(cameras, networks, images, options, limits, people, count);
     }
     for (std::size_t f = 0; f < some.size(); ++f) {
       for (std::size_t c = 0; c < readers.size(); ++c) {
@@ -161,6 +203,12 @@ PeopleCount detect_people(
         }
         ++count.images;
         count.people += static_cast<int>(people[c][f].size());
+        if (turns[c] != 0) {
+          images[c][f] = turned_image(images[c][f], -turns[c]);
+          for (PersonLandmarks& one : people[c][f]) {
+            one = stored_person(std::move(one), turns[c], images[c][f].width, images[c][f].height);
+          }
+        }
         each(static_cast<Index>(c), some[f], people[c][f], images[c][f]);
       }
     }

@@ -27,9 +27,10 @@ struct PeopleCount {
 };
 
 /// Finds the people in every image of a capture by the built-in detector (find_people), and, where
-/// its cameras are calibrated, looks again where they disagree (second_look.h). A number of frames
-/// is worked on together, of all cameras, in at most 1 GB of images. Images that cannot be read are
-/// findings, and the rest goes on.
+/// its cameras are calibrated, looks again where they disagree (second_look.h). The detector is
+/// given images as their EXIF says to show them; what it finds is of the stored ones. A number of
+/// frames is worked on together, of all cameras, in at most 1 GB of images. Images that cannot be
+/// read are findings, and the rest goes on.
 /// @param each  is told the people of each image, in the order of frames, then of cameras
 /// Throws as find_people.
 PeopleCount detect_people(

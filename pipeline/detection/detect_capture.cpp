@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "capture/frame_reader.h"
+#include "capture/image_turns.h"
 #include "capture/keypoint_schema.h"
 #include "capture/keypoints2d.h"
 #include "capture/label_taxonomy.h"
@@ -64,13 +65,27 @@ std::string taxonomy_of(const std::string& said, int classes, const std::string&
 }
 
 /// One part of an image that a network looks at: round the mask, or all of it.
-DetectBox box_of(FrameReader& reader, Index camera, int frame, const ByteImage& image,
+/// @param quarters  by which the image was turned
+DetectBox box_of(FrameReader& reader, Index camera, int frame, const ByteImage& image, int quarters,
                  const DetectOptions& options) {
   if (options.box != DetectArea::Mask) {
     return whole_box(image.width, image.height);
   }
   const auto mask = reader.mask(camera, frame);
-  return mask ? mask_box(*mask, options.padding) : whole_box(image.width, image.height);
+  return mask ? mask_box(turned_image(*mask, quarters), options.padding)
+              : whole_box(image.width, image.height);
+}
+
+/// Points of a turned image in the image as it is stored; what was not found stays 0.
+/// @param width, height  px, as stored
+DetectedPoints turned_points(DetectedPoints points, int quarters, int width, int height) {
+  for (Index k = 0; quarters != 0 && k < points.rows(); ++k) {
+    if (!points.row(k).isZero(0)) {
+      points.row(k).head<2>() =
+          turned_back(points.row(k).head<2>().transpose(), quarters, width, height).transpose();
+    }
+  }
+  return points;
 }
 
 void write_keypoints(const fs::path& out, const std::string& camera, int frame,
@@ -98,6 +113,7 @@ DetectedCapture detect_by_own_network(const Dataset& dataset, const std::string&
   for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
     const auto camera = static_cast<Index>(c);
     const std::string& id = dataset.cameras[c].id;
+    const int quarters = quarters_upright(dataset.frames[c].image_orientation);
     std::vector<int> frames;
     for (const auto& [frame, place] : dataset.frames[c].images) {
       frames.push_back(frame);
@@ -109,8 +125,8 @@ DetectedCapture detect_by_own_network(const Dataset& dataset, const std::string&
       std::vector<DetectPicture> batch;
       for (std::size_t i = first; i < last; ++i) {
         DetectPicture picture;
-        picture.image = *reader.byte_image(camera, frames[i]);
-        picture.box = box_of(reader, camera, frames[i], picture.image, options.network);
+        picture.image = turned_image(*reader.byte_image(camera, frames[i]), quarters);
+        picture.box = box_of(reader, camera, frames[i], picture.image, quarters, options.network);
         batch.push_back(std::move(picture));
       }
       const std::vector<Detection> found = detect(model, batch, options.network, model_file);
@@ -120,13 +136,17 @@ DetectedCapture detect_by_own_network(const Dataset& dataset, const std::string&
           all.said = taxonomy_of(options.taxonomy, one.class_count, model_file);
           make_private_directory(out / "labels" / id);
           write_labels(out / "labels" / id / (frame_name(frames[first + i]) + ".png"),
-                       to_atelier_labels(one.classes, label_taxonomy(all.said), model_file));
+                       to_atelier_labels(turned_image(one.classes, -quarters),
+                                         label_taxonomy(all.said), model_file));
         } else {
           std::vector<PersonKeypoints> persons;
           for (const DetectedPoints& points : one.people) {
             all.said = schema_of(options.schema, points.rows(), model_file);
             PersonKeypoints person;
-            person.points = points;
+            const ByteImage& turned = batch[i].image;
+            const bool side = quarters % 2 != 0;
+            person.points = turned_points(points, quarters, side ? turned.height : turned.width,
+                                          side ? turned.width : turned.height);
             persons.push_back(person);
           }
           all.people += static_cast<int>(persons.size());

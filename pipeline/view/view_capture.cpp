@@ -77,8 +77,10 @@ struct CaptureSource {
       return "";
     }
     const std::optional<ImageHeader> header = reader.image_header(camera, frame_id);
-    return header && header->width <= width && header->bit_depth == 8 ? browser_type(header->format)
-                                                                      : "";
+    // A browser would turn what EXIF says to turn; everything else is of the stored pixels.
+    return header && header->width <= width && header->bit_depth == 8 && header->orientation == 1
+               ? browser_type(header->format)
+               : "";
   }
 };
 

@@ -9,6 +9,7 @@
 #include "capture/frame_number.h"
 #include "capture/layouts/frame_files.h"
 #include "capture/layouts/open_dataset.h"
+#include "capture/layouts/posed_images.h"
 #include "capture/layouts/write_layout.h"
 #include "capture/time_stamp.h"
 #include "core/io/file_bytes.h"
@@ -53,9 +54,10 @@ TEST(FrameNames, CounterThatBeginsAgain_IsCountedOn) {
     return numbers;
   };
   using Numbers = std::vector<int>;
-  // Cameras of three makers: four digits, five of which the first stays 0, from 0 or from 1.
+  // Cameras of three makers: four digits, five of which the first stays 0, from 0 or from 1. The
+  // frame behind 9999 is the next one, whatever the counter begins with.
   EXPECT_EQ(numbers_of({"IMG_9998.png", "IMG_9999.png", "IMG_0001.png", "IMG_0002.png"}),
-            (Numbers{9998, 9999, 10001, 10002}));
+            (Numbers{9998, 9999, 10000, 10001}));
   EXPECT_EQ(numbers_of({"DSC09998.png", "DSC09999.png", "DSC00000.png", "DSC00001.png"}),
             (Numbers{9998, 9999, 10000, 10001}));
   EXPECT_EQ(numbers_of({"f99998.png", "f99999.png", "f00000.png", "f00001.png"}),
@@ -67,6 +69,27 @@ TEST(FrameNames, CounterThatBeginsAgain_IsCountedOn) {
             (Numbers{0, 1, 9997, 9998}));
   EXPECT_EQ(numbers_of({"a000.png", "a001.png", "a998.png", "a999.png"}),
             (Numbers{0, 1, 998, 999}));
+}
+
+TEST(FrameNames, CounterOfPosedImagesThatBeginsAgain_IsCountedOn) {
+  std::vector<PosedImage> images;
+  const auto add = [&](const std::string& name, double place) {
+    PosedImage image;
+    image.name = name;
+    image.camera.width = image.camera.height = 8;
+    image.camera.camera_from_world_translation.x() = place;
+    images.push_back(image);
+  };
+  for (const char* number : {"9998", "9999", "0001", "0002"}) {
+    add(std::string("left/IMG_") + number + ".jpg", 1);
+  }
+  for (const char* number : {"9998", "9999", "10000", "10001"}) {
+    add(std::string("right/P") + number + ".jpg", 2);
+  }
+  const Dataset dataset = dataset_of(images, "transforms.json");
+  ASSERT_EQ(dataset.cameras.size(), 2U);
+  EXPECT_EQ(dataset.frames[0].images.frames(), dataset.frames[1].images.frames());
+  EXPECT_EQ(dataset.frames[0].images.frames(), (std::vector<int>{9998, 9999, 10000, 10001}));
 }
 
 TEST(FrameNames, CameraNumberLastInPosedImages_MakesCamerasNotFrames) {

@@ -133,6 +133,39 @@ TEST(FrameSources, Video_IsReadInAnyOrder) {
   EXPECT_NEAR(read_byte_image(png->bytes, "png").at(5, 5, 0), 60, 6);
 }
 
+// GX010001.MP4, and archives of Windows.
+TEST(FrameSources, ExtensionsInCapitals_AreReadAsOthers) {
+  const fixtures::TemporaryDirectory folder;
+  make_private_directory(folder / "videos");
+  write_grey_video(folder / "b.mp4", 3);
+  fs::rename(folder / "b.mp4", folder / "videos/GX010001.MP4");
+  write_grey_video(folder / "b.mp4", 4);
+  fs::rename(folder / "b.mp4", folder / "videos/phone.M4V");
+  fixtures::write_small_capture(folder / "capture");
+  const std::vector<std::byte> png =
+      read_file_bytes(folder / "capture/images/00/000003.png", 1 << 20);
+  AtomicFile file(folder / "videos/zipped.ZIP");
+  file.write(zip_bytes({{"000003.PNG", png}}, true));
+  file.commit();
+  DatasetOptions options;
+  options.layout = "images";
+  const Dataset dataset = open_dataset(folder / "videos", options);
+  ASSERT_EQ(dataset.cameras.size(), 3U);
+  EXPECT_EQ(dataset.cameras[0].id, "GX010001");
+  EXPECT_EQ(dataset.frames[0].images.size(), 3U);
+  EXPECT_EQ(dataset.frames[1].images.size(), 4U);
+  EXPECT_EQ(dataset.frames[2].images.size(), 1U);
+}
+
+TEST(FrameSources, ImagesOfKindsThatAreNotRead_AreNamed) {
+  const fixtures::TemporaryDirectory folder;
+  for (const char* name : {"left/IMG_0001.HEIC", "right/IMG_0001.HEIC"}) {
+    make_private_directory((folder / name).parent_path());
+    write_file_atomically(folder / name, "....ftypheic");
+  }
+  ATELIER_EXPECT_REFUSED(open_dataset(folder.path()), DataError, "of a kind that is not read");
+}
+
 TEST(FrameSources, BadVideos_AreRefused) {
   const fixtures::TemporaryDirectory folder;
   write_grey_video(folder / "good.mp4", 3);

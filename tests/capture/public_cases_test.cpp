@@ -26,6 +26,7 @@
 #include "core/usage_error.h"
 #include "tests/capture/circle_of_cameras.h"
 #include "tests/capture/finding_of.h"
+#include "tests/capture/oriented_jpeg.h"
 #include "tests/capture/small_capture.h"
 #include "tests/support/places.h"
 #include "tests/support/refusals.h"
@@ -105,6 +106,40 @@ TEST(PublicCases, IsFisheyeOfInstantNgp_IsAnEquidistantFisheye) {
   const Npz expected(case_folder("22-ngp-is-fisheye") / "expected.npz");
   EXPECT_LT(worst_meeting(dataset.cameras, expected, {"a_view", "b_view", "c_view", "d_view"}),
             1e-6);
+}
+
+// What instant-ngp's loader takes beside fl_x, and what is no perspective image.
+TEST(Transforms, FieldsOfInstantNgp_AreReadOrRefused) {
+  const std::string pose = "[[1,0,0,0],[0,1,0,0],[0,0,1,2],[0,0,0,1]]";
+  const std::string moved = "[[1,0,0,0.1],[0,1,0,0],[0,0,1,2],[0,0,0,1]]";
+  const auto read = [&](const std::string& lens, const std::string& matrix) {
+    return parse_transforms("{\"w\": 640, \"h\": 480, " + lens +
+                                "\"frames\": [{\"file_path\": \"a.png\", " + matrix + "}]}",
+                            "transforms.json")
+        .front()
+        .camera;
+  };
+  const std::string still = "\"transform_matrix\": " + pose;
+  const double half = std::tan(0.25);  // of 0.5 rad
+  const Camera both = read("\"camera_angle_x\": 0.5, \"camera_angle_y\": 0.5, ", still);
+  EXPECT_NEAR(both.fx, 320 / half, 1e-9);
+  EXPECT_NEAR(both.fy, 240 / half, 1e-9);
+  const Camera one = read("\"camera_angle_x\": 0.5, ", still);
+  EXPECT_EQ(one.fy, one.fx);
+  const Camera degrees = read("\"x_fov\": 90, \"fl_x\": 7, ", still);
+  EXPECT_NEAR(degrees.fx, 320, 1e-9);
+  EXPECT_NEAR(degrees.fy, 320, 1e-9);
+  EXPECT_NEAR(read("\"y_fov\": 90, ", still).fx, 240, 1e-9);
+  const std::string focal = "\"fl_x\": 500, ";
+  ATELIER_EXPECT_REFUSED(read(focal + "\"latlong\": true, ", still), DataError, "a panorama");
+  ATELIER_EXPECT_REFUSED(read(focal + "\"equirectangular\": 1, ", still), DataError, "a panorama");
+  ATELIER_EXPECT_REFUSED(read(focal + "\"k1\": 0.1, \"k5\": 0.2, ", still), DataError, "k5");
+  EXPECT_EQ(read(focal + "\"k1\": 0.1, \"k5\": 0, \"k6\": 0.0, ", still).distortion[0], 0.1);
+  const std::string begin = "\"transform_matrix_start\": ";
+  const std::string end = ", \"transform_matrix_end\": ";
+  EXPECT_EQ(read(focal, begin + pose + end + pose).camera_from_world_translation,
+            read(focal, still).camera_from_world_translation);
+  ATELIER_EXPECT_REFUSED(read(focal, begin + pose + end + moved), DataError, "rolling shutter");
 }
 
 TEST(PublicCases, RationalLens_GoesToNerfstudioAsAPolynomial) {
@@ -320,16 +355,6 @@ TEST(TurnedCamera, Pixels_AreThoseOfTheTurnedImage) {
   }
 }
 
-/// A JPEG with an EXIF orientation.
-void write_oriented(const fs::path& path, int width, int height, char orientation) {
-  std::string jpeg = image_bytes(ByteImage(width, height, 3, 90), ImageFormat::Jpeg);
-  const char exif[] = {'\xFF', '\xE1', 0, 34, 'E', 'x',         'i', 'f', 0, 0,  'M', 'M',
-                       0,      42,     0, 0,  0,   8,           0,   1,   1, 18, 0,   3,
-                       0,      0,      0, 1,  0,   orientation, 0,   0,   0, 0,  0,   0};
-  jpeg.insert(2, std::string(exif, sizeof exif));
-  write_file_atomically(path, jpeg);
-}
-
 TEST(PublicCases, ExifOrientation_IsNamedAndCanBeCorrected) {
   fixtures::TemporaryDirectory folder;
   fixtures::SmallCapture small;
@@ -340,7 +365,7 @@ TEST(PublicCases, ExifOrientation_IsNamedAndCanBeCorrected) {
         const fs::path stem = folder / "capture" / "images" / camera.id / frame_name(frame);
         fs::remove(stem.string() + ".png");
         fs::remove(stem.string() + ".jpg");
-        write_oriented(stem.string() + ".jpg", width, height, orientation);
+        fixtures::write_oriented(stem.string() + ".jpg", width, height, orientation);
       }
     }
     DatasetOptions options;
@@ -385,9 +410,21 @@ TEST(PublicCases, ExifOrientation_IsNamedAndCanBeCorrected) {
               HasSubstr("--capture.turned all=90 makes it worse: the calibration has 3 errors"));
   EXPECT_THAT(finding->advice, HasSubstr("say --capture.turned all=270 instead"));
   EXPECT_EQ(finding_of(tried.findings, "image-turned"), nullptr);
-  // Of the calibration's size: read as stored, and said.
+  // Of the calibration's size, and upright in it: it is of the images as they are shown.
   const Dataset upside_down = opened(64, 80, 3, "");
-  ASSERT_NE(finding_of(upside_down.findings, "image-orientation"), nullptr);
+  finding = finding_of(upside_down.findings, "image-turned");
+  ASSERT_NE(finding, nullptr);
+  EXPECT_EQ(finding->setting, "--capture.turned " + small.cameras[0].id + "=180");
+  EXPECT_THAT(finding->what, HasSubstr("it was calibrated as they are shown"));
+  EXPECT_EQ(finding_of(opened(64, 80, 3, "all=0").findings, "image-turned"), nullptr);
+  // No turn makes mirrored images of lying ones.
+  for (const char mirrored : {5, 7}) {
+    const Dataset dataset = opened(80, 64, mirrored, "");
+    finding = finding_of(dataset.findings, "image-turned");
+    ASSERT_NE(finding, nullptr);
+    EXPECT_THAT(finding->what, HasSubstr("turned and mirrored"));
+    EXPECT_EQ(finding->setting, "");
+  }
   EXPECT_EQ(finding_of(opened(64, 80, 1, "").findings, "image-orientation"), nullptr);
 }
 

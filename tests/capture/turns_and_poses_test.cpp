@@ -20,6 +20,7 @@
 #include "core/io/file_bytes.h"
 #include "core/usage_error.h"
 #include "tests/capture/followed_advice.h"
+#include "tests/capture/oriented_jpeg.h"
 #include "tests/capture/seeded_capture.h"
 #include "tests/capture/small_capture.h"
 #include "tests/support/refusals.h"
@@ -37,16 +38,6 @@ const Finding* with_code(const std::vector<Finding>& findings, const std::string
   return found == findings.end() ? nullptr : &*found;
 }
 
-/// A JPEG of one grey with an EXIF orientation.
-void write_shown(const fs::path& path, int width, int height, char orientation) {
-  std::string jpeg = image_bytes(ByteImage(width, height, 3, 90), ImageFormat::Jpeg);
-  const char exif[] = {'\xFF', '\xE1', 0, 34, 'E', 'x',         'i', 'f', 0, 0,  'M', 'M',
-                       0,      42,     0, 0,  0,   8,           0,   1,   1, 18, 0,   3,
-                       0,      0,      0, 1,  0,   orientation, 0,   0,   0, 0,  0,   0};
-  jpeg.insert(2, std::string(exif, sizeof exif));
-  write_file_atomically(path, jpeg);
-}
-
 Keypoints2d turned_rows(Keypoints2d points, int quarters, double width, double height) {
   for (int i = 0; i < quarters; ++i) {
     for (Index k = 0; k < points.rows(); ++k) {
@@ -61,9 +52,9 @@ Keypoints2d turned_rows(Keypoints2d points, int quarters, double width, double h
   return points;
 }
 
-SeededRig upright_rig() {
+SeededRig upright_rig(int height = 800) {
   SeededRig rig;
-  rig.circle = {.count = 4, .width = 600, .height = 800, .focal = 900};
+  rig.circle = {.count = 4, .width = 600, .height = height, .focal = 900};
   rig.frames = 30;
   rig.pictures = false;
   return rig;
@@ -74,12 +65,13 @@ SeededRig upright_rig() {
 struct Lying {
   int stored = 3;
   char show_upright = 6;
+  int height = 800;  ///< px, as shown; 600 wide
 };
 constexpr Lying kOnTheSide = {3, 6};
 
 void write_lying(const fs::path& folder, bool calibrated_as_shown, bool detected_as_shown,
                  const Lying& lying = kOnTheSide) {
-  SeededCapture capture = seeded_capture(upright_rig());
+  SeededCapture capture = seeded_capture(upright_rig(lying.height));
   for (std::size_t c = 0; c < capture.cameras.size(); ++c) {
     const Camera shown = capture.cameras[c];
     if (!calibrated_as_shown) {
@@ -94,18 +86,21 @@ void write_lying(const fs::path& folder, bool calibrated_as_shown, bool detected
     fs::create_directories(folder / "images" / camera.id);
     for (const int frame : capture.info.sequences.front().frame_ids) {
       const bool side = lying.stored % 2 != 0;
-      write_shown(folder / "images" / camera.id / (frame_name(frame) + ".jpg"), side ? 800 : 600,
-                  side ? 600 : 800, lying.show_upright);
+      write_oriented(folder / "images" / camera.id / (frame_name(frame) + ".jpg"),
+                     side ? lying.height : 600, side ? 600 : lying.height, lying.show_upright);
     }
   }
 }
 
-TEST(TurnedImages, CalibrationAndKeypointsOfEither_AreRightOnceAdviceIsFollowed) {
-  const SeededCapture sound = seeded_capture(upright_rig());
+class TurnedImages : public ::testing::TestWithParam<Lying> {};
+
+TEST_P(TurnedImages, CalibrationAndKeypointsOfEither_AreRightOnceAdviceIsFollowed) {
+  const Lying lying = GetParam();
+  const SeededCapture sound = seeded_capture(upright_rig(lying.height));
   for (const bool calibrated : {true, false}) {
     for (const bool detected : {true, false}) {
       const TemporaryDirectory folder;
-      write_lying(folder.path(), calibrated, detected);
+      write_lying(folder.path(), calibrated, detected, lying);
       const Followed result = follow(folder.path());
       const std::string what = std::string(calibrated ? "calibrated as shown" : "as stored") +
                                (detected ? ", detected as shown" : ", as stored") + "\n" +
@@ -114,15 +109,15 @@ TEST(TurnedImages, CalibrationAndKeypointsOfEither_AreRightOnceAdviceIsFollowed)
       EXPECT_EQ(result.corrections.contains("keypoints"), detected) << what;
       EXPECT_FALSE(has_errors(result.findings)) << what;
       ASSERT_EQ(result.dataset.cameras.size(), sound.cameras.size()) << what;
-      const Camera stored = turned_camera(sound.cameras[1], kOnTheSide.stored);
+      const Camera stored = turned_camera(sound.cameras[1], lying.stored);
       const Camera& read = result.dataset.cameras[1];
       EXPECT_LT((read.camera_from_world_rotation - stored.camera_from_world_rotation).norm(), 1e-6)
           << what;
-      EXPECT_EQ(read.width, 800) << what;
+      EXPECT_EQ(read.width, stored.width) << what;
       FrameReader reader(result.dataset);
       const int frame = sound.info.sequences.front().frame_ids[4];
       const Keypoints2d rows = reader.keypoints(1, frame).at(0).points;
-      EXPECT_LT((rows - turned_rows(sound.keypoints[1][4], kOnTheSide.stored, 600, 800))
+      EXPECT_LT((rows - turned_rows(sound.keypoints[1][4], lying.stored, 600, lying.height))
                     .cwiseAbs()
                     .maxCoeff(),
                 1e-3)
@@ -131,36 +126,15 @@ TEST(TurnedImages, CalibrationAndKeypointsOfEither_AreRightOnceAdviceIsFollowed)
   }
 }
 
-TEST(TurnedImages, StoredOnTheHeadAndDetectedAsShown_TurnsTheKeypoints) {
-  const SeededCapture sound = seeded_capture(upright_rig());
-  const Lying on_the_head = {2, 3};
-  const TemporaryDirectory folder;
-  write_lying(folder.path(), false, true, on_the_head);
-  const Followed result = follow(folder.path());
-  std::string what = all_lines(result.findings);
-  for (const auto& [option, value] : result.corrections) {
-    what.append(option).append(" ").append(value).append("\n");
-  }
-  EXPECT_FALSE(result.corrections.contains("turned")) << what;
-  EXPECT_EQ(result.corrections.contains("keypoints"), true) << what;
-  EXPECT_FALSE(has_errors(result.findings)) << what;
-  const Camera stored = turned_camera(sound.cameras[1], on_the_head.stored);
-  EXPECT_LT(
-      (result.dataset.cameras[1].camera_from_world_rotation - stored.camera_from_world_rotation)
-          .norm(),
-      1e-6)
-      << what;
-  FrameReader reader(result.dataset);
-  const int frame = sound.info.sequences.front().frame_ids[4];
-  EXPECT_LT((reader.keypoints(1, frame).at(0).points -
-             turned_rows(sound.keypoints[1][4], on_the_head.stored, 600, 800))
-                .cwiseAbs()
-                .maxCoeff(),
-            1e-3)
-      << what;
-}
+INSTANTIATE_TEST_SUITE_P(Orientations, TurnedImages,
+                         ::testing::Values(kOnTheSide, Lying{1, 8}, Lying{2, 3}, Lying{3, 6, 600},
+                                           Lying{1, 8, 600}),
+                         [](const auto& one) {
+                           return std::to_string(one.param.show_upright) +
+                                  (one.param.height == 600 ? "square" : "");
+                         });
 
-TEST(TurnedImages, TurnOfNone_IsTakenAndSilencesWhatExifSays) {
+TEST(TurnOfNone, IsTaken_AndSilencesWhatExifSays) {
   const TemporaryDirectory folder;
   write_lying(folder.path(), false, false);
   EXPECT_NE(with_code(open_dataset(folder.path()).findings, "image-orientation"), nullptr);
@@ -168,6 +142,32 @@ TEST(TurnedImages, TurnOfNone_IsTakenAndSilencesWhatExifSays) {
   EXPECT_EQ(with_code(result.findings, "image-orientation"), nullptr) << all_lines(result.findings);
   EXPECT_EQ(with_code(result.findings, "correction-idle"), nullptr) << all_lines(result.findings);
   EXPECT_EQ(with_code(result.findings, "correction-wrong"), nullptr) << all_lines(result.findings);
+}
+
+TEST(UncalibratedImages, ExifBesideKeypoints_IsNamedUntilItIsSaid) {
+  const TemporaryDirectory folder;
+  write_lying(folder.path(), true, true);
+  fs::remove(folder.path() / "cameras.json");
+  fs::remove(folder.path() / "capture.toml");
+  const auto opened = [&](const CorrectionSet& some) {
+    DatasetOptions options;
+    options.corrections = corrections_of(some);
+    return open_dataset(folder.path(), options);
+  };
+  const Dataset dataset = opened({});
+  ASSERT_FALSE(dataset.calibrated);
+  const Finding* finding = with_code(dataset.findings, "image-orientation");
+  ASSERT_NE(finding, nullptr);
+  EXPECT_EQ(finding->severity, Severity::Warning);
+  EXPECT_THAT(finding->advice, HasSubstr("=turned_90"));
+  EXPECT_EQ(with_code(opened({{"turned", "all=0"}}).findings, "image-orientation"), nullptr);
+  EXPECT_EQ(with_code(opened({{"keypoints", "all=turned_90"}}).findings, "image-orientation"),
+            nullptr);
+  fs::remove_all(folder.path() / "keypoints2d");
+  const Dataset images = opened({});
+  finding = with_code(images.findings, "image-orientation");
+  ASSERT_NE(finding, nullptr);
+  EXPECT_EQ(finding->severity, Severity::Note);
 }
 
 TEST(TurnedKeypoints, ReadingOfEachTurn_UndoesIt) {

@@ -14,6 +14,7 @@
 #include "capture/calibration/charuco.h"
 #include "capture/input/board_pictures.h"
 #include "core/io/image_file.h"
+#include "tests/capture/oriented_jpeg.h"
 #include "tests/capture_calibration/rendered_board.h"
 #include "tests/capture_calibration/synthetic_boards.h"
 #include "tests/support/temporary_directory.h"
@@ -297,6 +298,20 @@ TEST(Calibrate, RenderedLegacyCharuco_GivesTheTrueLensesAndSaysThePattern) {
   }
   EXPECT_NEAR((camera_center(found.cameras[0]) - camera_center(found.cameras[1])).norm(),
               (camera_center(truth[0]) - camera_center(truth[1])).norm(), 0.01);
+}
+
+TEST(FindBoards, ImagesThatExifTurns_AreCalibratedAsStoredAndSaid) {
+  const TemporaryDirectory folder;
+  for (const int number : {1, 2}) {
+    write_oriented(folder / ("left0" + std::to_string(number) + ".jpg"), 64, 48, 6);
+    write_oriented(folder / ("right0" + std::to_string(number) + ".jpg"), 64, 48, 1);
+  }
+  const BoardPictures pictures = find_boards(open_board_pictures(folder.path()), {});
+  ASSERT_EQ(pictures.rig.size(), 2U);
+  EXPECT_EQ(pictures.rig[0].camera.width, 64);
+  ASSERT_EQ(pictures.findings.size(), 1U);
+  EXPECT_EQ(pictures.findings[0].code, "image-orientation");
+  EXPECT_EQ(pictures.findings[0].place, "left");
 }
 
 }  // namespace

@@ -8,10 +8,12 @@
 #include <gtest/gtest.h>
 
 #include "capture/frame_reader.h"
+#include "capture/image_turns.h"
 #include "capture/keypoint_schema.h"
 #include "capture/layouts/open_dataset.h"
 #include "capture/people/second_look.h"
 #include "core/median.h"
+#include "tests/capture/oriented_jpeg.h"
 #include "tests/capture/small_capture.h"
 #include "tests/capture_detection/bright_networks.h"
 #include "tests/support/temporary_directory.h"
@@ -99,6 +101,53 @@ TEST(DetectPeople, UnreadableImage_IsAFindingAndTheRestGoesOn) {
   ASSERT_EQ(count.findings.size(), 1U);
   EXPECT_EQ(count.findings[0].code, "image-broken");
   EXPECT_EQ(count.findings[0].place, small.cameras[1].id + " frame 4");
+}
+
+// The detector is given images as they are shown, and what it finds is of the stored ones.
+TEST(DetectPeople, ImagesThatExifTurns_AreDetectedAsTheyAreShown) {
+  for (const int orientation : {1, 3, 6, 8}) {
+    const TemporaryDirectory folder;
+    SmallCapture small;
+    small.detections = false;
+    write_small_capture(folder / "capture", small);
+    for (const Camera& camera : small.cameras) {
+      for (const int frame : small.frames) {
+        const std::filesystem::path stem =
+            folder / "capture/images" / camera.id / frame_name(frame);
+        std::filesystem::remove(stem.string() + ".png");
+        ByteImage image(camera.width, camera.height, 3, 255);
+        for (int y = 0; y < 16; ++y) {
+          for (int x = 0; x < 16; ++x) {
+            image.at(x, y, 1) = 0;
+          }
+        }
+        write_oriented(stem.string() + ".jpg", image, static_cast<char>(orientation));
+      }
+    }
+    const double quarters = quarters_shown(orientation);
+    DetectPeopleOptions options;
+    options.views = false;
+    int told = 0;
+    detect_people(open_dataset(folder / "capture"), bright_networks(), options,
+                  [&](Index, int, const PeopleInImage& people, const ByteImage& image) {
+                    ++told;
+                    ASSERT_EQ(image.width, 64);
+                    ASSERT_EQ(image.height, 80);
+                    EXPECT_LT(image.at(5, 5, 1), 60);
+                    EXPECT_GT(image.at(58, 74, 1), 200);
+                    ASSERT_EQ(people.size(), 1U);
+                    const PersonLandmarks& one = people[0];
+                    // The person is upright in the image as it is shown.
+                    EXPECT_NEAR(std::remainder(one.crop.turn + quarters * 1.5707963267948966,
+                                               6.283185307179586),
+                                0, 1e-6)
+                        << orientation;
+                    EXPECT_LT((one.crop.center - Eigen::Vector2d(32, 40)).norm(), 4) << orientation;
+                    EXPECT_LT((one.points.row(0).head<2>().transpose() - one.crop.center).norm(), 1)
+                        << orientation;
+                  });
+    EXPECT_EQ(told, 6);
+  }
 }
 
 TEST(DetectPeople, PersonInAnyImage_IsFoundOrNobodyIs) {
