@@ -101,8 +101,9 @@ struct GltfScene {
 
 /// Reads glTF 2.0, .gltf or .glb (told apart by the first bytes). All component types, normalized
 /// integers, sparse accessors, strips and fans, data URIs, any number of JOINTS_n. Points and lines
-/// are skipped with a finding. KHR_mesh_quantization, EXT_meshopt_compression and extensions that
-/// only change the looks may be required; any other required extension is refused by its name.
+/// are skipped with a finding, and so are meshes that KHR_node_visibility hides and what
+/// EXT_mesh_gpu_instancing repeats. KHR_mesh_quantization, EXT_meshopt_compression and extensions
+/// that only change the looks may be required; any other required extension is refused by its name.
 ///
 /// From memory no other file is opened. From a path, buffers are read from files below its folder:
 /// no scheme, no absolute path, no "..", no link that leads out.

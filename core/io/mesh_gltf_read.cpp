@@ -55,10 +55,11 @@ class GltfReader {
   void read_animations();
   GltfChannel read_channel(const JsonPlace& place, const std::vector<JsonPlace>& samplers);
   void check_uses();
+  void leave_out_hidden_meshes();
   Index targets_of(int node) const;
-  void note(const JsonPlace& place, const char* code, const std::string& what) {
-    scene_.findings.push_back(
-        {Severity::Note, code, root_.file() + ": " + place.where(), what, ""});
+  void note(const JsonPlace& place, const char* code, const std::string& what,
+            Severity severity = Severity::Note) {
+    scene_.findings.push_back({severity, code, root_.file() + ": " + place.where(), what, ""});
   }
 
   JsonPlace root_;
@@ -90,6 +91,7 @@ GltfScene GltfReader::read() {
   read_skins();
   check_uses();
   read_animations();
+  leave_out_hidden_meshes();
   return std::move(scene_);
 }
 
@@ -533,6 +535,51 @@ GltfChannel GltfReader::read_channel(const JsonPlace& place,
     channel.values = values.reshaped<Eigen::RowMajor>(rows, width);
   }
   return channel;
+}
+
+/// KHR_node_visibility hides a node and all below it; EXT_mesh_gpu_instancing repeats a node's
+/// mesh, which a Mesh of one place cannot.
+void GltfReader::leave_out_hidden_meshes() {
+  const std::vector<JsonPlace> places = root_.items("nodes");
+  std::vector<int> hidden(places.size(), -1);  // 1: it or one above it is; -1: not known yet
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const auto extensions = places[i].find("extensions");
+    if (!extensions) {
+      continue;
+    }
+    const auto visibility = extensions->find("KHR_node_visibility");
+    if (visibility && !visibility->boolean_or("visible", true)) {
+      hidden[i] = 1;
+    }
+    if (scene_.nodes[i].mesh >= 0 && extensions->has("EXT_mesh_gpu_instancing")) {
+      note(places[i], "gltf-instances",
+           "a mesh that EXT_mesh_gpu_instancing repeats is read once, where its node stands",
+           Severity::Warning);
+    }
+  }
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    int top = static_cast<int>(i);  // the first of which it is known, going up, or the root
+    while (hidden[top] < 0 && scene_.nodes[top].parent >= 0) {
+      top = scene_.nodes[top].parent;
+    }
+    const int known = std::max(hidden[top], 0);
+    for (int at = static_cast<int>(i); at >= 0 && hidden[at] < 0; at = scene_.nodes[at].parent) {
+      hidden[at] = known;
+    }
+    if (known == 0 || scene_.nodes[i].mesh < 0) {
+      continue;
+    }
+    note(places[i], "gltf-hidden", "a mesh that KHR_node_visibility hides is left out",
+         Severity::Warning);
+    scene_.nodes[i].mesh = -1;
+    scene_.nodes[i].skin = -1;
+    scene_.nodes[i].weights.clear();
+    for (GltfAnimation& animation : scene_.animations) {
+      std::erase_if(animation.channels, [i](const GltfChannel& channel) {
+        return channel.node == static_cast<int>(i) && channel.path == GltfPath::Weights;
+      });
+    }
+  }
 }
 
 void GltfReader::read_animations() {

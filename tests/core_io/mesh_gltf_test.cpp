@@ -486,6 +486,31 @@ TEST(ReadGltf, PrimitiveThatIsCompressedAlone_IsRefused) {
   EXPECT_EQ(rest_mesh(parse(text)).vertices.rows(), 3);
 }
 
+TEST(ReadGltf, MeshesThatANodeHides_AreLeftOutWithAWarning) {
+  const std::string hides = "\"extensions\":{\"KHR_node_visibility\":{\"visible\":false}},";
+  const std::string nodes = "{\"mesh\":0,\"children\":[1]},{\"name\":\"leaf\"}";
+  // The leaf hides its own mesh; a parent hides the leaf's, too.
+  const GltfScene one =
+      parse(triangle(nodes, "{\"mesh\":0,\"children\":[1]},{" + hides + "\"mesh\":0}"));
+  EXPECT_EQ(rest_mesh(one).vertices.rows(), 3);
+  ASSERT_EQ(one.findings.size(), 1u);
+  EXPECT_EQ(one.findings[0].code, "gltf-hidden");
+  EXPECT_EQ(one.findings[0].severity, Severity::Warning);
+  const GltfScene all =
+      parse(triangle(nodes, "{" + hides + "\"mesh\":0,\"children\":[1]},{\"mesh\":0}"));
+  EXPECT_EQ(all.findings.size(), 2u);
+  EXPECT_THROW(rest_mesh(all), DataError) << "nothing is left to see";
+}
+
+TEST(ReadGltf, MeshesThatInstancesRepeat_AreSaidToBeReadOnce) {
+  const GltfScene scene = parse(
+      triangle("{\"mesh\":0,\"children\":[1]}",
+               "{\"mesh\":0,\"children\":[1],\"extensions\":{\"EXT_mesh_gpu_instancing\":{}}}"));
+  EXPECT_EQ(rest_mesh(scene).vertices.rows(), 3);
+  ASSERT_EQ(scene.findings.size(), 1u);
+  EXPECT_EQ(scene.findings[0].code, "gltf-instances");
+}
+
 TEST(ReadGltf, NormalizedIntegers_AreScaled) {
   const Mesh mesh = rest_mesh(
       parse(triangle("{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\"}",
