@@ -24,7 +24,7 @@ namespace {
 constexpr std::size_t kMaxLine = 4096;
 constexpr std::size_t kLogFields = 5;
 
-[[noreturn]] void fail(const std::filesystem::path& path, const std::string& action) {
+[[noreturn]] void fail_by_system(const std::filesystem::path& path, const std::string& action) {
   const int error = errno;
   throw EnvironmentError(path.string(), action + ": " + system_reason(error));
 }
@@ -54,12 +54,12 @@ class LockedLog {
       : path_(path),
         file_(open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0600)) {
     if (file_ < 0) {
-      fail(path_, "cannot open the log");
+      fail_by_system(path_, "cannot open the log");
     }
     while (flock(file_, LOCK_EX) != 0) {
       if (errno != EINTR) {
         close(file_);
-        fail(path_, "cannot lock the log");
+        fail_by_system(path_, "cannot lock the log");
       }
     }
   }
@@ -71,12 +71,12 @@ class LockedLog {
   Digest take_head() const {
     struct stat status {};
     if (fstat(file_, &status) != 0) {
-      fail(path_, "cannot look at the log");
+      fail_by_system(path_, "cannot look at the log");
     }
     const off_t start = std::max<off_t>(0, status.st_size - static_cast<off_t>(2 * kMaxLine));
     std::string end(static_cast<std::size_t>(status.st_size - start), '\0');
     if (pread(file_, end.data(), end.size(), start) != static_cast<ssize_t>(end.size())) {
-      fail(path_, "cannot read the log");
+      fail_by_system(path_, "cannot read the log");
     }
     Digest head{};
     const std::size_t last = end.rfind('\n');
@@ -89,7 +89,7 @@ class LockedLog {
     }
     if (size < end.size()) {
       if (ftruncate(file_, start + static_cast<off_t>(size)) != 0) {
-        fail(path_, "cannot take away what a crash left");
+        fail_by_system(path_, "cannot take away what a crash left");
       }
     }
     return head;
@@ -97,7 +97,7 @@ class LockedLog {
   void append(const std::string& line) const {
     if (write(file_, line.data(), line.size()) != static_cast<ssize_t>(line.size()) ||
         fsync(file_) != 0) {
-      fail(path_, "cannot write the log");
+      fail_by_system(path_, "cannot write the log");
     }
   }
 
