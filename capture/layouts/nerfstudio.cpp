@@ -20,6 +20,7 @@
 #include "core/io/ground_truth_archive.h"
 #include "core/io/image_file.h"
 #include "core/io/json.h"
+#include "core/printable.h"
 
 namespace atelier {
 namespace fs = std::filesystem;
@@ -172,7 +173,20 @@ void take_held_out(Dataset& dataset, const std::set<fs::path>& held) {
 /// @return  largest error of that, px of the calibrated image (in widths where its size is not
 /// said)
 double add_lens(Camera& camera, const JsonPlace& frame, const JsonPlace& root) {
+  // All coefficients as one list, which nerfstudio takes before any of their names.
+  constexpr std::array kListed = {"k1", "k2", "k3", "k4", "p1", "p2"};
+  std::vector<double> listed;
+  if (const auto list = find(frame, root, "distortion_params")) {
+    listed = list->numbers();
+    if (listed.size() != kListed.size()) {
+      list->fail(counted(std::ssize(listed), "number"), "k1, k2, k3, k4, p1 and p2");
+    }
+  }
   const auto number = [&](const std::string& key) {
+    const auto* const at = std::find(kListed.begin(), kListed.end(), key);
+    if (!listed.empty() && at != kListed.end()) {
+      return listed[static_cast<std::size_t>(at - kListed.begin())];
+    }
     const std::optional<JsonPlace> place = find(frame, root, key);
     return place ? place->number() : 0.0;
   };
@@ -221,7 +235,7 @@ double add_lens(Camera& camera, const JsonPlace& frame, const JsonPlace& root) {
   const double error = fit.error * std::max(camera.fx, camera.fy);
   constexpr double kMost = 0.1;
   if (!(error < kMost * std::max(1, camera.width / 1000))) {
-    find(frame, root, "k4")
+    find(frame, root, listed.empty() ? "k4" : "distortion_params")
         ->fail("a polynomial of four coefficients that no rational lens is near to",
                "a lens, not folding back inside the image");
   }

@@ -108,6 +108,31 @@ TEST(PublicCases, IsFisheyeOfInstantNgp_IsAnEquidistantFisheye) {
             1e-6);
 }
 
+// nerfstudio's dataparser takes the six coefficients as one list, of the frame or of the file, too.
+TEST(Transforms, ListedDistortion_IsThatOfItsNames) {
+  const auto lens_of = [](const std::string& file, const std::string& frame) {
+    const Camera camera = parse_transforms("{\"w\": 640, \"h\": 480, \"fl_x\": 500, " + file +
+                                               "\"frames\": [{\"file_path\": \"a.png\", " + frame +
+                                               "\"transform_matrix\": "
+                                               "[[1,0,0,0],[0,1,0,0],[0,0,1,2],[0,0,0,1]]}]}",
+                                           "transforms.json")
+                              .front()
+                              .camera;
+    return std::pair(camera.distortion_model, camera.distortion);
+  };
+  const std::string names =
+      "\"k1\": -0.15, \"k2\": 0.05, \"k3\": 0.02, \"p1\": 0.001, \"p2\": 0.002, ";
+  const std::string list = "\"distortion_params\": [-0.15, 0.05, 0.02, 0, 0.001, 0.002], ";
+  const auto named = lens_of(names, "");
+  EXPECT_EQ(named.first, Distortion::Brown);
+  EXPECT_EQ(lens_of(list, ""), named);
+  EXPECT_EQ(lens_of("", list), named);
+  const std::string fisheye = "\"camera_model\": \"OPENCV_FISHEYE\", ";
+  EXPECT_EQ(lens_of(fisheye + list, ""), lens_of(fisheye + names, ""));
+  ATELIER_EXPECT_REFUSED(lens_of("\"distortion_params\": [0.1, 0.2], ", ""), DataError,
+                         "2 numbers; expected k1, k2, k3, k4, p1 and p2");
+}
+
 // What instant-ngp's loader takes beside fl_x, and what is no perspective image.
 TEST(Transforms, FieldsOfInstantNgp_AreReadOrRefused) {
   const std::string pose = "[[1,0,0,0],[0,1,0,0],[0,0,1,2],[0,0,0,1]]";
