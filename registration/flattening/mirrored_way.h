@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "core/mesh.h"
 #include "registration/flattening/seam_piece.h"
 
 namespace atelier {

@@ -159,6 +159,9 @@ TEST_F(ViewMeshes, UnitAndUpAxisThatFilesDoNotSay_AreThoseOfTheOptions) {
     ASSERT_EQ(result.exit_code, 0) << name << result.err;
     int files = 0;  // with a corner of their box at half a metre of height
     for (const fs::directory_entry& entry : fs::recursive_directory_iterator(out / "data")) {
+      if (!entry.is_regular_file()) {
+        continue;
+      }
       std::ifstream file(entry.path());
       const std::string data{std::istreambuf_iterator<char>(file), {}};
       files += data.find("\"low\":[0.0,0.5,") != std::string::npos ? 1 : 0;
