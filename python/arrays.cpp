@@ -7,11 +7,9 @@ namespace {
 
 template <class Scalar>
 void find_not_finite(const Scalar* values, Eigen::Index count, Eigen::Index columns) {
-  Scalar zero = 0;  // a sum that only numbers which are not finite change
-  for (Eigen::Index i = 0; i < count; ++i) {
-    zero += values[i] * Scalar{0};
-  }
-  if (zero == 0) {
+  // A sum that only numbers which are not finite change.
+  const Eigen::Map<const Eigen::Array<Scalar, Eigen::Dynamic, 1>> numbers(values, count);
+  if (count == 0 || (numbers * Scalar{0}).sum() == 0) {
     return;
   }
   for (Eigen::Index i = 0; i < count; ++i) {

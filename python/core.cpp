@@ -23,6 +23,9 @@ using namespace py::literals;
 
 /// Throws DataError at the first face of a vertex that is not there.
 void require_faces(const Triangles& faces, Index vertices) {
+  if (faces.rows() == 0 || (faces.minCoeff() >= 0 && faces.maxCoeff() < vertices)) {
+    return;
+  }
   for (Index f = 0; f < faces.rows(); ++f) {
     for (Index k = 0; k < 3; ++k) {
       if (faces(f, k) < 0 || faces(f, k) >= vertices) {

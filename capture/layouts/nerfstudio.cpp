@@ -80,6 +80,9 @@ double focal_length(const JsonPlace& frame, const JsonPlace& root, char axis, do
     return of_angle(*degrees, degrees->number() * kDegree);
   }
   const auto focal = find(frame, root, std::string("fl_") + axis);
+  if (focal && focal->number() < 0) {
+    focal->fail("a negative focal length", "one above 0");
+  }
   if (focal && focal->number() != 0) {
     return focal->number();
   }

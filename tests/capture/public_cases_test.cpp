@@ -156,6 +156,7 @@ TEST(Transforms, FieldsOfInstantNgp_AreReadOrRefused) {
   EXPECT_NEAR(degrees.fy, 320, 1e-9);
   EXPECT_NEAR(read("\"y_fov\": 90, ", still).fx, 240, 1e-9);
   const std::string focal = "\"fl_x\": 500, ";
+  ATELIER_EXPECT_REFUSED(read(focal + "\"fl_y\": -500, ", still), DataError, "a negative focal");
   ATELIER_EXPECT_REFUSED(read(focal + "\"latlong\": true, ", still), DataError, "a panorama");
   ATELIER_EXPECT_REFUSED(read(focal + "\"equirectangular\": 1, ", still), DataError, "a panorama");
   ATELIER_EXPECT_REFUSED(read(focal + "\"k1\": 0.1, \"k5\": 0.2, ", still), DataError, "k5");
