@@ -68,16 +68,16 @@ std::optional<JsonPlace> find(const JsonPlace& frame, const JsonPlace& root,
 /// camera_angle_x in radians; 0 where none of them is there.
 /// @param size  px of the image in that direction
 double focal_length(const JsonPlace& frame, const JsonPlace& root, char axis, double size) {
-  const auto of_angle = [&](const JsonPlace& place, double radians) {
+  const auto of_angle = [&](const JsonPlace& place, double radians, const char* expected) {
     constexpr double kRight = 1.5707963267948966;
     if (!(radians > 0 && radians < 2 * kRight)) {
-      place.fail("an angle of no camera", "one below 180 degrees");
+      place.fail("an angle of no camera", expected);
     }
     return 0.5 * size / std::tan(0.5 * radians);
   };
   if (const auto degrees = find(frame, root, std::string(1, axis) + "_fov")) {
     constexpr double kDegree = 3.14159265358979323846 / 180;
-    return of_angle(*degrees, degrees->number() * kDegree);
+    return of_angle(*degrees, degrees->number() * kDegree, "degrees, below 180");
   }
   const auto focal = find(frame, root, std::string("fl_") + axis);
   if (focal && focal->number() < 0) {
@@ -87,7 +87,7 @@ double focal_length(const JsonPlace& frame, const JsonPlace& root, char axis, do
     return focal->number();
   }
   if (const auto angle = find(frame, root, std::string("camera_angle_") + axis)) {
-    return of_angle(*angle, angle->number());
+    return of_angle(*angle, angle->number(), "radians, below pi");
   }
   return 0;
 }
