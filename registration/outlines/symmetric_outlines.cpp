@@ -103,14 +103,32 @@ Points2 mean_outline(const Points2& outline, const Points2& image, double most) 
   return mean;
 }
 
+double enclosed_area(const Points2& outline) {
+  double twice = 0;
+  for (Index i = 0; i < outline.rows(); ++i) {
+    const Eigen::RowVector2d a = outline.row(i);
+    const Eigen::RowVector2d b = outline.row((i + 1) % outline.rows());
+    twice += a.x() * b.y() - a.y() * b.x();
+  }
+  return std::abs(twice) / 2;
+}
+
 /// One round of means.
 std::vector<Points2> nearer_to_images(const std::vector<Points2>& outlines, double most) {
   const std::size_t count = outlines.size();
   std::vector<std::size_t> mate(count, count);
   std::vector<Points2> images(count);
+  std::vector<double> areas;
+  for (const Points2& outline : outlines) {
+    areas.push_back(enclosed_area(outline));
+  }
   for (std::size_t p = 0; p < count; ++p) {
     double least = most;
     for (std::size_t q = 0; q < count; ++q) {
+      constexpr double kAlike = 1.3;  // areas, as of measure_outlines
+      if (p != q && (areas[q] >= kAlike * areas[p] || areas[p] >= kAlike * areas[q])) {
+        continue;
+      }
       MirrorMatch match = mirror_match(outlines[q], outlines[p]);
       if (match.off <= least) {
         least = match.off;
@@ -131,6 +149,10 @@ std::vector<Points2> nearer_to_images(const std::vector<Points2>& outlines, doub
 }  // namespace
 
 std::vector<Points2> symmetric_outlines(const std::vector<Points2>& outlines, double most) {
+  constexpr std::size_t kMostPanels = 60;  // more are charts of a texture, of thousands of pairs
+  if (outlines.size() > kMostPanels) {
+    return outlines;
+  }
   constexpr int kRounds = 2;  // the second about lines that the first has made clearer
   std::vector<Points2> result = outlines;
   for (int round = 0; round < kRounds; ++round) {

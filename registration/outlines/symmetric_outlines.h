@@ -15,6 +15,7 @@ namespace atelier {
 /// `most` of each other, else of nearest points. Points are as many as before. Our choice.
 ///
 /// @param outlines  [N,2] m each, closed, counter-clockwise; may be turned by any angle
+/// More than 60 outlines, charts of a texture, are left as they are.
 std::vector<Points2> symmetric_outlines(const std::vector<Points2>& outlines, double most);
 
 }  // namespace atelier
