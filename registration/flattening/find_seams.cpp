@@ -609,7 +609,7 @@ FoundSeams find_seams(const Mesh& mesh, const std::vector<char>& given,
   }
   std::vector<char> start = given;
   for (std::size_t e = 0; e < start.size(); ++e) {
-    start[e] = static_cast<char>(start[e] | given[e] | begun[e] | found.rings[e]);
+    start[e] = static_cast<char>(start[e] | begun[e] | found.rings[e]);
     kept[e] = static_cast<char>(kept[e] | found.rings[e]);
   }
   std::vector<SeamPiece> pieces = search.pieces_of(search.opened(start));

@@ -42,14 +42,6 @@ Points2 evenly(const Points2& outline, double spacing = kSpacing) {
   return even;
 }
 
-double area_of_outline(const Points2& outline) {
-  double twice = 0;
-  for (Index i = 0; i < outline.rows(); ++i) {
-    twice += cross(Vector2(outline.row(i)), Vector2(outline.row((i + 1) % outline.rows())));
-  }
-  return twice / 2;
-}
-
 /// How an even outline turns at each point, from `steps` points before to as many after, rad.
 std::vector<double> turning_over(const Points2& even, Index steps) {
   const Index count = even.rows();
@@ -246,6 +238,14 @@ double narrowest_neck_of(const Points2& even) {
 
 int corner_count(const Points2& outline) {
   return static_cast<int>(outline_corners(evenly(outline)).size());
+}
+
+double area_of_outline(const Points2& outline) {
+  double twice = 0;
+  for (Index i = 0; i < outline.rows(); ++i) {
+    twice += cross(Vector2(outline.row(i)), Vector2(outline.row((i + 1) % outline.rows())));
+  }
+  return twice / 2;
 }
 
 std::vector<double> corner_shares(const Points2& outline) {

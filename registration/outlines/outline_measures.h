@@ -34,6 +34,9 @@ OutlineMeasures measure_outlines(const std::vector<Points2>& outlines);
 /// Corners of one closed outline, as measure_outlines counts them.
 int corner_count(const Points2& outline);
 
+/// Area inside a closed outline, m2; negative where it runs clockwise.
+double area_of_outline(const Points2& outline);
+
 /// The same, as shares of the outline's length from its first point on, 0 to 1.
 std::vector<double> corner_shares(const Points2& outline);
 

@@ -103,16 +103,6 @@ Points2 mean_outline(const Points2& outline, const Points2& image, double most) 
   return mean;
 }
 
-double enclosed_area(const Points2& outline) {
-  double twice = 0;
-  for (Index i = 0; i < outline.rows(); ++i) {
-    const Eigen::RowVector2d a = outline.row(i);
-    const Eigen::RowVector2d b = outline.row((i + 1) % outline.rows());
-    twice += a.x() * b.y() - a.y() * b.x();
-  }
-  return std::abs(twice) / 2;
-}
-
 /// One round of means.
 std::vector<Points2> nearer_to_images(const std::vector<Points2>& outlines, double most) {
   const std::size_t count = outlines.size();
@@ -120,7 +110,7 @@ std::vector<Points2> nearer_to_images(const std::vector<Points2>& outlines, doub
   std::vector<Points2> images(count);
   std::vector<double> areas;
   for (const Points2& outline : outlines) {
-    areas.push_back(enclosed_area(outline));
+    areas.push_back(area_of_outline(outline));
   }
   for (std::size_t p = 0; p < count; ++p) {
     double least = most;
