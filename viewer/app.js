@@ -1,6 +1,6 @@
 // The page: what is seen is state, and the address's last part restores it.
 
-import {byId, element, say} from "./data.js";
+import {byId, element, refill, say} from "./data.js";
 import {Cameras, residualSeries} from "./cameras.js";
 import {boundsOf, feetOf, frontOf, middleOf} from "./framing.js";
 import {keyTable, onKey} from "./keyboard.js";
@@ -10,7 +10,7 @@ import {readAddress, writeAddress} from "./address.js";
 import {saveImage, saveVideo} from "./export_view.js";
 import {Scene3d} from "./scene3d.js";
 import {showLayers, showLegend, showPanes} from "./panels.js";
-import {inOrder, SidePanel, withoutHead} from "./side_panel.js";
+import {inOrder, SidePanel, warningsOf, withoutHead} from "./side_panel.js";
 import {survey} from "./survey.js";
 import {dueAt, takeAt, Timeline, timesOf} from "./timeline.js";
 
@@ -300,8 +300,7 @@ class App {
 
   setTimeline() {
     const {info} = this.now;
-    byId("tabs").replaceChildren(...this.timelines.map((timeline, i) => element("button", {role: "tab",
-      ariaSelected: String(timeline === this.now), onclick: () => this.choose(i)}, timeline.info.name)));
+    this.showTabs();
     this.timeline.set({frames: info.frames, takes: info.takes, marks: info.marks, series: this.seriesOf(this.now)},
       mark => this.jump(mark));
     this.timeline.show(Math.min(this.wantedIndex ?? 0, info.frames.length - 1));
@@ -312,9 +311,20 @@ class App {
     showLegend(this);
   }
 
+  /// What can be shown, each with the number of its warnings and errors.
+  showTabs() {
+    refill(byId("tabs"), ...this.timelines.map((timeline, i) => {
+      const {count, worst} = warningsOf(timeline);
+      return element("button", {role: "tab", id: `timeline${i}`, className: worst,
+        title: count > 0 ? `Warnings and errors: ${count}` : "", ariaSelected: String(timeline === this.now), onclick: () => this.choose(i)},
+        timeline.info.name + (count > 0 ? ` (${count})` : ""));
+    }));
+  }
+
   /// Findings and figures that have come while something is seen.
   setFindings() {
     const {info} = this.now;
+    this.showTabs();
     this.timeline.set({frames: info.frames, takes: info.takes, marks: info.marks, series: this.seriesOf(this.now)},
       mark => this.jump(mark));
     this.timeline.show(this.timeline.index);
@@ -496,11 +506,13 @@ class App {
     }
   }
 
+  /// Through the chosen camera, or from the one that is looked through to the next.
   nextCamera(step) {
     const {cameras} = this.now;
     if (cameras) {
       const count = cameras.cameras.length;
-      this.select((cameras.selected + step + count) % count, true);
+      const isThrough = this.panes[this.active].through === cameras.selected;
+      this.select(isThrough ? (cameras.selected + step + count) % count : cameras.selected, true);
     }
   }
 

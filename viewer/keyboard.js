@@ -6,7 +6,7 @@ import {saveImage, saveVideo} from "./export_view.js";
 const kKeys = [
   ["Space", "play, pause"], ["← →", "a frame back, on (Page keys: ten)"], ["Home End", "first, last frame"],
   ["R", "repeat"], ["Shift+arrows ↑ ↓", "turn the view"], ["+ -", "nearer, farther"], ["F", "fit what is shown"],
-  ["1 … 9", "show, hide a layer"], ["C Shift+C", "look through the next camera, the one before"],
+  ["1 … 9", "show, hide a layer"], ["C Shift+C", "look through the chosen camera, the next, the one before"],
   ["Esc", "leave the camera"], ["N Shift+N", "next finding, the one before"],
   ["B P", "side by side; the other of the two views"],
   ["I", "save an image"], ["V", "save a video"], ["L", "copy the address of this view"],

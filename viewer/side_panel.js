@@ -20,6 +20,12 @@ export function inOrder(marks) {
   return [...marks].sort((a, b) => rank(a) - rank(b));
 }
 
+/// How many findings of a timeline are more than notes, and the severity of its worst: "" of none.
+export function warningsOf({info}) {
+  const severities = info.marks.map(mark => mark.severity).filter(one => one !== "note");
+  return {count: severities.length, worst: ["error", "warning"].find(one => severities.includes(one)) ?? ""};
+}
+
 export class SidePanel {
   constructor(app) {
     this.app = app;
@@ -58,7 +64,7 @@ export class SidePanel {
       this.tab = tabs[0][0];
     }
     refill(byId("side-tabs"), ...tabs.map(([name, words]) => element("button", {role: "tab",
-      className: name === "findings" ? this.worstFinding() : "", ariaSelected: String(name === this.tab), onclick: () => {
+      className: name === "findings" ? warningsOf(this.app.now).worst : "", ariaSelected: String(name === this.tab), onclick: () => {
         this.tab = name;
         this.app.writeAddress();
         this.show();
@@ -71,12 +77,6 @@ export class SidePanel {
     if (this.tab === "findings") {
       refill(byId("side-body"), ...this.findingsParts());
     }
-  }
-
-  /// "error", "warning", or "" where there are notes alone.
-  worstFinding() {
-    const severities = this.app.now.info.marks.map(mark => mark.severity);
-    return ["error", "warning"].find(one => severities.includes(one)) ?? "";
   }
 
   show() {
@@ -209,14 +209,18 @@ export class SidePanel {
 
   findingsParts() {
     const {marks} = this.app.now.info;
+    const others = this.app.timelines.filter(timeline => timeline !== this.app.now && warningsOf(timeline).count > 0);
+    const elsewhere = others.length === 0 ? [] : [element("h2", {}, "Warnings elsewhere"),
+      element("div", {className: "toggles"}, ...others.map(timeline => element("button",
+        {onclick: () => this.app.choose(timeline.number)}, `${timeline.info.name} (${warningsOf(timeline).count})`)))];
     if (marks.length === 0) {
-      return [element("p", {className: "quiet"}, "Nothing was found.")];
+      return [element("p", {className: "quiet"}, "Nothing was found."), ...elsewhere];
     }
-    return inOrder(marks).map(mark => element("button", {
+    return [...inOrder(marks).map(mark => element("button", {
       className: "finding " + mark.severity, onclick: () => this.app.jump(mark),
       disabled: mark.frame === undefined && mark.camera === undefined},
       mark.stage ? element("b", {}, mark.stage + ": ") : "", mark.text,
       mark.frame !== undefined ? element("small", {}, ` → frame ${mark.frame}`) : "",
-      mark.camera !== undefined ? element("small", {}, ` → camera ${mark.camera}`) : ""));
+      mark.camera !== undefined ? element("small", {}, ` → camera ${mark.camera}`) : "")), ...elsewhere];
   }
 }

@@ -5,41 +5,35 @@ import {besideOf, heightOf, median} from "./timeline.js";
 
 const kRest = 1000;  // ms without a request, from which on work in the background disturbs nobody
 
-/// Figures of all frames of what is shown, file by file while nothing plays and nobody has asked for
-/// a frame of late; what stands out becomes a finding.
+/// Figures of all frames, file by file while nothing plays and nobody has asked for a frame of late, first of what
+/// is shown; what stands out becomes a finding.
 export async function survey(app) {
   if (app.surveying) {
     return;
   }
   app.surveying = true;
-  let timeline = null, left = [];
-  for (;;) {
-    if (timeline !== app.now) {
-      timeline = app.now;
-      left = [...timeline.layers];
-    }
-    if (left.length === 0) {
-      break;
+  const isLeft = timeline => !timeline.surveyed;
+  for (let timeline; (timeline = [app.now, ...app.timelines].find(isLeft)) !== undefined;) {
+    const layer = timeline.layers.find(one => !one.isTold);
+    timeline.surveyed = layer === undefined;
+    if (timeline.surveyed) {
+      continue;
     }
     const isBusy = app.timeline.playing || app.loading || performance.now() - app.askedAt < kRest;
     await new Promise(resolve => setTimeout(resolve, isBusy ? 100 : 0));
-    if (isBusy || await left[0].surveyNext().catch(() => true)) {
+    if (isBusy || await layer.surveyNext().catch(() => true)) {
       continue;
     }
-    const marks = marksOf(left.shift());
+    layer.isTold = true;
+    const marks = marksOf(layer);
     timeline.info.marks.push(...marks);
     marks.length > 0 ? app.setFindings() : app.timeline.chooseSeries();
   }
-  timeline.surveyed = true;
   app.surveying = false;
 }
 
 /// What the figures of a layer's frames tell.
 function marksOf(layer) {
-  if (layer.isTold) {
-    return [];
-  }
-  layer.isTold = true;
   const {info, figures, frames} = layer;
   const mark = (index, text, vertex, coloring = layer.coloring) => ({severity: "warning", stage: info.stage,
     text: `${info.name}: ${text}`, frame: frames[index], layer: info.name, coloring, vertex});

@@ -162,6 +162,34 @@ TEST(PlantedFault, TornFrame_IsThePeakOfTheFigureAndAFinding) {
   EXPECT_THAT(looked.messages, IsEmpty());
 }
 
+TEST(PlantedFault, TornFrameOfWhatIsNotShown_IsCountedOnItsTab) {
+  SKIP_WITHOUT_BROWSER();
+  const TemporaryDirectory root;
+  const fs::path workspace = faulty_workspace(root.path(), [](int f, Points& skirt) {
+    if (f == 7) {
+      skirt.row(70) += Eigen::RowVector3d(0.4, 0.1, 0);
+    }
+  });
+  ASSERT_EQ(view({(root.path() / "capture").string(), "--beside", workspace.string(), "--out",
+                  (root.path() / "page").string()})
+                .exit_code,
+            0);
+  const Looked looked =
+      look("file://" + (root.path() / "page/index.html").string(),
+           {"wait:atelier.timelines[1].surveyed",
+            "eval:[...document.querySelectorAll('#tabs button')].map(one => [one.className, "
+            "/\\([0-9]+\\)$/.test(one.textContent), one.ariaSelected])",
+            // The findings of what is shown lead to the others.
+            "wait:([...document.querySelectorAll('#side-tabs button')].at(-1).click(), true)",
+            "wait:(document.querySelector('#side-body .toggles button').click(), true)", kSettled,
+            "eval:atelier.now.number", "eval:document.getElementById('side-body').innerText"});
+  ASSERT_EQ(looked.values.size(), 3) << looked.messages;
+  EXPECT_EQ(looked.values[0][1], nlohmann::json({"warning", true, "false"}));
+  EXPECT_EQ(looked.values[1], 1);
+  EXPECT_THAT(looked.values[2].get<std::string>(), HasSubstr("torn"));
+  EXPECT_THAT(looked.messages, IsEmpty());
+}
+
 TEST(PlantedFault, TornFrameOfFour_IsAFindingAndSoundOnesAreNone) {
   SKIP_WITHOUT_BROWSER();
   for (const int torn : {-1, 0, 1, 2, 3}) {

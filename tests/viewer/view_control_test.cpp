@@ -320,6 +320,17 @@ TEST_F(ViewControl, Address_HoldsWhatLiesOverImagesAndWhichFigureIsChosen) {
   EXPECT_THAT(again.messages, IsEmpty());
 }
 
+TEST_F(ViewControl, KeyC_LooksThroughTheChosenCameraThenThroughTheNext) {
+  SKIP_WITHOUT_BROWSER();
+  const std::string through = "eval:atelier.panes[0].through";
+  const Looked looked = look(
+      page(), {kSettled, "wait:(document.querySelectorAll('.cameras button')[3].click(), true)",
+               through, "key:c", kSettled, through, "key:c", kSettled, through, "key:Escape",
+               kSettled, through, "key:c", kSettled, through, "key:C", kSettled, through});
+  EXPECT_EQ(looked.values, (std::vector<nlohmann::json>{-1, 3, 4, -1, 4, 3})) << looked.messages;
+  EXPECT_THAT(looked.messages, IsEmpty());
+}
+
 TEST_F(ViewControl, Address_HoldsTheOverlaysOfBothViews) {
   SKIP_WITHOUT_BROWSER();
   const fs::path out = own_.path() / "page";
