@@ -13,6 +13,7 @@
 #include "bodymodel/skinning_jacobian.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
+#include "python/checks.h"
 #include "python/options.h"
 #include "python/signals.h"
 
@@ -43,6 +44,14 @@ namespace {
 
 using namespace py::literals;
 using Path = std::filesystem::path;
+
+/// Throws DataError for a shape of another model.
+void require_shape(const BodyModel& model, const Eigen::VectorXd& shape) {
+  if (shape.size() > 0) {
+    require_rows("shape", shape.size(), static_cast<Index>(model.shape.size()),
+                 "shape parameters of the model");
+  }
+}
 
 void bind_models(py::module_& module) {
   py::class_<BodyModel> model(
@@ -105,8 +114,14 @@ void bind_models(py::module_& module) {
              "[S] the shape of the template, in the units of `shape_units`.");
   module.def("find_shape", &find_shape, "model"_a, "name"_a,
              "Index of a shape parameter, -1 if there is none.");
-  module.def("at_shape", &at_shape, "model"_a, "shape"_a, py::call_guard<LongCall>(),
-             "The model with `shape` as its neutral shape.");
+  module.def(
+      "at_shape",
+      [](const BodyModel& body, const Eigen::VectorXd& shape) {
+        require_shape(body, shape);
+        return at_shape(body, shape);
+      },
+      "model"_a, "shape"_a, py::call_guard<LongCall>(),
+      "The model with `shape` as its neutral shape.");
   module.def(
       "read_body_file",
       [](const Path& path, double metres_per_unit) {
@@ -131,6 +146,7 @@ void bind_models(py::module_& module) {
   module.def(
       "measure_body",
       [](const BodyModel& body, const Eigen::VectorXd& shape) {
+        require_shape(body, shape);
         const BodyMeasurements measured = measure_body(body, shape);
         std::map<std::string, double> values;
         for (const NamedMeasurement& one : measurement_names()) {
@@ -155,19 +171,32 @@ void bind_skinning(py::module_& module) {
   shaped.def_property_readonly(
       "joints", [](py::object self) { return array_over(self.cast<ShapedBody&>().joints, self); },
       "[J,3] rest joints, metres");
-  module.def("shape_body", &shape_body, "model"_a, "shape"_a = py::none(),
-             py::call_guard<LongCall>(),
-             "Evaluates the shape space; `shape` [S], or None: neutral.");
+  module.def(
+      "shape_body",
+      [](const BodyModel& model, const Eigen::VectorXd& shape) {
+        require_shape(model, shape);
+        return shape_body(model, shape);
+      },
+      "model"_a, "shape"_a = py::none(), py::call_guard<LongCall>(),
+      "Evaluates the shape space; `shape` [S], or None: neutral.");
   module.def(
       "skin_vertices",
       [](const BodyModel& model, const ShapedBody& body, const Pose& pose,
-         const SkinOptions& options) { return skin_vertices(model, body, pose, options); },
+         const SkinOptions& options) {
+        require_body(model, body);
+        require_pose(pose, joint_count(model));
+        return skin_vertices(model, body, pose, options);
+      },
       "model"_a, "body"_a, "pose"_a, "options"_a = py::none(), py::call_guard<LongCall>(),
       "Posed vertices [V,3], metres.");
   module.def(
       "skin_motion",
       [](const BodyModel& model, const ShapedBody& body, const Motion& motion,
          const SkinOptions& options) {
+        require_body(model, body);
+        for (const Pose& pose : motion.poses) {
+          require_pose(pose, joint_count(model));
+        }
         const auto frames = static_cast<Index>(motion.poses.size());
         const Index vertices = vertex_count(model);
         std::vector<double> numbers(static_cast<std::size_t>(frames * vertices * 3));
@@ -232,8 +261,15 @@ void bind_derivatives(py::module_& module) {
   array_field<&SkinRows::begin>(rows, "begin", "[R+1] into joints and values");
   array_field<&SkinRows::joints>(rows, "joints", "[N] which joint's rotation");
   array_field<&SkinRows::values>(rows, "values", "[N,3] derivative by that rotation vector");
-  module.def("pose_body", &pose_body, "model"_a, "body"_a, "pose"_a, "correctives"_a = true,
-             py::call_guard<LongCall>(), "Vertices and what derivatives need.");
+  module.def(
+      "pose_body",
+      [](const BodyModel& model, const ShapedBody& body, const Pose& pose, bool correctives) {
+        require_body(model, body);
+        require_pose(pose, joint_count(model));
+        return pose_body(model, body, pose, correctives);
+      },
+      "model"_a, "body"_a, "pose"_a, "correctives"_a = true, py::call_guard<LongCall>(),
+      "Vertices and what derivatives need.");
   module.def("skin_chains", &skin_chains, "model"_a, "correctives"_a = true,
              py::call_guard<LongCall>(),
              "Which joints move which vertices: what `skin_jacobian_rows` needs of a model, once.");

@@ -12,6 +12,7 @@
 #include "core/store/consent.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
+#include "python/checks.h"
 #include "python/images.h"
 #include "python/options.h"
 #include "python/signals.h"
@@ -228,6 +229,23 @@ py::array gathered(const Triangulation& all, const std::vector<std::size_t>& sha
   return array_of(std::move(numbers)).reshape(sizes);
 }
 
+/// Throws DataError unless every frame has the keypoints of every camera, or none.
+void require_detections(const std::vector<Camera>& cameras,
+                        const std::vector<std::vector<Keypoints2d>>& detections,
+                        const KeypointSchema& schema) {
+  for (std::size_t f = 0; f < detections.size(); ++f) {
+    const std::string frame = "detections, frame " + std::to_string(f);
+    require_rows(frame, static_cast<Index>(detections[f].size()),
+                 static_cast<Index>(cameras.size()), "cameras");
+    for (std::size_t c = 0; c < cameras.size(); ++c) {
+      if (detections[f][c].rows() > 0) {
+        require_rows(frame + ", camera " + std::to_string(c), detections[f][c].rows(),
+                     static_cast<Index>(schema.points.size()), "keypoints of the schema");
+      }
+    }
+  }
+}
+
 void bind_triangulation(py::module_& module) {
   using Numbers = std::vector<double>;
   py::class_<Triangulation>(module, "Triangulation", "A person's sequence in space.")
@@ -291,12 +309,19 @@ void bind_triangulation(py::module_& module) {
       "where fewer than two cameras have a confidence above 0. Raises LogicError for sizes that "
       "differ.");
   module.def(
-      "triangulate", &triangulate, "cameras"_a, "detections"_a, "schema"_a, "fps"_a,
-      "options"_a = py::none(), py::call_guard<LongCall>(),
+      "triangulate",
+      [](const std::vector<Camera>& cameras,
+         const std::vector<std::vector<Keypoints2d>>& detections, const KeypointSchema& schema,
+         double fps, const TriangulationOptions& options) {
+        require_detections(cameras, detections, schema);
+        return triangulate(cameras, detections, schema, fps, options);
+      },
+      "cameras"_a, "detections"_a, "schema"_a, "fps"_a, "options"_a = py::none(),
+      py::call_guard<LongCall>(),
       "All keypoints of one person over a sequence of F frames from C cameras: robust to "
       "outliers, swaps of left and right, and jumps in time. `detections` [frame][camera] of "
       "[K,3], pixels and confidence in [0,1], or no rows; `schema` has K points; `fps` frames "
-      "per second. Raises LogicError for sizes that differ.");
+      "per second. Raises DataError for sizes that differ.");
 }
 
 }  // namespace

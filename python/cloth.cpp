@@ -5,6 +5,7 @@
 
 #include "python/arrays.h"
 #include "python/bindings.h"
+#include "python/checks.h"
 #include "python/device.h"
 #include "python/options.h"
 #include "python/signals.h"
@@ -46,8 +47,12 @@ void bind_cloths(py::module_& module) {
                               [](const Cloth& self) { return self.springs.size(); });
   cloth.def_property_readonly("hinge_count", [](const Cloth& self) { return self.hinges.size(); });
   module.def(
-      "make_cloth", &make_cloth, "garment"_a, "pins"_a = py::none(), "options"_a = py::none(),
-      py::call_guard<LongCall>(),
+      "make_cloth",
+      [](const Garment& garment, const std::vector<int>& pins, const ClothOptions& options) {
+        require_vertices("pins", pins, garment.mesh.vertices.rows());
+        return make_cloth(garment, pins, options);
+      },
+      "garment"_a, "pins"_a = py::none(), "options"_a = py::none(), py::call_guard<LongCall>(),
       "The model of a garment; `pins` [P] are vertices moved by Control. Raises DataError for "
       "a garment that cannot be simulated.");
   module.def(

@@ -12,6 +12,7 @@
 #include "core/tree.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
+#include "python/checks.h"
 #include "python/device.h"
 #include "python/options.h"
 #include "python/signals.h"
@@ -20,21 +21,6 @@ namespace atelier::python {
 namespace {
 
 using namespace py::literals;
-
-/// Throws DataError at the first face of a vertex that is not there.
-void require_faces(const Triangles& faces, Index vertices) {
-  if (faces.rows() == 0 || (faces.minCoeff() >= 0 && faces.maxCoeff() < vertices)) {
-    return;
-  }
-  for (Index f = 0; f < faces.rows(); ++f) {
-    for (Index k = 0; k < 3; ++k) {
-      if (faces(f, k) < 0 || faces(f, k) >= vertices) {
-        throw DataError("", "faces, row " + std::to_string(f), std::to_string(faces(f, k)),
-                        "a vertex, 0 to " + std::to_string(vertices - 1));
-      }
-    }
-  }
-}
 
 void bind_mesh(py::module_& module) {
   py::class_<Mesh> mesh(

@@ -9,6 +9,7 @@
 #include "core/sequence_archive.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
+#include "python/checks.h"
 #include "python/images.h"
 #include "python/signals.h"
 
@@ -46,6 +47,7 @@ void bind_meshes(py::module_& module) {
           throw DataError(path.string(), "", "the extension '" + extension + "'",
                           ".obj, .ply, .glb or .gltf");
         }
+        require_faces(mesh.faces, mesh.vertices.rows());
         write_mesh(path, mesh);
       },
       "path"_a, "mesh"_a, py::call_guard<LongCall>(), "By extension: .obj, .ply, .glb, .gltf.");

@@ -3,6 +3,7 @@
 #include "core/topology.h"
 #include "python/arrays.h"
 #include "python/bindings.h"
+#include "python/checks.h"
 #include "python/options.h"
 #include "python/signals.h"
 #include "registration/drafting/draft_pattern.h"
@@ -19,6 +20,13 @@ namespace {
 
 using namespace py::literals;
 
+/// Throws DataError unless there is a flag for each edge of a sound mesh.
+void require_flags(const Mesh& mesh, const std::string& where, const std::vector<char>& flags) {
+  require_faces(mesh.faces, mesh.vertices.rows());
+  const Index edges = topology_of(mesh.faces, mesh.vertices.rows()).edges.rows();
+  require_rows(where, static_cast<Index>(flags.size()), edges, "edges of the mesh (edges_of)");
+}
+
 FoundSeams found_seams(const Mesh& mesh, const std::vector<char>& given,
                        const FindSeamsOptions& options, const py::object& say) {
   const LongCall released;
@@ -31,12 +39,13 @@ FoundSeams found_seams(const Mesh& mesh, const std::vector<char>& given,
       say(line);
     }
   };
-  std::vector<char> flags = given;
-  if (flags.empty()) {
-    flags.resize(
-        static_cast<std::size_t>(topology_of(mesh.faces, mesh.vertices.rows()).edges.rows()));
+  if (!given.empty()) {
+    require_flags(mesh, "given", given);
+    return find_seams(mesh, given, options, watch);
   }
-  return find_seams(mesh, flags, options, watch);
+  require_faces(mesh.faces, mesh.vertices.rows());
+  const Index edges = topology_of(mesh.faces, mesh.vertices.rows()).edges.rows();
+  return find_seams(mesh, std::vector<char>(static_cast<std::size_t>(edges)), options, watch);
 }
 
 void bind_seams(py::module_& module) {
@@ -78,8 +87,12 @@ void bind_flat(py::module_& module) {
   array_field<&FlatPattern::overlapping>(pattern, "overlapping", "panels that lie over themselves");
   array_field<&FlatPattern::not_converged>(pattern, "not_converged");
   module.def(
-      "flatten_surface", &flatten_surface, "mesh"_a, "cut"_a, "options"_a = py::none(),
-      py::call_guard<LongCall>(),
+      "flatten_surface",
+      [](const Mesh& mesh, const std::vector<char>& flags, const FlattenOptions& options) {
+        require_flags(mesh, "cut", flags);
+        return flatten_surface(mesh, flags, options);
+      },
+      "mesh"_a, "cut"_a, "options"_a = py::none(), py::call_guard<LongCall>(),
       "Lays the panels of a cut surface flat, at true scale and with as little stretch as they "
       "allow; `cut` [E] has 1 for edges (edges_of) to cut. Raises DataError for panels that cannot "
       "be laid flat.");

@@ -142,8 +142,19 @@ class BodyRefused(unittest.TestCase):
         self.body = atelier.shape_body(self.model)
 
     def test_pose_of_another_skeleton_is_refused(self):
-        with self.assertRaises(atelier.LogicError):
-            atelier.skin_vertices(self.model, self.body, atelier.Pose(np.zeros((3, 3))))
+        for call in (atelier.skin_vertices, atelier.pose_body):
+            with self.subTest(call.__name__), self.assertRaises(atelier.DataError) as raised:
+                call(self.model, self.body, atelier.Pose(np.zeros((3, 3))))
+            error = raised.exception
+            self.assertEqual((error.where, error.found, error.expected),
+                             ("pose", "3 rows", "55, the joints of the model"))
+
+    def test_number_written_into_a_pose_that_is_not_finite_is_refused(self):
+        pose = atelier.rest_pose(self.model.skeleton)
+        pose.rotations[5, 1] = np.nan
+        with self.assertRaises(atelier.DataError) as raised:
+            atelier.skin_vertices(self.model, self.body, pose)
+        self.assertEqual(raised.exception.where, "row 5, column 1")
 
     def test_pose_that_is_not_finite_is_refused(self):
         rotations = np.zeros((atelier.joint_count(self.model), 3))
@@ -153,8 +164,10 @@ class BodyRefused(unittest.TestCase):
         self.assertEqual(raised.exception.where, "row 5, column 1")
 
     def test_shape_of_another_length_is_refused(self):
-        with self.assertRaises(atelier.LogicError):
-            atelier.shape_body(self.model, [1.0, 2.0])
+        for call in (atelier.shape_body, atelier.measure_body, atelier.at_shape):
+            with self.subTest(call.__name__), self.assertRaises(atelier.DataError) as raised:
+                call(self.model, [1.0, 2.0])
+            self.assertEqual((raised.exception.where, raised.exception.found), ("shape", "2 rows"))
 
     def test_body_that_nobody_has_is_refused(self):
         with self.assertRaises(atelier.Error):

@@ -157,8 +157,9 @@ class CaptureRefused(Temporary):
     def test_numbers_that_do_not_agree_are_refused(self):
         cameras, schema = ring(3), atelier.keypoint_schema("body_25")
         for detections in ([[np.zeros((25, 3))] * 2], [[np.zeros((24, 3))] * 3]):
-            with self.assertRaises(atelier.LogicError):
+            with self.assertRaises(atelier.DataError) as raised:
                 atelier.triangulate(cameras, detections, schema, 30)
+            self.assertIn("detections, frame 0", raised.exception.where)
         with self.assertRaises(atelier.DataError):
             atelier.triangulate(cameras, [[np.zeros((25, 2))] * 3], schema, 30)
 

@@ -115,8 +115,9 @@ class ClothRefused(unittest.TestCase):
 
     def test_pins_and_fabrics_that_are_not_there_are_refused(self):
         garment = atelier.Garment("towel", atelier.Mesh(*grid(4)))
-        with self.assertRaises(atelier.LogicError):
-            atelier.make_cloth(garment, [999])
+        with self.assertRaises(atelier.DataError) as raised:
+            atelier.make_cloth(garment, [2, 999])
+        self.assertEqual((raised.exception.where, raised.exception.found), ("pins, row 1", "999"))
         with self.assertRaises(atelier.DataError):
             atelier.fabric_material("tinfoil")
         with self.assertRaises(atelier.UsageError):

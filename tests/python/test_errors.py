@@ -81,6 +81,9 @@ class ErrorsRefused(Temporary):
                 call(vertices, faces)
             self.assertEqual(raised.exception.where, "faces, row 1")
             self.assertEqual(raised.exception.found, "3")
+        with self.assertRaises(atelier.DataError) as raised:
+            atelier.write_mesh(self.folder / "m.ply", atelier.Mesh(vertices, faces))
+        self.assertEqual(raised.exception.where, "faces, row 1")
 
     def test_options_of_the_wrong_shape_are_refused(self):
         for wrong in ({"friction": {"a": 1}}, {"friction.a": 1}, {"xpbd.substeps.x": 1}, {"xpbd": 3}):

@@ -53,8 +53,10 @@ class Pattern(unittest.TestCase):
 
 class PatternRefused(unittest.TestCase):
     def test_another_number_of_flags_is_refused(self):
-        with self.assertRaises(atelier.LogicError):
-            atelier.flatten_surface(half_cylinder(), [1, 0])
+        for call in (atelier.flatten_surface, atelier.find_seams):
+            with self.subTest(call.__name__), self.assertRaises(atelier.DataError) as raised:
+                call(half_cylinder(), [1, 0])
+            self.assertEqual(raised.exception.found, "2 rows")
 
     def test_surface_that_branches_is_refused(self):
         mesh = atelier.Mesh([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [0, -1, 0]],
