@@ -163,10 +163,21 @@ TEST_F(BadFrame, WholeChain_GoesOnOverTheGap) {
                                       workspace_.string(),
                                       "--to",
                                       "register",
+                                      "--no-report",
+                                      "--personalize.samples",
+                                      "800",
                                       "--track.compare",
                                       "false",
+                                      "--body.iterations",
+                                      "2",
+                                      "--body.gap-frames",
+                                      "1",
                                       "--template.edge-length",
-                                      "0.025"};
+                                      "0.025",
+                                      "--register.photometric-levels",
+                                      "1",
+                                      "--register.photometric-steps",
+                                      "1"};
   for (std::size_t i = 0; i + 1 < kQuickReconstruction.size(); i += 2) {
     command.push_back("--reconstruct." + kQuickReconstruction[i].substr(2));
     command.push_back(kQuickReconstruction[i + 1]);

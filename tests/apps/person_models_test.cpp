@@ -47,7 +47,8 @@ TEST(PersonOfMakeHuman, MakeHumanPersonInADress_IsTrackedAndMeasured) {
        "--samples", "800", "--shape-rounds", "3", "--surface-rounds", "2"},
       {"track", capture, workspace, "--input.scans", "ground_truth", "--samples", "800",
        "--compare", "false"},
-      {"body", capture, workspace, "--ground-truth-scans", "true"}};
+      {"body", capture, workspace, "--ground-truth-scans", "true", "--iterations", "2",
+       "--gap-frames", "1"}};
   for (const std::vector<std::string>& step : steps) {
     const ChildResult result = run(step);
     ASSERT_EQ(result.exit_code, 0) << result.err;
