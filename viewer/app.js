@@ -352,16 +352,16 @@ class App {
   }
 
   /// Goes to the view that shows a timeline, or shows it in the active one.
-  choose(number) {
+  async choose(number) {
     if (this.isSplit && this.panes[1 - this.active].timeline === number) {
       this.activate(1 - this.active);
     } else {
-      this.putTimeline(number);
+      await this.putTimeline(number);
     }
   }
 
   /// Shows a timeline in the active view.
-  putTimeline(number) {
+  async putTimeline(number) {
     if (this.panes[this.active].timeline === number) {
       return;
     }
@@ -371,13 +371,12 @@ class App {
     this.panes[this.active] = this.pane(number);
     this.timeline.setPlaying(false);
     this.setTimeline();
-    this.go(this.timeline.index).then(() => {
-      if (!this.now.seen) {
-        this.fit();
-      }
-      this.now.seen = true;
-      survey(this);
-    });
+    await this.go(this.timeline.index);
+    if (!this.now.seen) {
+      this.fit();
+    }
+    this.now.seen = true;
+    survey(this);
   }
 
   /// Shows where a finding is: its camera, its frame, the layer in its colour, from the side where it is.

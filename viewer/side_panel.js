@@ -207,20 +207,23 @@ export class SidePanel {
     }
   }
 
+  /// Of what is shown all, of the rest what is more than a note.
   findingsParts() {
-    const {marks} = this.app.now.info;
-    const others = this.app.timelines.filter(timeline => timeline !== this.app.now && warningsOf(timeline).count > 0);
-    const elsewhere = others.length === 0 ? [] : [element("h2", {}, "Warnings elsewhere"),
-      element("div", {className: "toggles"}, ...others.map(timeline => element("button",
-        {onclick: () => this.app.choose(timeline.number)}, `${timeline.info.name} (${warningsOf(timeline).count})`)))];
-    if (marks.length === 0) {
-      return [element("p", {className: "quiet"}, "Nothing was found."), ...elsewhere];
-    }
-    return [...inOrder(marks).map(mark => element("button", {
-      className: "finding " + mark.severity, onclick: () => this.app.jump(mark),
-      disabled: mark.frame === undefined && mark.camera === undefined},
-      mark.stage ? element("b", {}, mark.stage + ": ") : "", mark.text,
+    const {now, timelines} = this.app;
+    const own = now.info.marks.length === 0 ? [element("p", {className: "quiet"}, "Nothing was found.")]
+      : inOrder(now.info.marks).map(mark => this.findingButton(mark, now));
+    const others = timelines.filter(timeline => timeline !== now && warningsOf(timeline).count > 0);
+    return [...own, ...others.flatMap(timeline => [element("h2", {}, timeline.info.name),
+      ...inOrder(timeline.info.marks).filter(({severity}) => severity !== "note").map(mark => this.findingButton(mark, timeline))])];
+  }
+
+  findingButton(mark, timeline) {
+    const leads = mark.frame !== undefined || mark.camera !== undefined || timeline !== this.app.now;
+    return element("button", {className: "finding " + mark.severity, disabled: !leads, onclick: async () => {
+      await this.app.choose(timeline.number);
+      this.app.jump(mark);
+    }}, mark.stage ? element("b", {}, mark.stage + ": ") : "", mark.text,
       mark.frame !== undefined ? element("small", {}, ` → frame ${mark.frame}`) : "",
-      mark.camera !== undefined ? element("small", {}, ` → camera ${mark.camera}`) : "")), ...elsewhere];
+      mark.camera !== undefined ? element("small", {}, ` → camera ${mark.camera}`) : "");
   }
 }

@@ -42,22 +42,12 @@ class User:
         """Until the side's tabs or text say so."""
         self.page.wait(f"/{words}/.test(document.getElementById('side').innerText)", limit)
 
-    def open_orange_tab(self):
-        """Goes to what has a warning, where that is not what the page shows first."""
-        orange = "[...document.querySelectorAll('#tabs [role=tab]')].findIndex(tab => tab.matches('.warning, .error'))"
-        self.page.wait(f"{orange} >= 0", 100)
-        self.page.ask("new Promise(done => setTimeout(done, 3000))")  # a user looks, and the rest comes meanwhile
-        if not self.read("#tabs [role=tab].warning[aria-selected=true], #tabs [role=tab].error[aria-selected=true]"):
-            number = self.page.ask(orange)
-            name = self.read("#tabs [role=tab]")[number]
-            self.page.click("#tabs [role=tab]", number)
-            self.did(f"click on the tab {name}, which is orange")
-
     def finding(self, words):
         """Opens the findings and the first of them that says so. Returns its text."""
+        self.page.wait("document.querySelector('#tabs .warning, #tabs .error')", 100)
         tabs = self.read("#side-tabs button")
         self.page.click("#side-tabs button", next(i for i, text in enumerate(tabs) if text.startswith("Findings")))
-        self.did("click on the tab Findings, which is orange")
+        self.did("click on the tab Findings")
         self.wait_for(words)
         texts = self.read(".finding")
         number = next(i for i, text in enumerate(texts) if re.search(words, text))
@@ -77,12 +67,10 @@ def find_camera(user):
 
 
 def find_torn(user):
-    user.open_orange_tab()
     return int(re.search(r"frame (\d+)", user.finding("torn:"))[1])
 
 
 def find_seam(user):
-    user.open_orange_tab()
     return int(re.search(r"frame (\d+)", user.finding("strain jumps"))[1])
 
 

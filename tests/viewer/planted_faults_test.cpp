@@ -181,11 +181,14 @@ TEST(PlantedFault, TornFrameOfWhatIsNotShown_IsCountedOnItsTab) {
             "/\\([0-9]+\\)$/.test(one.textContent), one.ariaSelected])",
             // The findings of what is shown lead to the others.
             "wait:([...document.querySelectorAll('#side-tabs button')].at(-1).click(), true)",
-            "wait:(document.querySelector('#side-body .toggles button').click(), true)", kSettled,
-            "eval:atelier.now.number", "eval:document.getElementById('side-body').innerText"});
+            "wait:([...document.querySelectorAll('.finding')].find(one => "
+            "one.textContent.includes('torn')).click(), true)",
+            "wait:atelier.now.number === 1", kSettled,
+            "eval:document.documentElement.dataset.frame",
+            "eval:document.getElementById('message').textContent"});
   ASSERT_EQ(looked.values.size(), 3) << looked.messages;
   EXPECT_EQ(looked.values[0][1], nlohmann::json({"warning", true, "false"}));
-  EXPECT_EQ(looked.values[1], 1);
+  EXPECT_EQ(looked.values[1], "7");
   EXPECT_THAT(looked.values[2].get<std::string>(), HasSubstr("torn"));
   EXPECT_THAT(looked.messages, IsEmpty());
 }
