@@ -174,18 +174,17 @@ TEST(PlantedFault, TornFrameOfWhatIsNotShown_IsCountedOnItsTab) {
                   (root.path() / "page").string()})
                 .exit_code,
             0);
-  const Looked looked =
-      look("file://" + (root.path() / "page/index.html").string(),
-           {"wait:atelier.timelines[1].surveyed",
-            "eval:[...document.querySelectorAll('#tabs button')].map(one => [one.className, "
-            "/\\([0-9]+\\)$/.test(one.textContent), one.ariaSelected])",
-            // The findings of what is shown lead to the others.
-            "wait:([...document.querySelectorAll('#side-tabs button')].at(-1).click(), true)",
-            "wait:([...document.querySelectorAll('.finding')].find(one => "
-            "one.textContent.includes('torn')).click(), true)",
-            "wait:atelier.now.number === 1", kSettled,
-            "eval:document.documentElement.dataset.frame",
-            "eval:document.getElementById('message').textContent"});
+  const Looked looked = look(
+      "file://" + (root.path() / "page/index.html").string(),
+      {"wait:atelier.timelines[1].surveyed",
+       "eval:[...document.querySelectorAll('#tabs button')].map(one => [one.className, "
+       "/\\([0-9]+\\)$/.test(one.textContent), one.ariaSelected])",
+       // The findings of what is shown lead to the others.
+       "wait:([...document.querySelectorAll('#side-tabs button')].at(-1).click(), true)",
+       "wait:([...document.querySelectorAll('.finding')].find(one => "
+       "one.textContent.includes('torn')).click(), true)",
+       "wait:atelier.now.number === 1", kSettled, "eval:document.documentElement.dataset.frame",
+       "eval:document.getElementById('message').textContent"});
   ASSERT_EQ(looked.values.size(), 3) << looked.messages;
   EXPECT_EQ(looked.values[0][1], nlohmann::json({"warning", true, "false"}));
   EXPECT_EQ(looked.values[1], "7");
