@@ -86,34 +86,51 @@ __global__ void __launch_bounds__(kWhole)
   }
 }
 
-constexpr int kTeamThreads = 64;
-/// So many fill the device only where each has a warp; of more, smaller teams get more done.
+/// So many fill the device only where each has a warp; of more, a thread each gets more done.
 constexpr int kFewParticles = 200'000;
 bool asks_boxes(int particles) {
   return particles <= kFewParticles;
 }
 
-/// A team of threads a particle, `of_few` or `of_many`: a warp and boxes, or a smaller one and the
-/// tree.
-template <class Kernel, class... Arguments>
-void launch_teams(int particles, Kernel of_few, Kernel of_many, const Arguments&... arguments) {
-  const bool few = asks_boxes(particles);
-  const int team = few ? 32 : kTeam;
-  (few ? of_few
-       : of_many)<<<cuda_blocks(particles, kTeamThreads / team), kTeamThreads>>>(arguments...);
-  ATELIER_CUDA_LAUNCHED(team_kernel);
+/// Who asks the body for one particle: of few a warp, which goes through boxes; of many one thread,
+/// which asks the tree, as its neighbours in the warp do for theirs.
+template <bool kFew>
+constexpr int kAskers = kFew ? 32 : 1;
+template <bool kFew>
+constexpr int kAskingThreads = kFew ? 64 : 128;  ///< of a block
+template <bool kFew>
+__device__ inline auto own_askers() {
+  if constexpr (kFew) {
+    namespace cg = cooperative_groups;
+    __shared__ TeamRoom<32> rooms[kAskingThreads<kFew> / 32];
+    const cg::thread_block_tile<32> tile = cg::tiled_partition<32>(cg::this_thread_block());
+    return TeamInBody<32, true>{tile, rooms[tile.meta_group_rank()]};
+  } else {
+    return AloneInTree{};
+  }
+}
+/// The particle of this thread.
+template <bool kFew>
+__device__ inline int own_particle() {
+  return static_cast<int>((blockIdx.x * blockDim.x + threadIdx.x) / kAskers<kFew>);
+}
+template <bool kFew>
+__device__ inline bool speaks_for_particle() {
+  return threadIdx.x % kAskers<kFew> == 0;
 }
 
-/// A team of threads a particle.
-template <class T, int kSize, bool kBoxes>
-__global__ void __launch_bounds__(kTeamThreads)
+template <bool kFew, class Kernel, class... Arguments>
+void launch_askers(int particles, Kernel kernel, const Arguments&... arguments) {
+  constexpr int kThreads = kAskingThreads<kFew>;
+  kernel<<<cuda_blocks(particles, kThreads / kAskers<kFew>), kThreads>>>(arguments...);
+  ATELIER_CUDA_LAUNCHED(kernel);
+}
+
+template <class T, bool kFew>
+__global__ void __launch_bounds__(kAskingThreads<kFew>)
     candidate_kernel(BodyView<T> body, BodyContactRule<T> rule, FrameParticles<T> particles,
                      FrameForces<T> forces, BodyOutlook<T>* outlook, int* candidates) {
-  namespace cg = cooperative_groups;
-  __shared__ TeamRoom<kSize> memory[kTeamThreads / kSize];
-  const cg::thread_block_tile<kSize> tile = cg::tiled_partition<kSize>(cg::this_thread_block());
-  const TeamInBody<kSize, kBoxes> team{tile, memory[tile.meta_group_rank()]};
-  const int i = static_cast<int>((blockIdx.x * blockDim.x + threadIdx.x) / kSize);
+  const int i = own_particle<kFew>();
   if (i >= particles.count) {
     return;
   }
@@ -125,9 +142,10 @@ __global__ void __launch_bounds__(kTeamThreads)
   const BodyOutlook<T> found =
       particles.x[i].w > T(0)
           ? collect_candidates(body, particles.flight(i), slack, rule,
-                               candidates + static_cast<std::int64_t>(i) * kBodyCandidates, team)
+                               candidates + static_cast<std::int64_t>(i) * kBodyCandidates,
+                               own_askers<kFew>())
           : BodyOutlook<T>{slack, T(0), T(0), {}, 0};
-  if (team.rank() == 0) {
+  if (speaks_for_particle<kFew>()) {
     outlook[i] = found;
   }
 }
@@ -140,24 +158,22 @@ __global__ void depth_kernel(BodyView<T> body, T reach, int particles, const Vec
   }
 }
 
-template <class T, int kSize, bool kBoxes>
-__global__ void __launch_bounds__(kTeamThreads)
+template <class T, bool kFew>
+__global__ void __launch_bounds__(kAskingThreads<kFew>)
     end_outside_kernel(BodyView<T> body, BodyContactRule<T> rule, FrameParticles<T> particles,
                        const BodyOutlook<T>* outlook, int substeps, Vec4<T>* x) {
-  namespace cg = cooperative_groups;
-  __shared__ TeamRoom<kSize> memory[kTeamThreads / kSize];
-  const cg::thread_block_tile<kSize> tile = cg::tiled_partition<kSize>(cg::this_thread_block());
-  const TeamInBody<kSize, kBoxes> team{tile, memory[tile.meta_group_rank()]};
-  const int i = static_cast<int>((blockIdx.x * blockDim.x + threadIdx.x) / kSize);
+  const int i = own_particle<kFew>();
   if (i >= particles.count) {
     return;
   }
   Vec4<T> end = x[i];
   if (end.w > T(0)) {
-    end_outside(body, rule, outlook[i], particles.flight(i), substeps, end, team);
+    end_outside(body, rule, outlook[i], particles.flight(i), substeps, end, own_askers<kFew>());
   }
-  tile.sync();  // all have read it
-  if (team.rank() == 0) {
+  if constexpr (kFew) {
+    __syncwarp();  // all have read it
+  }
+  if (speaks_for_particle<kFew>()) {
     x[i] = end;
   }
 }
@@ -315,8 +331,13 @@ template <class T>
 void launch_candidates(const BodyView<T>& body, const BodyContactRule<T>& rule,
                        const FrameParticles<T>& particles, const FrameForces<T>& forces,
                        BodyOutlook<T>* outlook, int* candidates) {
-  launch_teams(particles.count, candidate_kernel<T, 32, true>, candidate_kernel<T, kTeam, false>,
-               body, rule, particles, forces, outlook, candidates);
+  if (asks_boxes(particles.count)) {
+    launch_askers<true>(particles.count, candidate_kernel<T, true>, body, rule, particles, forces,
+                        outlook, candidates);
+  } else {
+    launch_askers<false>(particles.count, candidate_kernel<T, false>, body, rule, particles, forces,
+                         outlook, candidates);
+  }
 }
 
 template <class T>
@@ -329,8 +350,13 @@ template <class T>
 void launch_end_outside(const BodyView<T>& body, const BodyContactRule<T>& rule,
                         const FrameParticles<T>& particles, const BodyOutlook<T>* outlook,
                         int substeps, Vec4<T>* x) {
-  launch_teams(particles.count, end_outside_kernel<T, 32, true>,
-               end_outside_kernel<T, kTeam, false>, body, rule, particles, outlook, substeps, x);
+  if (asks_boxes(particles.count)) {
+    launch_askers<true>(particles.count, end_outside_kernel<T, true>, body, rule, particles,
+                        outlook, substeps, x);
+  } else {
+    launch_askers<false>(particles.count, end_outside_kernel<T, false>, body, rule, particles,
+                         outlook, substeps, x);
+  }
 }
 
 template class CudaBody<float>;

@@ -470,6 +470,38 @@ TEST(Sweep, ShortScenes_MatchTheirSingleRuns) {
   }
 }
 
+/// On a GPU so many particles that one thread each looks for what they may meet of the body.
+TEST(Sweep, ManyScenes_MatchTheirSingleRuns) {
+  const Cloth cloth = make_cloth(
+      fixtures::garment_of(fixtures::sheet(45, 45, 0.012, 'a'), 0.2, 300, 1e-5), {0, 45});
+  const Mesh ball = fixtures::sphere(0.15, 16, 24);
+  for (Device device : fixtures::devices()) {
+    std::vector<ClothVariation> variations(device == Device::Cpu ? 2 : 100);
+    variations.back() = {1, 1, 0.9};
+    const int last = static_cast<int>(variations.size()) - 1;
+    ClothSweep sweep(cloth, variations, ball.faces, {}, device);
+    ClothSweep alone(cloth, {variations.back()}, ball.faces, {}, device);
+    int touching = 0;
+    for (int i = 0; i < 12; ++i) {
+      Control control;
+      const auto at = [&](int frame) -> Points {
+        return ball.vertices.rowwise() + Eigen::RowVector3d(0.27, -0.152, 0.27 + 0.002 * frame);
+      };
+      control.body_start = at(i);
+      control.body_end = at(i + 1);
+      sweep.advance(control);
+      touching = alone.advance(control)[0].body_contacts;
+    }
+    EXPECT_GT(touching, 0);
+    const Points expected = alone.state(0).positions;
+    const auto most = [&](int scene) {
+      return (sweep.state(scene).positions - expected).rowwise().norm().maxCoeff();
+    };
+    EXPECT_LT(most(last), 1e-6) << device_name(device);
+    EXPECT_GT(most(0), 1e-5) << device_name(device);
+  }
+}
+
 TEST(Sweep, Factors_ScaleTheStiffness) {
   const Scene s = scene("springs", 0.001);
   Cloth stiffer = s.cloth;
