@@ -58,11 +58,11 @@ void bind_models(py::module_& module) {
       module, "BodyModel", "A parametric body: shape space, joints, skinning, pose correctives.");
   model.def_readonly("name", &BodyModel::name);
   model.def_property_readonly(
-      "skeleton", [](BodyModel& self) -> Skeleton& { return self.skeleton; },
-      py::return_value_policy::reference_internal, "rest pose at the neutral shape");
+      "skeleton", [](const BodyModel& self) { return self.skeleton; },
+      "rest pose at the neutral shape, copied");
   model.def_property_readonly(
-      "mesh", [](BodyModel& self) -> Mesh& { return self.mesh; },
-      py::return_value_policy::reference_internal, "template at the neutral shape, rest pose");
+      "mesh", [](const BodyModel& self) { return self.mesh; },
+      "template at the neutral shape, rest pose, copied");
   model.def_property_readonly(
       "skin_joints",
       [](py::object self) { return array_over(self.cast<BodyModel&>().skin.joints, self); },
@@ -162,8 +162,7 @@ void bind_skinning(py::module_& module) {
   py::class_<ShapedBody> shaped(
       module, "ShapedBody", "A body at one shape, in its rest pose: made once, posed many times.");
   shaped.def_property_readonly(
-      "skeleton", [](ShapedBody& self) -> Skeleton& { return self.skeleton; },
-      py::return_value_policy::reference_internal);
+      "skeleton", [](const ShapedBody& self) { return self.skeleton; }, "copied");
   shaped.def_property_readonly(
       "vertices",
       [](py::object self) { return array_over(self.cast<ShapedBody&>().vertices, self); },
@@ -233,8 +232,14 @@ void bind_skinning(py::module_& module) {
                 {static_cast<py::ssize_t>(self.rotations.size()), py::ssize_t{3}, py::ssize_t{3}});
       },
       "[J,3,3] world_from_joint, copied");
-  module.def("forward_kinematics", &forward_kinematics, "skeleton"_a, "pose"_a,
-             "Frames of all joints at a pose.");
+  module.def(
+      "forward_kinematics",
+      [](const Skeleton& skeleton, const Pose& pose) {
+        check_skeleton(skeleton, "skeleton");
+        require_pose(pose, static_cast<Index>(skeleton.names.size()));
+        return forward_kinematics(skeleton, pose);
+      },
+      "skeleton"_a, "pose"_a, "Frames of all joints at a pose.");
   module.def("rest_pose", &rest_pose, "skeleton"_a, "All rotations zero.");
   module.def("pose_vector", &pose_vector, "pose"_a,
              "[3 + 3J]: translation, then rotation vectors joint by joint.");
@@ -284,8 +289,7 @@ void bind_motions(py::module_& module) {
   py::class_<MotionClip> clip(module, "MotionClip", "A recorded motion and the skeleton it moves.");
   clip.def_readonly("name", &MotionClip::name);
   clip.def_property_readonly(
-      "skeleton", [](MotionClip& self) -> Skeleton& { return self.skeleton; },
-      py::return_value_policy::reference_internal);
+      "skeleton", [](const MotionClip& self) { return self.skeleton; }, "copied");
   clip.def_property_readonly(
       "motion", [](MotionClip& self) -> Motion& { return self.motion; },
       py::return_value_policy::reference_internal);
@@ -314,8 +318,7 @@ void bind_motions(py::module_& module) {
   py::class_<TrackedMotion> tracked(module, "TrackedMotion",
                                     "A person's poses found in a capture.");
   tracked.def_property_readonly(
-      "skeleton", [](TrackedMotion& self) -> Skeleton& { return self.skeleton; },
-      py::return_value_policy::reference_internal);
+      "skeleton", [](const TrackedMotion& self) { return self.skeleton; }, "copied");
   tracked.def_property_readonly(
       "motion", [](TrackedMotion& self) -> Motion& { return self.motion; },
       py::return_value_policy::reference_internal);

@@ -1,5 +1,7 @@
+#include <functional>
 #include <map>
 #include <optional>
+#include <type_traits>
 
 #include "capture/dataset.h"
 #include "capture/detections.h"
@@ -120,6 +122,29 @@ py::object optional_image(std::optional<ImageOf<T>> image) {
   return image ? py::object(image_array(*std::move(image))) : py::object(py::none());
 }
 
+/// Throws DataError for a camera that the data set does not have.
+void require_camera(const FrameReader& reader, Index camera_idx) {
+  const auto count = static_cast<Index>(reader.dataset().cameras.size());
+  if (camera_idx < 0 || camera_idx >= count) {
+    throw DataError("", "camera_idx", std::to_string(camera_idx),
+                    "a camera, 0 to " + std::to_string(count - 1));
+  }
+}
+
+/// What a camera has of a frame, read without the interpreter's lock.
+template <class Read>
+auto reading(Read read) {
+  return [read](FrameReader& self, Index camera_idx, int frame_id) {
+    require_camera(self, camera_idx);
+    std::invoke_result_t<Read, FrameReader&, Index, int> image;
+    {
+      const LongCall released;
+      image = std::invoke(read, self, camera_idx, frame_id);
+    }
+    return optional_image(std::move(image));
+  };
+}
+
 void bind_reader(py::module_& module) {
   py::class_<PersonKeypoints>(module, "PersonKeypoints", "Detections of one person in one image.")
       .def_readonly("id", &PersonKeypoints::id)
@@ -139,52 +164,21 @@ void bind_reader(py::module_& module) {
       "there is None.")
       .def(py::init([](const Dataset& dataset) { return FrameReader(dataset); }), "dataset"_a)
       .def_property_readonly("dataset", [](const FrameReader& self) { return self.dataset(); })
+      .def("image", reading(&FrameReader::image), "camera_idx"_a, "frame_id"_a,
+           "Linear light, float32 [H,W,C].")
+      .def("byte_image", reading(&FrameReader::byte_image), "camera_idx"_a, "frame_id"_a,
+           "sRGB bytes, uint8 [H,W,C].")
+      .def("mask", reading(&FrameReader::mask), "camera_idx"_a, "frame_id"_a,
+           "255 on the person, uint8 [H,W].")
+      .def("labels", reading(&FrameReader::labels), "camera_idx"_a, "frame_id"_a,
+           "uint8 [H,W] of the taxonomy \"atelier\".")
       .def(
-          "image",
+          "keypoints",
           [](FrameReader& self, Index camera_idx, int frame_id) {
-            std::optional<Image> image;
-            {
-              const LongCall released;
-              image = self.image(camera_idx, frame_id);
-            }
-            return optional_image(std::move(image));
+            require_camera(self, camera_idx);
+            return self.keypoints(camera_idx, frame_id);
           },
-          "camera_idx"_a, "frame_id"_a, "Linear light, float32 [H,W,C].")
-      .def(
-          "byte_image",
-          [](FrameReader& self, Index camera_idx, int frame_id) {
-            std::optional<ByteImage> image;
-            {
-              const LongCall released;
-              image = self.byte_image(camera_idx, frame_id);
-            }
-            return optional_image(std::move(image));
-          },
-          "camera_idx"_a, "frame_id"_a, "sRGB bytes, uint8 [H,W,C].")
-      .def(
-          "mask",
-          [](FrameReader& self, Index camera_idx, int frame_id) {
-            std::optional<ByteImage> image;
-            {
-              const LongCall released;
-              image = self.mask(camera_idx, frame_id);
-            }
-            return optional_image(std::move(image));
-          },
-          "camera_idx"_a, "frame_id"_a, "255 on the person, uint8 [H,W].")
-      .def(
-          "labels",
-          [](FrameReader& self, Index camera_idx, int frame_id) {
-            std::optional<ByteImage> image;
-            {
-              const LongCall released;
-              image = self.labels(camera_idx, frame_id);
-            }
-            return optional_image(std::move(image));
-          },
-          "camera_idx"_a, "frame_id"_a, "uint8 [H,W] of the taxonomy \"atelier\".")
-      .def("keypoints", &FrameReader::keypoints, "camera_idx"_a, "frame_id"_a,
-           "Everybody who was found.")
+          "camera_idx"_a, "frame_id"_a, "Everybody who was found.")
       .def("keypoints3d", &FrameReader::keypoints3d, "frame_id"_a, "Everybody in space.");
 }
 
@@ -300,13 +294,19 @@ void bind_triangulation(py::module_& module) {
   module.def(
       "linear_points",
       [](const std::vector<Camera>& cameras, const std::vector<Keypoints2d>& detections) {
+        require_rows("detections", static_cast<Index>(detections.size()),
+                     static_cast<Index>(cameras.size()), "cameras");
+        for (std::size_t c = 1; c < detections.size(); ++c) {
+          require_rows("detections, camera " + std::to_string(c), detections[c].rows(),
+                       detections[0].rows(), "points of camera 0");
+        }
         return linear_points(cameras, detections);
       },
       "cameras"_a, "detections"_a, py::call_guard<LongCall>(),
       "Points [N,3] in metres from one detection of each in every camera, `detections` [C] of "
       "[N,3], "
       "pixels and confidence: least squares in the images, in which every detection counts. NaN "
-      "where fewer than two cameras have a confidence above 0. Raises LogicError for sizes that "
+      "where fewer than two cameras have a confidence above 0. Raises DataError for sizes that "
       "differ.");
   module.def(
       "triangulate",

@@ -36,7 +36,7 @@ void require_vertices(const std::string& where, const std::vector<int>& indices,
 }
 
 void require_pose(const Pose& pose, Index joints) {
-  require_rows("pose", pose.rotations.rows(), joints, "joints of the model");
+  require_rows("pose", pose.rotations.rows(), joints, "joints of the skeleton");
   require_finite(pose.rotations.data(), pose.rotations.size(), 3);
   require_finite(pose.root_translation.data(), 3, 1);
 }

@@ -1,6 +1,7 @@
 #include "simulation/cloth/cloth.h"
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 
 #include "python/arrays.h"
@@ -178,6 +179,8 @@ void bind_solver(py::module_& module) {
       module, "SimulationModel",
       "The part of a scene that does not change: cloth and the body's faces.");
   model.def(py::init([](Cloth cloth, Triangles body_faces) {
+              // Of how many vertices is known with a Control.
+              require_faces(body_faces, std::numeric_limits<int>::max());
               return SimulationModel{std::move(cloth), std::move(body_faces)};
             }),
             "cloth"_a, "body_faces"_a = py::none());

@@ -401,6 +401,9 @@ void bind_tree(py::module_& module) {
       "build_tree",
       [](const Points& vertices, const Triangles& faces, int leaf_size) {
         require_faces(faces, vertices.rows());
+        if (leaf_size < 1) {
+          throw DataError("", "leaf_size", std::to_string(leaf_size), "1 face or more");
+        }
         return build_tree(vertices, faces, {.leaf_size = leaf_size});
       },
       "vertices"_a, "faces"_a, "leaf_size"_a = 4, py::call_guard<LongCall>(),
@@ -413,6 +416,9 @@ void bind_tree(py::module_& module) {
       "closest_points",
       [](const TriangleTree& tree, PointsView queries, double max_distance,
          const std::string& device) {
+        if (!(max_distance >= 0)) {
+          throw DataError("", "max_distance", std::to_string(max_distance), "0 m or more");
+        }
         return ClosestPointArrays{closest_points(tree, queries, max_distance, device_of(device))};
       },
       "tree"_a, "queries"_a, "max_distance"_a = std::numeric_limits<double>::infinity(),
@@ -431,6 +437,9 @@ void bind_tree(py::module_& module) {
         for (std::size_t i = 0; i < rays.size(); ++i) {
           rays[i].origin = origins.row(static_cast<Index>(i));
           rays[i].direction = directions.row(static_cast<Index>(i));
+          if (rays[i].direction.isZero(0)) {
+            throw DataError("", "directions, row " + std::to_string(i), "0, 0, 0", "a direction");
+          }
         }
         return RayHitArrays{first_hits(tree, rays, device_of(device))};
       },

@@ -1,4 +1,6 @@
 #include <exception>
+#include <regex>
+#include <string>
 
 #include "core/error.h"
 #include "core/not_converged.h"
@@ -20,6 +22,13 @@ void raise(const char* name, const Fields&... fields) {
   PyErr_SetObject(type.ptr(), error.ptr());
 }
 
+/// Of "file.cpp:12: what is wrong (condition)" what is wrong: the rest is for who reads the source.
+std::string without_place(const std::string& text) {
+  static const std::regex kPlaced(R"(\w+\.\w+:\d+: (.*?) \(.*\))");
+  std::smatch parts;
+  return std::regex_match(text, parts, kPlaced) ? parts[1].str() : text;
+}
+
 void translate(std::exception_ptr thrown) {
   try {
     std::rethrow_exception(thrown);
@@ -35,7 +44,7 @@ void translate(std::exception_ptr thrown) {
   } catch (const NotConverged& error) {
     raise("NotConverged", error.what());
   } catch (const LogicError& error) {
-    raise("LogicError", error.what());
+    raise("LogicError", without_place(error.what()));
   } catch (const StopRequested&) {
     PyErr_SetNone(PyExc_KeyboardInterrupt);
   }

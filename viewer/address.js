@@ -41,19 +41,23 @@ export function writeAddress(app, now = false) {
   now ? write() : app.writing = setTimeout(write, 250);
 }
 
-/// Of an address without a view, as one that is typed, the frame alone counts: that of this number, or
-/// else the nearest.
+/// Of an address without a view, as one that is typed, the frame alone counts: that of this number in what is
+/// shown first, or in the first that has it, or else the nearest.
 export function readAddress(app) {
   const words = new URLSearchParams(location.hash.slice(1));
   const number = words.get("frame") ? Number(words.get("frame")) : NaN;
   const frameOf = ({frames}) => Number.isFinite(number) ? nearestFrame(frames, number) : app.timeline.index;
   app.hasAddress = words.has("view");
   if (!app.hasAddress) {
+    const owner = [app.now, ...app.timelines].find(({info}) => info.frames.includes(number));
+    if (owner && owner !== app.now && !app.isSplit) {
+      app.panes[app.active] = app.pane(owner.number);
+    }
     app.wantedIndex = frameOf(app.now.info);
     return;
   }
   app.orbit.read(words.get("view"));
-  (words.get("panes") ?? "").split(",").slice(0, 2).forEach((text, i) => {
+  (words.get("panes")?.split(",") ?? []).slice(0, 2).forEach((text, i) => {
     const [timeline, hidden, through] = text.split("/");
     const number = Number(timeline);
     if (app.timelines[number]) {

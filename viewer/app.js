@@ -515,14 +515,20 @@ class App {
     }
   }
 
-  nextMark(step) {
-    const marks = inOrder(this.now.info.marks).filter(mark => mark.frame !== undefined || mark.camera !== undefined);
-    if (marks.length > 0) {
-      const at = marks.indexOf(this.mark);  // more may have been found since
-      this.jump(marks[at < 0 ? (step > 0 ? 0 : marks.length - 1) : (at + step + marks.length) % marks.length]);
-    } else {
+  /// Of all that can be shown, in the order of its tabs: from what is shown on.
+  async nextMark(step) {
+    const marks = this.timelines.flatMap(timeline => inOrder(timeline.info.marks)
+      .filter(mark => mark.frame !== undefined || mark.camera !== undefined).map(mark => ({timeline, mark})));
+    if (marks.length === 0) {
       say("No finding here names a frame or a camera.");
+      return;
     }
+    const at = marks.findIndex(({mark}) => mark === this.mark);  // more may have been found since
+    const own = marks.findIndex(({timeline}) => timeline === this.now);
+    const first = step > 0 ? Math.max(own, 0) : marks.length - 1;
+    const {timeline, mark} = marks[at < 0 ? first : (at + step + marks.length) % marks.length];
+    await this.choose(timeline.number);
+    this.jump(mark);
   }
 
   play() {

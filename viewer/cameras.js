@@ -244,7 +244,8 @@ export class Cameras {
       return "";
     }
     this.paint(camera, frameId, image, mask, labels, header.keypoints ?? []);
-    return (header.problems ?? []).join("\n");
+    const problems = header.problems ?? [];
+    return (header.image || problems.length > 0 ? problems : ["There is no image of this frame."]).join("\n");
   }
 
   clearImage(camera) {

@@ -124,6 +124,7 @@ export class Layer {
     this.color = roleColor(info.role, number);
     this.coloring = "plain";
     this.mode = kPlain;
+    this.unreadable = [];  // of surveyed frames: [frame, why]
     // Of surveyed frames: how far edges are from the frames beside, m; the strain of faces, 99.5th percentile.
     this.figures = {deviation: [], strain: []};
     this.worst = {deviation: [], strain: []};  // the vertex where each is largest
@@ -560,8 +561,9 @@ export class Layer {
     }
     this.surveyed = first + this.info.chunk;
     const {arrays} = await this.topology();
-    this.tellFigures(first, chunkCache.peek(this.chunkKey(first)) ??
-      this.decode(await loadData(this.chunkKey(first))).value, arrays);
+    const chunk = chunkCache.peek(this.chunkKey(first)) ?? this.decode(await loadData(this.chunkKey(first))).value;
+    this.unreadable.push(...chunk.missing);
+    this.tellFigures(first, chunk, arrays);
     return true;
   }
 

@@ -25,21 +25,24 @@ export async function survey(app) {
       continue;
     }
     layer.isTold = true;
-    const marks = marksOf(layer);
+    const marks = marksOf(layer, timeline.info.marks);
     timeline.info.marks.push(...marks);
     marks.length > 0 ? app.setFindings() : app.timeline.chooseSeries();
   }
   app.surveying = false;
 }
 
-/// What the figures of a layer's frames tell.
-function marksOf(layer) {
+/// What the figures of a layer's frames tell, beside what is known.
+function marksOf(layer, known) {
   const {info, figures, frames} = layer;
   const mark = (index, text, vertex, coloring = layer.coloring) => ({severity: "warning", stage: info.stage,
     text: `${info.name}: ${text}`, frame: frames[index], layer: info.name, coloring, vertex});
   const inRuns = (values, find) => layer.runs.flatMap(({first, end}) => find(values.slice(first, end)).map(i => i + first));
   const torn = inRuns(figures.deviation, tornFrames);
   return [
+    ...layer.unreadable.filter(([frame]) => !known.some(mark => mark.frame === frame && mark.stage === info.stage &&
+      mark.severity !== "note")).map(([frame, why]) => ({severity: "error", stage: info.stage, frame,
+      text: `${info.name}: frame ${frame} cannot be read: ${why}`})),
     ...torn.map(i => mark(i, `torn: edges are up to ${(1000 * figures.deviation[i]).toFixed(0)} mm longer or shorter than in ` +
       "the frames beside", layer.worst.deviation[i])),
     ...inRuns(figures.strain, suddenRises).filter(i => !torn.includes(i) && !torn.includes(i - 1)).map(i => mark(i,

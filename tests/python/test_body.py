@@ -147,7 +147,7 @@ class BodyRefused(unittest.TestCase):
                 call(self.model, self.body, atelier.Pose(np.zeros((3, 3))))
             error = raised.exception
             self.assertEqual((error.where, error.found, error.expected),
-                             ("pose", "3 rows", "55, the joints of the model"))
+                             ("pose", "3 rows", "55, the joints of the skeleton"))
 
     def test_number_written_into_a_pose_that_is_not_finite_is_refused(self):
         pose = atelier.rest_pose(self.model.skeleton)
@@ -162,6 +162,21 @@ class BodyRefused(unittest.TestCase):
         with self.assertRaises(atelier.DataError) as raised:
             atelier.Pose(rotations)
         self.assertEqual(raised.exception.where, "row 5, column 1")
+
+    def test_arrays_of_a_model_are_copies_and_skeletons_are_checked(self):
+        mesh = self.model.mesh
+        mesh.vertices = np.zeros((5, 3))
+        mesh.faces = [[0, 1, 90_000_000]]
+        self.assertGreater(len(self.model.mesh.vertices), 5)
+        self.assertIn("stature", atelier.measure_body(self.model))
+        with self.assertRaises(AttributeError):
+            self.model.mesh = mesh
+        skeleton = self.model.skeleton
+        parents = np.array(skeleton.parents)
+        parents[5] = 999_999
+        skeleton.parents = parents
+        with self.assertRaises(atelier.DataError):
+            atelier.forward_kinematics(skeleton, atelier.rest_pose(skeleton))
 
     def test_shape_of_another_length_is_refused(self):
         for call in (atelier.shape_body, atelier.measure_body, atelier.at_shape):

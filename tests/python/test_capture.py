@@ -154,6 +154,15 @@ class Capture(Temporary):
 
 
 class CaptureRefused(Temporary):
+    def test_camera_that_is_not_there_is_refused(self):
+        write_capture(self.folder)
+        reader = atelier.FrameReader(atelier.open_dataset(self.folder))
+        for read in (reader.image, reader.byte_image, reader.mask, reader.labels, reader.keypoints):
+            for camera in (-1, 99):
+                with self.assertRaises(atelier.DataError) as raised:
+                    read(camera, 0)
+                self.assertEqual((raised.exception.where, raised.exception.found), ("camera_idx", str(camera)))
+
     def test_numbers_that_do_not_agree_are_refused(self):
         cameras, schema = ring(3), atelier.keypoint_schema("body_25")
         for detections in ([[np.zeros((25, 3))] * 2], [[np.zeros((24, 3))] * 3]):

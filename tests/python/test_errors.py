@@ -85,6 +85,24 @@ class ErrorsRefused(Temporary):
             atelier.write_mesh(self.folder / "m.ply", atelier.Mesh(vertices, faces))
         self.assertEqual(raised.exception.where, "faces, row 1")
 
+    def test_numbers_out_of_range_are_refused_with_their_argument(self):
+        vertices, faces = [[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]
+        tree = atelier.build_tree(vertices, faces)
+        for call, where in ((lambda: atelier.build_tree(vertices, faces, leaf_size=0), "leaf_size"),
+                            (lambda: atelier.closest_points(tree, vertices, max_distance=-1), "max_distance"),
+                            (lambda: atelier.first_hits(tree, [[0, 0, 1]], [[0, 0, 0]]), "directions, row 0"),
+                            (lambda: atelier.linear_points([atelier.Camera()], []), "detections")):
+            with self.subTest(where), self.assertRaises(atelier.DataError) as raised:
+                call()
+            self.assertEqual(raised.exception.where, where)
+
+    def test_logic_errors_are_words_without_the_place_in_the_source(self):
+        tree = atelier.build_tree([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]])
+        with self.assertRaises(atelier.LogicError) as raised:
+            atelier.refit_tree(tree, [[0, 0, 0]])
+        self.assertNotIn(".cpp", str(raised.exception))
+        self.assertTrue(str(raised.exception))
+
     def test_options_of_the_wrong_shape_are_refused(self):
         for wrong in ({"friction": {"a": 1}}, {"friction.a": 1}, {"xpbd.substeps.x": 1}, {"xpbd": 3}):
             with self.subTest(str(wrong)), self.assertRaises(atelier.UsageError):

@@ -192,6 +192,24 @@ TEST(PlantedFault, TornFrameOfWhatIsNotShown_IsCountedOnItsTab) {
   EXPECT_THAT(looked.messages, IsEmpty());
 }
 
+TEST(PlantedFault, DamagedFrame_IsAFindingBeforeAnybodyComesUponIt) {
+  SKIP_WITHOUT_BROWSER();
+  const TemporaryDirectory root;
+  const fs::path workspace = faulty_workspace(root.path(), [](int, Points&) {});
+  const fs::path frame = workspace / "register/current/registered/lower/frames/000005.h5";
+  std::fstream(frame).seekp(-50, std::ios::end) << "damage";
+  ASSERT_EQ(view({workspace.string(), "--out", (root.path() / "page").string()}).exit_code, 0);
+  const Looked looked =
+      look("file://" + (root.path() / "page/index.html").string(),
+           {"wait:atelier.now.surveyed", "key:n", kSettled,
+            "eval:[...document.querySelectorAll('#marks button')].map(mark => mark.ariaLabel)",
+            "eval:document.documentElement.dataset.frame"});
+  ASSERT_EQ(looked.values.size(), 2) << looked.messages;
+  ASSERT_EQ(looked.values[0].size(), 1) << looked.values[0];
+  EXPECT_THAT(looked.values[0][0].get<std::string>(), HasSubstr("frame 5 cannot be read"));
+  EXPECT_EQ(looked.values[1], "5");
+}
+
 TEST(PlantedFault, TornFrameOfFour_IsAFindingAndSoundOnesAreNone) {
   SKIP_WITHOUT_BROWSER();
   for (const int torn : {-1, 0, 1, 2, 3}) {
