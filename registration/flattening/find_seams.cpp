@@ -1,15 +1,15 @@
 #include "registration/flattening/find_seams.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <numeric>
 
+#include "core/angle_defects.h"
 #include "core/error.h"
+#include "core/neighbor_means.h"
 #include "core/normals.h"
 #include "core/parallel.h"
 #include "registration/flattening/cross_field.h"
@@ -19,6 +19,7 @@
 #include "registration/flattening/front_and_back.h"
 #include "registration/flattening/limb_rings.h"
 #include "registration/flattening/mirrored_way.h"
+#include "registration/flattening/rise_seams.h"
 #include "registration/flattening/seam_piece.h"
 #include "registration/flattening/surface_cut.h"
 
@@ -28,38 +29,9 @@ namespace {
 /// Angular defect at each inner vertex, spread over its neighbourhood: it is large where the
 /// surface cannot be laid flat. Absolute value, rad.
 std::vector<double> curvature_of(const Mesh& mesh, const Topology& topology) {
-  std::vector<double> defect(static_cast<std::size_t>(mesh.vertices.rows()), 2 * std::numbers::pi);
-  for (Index f = 0; f < mesh.faces.rows(); ++f) {
-    for (int k = 0; k < 3; ++k) {
-      const Eigen::Vector3d at = mesh.vertices.row(mesh.faces(f, k));
-      const Eigen::Vector3d a = mesh.vertices.row(mesh.faces(f, (k + 1) % 3)).transpose() - at;
-      const Eigen::Vector3d b = mesh.vertices.row(mesh.faces(f, (k + 2) % 3)).transpose() - at;
-      defect[static_cast<std::size_t>(mesh.faces(f, k))] -= std::atan2(a.cross(b).norm(), a.dot(b));
-    }
-  }
-  for (Index e = 0; e < topology.edges.rows(); ++e) {
-    if (corners_of_edge(topology, e).size() != 2) {
-      defect[static_cast<std::size_t>(topology.edges(e, 0))] = 0;
-      defect[static_cast<std::size_t>(topology.edges(e, 1))] = 0;
-    }
-  }
   constexpr int kRounds = 3;
-  for (int round = 0; round < kRounds; ++round) {
-    // A share goes to each neighbour; what is there stays there in sum.
-    std::vector<double> sums = defect;
-    std::vector<int> counts(defect.size(), 1);
-    for (Index e = 0; e < topology.edges.rows(); ++e) {
-      const auto a = static_cast<std::size_t>(topology.edges(e, 0));
-      const auto b = static_cast<std::size_t>(topology.edges(e, 1));
-      sums[a] += defect[b];
-      sums[b] += defect[a];
-      ++counts[a];
-      ++counts[b];
-    }
-    for (std::size_t v = 0; v < defect.size(); ++v) {
-      defect[v] = sums[v] / counts[v];
-    }
-  }
+  std::vector<double> defect =
+      neighbor_means(topology, angle_defects(mesh.vertices, topology), kRounds);
   for (double& value : defect) {
     value = std::abs(value);
   }

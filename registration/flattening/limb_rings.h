@@ -22,10 +22,4 @@ namespace atelier {
 std::vector<char> limb_rings(const Mesh& mesh, const Topology& topology,
                              const Eigen::Vector3d& facing);
 
-/// Where the two halves of trousers meet: from the crotch to the waist, in front and at the back,
-/// near the middle. None where there are no legs, or where they part more than 6 cm off the middle.
-/// Flags and arguments as of limb_rings.
-std::vector<char> rise_seams(const Mesh& mesh, const Topology& topology,
-                             const Eigen::Vector3d& facing);
-
 }  // namespace atelier

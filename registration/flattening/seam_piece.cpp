@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 
+#include "core/neighbor_means.h"
 #include "core/normals.h"
 #include "registration/flattening/flatten_panel.h"
 #include "registration/flattening/grain_direction.h"
@@ -20,26 +21,6 @@ namespace {
 constexpr int kPeaks = 5;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-/// Averaged with the neighbours, some times.
-std::vector<double> spread(const SeamPiece& piece, std::vector<double> values, int rounds) {
-  for (int round = 0; round < rounds; ++round) {
-    std::vector<double> sums = values;
-    std::vector<int> counts(values.size(), 1);
-    for (Index e = 0; e < piece.topology.edges.rows(); ++e) {
-      const auto a = static_cast<std::size_t>(piece.topology.edges(e, 0));
-      const auto b = static_cast<std::size_t>(piece.topology.edges(e, 1));
-      sums[a] += values[b];
-      sums[b] += values[a];
-      ++counts[a];
-      ++counts[b];
-    }
-    for (std::size_t v = 0; v < values.size(); ++v) {
-      values[v] = sums[v] / counts[v];
-    }
-  }
-  return values;
-}
-
 std::vector<double> stretched_places(const SeamPiece& piece) {
   std::vector<double> sums(static_cast<std::size_t>(piece.vertices.rows()), 0);
   std::vector<double> areas(sums.size(), 0);
@@ -53,7 +34,8 @@ std::vector<double> stretched_places(const SeamPiece& piece) {
   for (std::size_t v = 0; v < sums.size(); ++v) {
     sums[v] /= std::max(areas[v], 1e-18);
   }
-  return spread(piece, std::move(sums), 3);
+  constexpr int kRounds = 3;
+  return neighbor_means(piece.topology, std::move(sums), kRounds);
 }
 
 }  // namespace
