@@ -49,7 +49,8 @@ class PatternTrial {
   PatternTrial(const Mesh& mesh, const FindPatternOptions& options, const SeamWatch& watch)
       : options_(options), watch_(watch), surface_(mesh), moved_(mesh) {
     options_.flatten.panel.even = stiffening_of(stretch_bound(options.find));
-    quick_ = options_.flatten;  // not woven: a surface is not to be sheared as its pattern is
+    quick_ = options_.flatten;
+    quick_.panel.woven = false;  // a surface is not to be sheared as its pattern is
     options_.flatten.panel.woven = options.find.woven;
     quick_.equal_seams = false;
   }
@@ -59,6 +60,8 @@ class PatternTrial {
   /// Of the best that keeps the bound, m; infinite where none does.
   double cost() const { return cost_; }
   const FoundPattern& best() const { return best_; }
+  /// Of the last pattern, what stretch_bound bounds.
+  double strain() const { return strain_; }
 
   /// Where vertices are.
   std::pair<Mesh, Mesh> places() const { return {surface_, moved_}; }
@@ -73,25 +76,29 @@ class PatternTrial {
     moved_.vertices = surface_.vertices;
     constexpr int kTimes = 2;  // the pattern follows the surface, which follows the pattern
     for (int i = 0; i < kTimes && options_.tolerance > 0; ++i) {
-      unstretch(flatten_surface(moved_, seams.cut, quick_));
+      unstretch(laid_quickly(seams));
     }
   }
 
   /// Lays the surface out by these seams; true if the bound holds.
   bool keeps_bound(const FoundSeams& seams, const char* what) {
-    FlatPattern pattern = flatten_surface(moved_, seams.cut, options_.flatten);
+    const bool woven = options_.find.woven;
+    const Points2 start = woven ? laid_quickly(seams).vertices : Points2();
+    FlatPattern pattern = flatten_surface(moved_, seams.cut, options_.flatten, start);
     FlatMeasures measures = measure_flat(moved_, pattern);
     const double bound = stretch_bound(options_.find);
     const auto strain = [&] { return bounded_strain(measures, options_.find); };
     const auto nearly = [&] { return strain() > bound && strain() < kNearlyKept * bound; };
     constexpr int kTimes = 3;
     for (int i = 0; i < kTimes && options_.tolerance > 0 && nearly(); ++i) {
-      unstretch(options_.find.woven ? flatten_surface(moved_, seams.cut, quick_) : pattern);
-      pattern = flatten_surface(moved_, seams.cut, options_.flatten);
+      unstretch(woven ? laid_quickly(seams) : pattern);
+      pattern = flatten_surface(moved_, seams.cut, options_.flatten,
+                                woven ? pattern.vertices : Points2());
       measures = measure_flat(moved_, pattern);
     }
     say(what, pattern, measures);
-    const bool reached = strain() <= bound && measures.overlaps == 0;
+    strain_ = strain();
+    const bool reached = strain_ <= bound && measures.overlaps == 0;
     const double cost = reached ? measures.seam_length + kPanelLength * pattern.cut.panel_count
                                 : std::numeric_limits<double>::infinity();
     if (cost < kShorter * cost_ || !best_.reached) {
@@ -182,6 +189,17 @@ class PatternTrial {
     return sorted;
   }
 
+  /// The surface laid flat as what does not shear, each seam's sides as they come. Of woven cloth
+  /// it goes on from where it lay by the same seams.
+  FlatPattern laid_quickly(const FoundSeams& seams) {
+    const bool again = options_.find.woven && quickly_cut_ == seams.cut;
+    FlatPattern pattern =
+        flatten_surface(moved_, seams.cut, quick_, again ? quickly_laid_ : Points2());
+    quickly_cut_ = seams.cut;
+    quickly_laid_ = pattern.vertices;
+    return pattern;
+  }
+
   void unstretch(const FlatPattern& pattern) {
     moved_.vertices = unstretched_surface(surface_, pattern, stretch_bound(options_.find),
                                           options_.tolerance, moved_.vertices);
@@ -206,6 +224,9 @@ class PatternTrial {
   Mesh moved_;    // what of it is laid flat
   FoundPattern best_;
   std::pair<Mesh, Mesh> best_places_;
+  std::vector<char> quickly_cut_;
+  Points2 quickly_laid_;
+  double strain_ = 0;
   double cost_ = std::numeric_limits<double>::infinity();
 };
 

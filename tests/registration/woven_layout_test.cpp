@@ -69,6 +69,19 @@ TEST(WovenShape, Sphere_IsCoveredByShearWhereIsotropicClothStretches) {
   EXPECT_LT(after, before / 3);
 }
 
+TEST(WovenShape, Iterations_ComeToRest) {
+  // Threads that stiffen overshoot in full steps, which go to and fro for ever.
+  Mesh mesh = sphere_patch(0.15, 0.1, 16);
+  turn_out(mesh);
+  const FlatPanel isotropic = flatten_panel(mesh.vertices, mesh.faces);
+  WovenShapeOptions options;
+  options.iterations = 20;
+  const Points2 flat = woven_shape(mesh.vertices, mesh.faces, isotropic.vertices, options);
+  options.iterations = 1;
+  const Points2 again = woven_shape(mesh.vertices, mesh.faces, flat, options);
+  EXPECT_LT((again - flat).rowwise().norm().maxCoeff(), 1e-3);
+}
+
 TEST(WovenShape, SheetAndTube_KeepTheirShape) {
   Mesh sheet = sphere_patch(50, 0.2, 12);
   turn_out(sheet);
