@@ -15,6 +15,7 @@
 #include "registration/flattening/front_and_back.h"
 #include "registration/flattening/straight_seams.h"
 #include "registration/flattening/unstretched_surface.h"
+#include "registration/outlines/outline_measures.h"
 #include "registration/remove_slivers.h"
 
 namespace atelier {
@@ -23,6 +24,7 @@ namespace {
 constexpr int kSeamSearches = 4;         // at most
 constexpr double kForEqualSeams = 0.97;  // of the stretch: what equal seams cost
 constexpr double kLessStretch = 0.95;    // of the stretch, after a search whose pattern missed it
+constexpr double kLeastStretch = 0.6;    // the same, of woven cloth that misses it by far
 constexpr double kPanelLength = 0.15;    // m of seam that a panel is worth
 constexpr double kShorter = 0.98;        // of what there is: worth taking, since it stretches more
 constexpr double kNearlyKept = 1.15;     // of the stretch: what may still come within it
@@ -43,6 +45,20 @@ void tighten(FindSeamsOptions& find, double share) {
   find.thread_stretch *= share;
 }
 
+/// How many corners panels have beyond so many each.
+int corners_beyond(const FlatPattern& pattern, int allowed) {
+  int beyond = 0;
+  for (const std::vector<int>& loop : boundary_loops(
+           topology_of(pattern.cut.faces, static_cast<Index>(pattern.cut.source.size())))) {
+    Points2 outline(static_cast<Index>(loop.size()), 2);
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      outline.row(static_cast<Index>(i)) = pattern.vertices.row(loop[i]);
+    }
+    beyond += std::max(0, corner_count(outline) - allowed);
+  }
+  return beyond;
+}
+
 /// Patterns as they are tried; what is best is kept.
 class PatternTrial {
  public:
@@ -60,8 +76,12 @@ class PatternTrial {
   /// Of the best that keeps the bound, m; infinite where none does.
   double cost() const { return cost_; }
   const FoundPattern& best() const { return best_; }
-  /// Of the last pattern, what stretch_bound bounds.
-  double strain() const { return strain_; }
+  /// The share of its bound that the next search is to keep, after one whose pattern missed it. Of
+  /// woven cloth as much less as the last pattern stretched more: it takes a dart or a cut.
+  double next_share() const {
+    const double missed = stretch_bound(options_.find) / std::max(strain_, 1e-9);
+    return options_.find.woven ? std::clamp(missed, kLeastStretch, kLessStretch) : kLessStretch;
+  }
 
   /// Where vertices are.
   std::pair<Mesh, Mesh> places() const { return {surface_, moved_}; }
@@ -98,11 +118,14 @@ class PatternTrial {
     }
     say(what, pattern, measures);
     strain_ = strain();
-    const bool reached = strain_ <= bound && measures.overlaps == 0;
+    const int corners = woven ? corners_beyond(pattern, options_.find.corners) : 0;
+    const bool few = !best_.reached || corners <= corners_;
+    const bool reached = strain_ <= bound && measures.overlaps == 0 && few;
     const double cost = reached ? measures.seam_length + kPanelLength * pattern.cut.panel_count
                                 : std::numeric_limits<double>::infinity();
     if (cost < kShorter * cost_ || !best_.reached) {
       cost_ = cost;
+      corners_ = corners;
       const Eigen::VectorXd ways = ways_off(surface_, moved_.vertices);
       best_ = {moved_,  seams,       std::move(pattern), std::move(measures),
                reached, ways.mean(), ways.maxCoeff()};
@@ -226,7 +249,8 @@ class PatternTrial {
   std::pair<Mesh, Mesh> best_places_;
   std::vector<char> quickly_cut_;
   Points2 quickly_laid_;
-  double strain_ = 0;
+  double strain_ = 0;  // of the last pattern, what stretch_bound bounds
+  int corners_ = 0;    // of the best, beyond those that panels may have
   double cost_ = std::numeric_limits<double>::infinity();
 };
 
@@ -273,7 +297,7 @@ FoundPattern find_pattern(const Mesh& mesh, const FindPatternOptions& options,
       break;  // no seams keep it, however they run
     }
     if (!trial.best().reached) {
-      tighten(find, kLessStretch);
+      tighten(find, trial.next_share());
     }
   }
   // Rough surfaces may lie flat by seams that run zigzag alone.
@@ -286,7 +310,7 @@ FoundPattern find_pattern(const Mesh& mesh, const FindPatternOptions& options,
     if (trial.keeps_bound(seams, "along edges") || !seams.reached) {
       break;
     }
-    tighten(find, kLessStretch);
+    tighten(find, trial.next_share());
   }
   if (trial.best().reached && options.find.join) {
     trial.sew();

@@ -82,7 +82,8 @@ std::vector<int> ring_of(const Mesh& mesh, const Topology& topology, const EdgeG
 
 std::vector<char> limb_rings(const Mesh& mesh, const Topology& topology,
                              const Eigen::Vector3d& facing) {
-  std::vector<char> cut(static_cast<std::size_t>(topology.edges.rows()), 0);
+  const std::vector<char> none(static_cast<std::size_t>(topology.edges.rows()), 0);
+  std::vector<char> cut = none;
   const WornRims rims = worn_rims(mesh, topology, facing);
   const std::vector<RimLoop>& loops = rims.loops;
   const Eigen::Vector3d& left = rims.left;
@@ -99,7 +100,7 @@ std::vector<char> limb_rings(const Mesh& mesh, const Topology& topology,
       with[static_cast<std::size_t>(edge)] = 1;
     }
     if (with == cut) {
-      continue;
+      return none;  // sleeves come in pairs
     }
     // The limb holds its own opening alone.
     const SurfaceCut parted = cut_surface(topology, with);
@@ -119,9 +120,10 @@ std::vector<char> limb_rings(const Mesh& mesh, const Topology& topology,
     const bool alone = std::count_if(loops.begin(), loops.end(), [&](const RimLoop& loop) {
                          return panel_at(loop) == limb;
                        }) == 1;
-    if (alone && sizes[static_cast<std::size_t>(limb)] < kMostOfLimb * areas.sum()) {
-      cut = std::move(with);
+    if (!alone || sizes[static_cast<std::size_t>(limb)] >= kMostOfLimb * areas.sum()) {
+      return none;
     }
+    cut = std::move(with);
   }
   return cut;
 }

@@ -16,7 +16,7 @@ namespace atelier {
 /// trunk (by their distance or more). The loop is the shortest through it that parts the
 /// opening from the others, near the upright plane halfway between across the arm and along the
 /// trunk. None where the limb is shorter than 4 cm, or holds another opening or more than 0.35 of
-/// the area. Our choice of all.
+/// the area, nor where that holds of the other arm. Our choice of all.
 ///
 /// @param facing  where the wearer looks, of length 1; LogicError otherwise
 std::vector<char> limb_rings(const Mesh& mesh, const Topology& topology,

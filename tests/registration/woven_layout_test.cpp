@@ -1,11 +1,13 @@
 // Layout of woven cloth: threads that keep their length, fields of directions, set-in sleeves.
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include <gtest/gtest.h>
 
 #include "core/error.h"
+#include "core/part_of_mesh.h"
 #include "registration/drafting/name_pattern.h"
 #include "registration/flattening/cross_field.h"
 #include "registration/flattening/find_pattern.h"
@@ -162,6 +164,23 @@ TEST(LimbRings, Tee_HasOneThroughEachArmpit) {
     EXPECT_GT(length, 0.2) << side;
     EXPECT_LT(length, 0.5) << side;
   }
+}
+
+TEST(LimbRings, TeeWithAnArmTooShort_HasNoneOnEitherSide) {
+  const Mesh whole = fixtures::pillow_tee();
+  std::vector<Index> kept;
+  for (Index f = 0; f < whole.faces.rows(); ++f) {
+    double most = 0;
+    for (int k = 0; k < 3; ++k) {
+      most = std::max(most, whole.vertices(whole.faces(f, k), 0));
+    }
+    if (most < 0.19) {  // 2 cm of a sleeve are left
+      kept.push_back(f);
+    }
+  }
+  const Mesh mesh = part_of_mesh(whole, kept);
+  const Topology topology = fixtures::topology(mesh);
+  EXPECT_EQ(limb_rings(mesh, topology, Eigen::Vector3d::UnitZ()), fixtures::no_cut(topology));
 }
 
 TEST(LimbRings, Skirt_HasNone) {
