@@ -43,6 +43,7 @@ Eigen::VectorXd ways_off(const Mesh& surface, const Points& points) {
 void tighten(FindSeamsOptions& find, double share) {
   find.stretch *= share;
   find.thread_stretch *= share;
+  find.bias_stretch *= share;
 }
 
 /// How many corners panels have beyond so many each.
@@ -303,6 +304,7 @@ FoundPattern find_pattern(const Mesh& mesh, const FindPatternOptions& options,
   // Rough surfaces may lie flat by seams that run zigzag alone.
   find.stretch = options.find.stretch;
   find.thread_stretch = options.find.thread_stretch;
+  find.bias_stretch = options.find.bias_stretch;
   tighten(find, kForEqualSeams);
   for (int i = 0; i < kSeamSearches && !trial.best().reached; ++i) {
     trial.return_to({mesh, mesh});

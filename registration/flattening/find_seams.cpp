@@ -104,7 +104,7 @@ class Search {
     std::vector<SeamPiece> pieces = parts_of(whole_, cut);
     parallel_for(static_cast<Index>(pieces.size()), 1, [&](Index begin, Index end) {
       for (Index p = begin; p < end; ++p) {
-        lay_flat(pieces[static_cast<std::size_t>(p)], bound_, options_.woven, 100, 1e-6);
+        lay_flat(pieces[static_cast<std::size_t>(p)], options_, 100, 1e-6);
       }
     });
     return pieces;
@@ -165,7 +165,7 @@ class Search {
             after = std::numeric_limits<double>::infinity();
             break;
           }
-          lay_flat(part, bound_, options_.woven, 25, 1e-4);
+          lay_flat(part, options_, 25, 1e-4);
           after += part.excess;
           if (options_.woven) {
             corners = std::max(corners, corners_of(part));
@@ -184,7 +184,7 @@ class Search {
     const auto way = static_cast<std::size_t>(best - gains.begin());
     CutPiece cut{std::move(tried[way]), {}, false};
     for (SeamPiece& part : cut.parts) {
-      lay_flat(part, bound_, options_.woven, 100, 1e-6);
+      lay_flat(part, options_, 100, 1e-6);
     }
     std::vector<char> on_rim(static_cast<std::size_t>(piece.vertices.rows()), 0);
     const std::vector<std::vector<int>> rims = boundary_loops(piece.topology);
@@ -224,7 +224,7 @@ class Search {
       if (!is_disk(part)) {
         return 0;
       }
-      lay_flat(part, bound_, options_.woven, 100, 1e-6);
+      lay_flat(part, options_, 100, 1e-6);
       after += part.excess;
     }
     if (after >= piece.excess) {
@@ -357,7 +357,7 @@ class Search {
       Sewn& result = known.at(best->edges).sewn;
       const double apart = strained_area(pieces[best->a]) +
                            (best->b != best->a ? strained_area(pieces[best->b]) : 0);
-      lay_flat(result.piece, bound_, options_.woven, 100, 1e-6);
+      lay_flat(result.piece, options_, 100, 1e-6);
       result.strained = strained_area(result.piece) - apart;
       if (result.piece.overlaps || strained + result.strained > 0.01 * area_) {
         result.possible = false;  // which shows only when it is laid out well
@@ -459,7 +459,7 @@ class Search {
       return result;
     }
     result.piece = std::move(parts.front());
-    lay_flat(result.piece, bound_, options_.woven, 40, 1e-5);
+    lay_flat(result.piece, options_, 40, 1e-5);
     result.possible =
         !result.piece.overlaps &&
         (!options_.woven ||
@@ -534,6 +534,10 @@ OptionTable describe(FindSeamsOptions& options) {
   table.add("thread_stretch", options.thread_stretch, 0.001, 1, "",
             "Stretch along warp and weft each below which 99% of the area must lie, of the layout "
             "woven");
+  table.add(
+      "bias_stretch", options.bias_stretch, 0.001, 1, "",
+      "Stretch in every direction, by shear between warp and weft, below which 99% of the area "
+      "must lie, of the layout woven; raise it for loosely woven cloth");
   table.add("corners", options.corners, 4, 100, "",
             "Corners of a panel that cuts and joins of the layout woven keep to where they can");
   table.add("join", options.join, "Removal of seams that turn out to be unnecessary");

@@ -40,9 +40,10 @@ std::vector<double> stretched_places(const SeamPiece& piece) {
 
 }  // namespace
 
-void lay_flat(SeamPiece& piece, double bound, bool woven, int iterations, double tolerance) {
+void lay_flat(SeamPiece& piece, const FindSeamsOptions& find, int iterations, double tolerance) {
+  const double bound = stretch_bound(find);
   FlattenPanelOptions options;
-  options.woven = woven;
+  options.woven = find.woven;
   options.iterations = iterations;
   options.tolerance = tolerance;
   options.even = stiffening_of(bound);
@@ -55,8 +56,8 @@ void lay_flat(SeamPiece& piece, double bound, bool woven, int iterations, double
   for (Index f = 0; f < piece.faces.rows(); ++f) {
     const auto to_curved =
         face_deformation(piece.vertices, piece.faces, piece.flat, piece.faces, f);
-    piece.strain[f] = woven ? thread_strain(to_curved)
-                            : (principal_stretches(to_curved).array() - 1).abs().maxCoeff();
+    piece.strain[f] = counted_strain(find, find.woven ? thread_strain(to_curved) : 0,
+                                     (principal_stretches(to_curved).array() - 1).abs().maxCoeff());
     // Beyond the bound it counts twice what it counts near it; a single face cannot count for all.
     const double over = std::min(piece.strain[f] / bound, 4.0);
     piece.excess += piece.areas[f] * std::max(0.0, over - 0.5);
