@@ -26,6 +26,7 @@ constexpr std::array kFlattenIdle = {
     IdleRule{"tolerance", kSeamsGiven, kSeamsFound},
     IdleRule{"find.", kSeamsGiven, kSeamsFound},
     IdleRule{"find.thread_stretch", kIsotropic, kOfWoven},
+    IdleRule{"find.bias_stretch", kIsotropic, kOfWoven},
     IdleRule{"find.corners", kIsotropic, kOfWoven},
     IdleRule{"find.stretch", kWoven, kOfIsotropic},
     IdleRule{"relax.fabric", kNoBody, kHungOnBody},

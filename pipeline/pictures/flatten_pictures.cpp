@@ -116,12 +116,14 @@ Image sewn_picture(const Mesh& sewn, const Mesh& captured, const Mesh& body,
   options.samples = 4;
   RenderMesh skin{body, clay_look()};
   skin.mesh.colors.resize(0, 3);
+  skin.mesh.normals.resize(0, 3);  // those of a file may be of another pose
   RenderMesh cloth{sewn, clay_look()};
   cloth.mesh.normals.resize(0, 3);
   cloth.mesh.colors = map_colors(ColorMap::Viridis, off, 0, kMaxOff);
   cloth.look.color = {1, 1, 1};  // times the colours
   RenderMesh worn{captured, clay_look()};
   worn.mesh.colors.resize(0, 3);
+  worn.mesh.normals.resize(0, 3);
   worn.look.color = {0.16F, 0.24F, 0.42F};
   std::vector<CaptionedImage> cells;
   for (const NamedView& side : two_sides(facing, facing_of(captured))) {

@@ -15,6 +15,7 @@
 #include "registration/flattening/front_and_back.h"
 #include "registration/flattening/straight_seams.h"
 #include "registration/flattening/unstretched_surface.h"
+#include "registration/outlines/outline_measures.h"
 #include "registration/remove_slivers.h"
 
 namespace atelier {
@@ -23,6 +24,7 @@ namespace {
 constexpr int kSeamSearches = 4;         // at most
 constexpr double kForEqualSeams = 0.97;  // of the stretch: what equal seams cost
 constexpr double kLessStretch = 0.95;    // of the stretch, after a search whose pattern missed it
+constexpr double kLeastStretch = 0.6;    // the same, of woven cloth that misses it by far
 constexpr double kPanelLength = 0.15;    // m of seam that a panel is worth
 constexpr double kShorter = 0.98;        // of what there is: worth taking, since it stretches more
 constexpr double kNearlyKept = 1.15;     // of the stretch: what may still come within it
@@ -41,6 +43,21 @@ Eigen::VectorXd ways_off(const Mesh& surface, const Points& points) {
 void tighten(FindSeamsOptions& find, double share) {
   find.stretch *= share;
   find.thread_stretch *= share;
+  find.bias_stretch *= share;
+}
+
+/// How many corners panels have beyond so many each.
+int corners_beyond(const FlatPattern& pattern, int allowed) {
+  int beyond = 0;
+  for (const std::vector<int>& loop : boundary_loops(
+           topology_of(pattern.cut.faces, static_cast<Index>(pattern.cut.source.size())))) {
+    Points2 outline(static_cast<Index>(loop.size()), 2);
+    for (std::size_t i = 0; i < loop.size(); ++i) {
+      outline.row(static_cast<Index>(i)) = pattern.vertices.row(loop[i]);
+    }
+    beyond += std::max(0, corner_count(outline) - allowed);
+  }
+  return beyond;
 }
 
 /// Patterns as they are tried; what is best is kept.
@@ -49,7 +66,8 @@ class PatternTrial {
   PatternTrial(const Mesh& mesh, const FindPatternOptions& options, const SeamWatch& watch)
       : options_(options), watch_(watch), surface_(mesh), moved_(mesh) {
     options_.flatten.panel.even = stiffening_of(stretch_bound(options.find));
-    quick_ = options_.flatten;  // not woven: a surface is not to be sheared as its pattern is
+    quick_ = options_.flatten;
+    quick_.panel.woven = false;  // a surface is not to be sheared as its pattern is
     options_.flatten.panel.woven = options.find.woven;
     quick_.equal_seams = false;
   }
@@ -59,6 +77,12 @@ class PatternTrial {
   /// Of the best that keeps the bound, m; infinite where none does.
   double cost() const { return cost_; }
   const FoundPattern& best() const { return best_; }
+  /// The share of its bound that the next search is to keep, after one whose pattern missed it. Of
+  /// woven cloth as much less as the last pattern stretched more: it takes a dart or a cut.
+  double next_share() const {
+    const double missed = stretch_bound(options_.find) / std::max(strain_, 1e-9);
+    return options_.find.woven ? std::clamp(missed, kLeastStretch, kLessStretch) : kLessStretch;
+  }
 
   /// Where vertices are.
   std::pair<Mesh, Mesh> places() const { return {surface_, moved_}; }
@@ -73,29 +97,36 @@ class PatternTrial {
     moved_.vertices = surface_.vertices;
     constexpr int kTimes = 2;  // the pattern follows the surface, which follows the pattern
     for (int i = 0; i < kTimes && options_.tolerance > 0; ++i) {
-      unstretch(flatten_surface(moved_, seams.cut, quick_));
+      unstretch(laid_quickly(seams));
     }
   }
 
   /// Lays the surface out by these seams; true if the bound holds.
   bool keeps_bound(const FoundSeams& seams, const char* what) {
-    FlatPattern pattern = flatten_surface(moved_, seams.cut, options_.flatten);
+    const bool woven = options_.find.woven;
+    const Points2 start = woven ? laid_quickly(seams).vertices : Points2();
+    FlatPattern pattern = flatten_surface(moved_, seams.cut, options_.flatten, start);
     FlatMeasures measures = measure_flat(moved_, pattern);
     const double bound = stretch_bound(options_.find);
     const auto strain = [&] { return bounded_strain(measures, options_.find); };
     const auto nearly = [&] { return strain() > bound && strain() < kNearlyKept * bound; };
     constexpr int kTimes = 3;
     for (int i = 0; i < kTimes && options_.tolerance > 0 && nearly(); ++i) {
-      unstretch(options_.find.woven ? flatten_surface(moved_, seams.cut, quick_) : pattern);
-      pattern = flatten_surface(moved_, seams.cut, options_.flatten);
+      unstretch(woven ? laid_quickly(seams) : pattern);
+      pattern = flatten_surface(moved_, seams.cut, options_.flatten,
+                                woven ? pattern.vertices : Points2());
       measures = measure_flat(moved_, pattern);
     }
     say(what, pattern, measures);
-    const bool reached = strain() <= bound && measures.overlaps == 0;
+    strain_ = strain();
+    const int corners = woven ? corners_beyond(pattern, options_.find.corners) : 0;
+    const bool few = !best_.reached || corners <= corners_;
+    const bool reached = strain_ <= bound && measures.overlaps == 0 && few;
     const double cost = reached ? measures.seam_length + kPanelLength * pattern.cut.panel_count
                                 : std::numeric_limits<double>::infinity();
     if (cost < kShorter * cost_ || !best_.reached) {
       cost_ = cost;
+      corners_ = corners;
       const Eigen::VectorXd ways = ways_off(surface_, moved_.vertices);
       best_ = {moved_,  seams,       std::move(pattern), std::move(measures),
                reached, ways.mean(), ways.maxCoeff()};
@@ -182,6 +213,17 @@ class PatternTrial {
     return sorted;
   }
 
+  /// The surface laid flat as what does not shear, each seam's sides as they come. Of woven cloth
+  /// it goes on from where it lay by the same seams.
+  FlatPattern laid_quickly(const FoundSeams& seams) {
+    const bool again = options_.find.woven && quickly_cut_ == seams.cut;
+    FlatPattern pattern =
+        flatten_surface(moved_, seams.cut, quick_, again ? quickly_laid_ : Points2());
+    quickly_cut_ = seams.cut;
+    quickly_laid_ = pattern.vertices;
+    return pattern;
+  }
+
   void unstretch(const FlatPattern& pattern) {
     moved_.vertices = unstretched_surface(surface_, pattern, stretch_bound(options_.find),
                                           options_.tolerance, moved_.vertices);
@@ -206,6 +248,10 @@ class PatternTrial {
   Mesh moved_;    // what of it is laid flat
   FoundPattern best_;
   std::pair<Mesh, Mesh> best_places_;
+  std::vector<char> quickly_cut_;
+  Points2 quickly_laid_;
+  double strain_ = 0;  // of the last pattern, what stretch_bound bounds
+  int corners_ = 0;    // of the best, beyond those that panels may have
   double cost_ = std::numeric_limits<double>::infinity();
 };
 
@@ -252,12 +298,13 @@ FoundPattern find_pattern(const Mesh& mesh, const FindPatternOptions& options,
       break;  // no seams keep it, however they run
     }
     if (!trial.best().reached) {
-      tighten(find, kLessStretch);
+      tighten(find, trial.next_share());
     }
   }
   // Rough surfaces may lie flat by seams that run zigzag alone.
   find.stretch = options.find.stretch;
   find.thread_stretch = options.find.thread_stretch;
+  find.bias_stretch = options.find.bias_stretch;
   tighten(find, kForEqualSeams);
   for (int i = 0; i < kSeamSearches && !trial.best().reached; ++i) {
     trial.return_to({mesh, mesh});
@@ -265,7 +312,7 @@ FoundPattern find_pattern(const Mesh& mesh, const FindPatternOptions& options,
     if (trial.keeps_bound(seams, "along edges") || !seams.reached) {
       break;
     }
-    tighten(find, kLessStretch);
+    tighten(find, trial.next_share());
   }
   if (trial.best().reached && options.find.join) {
     trial.sew();

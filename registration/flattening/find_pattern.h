@@ -24,7 +24,7 @@ struct FoundPattern {
 
 /// The stretch below which 99% of the area lies, that stretch_bound bounds.
 inline double bounded_strain(const FlatMeasures& measures, const FindSeamsOptions& find) {
-  return find.woven ? measures.thread_p99 : measures.strain_p99;
+  return counted_strain(find, measures.thread_p99, measures.strain_p99);
 }
 
 /// Finds short, straight seams whose pattern stretches less than a bound.

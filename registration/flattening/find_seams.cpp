@@ -1,15 +1,15 @@
 #include "registration/flattening/find_seams.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <numeric>
 
+#include "core/angle_defects.h"
 #include "core/error.h"
+#include "core/neighbor_means.h"
 #include "core/normals.h"
 #include "core/parallel.h"
 #include "registration/flattening/cross_field.h"
@@ -19,6 +19,7 @@
 #include "registration/flattening/front_and_back.h"
 #include "registration/flattening/limb_rings.h"
 #include "registration/flattening/mirrored_way.h"
+#include "registration/flattening/rise_seams.h"
 #include "registration/flattening/seam_piece.h"
 #include "registration/flattening/surface_cut.h"
 
@@ -28,38 +29,9 @@ namespace {
 /// Angular defect at each inner vertex, spread over its neighbourhood: it is large where the
 /// surface cannot be laid flat. Absolute value, rad.
 std::vector<double> curvature_of(const Mesh& mesh, const Topology& topology) {
-  std::vector<double> defect(static_cast<std::size_t>(mesh.vertices.rows()), 2 * std::numbers::pi);
-  for (Index f = 0; f < mesh.faces.rows(); ++f) {
-    for (int k = 0; k < 3; ++k) {
-      const Eigen::Vector3d at = mesh.vertices.row(mesh.faces(f, k));
-      const Eigen::Vector3d a = mesh.vertices.row(mesh.faces(f, (k + 1) % 3)).transpose() - at;
-      const Eigen::Vector3d b = mesh.vertices.row(mesh.faces(f, (k + 2) % 3)).transpose() - at;
-      defect[static_cast<std::size_t>(mesh.faces(f, k))] -= std::atan2(a.cross(b).norm(), a.dot(b));
-    }
-  }
-  for (Index e = 0; e < topology.edges.rows(); ++e) {
-    if (corners_of_edge(topology, e).size() != 2) {
-      defect[static_cast<std::size_t>(topology.edges(e, 0))] = 0;
-      defect[static_cast<std::size_t>(topology.edges(e, 1))] = 0;
-    }
-  }
   constexpr int kRounds = 3;
-  for (int round = 0; round < kRounds; ++round) {
-    // A share goes to each neighbour; what is there stays there in sum.
-    std::vector<double> sums = defect;
-    std::vector<int> counts(defect.size(), 1);
-    for (Index e = 0; e < topology.edges.rows(); ++e) {
-      const auto a = static_cast<std::size_t>(topology.edges(e, 0));
-      const auto b = static_cast<std::size_t>(topology.edges(e, 1));
-      sums[a] += defect[b];
-      sums[b] += defect[a];
-      ++counts[a];
-      ++counts[b];
-    }
-    for (std::size_t v = 0; v < defect.size(); ++v) {
-      defect[v] = sums[v] / counts[v];
-    }
-  }
+  std::vector<double> defect =
+      neighbor_means(topology, angle_defects(mesh.vertices, topology), kRounds);
   for (double& value : defect) {
     value = std::abs(value);
   }
@@ -132,7 +104,7 @@ class Search {
     std::vector<SeamPiece> pieces = parts_of(whole_, cut);
     parallel_for(static_cast<Index>(pieces.size()), 1, [&](Index begin, Index end) {
       for (Index p = begin; p < end; ++p) {
-        lay_flat(pieces[static_cast<std::size_t>(p)], bound_, options_.woven, 100, 1e-6);
+        lay_flat(pieces[static_cast<std::size_t>(p)], options_, 100, 1e-6);
       }
     });
     return pieces;
@@ -193,7 +165,7 @@ class Search {
             after = std::numeric_limits<double>::infinity();
             break;
           }
-          lay_flat(part, bound_, options_.woven, 25, 1e-4);
+          lay_flat(part, options_, 25, 1e-4);
           after += part.excess;
           if (options_.woven) {
             corners = std::max(corners, corners_of(part));
@@ -212,7 +184,7 @@ class Search {
     const auto way = static_cast<std::size_t>(best - gains.begin());
     CutPiece cut{std::move(tried[way]), {}, false};
     for (SeamPiece& part : cut.parts) {
-      lay_flat(part, bound_, options_.woven, 100, 1e-6);
+      lay_flat(part, options_, 100, 1e-6);
     }
     std::vector<char> on_rim(static_cast<std::size_t>(piece.vertices.rows()), 0);
     const std::vector<std::vector<int>> rims = boundary_loops(piece.topology);
@@ -252,7 +224,7 @@ class Search {
       if (!is_disk(part)) {
         return 0;
       }
-      lay_flat(part, bound_, options_.woven, 100, 1e-6);
+      lay_flat(part, options_, 100, 1e-6);
       after += part.excess;
     }
     if (after >= piece.excess) {
@@ -385,7 +357,7 @@ class Search {
       Sewn& result = known.at(best->edges).sewn;
       const double apart = strained_area(pieces[best->a]) +
                            (best->b != best->a ? strained_area(pieces[best->b]) : 0);
-      lay_flat(result.piece, bound_, options_.woven, 100, 1e-6);
+      lay_flat(result.piece, options_, 100, 1e-6);
       result.strained = strained_area(result.piece) - apart;
       if (result.piece.overlaps || strained + result.strained > 0.01 * area_) {
         result.possible = false;  // which shows only when it is laid out well
@@ -487,7 +459,7 @@ class Search {
       return result;
     }
     result.piece = std::move(parts.front());
-    lay_flat(result.piece, bound_, options_.woven, 40, 1e-5);
+    lay_flat(result.piece, options_, 40, 1e-5);
     result.possible =
         !result.piece.overlaps &&
         (!options_.woven ||
@@ -562,6 +534,10 @@ OptionTable describe(FindSeamsOptions& options) {
   table.add("thread_stretch", options.thread_stretch, 0.001, 1, "",
             "Stretch along warp and weft each below which 99% of the area must lie, of the layout "
             "woven");
+  table.add(
+      "bias_stretch", options.bias_stretch, 0.001, 1, "",
+      "Stretch in every direction, by shear between warp and weft, below which 99% of the area "
+      "must lie, of the layout woven; raise it for loosely woven cloth");
   table.add("corners", options.corners, 4, 100, "",
             "Corners of a panel that cuts and joins of the layout woven keep to where they can");
   table.add("join", options.join, "Removal of seams that turn out to be unnecessary");

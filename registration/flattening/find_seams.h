@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <string>
 #include <vector>
@@ -21,9 +22,10 @@ struct FindSeamsOptions {
   bool join = true;  ///< remove seams that turn out not to be needed
   /// Cut as woven cloth is: along a field of directions (cross_field.h) and where sleeves are set
   /// in (limb_rings.h), until 99% of the area is stretched by less than `thread_stretch` along warp
-  /// and weft each, in panels of few corners.
+  /// and weft each and by less than `bias_stretch` in between, in panels of few corners.
   bool woven = false;
   double thread_stretch = 0.05;  ///< bound where `woven`, 0.001 to 1
+  double bias_stretch = 0.1;     ///< the same in every direction, where threads shear; 0.001 to 1
   int corners = 8;               ///< of a panel where `woven`, as far as there is a way; 4 to 100
 };
 OptionTable describe(FindSeamsOptions& options);
@@ -38,9 +40,16 @@ struct FoundSeams {
   int joined = 0;           ///< seams removed again
 };
 
-/// The bound on the stretch that counts.
+/// The bound on the stretch that counts: along threads where `woven`, of which other directions
+/// count by their share of `bias_stretch`.
 inline double stretch_bound(const FindSeamsOptions& options) {
   return options.woven ? options.thread_stretch : options.stretch;
+}
+
+/// What that bounds, of a stretch along threads and one in any direction.
+inline double counted_strain(const FindSeamsOptions& options, double thread, double any) {
+  return options.woven ? std::max(thread, any * options.thread_stretch / options.bias_stretch)
+                       : any;
 }
 
 /// Called after each cut with one line: the cut, and the share of the area above the bound.

@@ -215,7 +215,7 @@ void check_flattenable(const Mesh& mesh, const std::string& file) {
 }
 
 FlatPattern flatten_surface(const Mesh& mesh, const std::vector<char>& cut,
-                            const FlattenOptions& options) {
+                            const FlattenOptions& options, const Points2& start) {
   const Topology topology = topology_of(mesh.faces, mesh.vertices.rows());
   FlatPattern pattern;
   pattern.cut = cut_surface(topology, cut);
@@ -229,6 +229,18 @@ FlatPattern flatten_surface(const Mesh& mesh, const std::vector<char>& cut,
     }
   }
   std::vector<FlatPanel> flat(panels.size());
+  ATELIER_CHECK(start.rows() == 0 || start.rows() == pattern.vertices.rows(),
+                "a start of the same cut");
+  for (std::size_t p = 0; p < panels.size() && start.rows() > 0; ++p) {
+    Points2& first = flat[p].vertices;
+    first.resize(panels[p].vertices.rows(), 2);
+    for (std::size_t i = 0; i < panels[p].of_cut.size(); ++i) {
+      first.row(static_cast<Index>(i)) = start.row(panels[p].of_cut[i]);
+    }
+    if (turned_faces(first, panels[p].faces) > 0) {
+      first.resize(0, 2);
+    }
+  }
   const auto lay = [&](const FlattenPanelOptions& how,
                        const std::vector<std::vector<EdgeLength>>& lengths) {
     parallel_for(static_cast<Index>(panels.size()), 1, [&](Index begin, Index end) {

@@ -40,14 +40,15 @@ OptionTable describe(FlattenOptions& options);
 /// Lays the panels of a cut surface flat (flatten_panel). With `equal_seams` both sides of a seam
 /// are pulled to the mean of their lengths, in all and over 15 cm to either side of every place,
 /// which takes three further rounds, and up to three more, held firmer, while some seam differs by
-/// more than 0.2%. The grain is
-/// where the world's up lies on most of the panel; along its longest direction where up is nowhere.
+/// more than 0.2%. The grain is where the world's up lies on most of the panel; along its longest
+/// direction where up is nowhere. Panels that no place of `start` turns over go on from there.
 ///
 /// `cut` has one flag for each edge of the topology of `mesh.faces`; panels must be disks
 /// (cut_to_disks makes them so). Throws DataError as flatten_panel does, naming the panel;
-/// LogicError for another number of flags.
+/// LogicError for another number of flags or places.
+/// @param start  [C,2] m, of an earlier pattern of the same cut; or empty
 FlatPattern flatten_surface(const Mesh& mesh, const std::vector<char>& cut,
-                            const FlattenOptions& options = {});
+                            const FlattenOptions& options = {}, const Points2& start = {});
 
 /// Throws DataError unless the surface can be cut and laid flat: numbers that are not finite, no
 /// face, faces without area, edges of three faces or more or of opposite orientation.

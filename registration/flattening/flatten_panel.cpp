@@ -323,7 +323,7 @@ FlatPanel flatten_panel(const Points& vertices, const Triangles& faces,
       "the start turns a face over");
   FlatPanel flat;
   Eigen::VectorXd x = as_vector(start.rows() > 0 ? start : first_map(vertices, faces, boundary));
-  const bool goes_on = options.woven && start.rows() > 0 && !lengths.empty();
+  const bool goes_on = options.woven && start.rows() > 0;
   PanelEnergy energy(vertices, faces, lengths, options.length_weight, options.even);
   Eigen::SimplicialLDLT<Sparse> solver;
   double now = energy.value(x);
@@ -364,6 +364,8 @@ FlatPanel flatten_panel(const Points& vertices, const Triangles& faces,
     WovenShapeOptions how;
     how.even = options.even > 0 ? options.even : how.even;
     how.length_weight = options.length_weight;
+    how.iterations = std::min(how.iterations, options.iterations);
+    how.still = std::max(how.still, options.tolerance);
     flat.vertices = woven_shape(vertices, faces, flat.vertices, how, lengths);
   }
   Points2 loop(static_cast<Index>(boundary.size()), 2);

@@ -50,8 +50,8 @@ struct FlatPanel {
 /// over. Beyond a stretch of `even` the energy of a face grows with the eighth power of its stretch
 /// (panel_energy.h; our choice): what cannot be laid flat without stretch is spread over the panel,
 /// where much of it is little, instead of piling up at a few places. `start`, if it has rows, takes
-/// the place of the first map. A `woven` panel goes on from there by woven_shape; with `lengths`
-/// and a `start` it begins with that.
+/// the place of the first map. A `woven` panel goes on from there by woven_shape; with a `start` it
+/// begins with that.
 ///
 /// Throws DataError for what is no such panel (no face, a vertex that no face uses, several pieces,
 /// not a manifold, holes, closed), a number that is not finite, and a triangle without area (height

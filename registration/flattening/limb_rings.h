@@ -16,16 +16,10 @@ namespace atelier {
 /// trunk (by their distance or more). The loop is the shortest through it that parts the
 /// opening from the others, near the upright plane halfway between across the arm and along the
 /// trunk. None where the limb is shorter than 4 cm, or holds another opening or more than 0.35 of
-/// the area. Our choice of all.
+/// the area, nor where that holds of the other arm. Our choice of all.
 ///
 /// @param facing  where the wearer looks, of length 1; LogicError otherwise
 std::vector<char> limb_rings(const Mesh& mesh, const Topology& topology,
-                             const Eigen::Vector3d& facing);
-
-/// Where the two halves of trousers meet: from the crotch to the waist, in front and at the back,
-/// near the middle. None where there are no legs, or where they part more than 6 cm off the middle.
-/// Flags and arguments as of limb_rings.
-std::vector<char> rise_seams(const Mesh& mesh, const Topology& topology,
                              const Eigen::Vector3d& facing);
 
 }  // namespace atelier

@@ -1,5 +1,6 @@
 #include "registration/flattening/mirrored_way.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>

@@ -6,6 +6,7 @@
 #include <limits>
 #include <numeric>
 
+#include "core/neighbor_means.h"
 #include "core/normals.h"
 #include "registration/flattening/flatten_panel.h"
 #include "registration/flattening/grain_direction.h"
@@ -20,26 +21,6 @@ namespace {
 constexpr int kPeaks = 5;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
-/// Averaged with the neighbours, some times.
-std::vector<double> spread(const SeamPiece& piece, std::vector<double> values, int rounds) {
-  for (int round = 0; round < rounds; ++round) {
-    std::vector<double> sums = values;
-    std::vector<int> counts(values.size(), 1);
-    for (Index e = 0; e < piece.topology.edges.rows(); ++e) {
-      const auto a = static_cast<std::size_t>(piece.topology.edges(e, 0));
-      const auto b = static_cast<std::size_t>(piece.topology.edges(e, 1));
-      sums[a] += values[b];
-      sums[b] += values[a];
-      ++counts[a];
-      ++counts[b];
-    }
-    for (std::size_t v = 0; v < values.size(); ++v) {
-      values[v] = sums[v] / counts[v];
-    }
-  }
-  return values;
-}
-
 std::vector<double> stretched_places(const SeamPiece& piece) {
   std::vector<double> sums(static_cast<std::size_t>(piece.vertices.rows()), 0);
   std::vector<double> areas(sums.size(), 0);
@@ -53,14 +34,16 @@ std::vector<double> stretched_places(const SeamPiece& piece) {
   for (std::size_t v = 0; v < sums.size(); ++v) {
     sums[v] /= std::max(areas[v], 1e-18);
   }
-  return spread(piece, std::move(sums), 3);
+  constexpr int kRounds = 3;
+  return neighbor_means(piece.topology, std::move(sums), kRounds);
 }
 
 }  // namespace
 
-void lay_flat(SeamPiece& piece, double bound, bool woven, int iterations, double tolerance) {
+void lay_flat(SeamPiece& piece, const FindSeamsOptions& find, int iterations, double tolerance) {
+  const double bound = stretch_bound(find);
   FlattenPanelOptions options;
-  options.woven = woven;
+  options.woven = find.woven;
   options.iterations = iterations;
   options.tolerance = tolerance;
   options.even = stiffening_of(bound);
@@ -73,8 +56,8 @@ void lay_flat(SeamPiece& piece, double bound, bool woven, int iterations, double
   for (Index f = 0; f < piece.faces.rows(); ++f) {
     const auto to_curved =
         face_deformation(piece.vertices, piece.faces, piece.flat, piece.faces, f);
-    piece.strain[f] = woven ? thread_strain(to_curved)
-                            : (principal_stretches(to_curved).array() - 1).abs().maxCoeff();
+    piece.strain[f] = counted_strain(find, find.woven ? thread_strain(to_curved) : 0,
+                                     (principal_stretches(to_curved).array() - 1).abs().maxCoeff());
     // Beyond the bound it counts twice what it counts near it; a single face cannot count for all.
     const double over = std::min(piece.strain[f] / bound, 4.0);
     piece.excess += piece.areas[f] * std::max(0.0, over - 0.5);

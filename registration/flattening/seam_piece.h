@@ -5,6 +5,7 @@
 #include "core/topology.h"
 #include "core/types.h"
 #include "registration/edge_paths.h"
+#include "registration/flattening/find_seams.h"
 
 namespace atelier {
 
@@ -21,9 +22,9 @@ struct SeamPiece {
   double excess = 0;  ///< what of it is stretched too far; 0 is perfect
 };
 
-/// Flattens it from its current state (or from scratch) and measures: principal stretch, or, of
-/// `woven` cloth, stretch along warp and weft. `iterations` of Newton's method at most.
-void lay_flat(SeamPiece& piece, double bound, bool woven, int iterations, double tolerance);
+/// Flattens it from its current state (or from scratch) and measures the stretch that counts
+/// (counted_strain). `iterations` of Newton's method at most.
+void lay_flat(SeamPiece& piece, const FindSeamsOptions& find, int iterations, double tolerance);
 
 /// Corners of its flat outline: turns by more than 35 degrees over 3 cm to either side.
 int corners_of(const SeamPiece& piece);

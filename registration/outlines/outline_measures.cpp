@@ -10,6 +10,7 @@
 #include "core/cross.h"
 #include "core/error.h"
 #include "core/saturating_cast.h"
+#include "registration/outlines/alike_outlines.h"
 #include "registration/outlines/fit_runs.h"
 
 namespace atelier {
@@ -309,17 +310,19 @@ OutlineMeasures measure_outlines(const std::vector<Points2>& outlines) {
   for (const Points2& outline : outlines) {
     coarse.push_back(evenly(outline, kCoarse));
   }
+  const std::vector<std::vector<std::size_t>> alike = alike_outlines(outlines);
   double whole = 0;
   for (std::size_t p = 0; p < even.size(); ++p) {
     const Points2 mirrored = mirrored_outline(coarse[p]);
     double least = std::numeric_limits<double>::infinity();
-    for (std::size_t q = 0; q < even.size(); ++q) {
-      constexpr double kAlike = 1.3;  // areas
+    const auto compare = [&](std::size_t q) {
       PlaneMotion motion;
-      if (p == q || (areas[q] < kAlike * areas[p] && areas[p] < kAlike * areas[q])) {
-        least = std::min(least, std::max(matched(mirrored, coarse[q], motion),
-                                         matched(coarse[q], mirrored, motion)));
-      }
+      least = std::min(least, std::max(matched(mirrored, coarse[q], motion),
+                                       matched(coarse[q], mirrored, motion)));
+    };
+    compare(p);
+    for (const std::size_t q : alike[p]) {
+      compare(q);
     }
     measures.asymmetry += areas[p] * least;
     whole += areas[p];

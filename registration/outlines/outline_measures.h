@@ -20,7 +20,7 @@ struct OutlineMeasures {
   /// zigzag.
   double turns_per_metre = 0;
   /// Rms distance of a panel's outline, mirrored left to right, from the panel that it matches
-  /// best, itself or another, after a rigid motion; a mean by area.
+  /// best, itself or one of those alike, after a rigid motion; a mean by area.
   double asymmetry = 0;
   /// The shortest straight cut through a panel with at least 20 cm2 and twice its square on either
   /// side.
@@ -28,7 +28,7 @@ struct OutlineMeasures {
 };
 
 /// Measures closed outlines, counter-clockwise, in points every 5 mm. Our choice of all. O(n^2) for
-/// each pair of panels.
+/// each panel and the six most alike (alike_outlines.h).
 OutlineMeasures measure_outlines(const std::vector<Points2>& outlines);
 
 /// Corners of one closed outline, as measure_outlines counts them.

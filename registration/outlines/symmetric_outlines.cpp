@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "registration/outlines/alike_outlines.h"
 #include "registration/outlines/outline_measures.h"
 
 namespace atelier {
@@ -108,23 +109,22 @@ std::vector<Points2> nearer_to_images(const std::vector<Points2>& outlines, doub
   const std::size_t count = outlines.size();
   std::vector<std::size_t> mate(count, count);
   std::vector<Points2> images(count);
-  std::vector<double> areas;
-  for (const Points2& outline : outlines) {
-    areas.push_back(area_of_outline(outline));
-  }
+  const std::vector<std::vector<std::size_t>> alike = alike_outlines(outlines);
   for (std::size_t p = 0; p < count; ++p) {
-    double least = most;
-    for (std::size_t q = 0; q < count; ++q) {
-      constexpr double kAlike = 1.3;  // areas, as of measure_outlines
-      if (p != q && (areas[q] >= kAlike * areas[p] || areas[p] >= kAlike * areas[q])) {
-        continue;
-      }
+    // What is small is not to become what it is not.
+    constexpr double kShare = 0.05;  // of the side of a square as large
+    double least = std::min(most, kShare * std::sqrt(std::abs(area_of_outline(outlines[p]))));
+    const auto compare = [&](std::size_t q) {
       MirrorMatch match = mirror_match(outlines[q], outlines[p]);
       if (match.off <= least) {
         least = match.off;
         mate[p] = q;
         images[p] = std::move(match.image);
       }
+    };
+    compare(p);
+    for (const std::size_t q : alike[p]) {
+      compare(q);
     }
   }
   std::vector<Points2> result = outlines;
@@ -139,10 +139,6 @@ std::vector<Points2> nearer_to_images(const std::vector<Points2>& outlines, doub
 }  // namespace
 
 std::vector<Points2> symmetric_outlines(const std::vector<Points2>& outlines, double most) {
-  constexpr std::size_t kMostPanels = 60;  // more are charts of a texture, of thousands of pairs
-  if (outlines.size() > kMostPanels) {
-    return outlines;
-  }
   constexpr int kRounds = 2;  // the second about lines that the first has made clearer
   std::vector<Points2> result = outlines;
   for (int round = 0; round < kRounds; ++round) {

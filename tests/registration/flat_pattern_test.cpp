@@ -67,6 +67,18 @@ TEST(FlattenSurface, SphereSeams_HaveEqualSides) {
   EXPECT_LT(measures.strain_p99, 0.15);
 }
 
+TEST(FlattenSurface, EarlierPattern_IsGoneOnFrom) {
+  const Mesh mesh = fixtures::tube(16, 6, 1);
+  const FlatPattern pattern = flatten_surface(mesh, opened(mesh));
+  const FlatPattern again = flatten_surface(mesh, opened(mesh), {}, pattern.vertices);
+  EXPECT_LT((again.vertices - pattern.vertices).rowwise().norm().maxCoeff(), 1e-4);
+  // What turns faces over is no start.
+  const FlatPattern anew =
+      flatten_surface(mesh, opened(mesh), {}, -pattern.vertices.rowwise().reverse());
+  EXPECT_EQ(measure_flat(mesh, anew).inverted, 0);
+  EXPECT_THROW(flatten_surface(mesh, opened(mesh), {}, pattern.vertices.topRows(3)), LogicError);
+}
+
 TEST(FlattenSurface, GarmentRestShape_IsThePattern) {
   const Mesh mesh = fixtures::tube(16, 6, 1);
   const FlatPattern pattern = flatten_surface(mesh, opened(mesh));

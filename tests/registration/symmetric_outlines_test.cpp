@@ -2,12 +2,15 @@
 
 #include "registration/outlines/symmetric_outlines.h"
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <functional>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "core/error.h"
+#include "registration/outlines/alike_outlines.h"
 #include "registration/outlines/outline_measures.h"
 
 namespace atelier {
@@ -67,6 +70,51 @@ TEST(SymmetricOutlines, TwoSleeves_BecomeEachOthers) {
   const double before = measure_outlines({left, right}).asymmetry;
   const std::vector<Points2> result = symmetric_outlines({left, right}, 0.01);
   EXPECT_LT(measure_outlines(result).asymmetry, before / 2);
+}
+
+Points2 mirrored_and_moved(const Points2& outline, double angle, const Eigen::RowVector2d& to) {
+  Points2 image = outline.colwise().reverse();
+  image.col(0) *= -1;
+  return (image * Eigen::Rotation2Dd(angle).toRotationMatrix().transpose()).rowwise() + to;
+}
+
+TEST(AlikeOutlines, MirrorImage_ComesFirst_OtherAreasNever) {
+  const Points2 sleeve = through(kSleeve, as_it_is);
+  const std::vector<Points2> outlines = {sleeve, through(kFront, as_it_is), 1.05 * sleeve,
+                                         mirrored_and_moved(sleeve, 2, {3, -1}), 1.2 * sleeve};
+  EXPECT_EQ(alike_outlines(outlines),
+            (std::vector<std::vector<std::size_t>>{{3, 2}, {}, {0, 3}, {0, 2}, {}}));
+  EXPECT_EQ(alike_outlines({10, sleeve}).front().size(), 6U);
+  EXPECT_TRUE(alike_outlines({}).empty());
+  EXPECT_THROW(alike_outlines({sleeve.topRows(2)}), LogicError);
+}
+
+TEST(SymmetricOutlines, HundredsOfPairs_FindEachOther) {
+  std::vector<Points2> outlines;
+  double scale = 0.2;
+  for (int i = 0; i < 100; ++i, scale *= 1.02) {
+    const Points2 left = scale * through(kSleeve, as_it_is);
+    Points2 right = mirrored_and_moved(left, 0, {5.0 * i, 1});
+    for (Index v = 0; v < right.rows(); ++v) {
+      right(v, 1) += 0.004 * scale * std::sin(9 * left(v, 1) / scale);
+    }
+    outlines.push_back(left);
+    outlines.push_back(right);
+  }
+  const std::vector<Points2> result = symmetric_outlines(outlines, 0.01);
+  double before = 0;
+  double after = 0;
+  for (std::size_t i = 0; i < outlines.size(); i += 2) {
+    before += mirror_match(outlines[i], outlines[i + 1]).off;
+    after += mirror_match(result[i], result[i + 1]).off;
+  }
+  EXPECT_LT(after, before / 4);
+}
+
+TEST(SymmetricOutlines, SmallOutline_IsNoMirrorImageWithinItsOwnSize) {
+  // A chart of 1 cm is within 1 cm of anything.
+  const Points2 chart = 0.04 * through(kSleeve, as_it_is);
+  EXPECT_EQ(symmetric_outlines({chart}, 0.01).front(), chart);
 }
 
 TEST(SymmetricOutlines, WhatIsNoMirrorImage_Stays) {
