@@ -75,6 +75,9 @@ OptionTable describe(MotionOptions& options) {
   table.add("animation", options.animation, {},
             "Animation of a glTF or FBX file that holds several, by name or number from 1; empty: "
             "the first that moves a joint");
+  table.add("skin", options.skin, {},
+            "Skin of a glTF or FBX file that holds several people, by name or number from 1; "
+            "empty: the first that the animation moves");
   return table;
 }
 

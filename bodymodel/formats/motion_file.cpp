@@ -4,6 +4,7 @@
 #include <array>
 #include <cctype>
 #include <optional>
+#include <utility>
 
 #include "bodymodel/check_motion.h"
 #include "bodymodel/formats/body_archive.h"
@@ -93,11 +94,15 @@ bool holds_one_motion(const std::string& extension) {
   return std::find(kFormats.begin(), kFormats.end(), extension) != kFormats.end();
 }
 
-/// Refuses another animation than the one that a format without any has: its motion, number 1.
-void require_only_animation(const std::filesystem::path& path, const std::string& wanted) {
-  if (!wanted.empty() && wanted != "1") {
-    throw UnknownValue(path.string(), "animation", wanted,
-                       "1: a file of " + extension_of(path) + " holds one motion");
+/// Refuses another animation or skin than those that a format without any has: its motion, number
+/// 1.
+void require_only_motion(const std::filesystem::path& path, const MotionOptions& options) {
+  for (const auto& [option, wanted] :
+       {std::pair{"animation", options.animation}, std::pair{"skin", options.skin}}) {
+    if (!wanted.empty() && wanted != "1") {
+      throw UnknownValue(path.string(), option, wanted,
+                         "1: a file of " + extension_of(path) + " holds one motion");
+    }
   }
 }
 
@@ -105,7 +110,7 @@ MotionClip read_by_extension(const std::filesystem::path& path, const MotionFile
                              const Limits& limits) {
   const std::string extension = extension_of(path);
   if (holds_one_motion(extension)) {
-    require_only_animation(path, options.motion.animation);
+    require_only_motion(path, options.motion);
   }
   if (extension == ".bvh") {
     return read_bvh(path, options.motion, limits);
@@ -140,8 +145,8 @@ MotionClip read_by_extension(const std::filesystem::path& path, const MotionFile
 MotionClip read_motion_file(const std::filesystem::path& path, const MotionFileOptions& options,
                             const Limits& limits) {
   MotionClip clip = read_by_extension(path, options, limits);
-  const RateStated stated = extension_of(path) == ".bvh" ? RateStated::Time : RateStated::Rate;
   const bool sampled = has_scene_extension(path);  // at a rate of the reader's or of `options`
+  const RateStated stated = extension_of(path) == ".bvh" ? RateStated::Time : RateStated::Rate;
   const std::optional<Finding> odd = options.motion.fps > 0 || sampled
                                          ? std::nullopt
                                          : odd_frame_rate(clip.motion.fps, stated, path.string());
