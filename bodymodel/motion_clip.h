@@ -34,6 +34,8 @@ struct MotionOptions {
                                ///< the first that moves a joint
   std::string skin = {};       ///< of a file of several people (glTF, FBX): name of a skin, or
                                ///< number from 1; "": the first that the animation moves
+  double path_scale = 1;       ///< factor of the person's path through the world, where the file
+                               ///< has it in another unit than bones, [1e-4, 1e4]
 };
 
 OptionTable describe(MotionOptions& options);

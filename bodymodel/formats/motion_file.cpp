@@ -14,7 +14,9 @@
 #include "bodymodel/formats/motion_bvh.h"
 #include "bodymodel/formats/motion_c3d.h"
 #include "bodymodel/formats/motion_trc.h"
+#include "bodymodel/formats/path_joint.h"
 #include "bodymodel/humanoid.h"
+#include "bodymodel/kinematics.h"
 #include "bodymodel/odd_frame_rate.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"
@@ -106,6 +108,15 @@ void require_only_motion(const std::filesystem::path& path, const MotionOptions&
   }
 }
 
+/// The person's path times `scale`: of the joint that both legs hang on, by the root.
+void scale_path(MotionClip& clip, double scale) {
+  const int path = path_joint(clip.skeleton);
+  for (Pose& pose : clip.motion.poses) {
+    const Eigen::Vector3d place = forward_kinematics(clip.skeleton, pose).positions.row(path);
+    pose.root_translation += (scale - 1) * place;
+  }
+}
+
 MotionClip read_by_extension(const std::filesystem::path& path, const MotionFileOptions& options,
                              const Limits& limits) {
   const std::string extension = extension_of(path);
@@ -152,6 +163,9 @@ MotionClip read_motion_file(const std::filesystem::path& path, const MotionFileO
                                          : odd_frame_rate(clip.motion.fps, stated, path.string());
   if (odd) {
     clip.findings.push_back(*odd);
+  }
+  if (options.motion.path_scale != 1) {
+    scale_path(clip, options.motion.path_scale);
   }
   check_on_stage(clip, path.string());
   const std::vector<Finding> doubts = check_motion(clip);
