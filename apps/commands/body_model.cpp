@@ -17,6 +17,7 @@
 #include "bodymodel/humanoid.h"
 #include "bodymodel/input/body_input.h"
 #include "bodymodel/measure.h"
+#include "bodymodel/missing_frames.h"
 #include "bodymodel/retarget/retarget.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"
@@ -192,11 +193,12 @@ int convert_motion(const BodyArguments& arguments, const BodyOptions& options) {
         "': a motion becomes .bvh, .trc, .npz, .glb or .gltf; body-model pose puts it on a "
         "body");
   }
-  const MotionClip clip = read_motion_file(arguments.body, {.motion = options.motion,
-                                                            .asf = options.asf,
-                                                            .markers = options.markers,
-                                                            .body = nullptr,
-                                                            .shape = {}});
+  MotionClip clip = read_motion_file(arguments.body, {.motion = options.motion,
+                                                      .asf = options.asf,
+                                                      .markers = options.markers,
+                                                      .body = nullptr,
+                                                      .shape = {}});
+  fill_missing_frames(clip, arguments.body);
   show_findings(clip.findings);
   write_motion_file(arguments.out, clip);
   std::cout << printable(arguments.out) << ": " << clip.skeleton.names.size() << " joints, "
@@ -298,11 +300,12 @@ int pose(const BodyArguments& arguments, const BodyOptions& options) {
   require_picture_size(options.picture, sheet_wanted ? options.pictures : 1);
   const auto [read_model, shape] = read_body_input(arguments, options, show_findings);
   const BodyModel& model = read_model;  // lambdas take no structured bindings
-  const MotionClip clip = read_motion_file(arguments.motion, {.motion = options.motion,
-                                                              .asf = options.asf,
-                                                              .markers = options.markers,
-                                                              .body = &model,
-                                                              .shape = shape});
+  MotionClip clip = read_motion_file(arguments.motion, {.motion = options.motion,
+                                                        .asf = options.asf,
+                                                        .markers = options.markers,
+                                                        .body = &model,
+                                                        .shape = shape});
+  fill_missing_frames(clip, arguments.motion);
   show_findings(clip.findings);
   RetargetOptions retargeting = options.retarget;
   if (extension == ".mp4" && retargeting.fps == 0) {

@@ -17,6 +17,7 @@
 #include "bodymodel/formats/path_joint.h"
 #include "bodymodel/humanoid.h"
 #include "bodymodel/kinematics.h"
+#include "bodymodel/missing_frames.h"
 #include "bodymodel/odd_frame_rate.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"
@@ -163,6 +164,10 @@ MotionClip read_motion_file(const std::filesystem::path& path, const MotionFileO
                                          : odd_frame_rate(clip.motion.fps, stated, path.string());
   if (odd) {
     clip.findings.push_back(*odd);
+  }
+  if (extension_of(path) != ".npz") {  // frame ids of ours are those of a capture
+    fill_missing_frames(clip, path.string());
+    clip.motion.fps = options.motion.fps > 0 && !sampled ? options.motion.fps : clip.motion.fps;
   }
   if (options.motion.path_scale != 1) {
     scale_path(clip, options.motion.path_scale);
