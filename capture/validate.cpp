@@ -1,6 +1,7 @@
 #include "capture/validate.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
 #include <string>
 #include <utility>
@@ -95,6 +96,41 @@ std::vector<Finding> check_held_out_sequences(const Dataset& dataset) {
   return findings;
 }
 
+/// Images by which nobody is found: no frame that two open cameras have with a mask or labels, and
+/// no 2D keypoints.
+std::vector<Finding> check_evidence(const Dataset& dataset) {
+  const std::vector<std::string>& held = dataset.info.held_out_cameras;
+  std::map<int, int> masked;  // cameras, by frame
+  bool pictures = false;
+  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
+    const CameraFrames& frames = dataset.frames[c];
+    if (!frames.keypoints.empty()) {
+      return {};
+    }
+    if (std::find(held.begin(), held.end(), dataset.cameras[c].id) != held.end()) {
+      continue;
+    }
+    for (const auto& [frame, place] : frames.images) {
+      pictures = true;
+      if ((frames.masks.contains(frame) || frames.labels.contains(frame)) && ++masked[frame] > 1) {
+        return {};
+      }
+    }
+  }
+  if (!pictures) {
+    return {};
+  }
+  return {
+      {Severity::Warning, "images-alone", dataset.root.string(),
+       masked.empty()
+           ? "there are images, and no masks, labels or 2D keypoints of any camera: every stage "
+             "but validate is skipped"
+           : "no frame has masks or labels of two cameras, and there are no 2D keypoints: every "
+             "stage but validate is skipped",
+       "atelier detect finds keypoints (with --masks masks as well), atelier masks tells people "
+       "from the background"}};
+}
+
 /// What no check of single cameras and frames sees: too few cameras, nothing to look at, frame
 /// rates of no recording.
 std::vector<Finding> check_rig(const Dataset& dataset) {
@@ -128,7 +164,7 @@ std::vector<Finding> check_rig(const Dataset& dataset) {
                         "take some from held_out_frames in capture.toml"});
   }
   for (const auto& more :
-       {check_common_frames(dataset), check_held_out_sequences(dataset)}) {
+       {check_common_frames(dataset), check_held_out_sequences(dataset), check_evidence(dataset)}) {
     findings.insert(findings.end(), more.begin(), more.end());
   }
   const bool any =
