@@ -66,7 +66,7 @@ constexpr std::array kFlattenFigures = {
 const StageRow& flatten_row() {
   static const StageRow row{
       .stage = {.name = "flatten",
-                .version = 16,
+                .version = 17,
                 .summary = "a garment's surface as a flat sewing pattern",
                 .inputs = {"surface"},
                 .outputs = {"pattern"},
