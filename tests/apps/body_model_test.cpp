@@ -7,6 +7,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "bodymodel/formats/body_file.h"
+#include "bodymodel/formats/gltf_body.h"
 #include "bodymodel/formats/motion_file.h"
 #include "bodymodel/formats/motion_trc.h"
 #include "core/io/mesh_fbx.h"
@@ -19,6 +21,7 @@
 namespace atelier::fixtures {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 class BodyModelCommand : public ::testing::Test {
@@ -335,6 +338,33 @@ TEST_F(BodyModelCommand, WrongArguments_AreRefused) {
           "--shape cannot be 'stature=180': stature cannot be 180: it is in [1.4, 2.15] m");
   refused({"measure", "female", "--shape", "stature=1.9,mass=40"}, 2,
           "--shape cannot be 'stature=1.9,mass=40': mass");
+}
+
+TEST_F(BodyModelCommand, CopyrightAndConsentOfFiles_GoWithWhatIsMadeOfThem) {
+  GltfScene scene = gltf_body(read_body_file("female").model);
+  scene.copyright = "2026 Ada";
+  scene.consent = "Ada: research until 2030-01-01";
+  const std::string body = (folder_ / "ada.glb").string();
+  write_gltf(body, scene);
+  const std::string again = (folder_ / "again.glb").string();
+  const std::string posed = (folder_ / "posed.glb").string();
+  const std::string mesh = (folder_ / "mesh.glb").string();
+  ASSERT_EQ(run({"convert", body, "--out", again}).exit_code, 0);
+  ASSERT_EQ(run({"pose", body, still_bvh(), "--out", posed}).exit_code, 0);
+  ASSERT_EQ(run_child({program_path(), "convert", body, mesh}).exit_code, 0);
+  for (const std::string& file : {again, posed, mesh}) {
+    const GltfScene back = read_gltf(file);
+    EXPECT_EQ(back.copyright, "2026 Ada") << file;
+    EXPECT_EQ(back.consent, "Ada: research until 2030-01-01") << file;
+  }
+  // A motion beside a consent file.
+  const std::filesystem::path capture = folder_ / "capture";
+  std::filesystem::create_directories(capture);
+  std::filesystem::copy_file(still_bvh(), capture / "walk.bvh");
+  std::ofstream(capture / "consent.toml")
+      << "[[consent]]\nwho = \"Ben\"\nscope = \"research\"\nuntil = \"2030-01-01\"\n";
+  ASSERT_EQ(run({"pose", body, (capture / "walk.bvh").string(), "--out", posed}).exit_code, 0);
+  EXPECT_THAT(read_gltf(posed).consent, AllOf(HasSubstr("Ada"), HasSubstr("Ben")));
 }
 
 TEST_F(BodyModelCommand, UnitOfABodyThatMakesNoPerson_NamesTheFlagAsTyped) {
