@@ -324,8 +324,9 @@ TEST_F(BodyModelCommand, WrongArguments_AreRefused) {
   refused({"show", "female", "--out", "a.png", "--width", "nan"}, 2, "width cannot be 'nan'");
   refused({"measure", "female", "--shape", "stature"}, 2, "NAME=NUMBER");
   refused({"measure", "female", "--shape", "stature=nan"}, 2, "stature cannot be 'nan'");
-  refused({"measure", "female", "--shape", "wings=1"}, 2,
-          "--shape cannot be 'wings=1': the body has no shape parameter 'wings'; it has male, stature");
+  refused(
+      {"measure", "female", "--shape", "wings=1"}, 2,
+      "--shape cannot be 'wings=1': the body has no shape parameter 'wings'; it has male, stature");
   refused({"pose", "female", "a.bvh", "--motion.up", "x", "--out", "a.png"}, 2, "auto, y, z");
   refused({"convert", still_bvh(), "--out", "a.obj"}, 2, "a motion becomes .bvh, .trc, .npz, .glb");
   refused({"convert", "default", "--out", "a.bvh"}, 2, "default is a body: it becomes .npz");
