@@ -51,7 +51,7 @@ std::string without_numbers(const std::string& text) {
 
 /// The camera that a finding is of: its place, or of masks what stands before its frame; "" of
 /// none.
-std::string camera_of(const Finding& finding, const Dataset& dataset) {
+std::string camera_named_in(const Finding& finding, const Dataset& dataset) {
   if (camera_index(dataset, finding.place) >= 0) {
     return finding.place;
   }
@@ -115,11 +115,11 @@ std::string joined_setting(const std::vector<const Finding*>& alike) {
 
 Finding joined_finding(const std::vector<const Finding*>& alike, const Dataset& dataset) {
   Finding all = *alike.front();
-  const std::string first = camera_of(all, dataset);
+  const std::string first = camera_named_in(all, dataset);
   all.place = "all " + std::to_string(alike.size()) + " cameras" +
               (alike.size() < dataset.cameras.size() ? " that are not held out" : "");
   const bool same = std::all_of(alike.begin(), alike.end(), [&](const Finding* finding) {
-    return renamed(finding->what, camera_of(*finding, dataset), first) == alike.front()->what;
+    return renamed(finding->what, camera_named_in(*finding, dataset), first) == alike.front()->what;
   });
   all.what =
       same ? renamed(all.what, first, "all") : first + ": " + all.what + "; the others alike";
@@ -133,14 +133,14 @@ Finding joined_finding(const std::vector<const Finding*>& alike, const Dataset& 
 std::vector<Finding> join_alike(const std::vector<Finding>& findings, const Dataset& dataset) {
   std::map<std::string, std::vector<const Finding*>> groups;
   for (const Finding& finding : findings) {
-    if (const std::string camera = camera_of(finding, dataset); !camera.empty()) {
+    if (const std::string camera = camera_named_in(finding, dataset); !camera.empty()) {
       groups[key_of(finding, camera)].push_back(&finding);
     }
   }
   const std::size_t open = open_cameras(dataset);
   std::vector<Finding> result;
   for (const Finding& finding : findings) {
-    const std::string camera = camera_of(finding, dataset);
+    const std::string camera = camera_named_in(finding, dataset);
     const auto group = camera.empty() ? groups.end() : groups.find(key_of(finding, camera));
     const std::size_t size = group == groups.end() ? 0 : group->second.size();
     // Images and masks of those that are held out are not looked at.
