@@ -1,10 +1,15 @@
 #include "bodymodel/check_motion.h"
 
+#include <algorithm>
+#include <cmath>
 #include <optional>
 
 #include "bodymodel/humanoid.h"
+#include "bodymodel/kinematics.h"
+#include "core/median.h"
 #include "core/printable.h"
 #include "core/quantity_text.h"
+#include "core/saturating_cast.h"
 
 namespace atelier {
 namespace {
@@ -53,6 +58,97 @@ std::optional<Finding> doubt_bones(const MotionClip& clip, const Humanoid& perso
                  "look whether its place in the file is damaged"};
 }
 
+// How a person goes, from frames that are spread over the clip.
+struct Gait {
+  std::vector<double> heights;           // m, of the hips, ascending
+  double leg = 0;                        // m, hips above the lowest joint, median
+  std::vector<Eigen::Vector3d> steps;    // m, of the hips in a tenth of a second
+  std::vector<Eigen::Vector3d> feet[2];  // m, of each ankle against the hips, beside each step
+};
+
+Gait gait_of(const MotionClip& clip, const Humanoid& person) {
+  constexpr double kStepTime = 0.1;     // s; shorter than a foot stands
+  constexpr std::size_t kSteps = 1000;  // that are looked at
+  const std::size_t frames = clip.motion.poses.size();
+  const std::size_t ahead = std::clamp<std::size_t>(
+      saturating_cast<std::size_t>(std::round(kStepTime * clip.motion.fps)), 1, frames);
+  const auto joints = [&](std::size_t frame) {
+    return forward_kinematics(clip.skeleton, clip.motion.poses[frame]).positions;
+  };
+  const auto hips = [&](const Points& places) -> Eigen::Vector3d {
+    return (places.row(person.legs[0].hip) + places.row(person.legs[1].hip)).transpose() / 2;
+  };
+  Gait gait;
+  std::vector<double> legs;
+  for (std::size_t frame = 0; frame < frames; frame += 1 + frames / kSteps) {
+    const Points now = joints(frame);
+    gait.heights.push_back(hips(now).y());
+    legs.push_back(hips(now).y() - now.col(1).minCoeff());
+    if (frame + ahead < frames) {
+      const Points then = joints(frame + ahead);
+      gait.steps.emplace_back(hips(then) - hips(now));
+      for (std::size_t side = 0; side < 2; ++side) {
+        const int ankle = person.legs[side].ankle;
+        gait.feet[side].emplace_back((then.row(ankle) - now.row(ankle)).transpose() -
+                                     gait.steps.back());
+      }
+    }
+  }
+  std::sort(gait.heights.begin(), gait.heights.end());
+  gait.leg = median(legs);
+  return gait;
+}
+
+// By how much the foot that stands best slides in a step, mean, if the path were `scale` times as
+// long.
+double sliding(const Gait& gait, double scale) {
+  double sum = 0;
+  for (std::size_t i = 0; i < gait.steps.size(); ++i) {
+    const Eigen::Vector3d step = scale * gait.steps[i];
+    sum += std::min((gait.feet[0][i] + step).norm(), (gait.feet[1][i] + step).norm());
+  }
+  return gait.steps.empty() ? 0 : sum / static_cast<double>(gait.steps.size());
+}
+
+// Whether hips stand where legs put them above a floor at 0, in nearly all frames.
+bool stands_on_floor(const Gait& gait, double scale) {
+  const std::size_t few = gait.heights.size() / 20;
+  const double low = scale * gait.heights[few];
+  const double high = scale * gait.heights[gait.heights.size() - 1 - few];
+  return low > 0.3 * gait.leg && high < 1.7 * gait.leg && high > 0.8 * gait.leg;
+}
+
+// A path in another unit than the bones: the hips stand at a tenth, a hundredth or a thousandth of
+// a leg's height, or at ten times it and more, and the feet slide less where that is mended; or the
+// feet alone say it, of a path that is too short for its steps.
+std::optional<Finding> doubt_path_unit(const MotionClip& clip, const Humanoid& person) {
+  constexpr double kStill = 2e-3;   // m in a tenth of a second: a person who stays
+  constexpr double kStands = 0.35;  // of the sliding that a wrong unit makes
+  const Gait gait = gait_of(clip, person);
+  if (!(gait.leg > 0) || gait.heights.empty()) {
+    return std::nullopt;
+  }
+  const double slides = sliding(gait, 1);
+  for (const double scale : {100.0, 1000.0, 10.0, 0.01, 0.001, 0.1}) {
+    const double mended = sliding(gait, scale);
+    const bool by_height =
+        !stands_on_floor(gait, 1) && stands_on_floor(gait, scale) && mended <= slides + kStill;
+    const bool by_feet = scale > 1 && slides > 5 * kStill && mended < kStands * slides;
+    if (by_height || by_feet) {
+      return Finding{
+          Severity::Warning, "motion-path-unit", clip.name,
+          "the path through the world is in another unit than the bones: " +
+              std::string(by_height
+                              ? "the hips are " + short_number(median(gait.heights)) +
+                                    " m above the floor on legs of " + short_number(gait.leg) + " m"
+                              : "the feet slide as if the person walked on the spot"),
+          "--motion.path-scale " + short_number(scale) +
+              " mends it; 1 if the person is meant to be there"};
+    }
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 std::vector<Finding> check_motion(const MotionClip& clip) {
@@ -61,7 +157,12 @@ std::vector<Finding> check_motion(const MotionClip& clip) {
   if (!person) {
     return findings;
   }
-  for (const auto& finding : {doubt_path(clip), doubt_bones(clip, *person)}) {
+  const bool unit_said =
+      std::any_of(clip.findings.begin(), clip.findings.end(), [](const auto& one) {
+        return one.code == "motion-unit" && one.severity == Severity::Warning;
+      });
+  for (const auto& finding : {doubt_path(clip), doubt_bones(clip, *person),
+                              unit_said ? std::nullopt : doubt_path_unit(clip, *person)}) {
     if (finding) {
       findings.push_back(*finding);
     }

@@ -75,6 +75,12 @@ OptionTable describe(MotionOptions& options) {
   table.add("animation", options.animation, {},
             "Animation of a glTF or FBX file that holds several, by name or number from 1; empty: "
             "the first that moves a joint");
+  table.add("skin", options.skin, {},
+            "Skin of a glTF or FBX file that holds several people, by name or number from 1; "
+            "empty: the first that the animation moves");
+  table.add("path_scale", options.path_scale, 1e-4, 1e4, "",
+            "Factor of the person's path where the file has it in another unit than the bones: "
+            "100 for a path in metres of bones in centimetres");
   return table;
 }
 

@@ -32,6 +32,10 @@ struct MotionOptions {
   double fps = 0;              ///< frames per second; 0: what the file says
   std::string animation = {};  ///< of a file of several (glTF, FBX): name, or number from 1; "":
                                ///< the first that moves a joint
+  std::string skin = {};       ///< of a file of several people (glTF, FBX): name of a skin, or
+                               ///< number from 1; "": the first that the animation moves
+  double path_scale = 1;       ///< factor of the person's path through the world, where the file
+                               ///< has it in another unit than bones, [1e-4, 1e4]
 };
 
 OptionTable describe(MotionOptions& options);

@@ -178,6 +178,9 @@ void check_mask(FrameReader& reader, const KeypointCheck& keypoints, std::size_t
       return;
     }
   }
+  if (joints.set == 0) {
+    return;  // masks of nobody, as check_frames says
+  }
   check.findings.push_back({Severity::Warning, "mask-disagrees", id,
                             "only " + percent(inside) + " of the joints lie on the mask",
                             "are the masks another camera's, or another frame's?"});
@@ -191,6 +194,7 @@ void check_masks_by_labels(FrameReader& reader, std::size_t camera,
   std::erase_if(both, [&](int frame) { return !frames.labels.contains(frame); });
   const std::size_t step = std::max<std::size_t>(1, both.size() / kSamples);
   double agree = 0;
+  double set = 0;
   double count = 0;
   for (std::size_t f = 0; f < both.size(); f += step) {
     try {
@@ -202,13 +206,15 @@ void check_masks_by_labels(FrameReader& reader, std::size_t camera,
       for (std::size_t i = 0; i < mask->data.size(); ++i) {
         const bool somebody = labels->data[i] != static_cast<std::uint8_t>(Label::Background);
         agree += (mask->data[i] != 0) == somebody ? 1 : 0;
+        set += mask->data[i] != 0 ? 1 : 0;
       }
       count += static_cast<double>(mask->data.size());
     } catch (const DataError&) {  // check_frames says so
     }
   }
   constexpr double kOpposite = 0.3;
-  if (count > 0 && agree < kOpposite * count) {
+  constexpr double kFull = 0.98;  // inverted it shows nobody; check_frames says that it is full
+  if (count > 0 && agree < kOpposite * count && set <= kFull * count) {
     const std::string& id = reader.dataset().cameras[camera].id;
     findings.push_back({Severity::Error, "mask-inverted", id,
                         "mask and labels agree on " + percent(agree / count) +

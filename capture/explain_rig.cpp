@@ -51,6 +51,103 @@ bool is_stage(const std::vector<Camera>& cameras) {
   });
 }
 
+SeenPerson some_read_as(const SeenPerson& seen, const Reading& reading,
+                        const std::vector<std::size_t>& cameras) {
+  SeenPerson meant = seen;
+  for (const std::size_t c : cameras) {
+    meant.cameras[c] = camera_read_as(seen.cameras[c], seen.world_convention, reading);
+    for (auto& frame : meant.detections) {
+      frame[c] = rows_read_as(frame[c], seen, seen.cameras[c], reading);
+    }
+  }
+  return meant;
+}
+
+/// Cameras whose distortion, or whose other intrinsics, are doubted by themselves.
+std::vector<std::size_t> doubted_cameras(const std::vector<Camera>& cameras, bool distortion) {
+  const std::vector<Finding> findings = check_cameras(cameras);
+  std::vector<std::size_t> doubted;
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    if (std::any_of(findings.begin(), findings.end(), [&](const Finding& finding) {
+          return finding.place == cameras[c].id && finding.severity != Severity::Note &&
+                 finding.code.starts_with("camera-") &&
+                 (finding.code == "camera-distortion") == distortion &&
+                 finding.code != "camera-looks-away" && finding.code != "camera-twins";
+        })) {
+      doubted.push_back(c);
+    }
+  }
+  return doubted;
+}
+
+/// The few cameras that need a reading of the lens which makes all fit: where it does as well read
+/// of one camera, or of those alone whose own numbers are doubted. None where it is of the rig.
+std::vector<std::size_t> few_that_need(const SeenPerson& some, const Reading& reading,
+                                       const RigFit& of_all, const TriangulationOptions& options) {
+  constexpr std::size_t kTried = 12;  // cameras, one by one
+  // Of cameras whose own numbers are none of a lens less is asked: read of all, errors are alike
+  // and agree with each other.
+  constexpr double kAsMany[] = {0.02, 0.15};
+  constexpr double kAsLittle[] = {1.02, 1.5};
+  const bool of_lens = reading.option == "distortion" || reading.option == "intrinsics";
+  if (!of_lens || some.cameras.size() < 3) {
+    return {};
+  }
+  const std::vector<std::size_t> doubted =
+      doubted_cameras(some.cameras, reading.option == "distortion");
+  std::vector<std::vector<std::size_t>> sets;
+  if (!doubted.empty()) {
+    sets = {doubted};
+  }
+  for (std::size_t c = 0; doubted.empty() && c < some.cameras.size() && c < kTried; ++c) {
+    sets.push_back({c});
+  }
+  if (2 * doubted.size() > some.cameras.size() ||
+      (doubted.empty() && some.cameras.size() > kTried)) {
+    return {};
+  }
+  for (const std::vector<std::size_t>& cameras : sets) {
+    const RigFit fit = rig_fit(some_read_as(some, reading, cameras), options);
+    const std::size_t row = doubted.empty() ? 0 : 1;
+    if (fit.share > of_all.share - kAsMany[row] && fit.error < kAsLittle[row] * of_all.error) {
+      return cameras;
+    }
+  }
+  return {};
+}
+
+/// The same of cameras by their places.
+Finding finding_of_few(const Reading& reading, const std::vector<std::size_t>& cameras,
+                       const SeenPerson& some, const RigFit& now,
+                       const TriangulationOptions& options) {
+  const RigFit then = rig_fit(some_read_as(some, reading, cameras), options);
+  std::string setting;
+  std::string ids;
+  for (const std::size_t c : cameras) {
+    const std::string& id = some.cameras[c].id;
+    setting += setting.empty() ? setting_of(reading.option, id, reading.value)
+                               : "," + id + "=" + std::string(reading.value);
+    ids += (ids.empty() ? "" : ", ") + id;
+  }
+  const bool one = cameras.size() == 1;
+  const std::vector<std::size_t> doubted = doubted_cameras(some.cameras, true);
+  const bool no_lens = reading.value == "none" &&
+                       std::find(doubted.begin(), doubted.end(), cameras[0]) != doubted.end();
+  std::string what(no_lens ? "its distortion is no lens's, and is left out" : reading.what);
+  if (!one) {
+    what.replace(what.find("its"), 3, "each camera's");
+    what = ids + " alone: " + what;
+  }
+  return {
+      Severity::Error,
+      std::string(reading.code),
+      one ? ids : "",
+      what + ": of the detections of all cameras " + fit_text(now) + ", agree, then " +
+          fit_text(then),
+      one ? "read it so, or calibrate this camera again" : "read these so, or calibrate them again",
+      setting};
+}
+
 Finding finding_of_all(const Reading& reading, const RigFit& now, const RigFit& then) {
   std::string what(reading.what);
   what.replace(what.find("its"), 3, "each camera's");  // "its ...", "x and y of its ..."
@@ -132,6 +229,7 @@ std::optional<Finding> explain_all(const SeenPerson& seen, const TriangulationOp
   const SeenPerson some = some_frames(seen);
   const RigFit now = rig_fit(some, options);
   std::optional<Finding> best;
+  Reading of_best;
   RigFit least;
   least.share = 0;
   const auto offer = [&](const Reading& reading, const SeenPerson& meant) {
@@ -144,6 +242,7 @@ std::optional<Finding> explain_all(const SeenPerson& seen, const TriangulationOp
         surely_less(fit.unsupported, now.unsupported)) {
       least = fit;
       best = finding_of_all(reading, now, fit);
+      of_best = reading.option == "turned" ? Reading{} : reading;  // whose texts are gone then
     }
   };
   for (const Reading& reading : all_readings()) {
@@ -174,6 +273,10 @@ std::optional<Finding> explain_all(const SeenPerson& seen, const TriangulationOp
   for (const Reading& reading : turned_keypoint_readings()) {
     offer(reading, all_read_as(some, reading));
   }
+  if (best) {
+    const std::vector<std::size_t> few = few_that_need(some, of_best, least, options);
+    return few.empty() ? best : finding_of_few(of_best, few, some, now, options);
+  }
   return best;
 }
 
@@ -184,6 +287,8 @@ std::optional<Finding> explain_distortion(const SeenPerson& seen,
   const Reading straight{"distortion", "none", "", ""};
   const RigFit none = rig_fit(all_read_as(some, straight), options);
   std::optional<Finding> best;
+  Reading of_best;
+  RigFit then;
   constexpr double kBetter = 0.93;
   double least = kBetter * now.error;
   for (const Reading& reading : all_readings()) {
@@ -199,7 +304,13 @@ std::optional<Finding> explain_distortion(const SeenPerson& seen,
         earned) {
       least = fit.error;
       best = finding_of_all(reading, now, fit);
+      of_best = reading;
+      then = fit;
     }
+  }
+  if (best) {
+    const std::vector<std::size_t> few = few_that_need(some, of_best, then, options);
+    return few.empty() ? best : finding_of_few(of_best, few, some, now, options);
   }
   return best;
 }

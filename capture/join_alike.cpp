@@ -49,15 +49,38 @@ std::string without_numbers(const std::string& text) {
   return result;
 }
 
-std::string key_of(const Finding& finding) {
+/// The camera that a finding is of: its place, or of masks what stands before its frame; "" of
+/// none.
+std::string camera_named_in(const Finding& finding, const Dataset& dataset) {
+  if (camera_index(dataset, finding.place) >= 0) {
+    return finding.place;
+  }
+  const std::size_t frame = finding.place.rfind(" frame ");
+  const std::string camera = finding.place.substr(0, frame);
+  return frame != std::string::npos && finding.code.starts_with("mask-") &&
+                 camera_index(dataset, camera) >= 0
+             ? camera
+             : "";
+}
+
+/// Cameras that stages may open.
+std::size_t open_cameras(const Dataset& dataset) {
+  const std::vector<std::string>& held = dataset.info.held_out_cameras;
+  return static_cast<std::size_t>(
+      std::count_if(dataset.cameras.begin(), dataset.cameras.end(), [&](const Camera& camera) {
+        return std::find(held.begin(), held.end(), camera.id) == held.end();
+      }));
+}
+
+std::string key_of(const Finding& finding, const std::string& camera) {
   constexpr const char* kAny = "\x01";
   const bool of_numbers =
       std::find(kOfNumbers.begin(), kOfNumbers.end(), finding.code) != kOfNumbers.end();
-  const std::string what = renamed(finding.what, finding.place, kAny);
+  const std::string what = renamed(finding.what, camera, kAny);
   const std::string& setting = finding.setting;
   return std::string(severity_name(finding.severity)) + "\x02" + finding.code + "\x02" +
          (of_numbers ? without_numbers(what)
-                     : what + "\x02" + renamed(finding.advice, finding.place, kAny)) +
+                     : what + "\x02" + renamed(finding.advice, camera, kAny)) +
          "\x02" + setting.substr(0, setting.find(' '));
 }
 
@@ -90,12 +113,13 @@ std::string joined_setting(const std::vector<const Finding*>& alike) {
   return first.substr(0, space) + " " + text;
 }
 
-Finding joined_finding(const std::vector<const Finding*>& alike) {
+Finding joined_finding(const std::vector<const Finding*>& alike, const Dataset& dataset) {
   Finding all = *alike.front();
-  const std::string first = all.place;
-  all.place = "all " + std::to_string(alike.size()) + " cameras";
+  const std::string first = camera_named_in(all, dataset);
+  all.place = "all " + std::to_string(alike.size()) + " cameras" +
+              (alike.size() < dataset.cameras.size() ? " that are not held out" : "");
   const bool same = std::all_of(alike.begin(), alike.end(), [&](const Finding* finding) {
-    return renamed(finding->what, finding->place, first) == alike.front()->what;
+    return renamed(finding->what, camera_named_in(*finding, dataset), first) == alike.front()->what;
   });
   all.what =
       same ? renamed(all.what, first, "all") : first + ": " + all.what + "; the others alike";
@@ -109,20 +133,23 @@ Finding joined_finding(const std::vector<const Finding*>& alike) {
 std::vector<Finding> join_alike(const std::vector<Finding>& findings, const Dataset& dataset) {
   std::map<std::string, std::vector<const Finding*>> groups;
   for (const Finding& finding : findings) {
-    if (camera_index(dataset, finding.place) >= 0) {
-      groups[key_of(finding)].push_back(&finding);
+    if (const std::string camera = camera_named_in(finding, dataset); !camera.empty()) {
+      groups[key_of(finding, camera)].push_back(&finding);
     }
   }
+  const std::size_t open = open_cameras(dataset);
   std::vector<Finding> result;
   for (const Finding& finding : findings) {
-    const auto group =
-        camera_index(dataset, finding.place) >= 0 ? groups.find(key_of(finding)) : groups.end();
-    const bool all = group != groups.end() && group->second.size() > 1 &&
-                     group->second.size() == dataset.cameras.size();
+    const std::string camera = camera_named_in(finding, dataset);
+    const auto group = camera.empty() ? groups.end() : groups.find(key_of(finding, camera));
+    const std::size_t size = group == groups.end() ? 0 : group->second.size();
+    // Images and masks of those that are held out are not looked at.
+    const bool masks = finding.code.starts_with("mask-");
+    const bool all = size > 1 && (size == dataset.cameras.size() || (masks && size == open));
     if (!all) {
       result.push_back(finding);
     } else if (group->second.front() == &finding) {
-      result.push_back(joined_finding(group->second));
+      result.push_back(joined_finding(group->second, dataset));
     }
   }
   return result;

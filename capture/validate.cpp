@@ -1,6 +1,7 @@
 #include "capture/validate.h"
 
 #include <algorithm>
+#include <map>
 #include <set>
 #include <string>
 #include <utility>
@@ -16,6 +17,7 @@
 #include "capture/sentence.h"
 #include "capture/settle_advice.h"
 #include "capture/settle_convention.h"
+#include "capture/stored_upright.h"
 #include "core/printable.h"
 #include "core/seal/minisign.h"
 #include "core/split_text.h"
@@ -94,6 +96,41 @@ std::vector<Finding> check_held_out_sequences(const Dataset& dataset) {
   return findings;
 }
 
+/// Images by which nobody is found: no frame that two open cameras have with a mask or labels, and
+/// no 2D keypoints.
+std::vector<Finding> check_evidence(const Dataset& dataset) {
+  const std::vector<std::string>& held = dataset.info.held_out_cameras;
+  std::map<int, int> masked;  // cameras, by frame
+  bool pictures = false;
+  for (std::size_t c = 0; c < dataset.cameras.size(); ++c) {
+    const CameraFrames& frames = dataset.frames[c];
+    if (!frames.keypoints.empty()) {
+      return {};
+    }
+    if (std::find(held.begin(), held.end(), dataset.cameras[c].id) != held.end()) {
+      continue;
+    }
+    for (const auto& [frame, place] : frames.images) {
+      pictures = true;
+      if ((frames.masks.contains(frame) || frames.labels.contains(frame)) && ++masked[frame] > 1) {
+        return {};
+      }
+    }
+  }
+  if (!pictures) {
+    return {};
+  }
+  return {
+      {Severity::Warning, "images-alone", dataset.root.string(),
+       masked.empty()
+           ? "there are images, and no masks, labels or 2D keypoints of any camera: every stage "
+             "but validate is skipped"
+           : "no frame has masks or labels of two cameras, and there are no 2D keypoints: every "
+             "stage but validate is skipped",
+       "atelier detect finds keypoints (with --masks masks as well), atelier masks tells people "
+       "from the background"}};
+}
+
 /// What no check of single cameras and frames sees: too few cameras, nothing to look at, frame
 /// rates of no recording.
 std::vector<Finding> check_rig(const Dataset& dataset) {
@@ -126,7 +163,8 @@ std::vector<Finding> check_rig(const Dataset& dataset) {
                             " are held out, so that no stage may open an image",
                         "take some from held_out_frames in capture.toml"});
   }
-  for (const auto& more : {check_common_frames(dataset), check_held_out_sequences(dataset)}) {
+  for (const auto& more :
+       {check_common_frames(dataset), check_held_out_sequences(dataset), check_evidence(dataset)}) {
     findings.insert(findings.end(), more.begin(), more.end());
   }
   const bool any =
@@ -261,6 +299,48 @@ void explain_by_images(std::vector<Finding>& findings, const Dataset& dataset) {
            (explained.contains(finding.place) ||
             (all && explained.size() == dataset.cameras.size()));
   });
+}
+
+/// An EXIF that says to turn images by half, of cameras that were calibrated upright: where images
+/// as they are stored, or masks of them, show the person where the keypoints have it, it is the
+/// EXIF that is wrong, of every such camera if of none it is right.
+void settle_stale_exif(std::vector<Finding>& findings, FrameReader& reader,
+                       const KeypointCheck& keypoints, const LabelCheck& labels) {
+  const Dataset& dataset = reader.dataset();
+  std::vector<std::pair<Finding*, int>> doubted;  // and which way up the images are stored
+  bool some_upright = false;
+  bool some_turned = false;
+  for (Finding& finding : findings) {
+    const Index found = camera_index(dataset, finding.place);
+    if (finding.code != "image-turned" || found < 0) {
+      continue;
+    }
+    const auto c = static_cast<std::size_t>(found);
+    const CameraFrames& frames = dataset.frames[c];
+    if (quarters_shown(frames.image_orientation) != 2 || frames.turn % 4 != 0 ||
+        degrees_in(finding.setting, finding.place) != 180 || !is_proven(dataset, keypoints, c)) {
+      continue;
+    }
+    const bool by_masks =
+        !frames.masks.empty() && std::find(labels.sound_masks.begin(), labels.sound_masks.end(),
+                                           finding.place) != labels.sound_masks.end();
+    const int upright = by_masks ? 1 : upright_as_stored(reader, keypoints, c);
+    some_upright = some_upright || upright > 0;
+    some_turned = some_turned || upright < 0;
+    doubted.emplace_back(&finding, upright);
+  }
+  for (const auto& [finding, upright] : doubted) {
+    if (upright > 0 || (upright == 0 && some_upright && !some_turned)) {
+      finding->severity = Severity::Warning;
+      finding->code = "image-orientation";
+      finding->what =
+          "the EXIF of its images says to show them turned by 180 degrees, and they show the "
+          "person "
+          "upright as they are stored, where the keypoints have it: the EXIF is wrong";
+      finding->advice = "say that they are not turned, or write them without it";
+      finding->setting = "--capture.turned " + finding->place + "=0";
+    }
+  }
 }
 
 /// What keypoints say of turns of images. Those that fit a calibration of images that were turned
@@ -412,6 +492,7 @@ Validation validate(FrameReader& reader, const ValidateOptions& options,
   const LabelCheck labels = check_labels(reader, validation.keypoints);
   settle_doubts(findings, validation.keypoints, labels);
   explain_by_images(findings, dataset);
+  settle_stale_exif(findings, reader, validation.keypoints, labels);
   settle_turns(findings, dataset, validation.keypoints);
   settle_convention(findings, reader, validation.keypoints);
   add(labels.findings);

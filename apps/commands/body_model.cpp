@@ -7,6 +7,7 @@
 
 #include "apps/console/arguments.h"
 #include "apps/console/command.h"
+#include "apps/console/keep_rights.h"
 #include "apps/console/option_flags.h"
 #include "apps/console/standard_streams.h"
 #include "bodymodel/body_pieces.h"
@@ -17,6 +18,7 @@
 #include "bodymodel/humanoid.h"
 #include "bodymodel/input/body_input.h"
 #include "bodymodel/measure.h"
+#include "bodymodel/missing_frames.h"
 #include "bodymodel/retarget/retarget.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"
@@ -192,13 +194,20 @@ int convert_motion(const BodyArguments& arguments, const BodyOptions& options) {
         "': a motion becomes .bvh, .trc, .npz, .glb or .gltf; body-model pose puts it on a "
         "body");
   }
-  const MotionClip clip = read_motion_file(arguments.body, {.motion = options.motion,
-                                                            .asf = options.asf,
-                                                            .markers = options.markers,
-                                                            .body = nullptr,
-                                                            .shape = {}});
+  MotionClip clip = read_motion_file(arguments.body, {.motion = options.motion,
+                                                      .asf = options.asf,
+                                                      .markers = options.markers,
+                                                      .body = nullptr,
+                                                      .shape = {}});
+  fill_missing_frames(clip, arguments.body);
   show_findings(clip.findings);
-  write_motion_file(arguments.out, clip);
+  if (is_gltf(extension)) {
+    GltfScene scene = gltf_motion(clip);
+    keep_rights({arguments.body}, scene);
+    write_gltf(arguments.out, scene);
+  } else {
+    write_motion_file(arguments.out, clip);
+  }
   std::cout << printable(arguments.out) << ": " << clip.skeleton.names.size() << " joints, "
             << counted(static_cast<std::int64_t>(clip.motion.poses.size()), "frame") << " at "
             << short_number(clip.motion.fps) << " per second\n";
@@ -246,7 +255,9 @@ int convert_body(const BodyArguments& arguments, const BodyOptions& options) {
   if (extension == ".npz") {
     write_body(arguments.out, at_shape(model, shape));
   } else if (is_gltf(extension)) {
-    write_gltf(arguments.out, gltf_body(model, shape));
+    GltfScene scene = gltf_body(model, shape);
+    keep_rights({arguments.body}, scene);
+    write_gltf(arguments.out, scene);
     say_what_gltf_lacks(model, arguments.out);
   } else {
     Mesh mesh = model.mesh;
@@ -298,11 +309,12 @@ int pose(const BodyArguments& arguments, const BodyOptions& options) {
   require_picture_size(options.picture, sheet_wanted ? options.pictures : 1);
   const auto [read_model, shape] = read_body_input(arguments, options, show_findings);
   const BodyModel& model = read_model;  // lambdas take no structured bindings
-  const MotionClip clip = read_motion_file(arguments.motion, {.motion = options.motion,
-                                                              .asf = options.asf,
-                                                              .markers = options.markers,
-                                                              .body = &model,
-                                                              .shape = shape});
+  MotionClip clip = read_motion_file(arguments.motion, {.motion = options.motion,
+                                                        .asf = options.asf,
+                                                        .markers = options.markers,
+                                                        .body = &model,
+                                                        .shape = shape});
+  fill_missing_frames(clip, arguments.motion);
   show_findings(clip.findings);
   RetargetOptions retargeting = options.retarget;
   if (extension == ".mp4" && retargeting.fps == 0) {
@@ -364,7 +376,9 @@ int pose(const BodyArguments& arguments, const BodyOptions& options) {
     result.motion = motion;
     write_motion_file(arguments.out, result);
   } else {
-    write_gltf(arguments.out, gltf_body(model, shape, motion));
+    GltfScene scene = gltf_body(model, shape, motion);
+    keep_rights({arguments.body, arguments.motion}, scene);
+    write_gltf(arguments.out, scene);
     say_what_gltf_lacks(model, arguments.out);
   }
   std::cout << printable(arguments.out) << ": " << counted(frames, "frame") << " at "

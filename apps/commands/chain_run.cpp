@@ -119,7 +119,14 @@ void ChainRun::announce() {
   const std::string time =
       "about " + duration_text(seconds) + " on " + counted(thread_count(), "core");
   const bool reports = writes_report(arguments_);
-  if (working > 0) {
+  const auto cannot = std::count_if(chain_.foreseen.begin(), chain_.foreseen.end(),
+                                    [](const ForeseenStage& one) { return one.cannot; });
+  if (stages == 0) {
+    std::cout << "run: no stage is to run: each is skipped, or not asked for" << std::endl;
+  } else if (working == 0 && cannot > 0) {
+    std::cout << "run: " << cannot << " of " << counted(stages, "stage") << " cannot run"
+              << std::endl;
+  } else if (working > 0) {
     std::cout << "run: " << working << " of " << counted(stages, "stage") << " to run"
               << (reports ? ", then the report: " : ": ") << time << std::endl;
   } else {
@@ -286,8 +293,12 @@ void ChainRun::refuse_nothing() {
     return;
   }
   exit_code_ = kExitBadData;
+  const RunStageAccount* judge = account_of(chain_, "validate");
   standard_error() << "atelier: " << printable(arguments_.places.capture.string())
-                   << ": every stage is skipped: " << why << std::endl;
+                   << (judge != nullptr && judge->end != "not asked for"
+                           ? ": every stage but validate is skipped: "
+                           : ": every stage is skipped: ")
+                   << why << std::endl;
 }
 
 void ChainRun::stage(std::size_t i) {

@@ -4,6 +4,7 @@
 
 #include "apps/console/arguments.h"
 #include "apps/console/command.h"
+#include "apps/console/keep_rights.h"
 #include "apps/console/option_flags.h"
 #include "core/exit_code.h"
 #include "core/io/lower_extension.h"
@@ -113,7 +114,13 @@ int run(const ConvertArguments& arguments, const OptionSet& set) {
     file = read_mesh_file(arguments.in, options.input);
   }
   require_use(set.table, file.said);
-  write_mesh(arguments.out, mesh);
+  if (extension == ".glb") {
+    GltfScene scene = gltf_scene(mesh);
+    keep_rights({arguments.in}, scene);
+    write_gltf(arguments.out, scene);
+  } else {
+    write_mesh(arguments.out, mesh);
+  }
   std::cout << printable(arguments.out) << ": " << mesh.vertices.rows() << " vertices, "
             << mesh.faces.rows() << " faces, metres, Y up\n";
   for (const Finding& finding : file.findings) {

@@ -12,6 +12,7 @@
 #include "core/exit_code.h"
 #include "core/printable.h"
 #include "core/store/consent_refused.h"
+#include "core/store/input_errors.h"
 #include "core/store/output_place.h"
 #include "core/store/workspace_folder.h"
 #include "core/store/workspace_status.h"
@@ -167,6 +168,16 @@ int run(ExportArguments arguments, const ExportOptions& options) {
   if (options.cameras != kNone) {
     require_new_place(cameras, "OUT");
     capture = capture_of(all, options.cameras);
+  }
+  for (const StageStatus& status : all) {
+    const std::string errors = status.manifest && status.row != nullptr
+                                   ? input_errors_text(*status.row, *status.manifest)
+                                   : "";
+    if (!errors.empty()) {
+      std::cout << "warning: " << status.stage << " ended with errors, " << errors
+                << ": the capture has errors, or shows too little, and what is made of it may be "
+                << "wrong; atelier report says more\n";
+    }
   }
   ExportGuard guard(out);
   const auto say = [](const std::string& lines) { std::cout << lines; };

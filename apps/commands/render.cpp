@@ -42,7 +42,20 @@ OptionTable describe(RenderCommandOptions& options) {
   return table;
 }
 
-int run(const RenderArguments& arguments, const RenderCommandOptions& options) {
+/// Refuses what was said of files that do not state it beside a file that does.
+void require_input_use(const OptionTable& table, const MeshConvention& said) {
+  for (const OptionField& field : table.fields) {
+    if (field.source != "default" && ((field.name == "input.unit" && said.metres_per_unit > 0) ||
+                                      (field.name == "input.up" && said.up != '\0'))) {
+      throw UsageError("--" + field.name + " does nothing: MESH says " +
+                       (field.name == "input.up" ? "which axis is up" : "its unit") +
+                       "; leave it out");
+    }
+  }
+}
+
+int run(const RenderArguments& arguments, const OptionSet& set) {
+  const auto& options = options_of<RenderCommandOptions>(set);
   if (arguments.mesh.empty() || arguments.out.empty()) {
     throw UsageError("render takes a MESH and --out: atelier render MESH --out image.png");
   }
@@ -53,6 +66,7 @@ int run(const RenderArguments& arguments, const RenderCommandOptions& options) {
   require_picture_size(options.picture);
   require_file_place(arguments.out);
   const MeshFile file = read_mesh_file(arguments.mesh, options.input);
+  require_input_use(set.table, file.said);
   const Mesh& mesh = file.mesh;
   if (mesh.faces.rows() == 0) {
     throw DataError(arguments.mesh, "", "no faces", "a triangle mesh");
@@ -84,8 +98,7 @@ Action add_render(CLI::App& parser) {
       "Images of a clothed person by trained networks instead; atelier render --neural --help says "
       "more");
   const OptionReader options = add_option_flags(parser, render_options());
-  return
-      [arguments, options] { return run(*arguments, options_of<RenderCommandOptions>(options())); };
+  return [arguments, options] { return run(*arguments, options()); };
 }
 
 }  // namespace atelier

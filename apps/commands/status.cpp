@@ -10,6 +10,7 @@
 #include "core/io/json_text.h"
 #include "core/printable.h"
 #include "core/quantity_text.h"
+#include "core/store/input_errors.h"
 #include "core/store/workspace_folder.h"
 #include "core/store/workspace_status.h"
 #include "core/usage_error.h"
@@ -24,6 +25,12 @@ struct StatusArguments {
   bool check = false;
   bool json = false;
 };
+
+/// "" of a stage without a result, or whose result says nothing against its input.
+std::string input_errors_of(const StageStatus& status) {
+  return status.manifest && status.row != nullptr ? input_errors_text(*status.row, *status.manifest)
+                                                  : "";
+}
 
 nlohmann::json json_of(const StageStatus& status) {
   nlohmann::json json = {{"stage", status.stage},
@@ -49,6 +56,7 @@ nlohmann::json json_of(const StageStatus& status) {
     json["key"] = hex(status.manifest->key);
     json["finished"] = status.manifest->finished;
     json["outputs"] = status.manifest->outputs.size();
+    json["input_errors"] = input_errors_of(status);
     json["metrics"] = status.manifest->metrics;
     json["consent"] = to_string(status.manifest->consent);
   }
@@ -58,7 +66,9 @@ nlohmann::json json_of(const StageStatus& status) {
 void show(const StageStatus& status) {
   std::string name = status.stage;
   name.resize(std::max<std::size_t>(name.size() + 1, 14), ' ');
-  std::cout << name << state_name(status.state) << (status.running ? ", running now" : "");
+  std::cout << name << state_name(status.state)
+            << (input_errors_of(status).empty() ? "" : ", with errors")
+            << (status.running ? ", running now" : "");
   if (status.manifest) {
     std::int64_t bytes = 0;
     for (const ManifestOutput& output : status.manifest->outputs) {
@@ -71,6 +81,10 @@ void show(const StageStatus& status) {
               << "\n    consent: " << printable(to_string(status.manifest->consent));
   }
   std::cout << "\n";
+  if (const std::string errors = input_errors_of(status); !errors.empty()) {
+    std::cout << "    " << errors << ": the capture has errors, or shows too little; what is made "
+              << "of this result may be wrong\n";
+  }
   for (const std::string& reason : status.reasons) {
     std::cout << "    " << printable(reason) << "\n";
   }

@@ -70,8 +70,23 @@ OptionTable describe(ViewCommandOptions& options) {
   return table;
 }
 
+/// What somebody set of unit and axis of files that do not say them.
+MeshConvention set_convention(const OptionTable& table, const MeshConvention& input) {
+  MeshConvention set;
+  for (const OptionField& field : table.fields) {
+    if (field.source != "default" && field.name == "input.up") {
+      set.up = input.up;
+    } else if (field.source != "default" && field.name == "input.unit") {
+      set.metres_per_unit = input.metres_per_unit;
+    }
+  }
+  return set;
+}
+
 /// What is at one place, once those whom it shows have consented.
-ViewScene scene_of(const std::string& place, const ViewCommandOptions& options) {
+/// @param set  of options.input
+ViewScene scene_of(const std::string& place, const ViewCommandOptions& options,
+                   const MeshConvention& set) {
   std::vector<Consent> consent;
   std::function<ViewScene()> open;
   switch (view_kind(place, all_stages())) {
@@ -99,11 +114,11 @@ ViewScene scene_of(const std::string& place, const ViewCommandOptions& options) 
       break;
     case ViewKind::MeshFrames:
       consent = read_consent(place);
-      open = [place, input = options.input] { return view_of_mesh_frames(place, input); };
+      open = [place, set, input = options.input] { return view_of_mesh_frames(place, input, set); };
       break;
     case ViewKind::Mesh:
       consent = read_consent(place);
-      open = [place, input = options.input] { return view_of_mesh(place, input); };
+      open = [place, set, input = options.input] { return view_of_mesh(place, input, set); };
       break;
   }
   for (const std::string& doubt : require_consent(consent, options.use)) {
@@ -237,12 +252,13 @@ int run(ViewArguments arguments, const OptionSet& set) {
     require_folder_place(*arguments.out);
   }
   catch_interrupts();
-  ViewScene scene = scene_of(arguments.place, options);
+  ViewScene scene = scene_of(arguments.place, options, set_convention(set.table, options.input));
   if (arguments.place != named) {  // what is sealed lies in a folder without a name of its own
     scene.title = fs::path(named).filename().string();
   }
   if (arguments.beside) {
-    ViewScene other = scene_of(*arguments.beside, options);
+    ViewScene other =
+        scene_of(*arguments.beside, options, set_convention(set.table, options.input));
     const std::array<std::string, 2> names = scene.title == other.title
                                                  ? names_apart(named, *arguments.beside)
                                                  : std::array{scene.title, other.title};

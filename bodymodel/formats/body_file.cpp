@@ -11,6 +11,7 @@
 #include "core/io/npz.h"
 #include "core/io/scene_file.h"
 #include "core/nearest_name.h"
+#include "core/quantity_text.h"
 #include "core/unknown_value.h"
 
 namespace atelier {
@@ -30,6 +31,20 @@ BodyFile read_makehuman_file(const std::filesystem::path& base, const BodyFileOp
   files.targets = options.targets;
   MakeHumanBody body = read_makehuman(files, options.makehuman, limits);
   return {std::move(body.model), std::move(body.findings)};
+}
+
+// Throws as check_body_size; UnknownValue where the unit that was set makes no person's size.
+void check_size_as_said(const BodyModel& model, const std::string& file, double metres_per_unit) {
+  try {
+    check_body_size(model, file);
+  } catch (const DataError& error) {
+    if (metres_per_unit == 1 || error.expected.find("metres_per_unit") == std::string::npos) {
+      throw;
+    }
+    throw UnknownValue(file, "metres_per_unit", short_number(metres_per_unit),
+                       "the length of the file's unit, which makes " + error.found + ", and not " +
+                           error.expected.substr(0, error.expected.find(';')));
+  }
 }
 
 struct Refusal {
@@ -74,7 +89,7 @@ BodyFile read_body_file(const std::filesystem::path& path, const BodyFileOptions
     if (options.metres_per_unit != 1) {
       body.model = scaled_body(std::move(body.model), options.metres_per_unit);
     }
-    check_body_size(body.model, path.string());
+    check_size_as_said(body.model, path.string(), options.metres_per_unit);
     return {std::move(body.model), std::move(body.findings)};
   }
   if (extension == ".npz") {
@@ -85,14 +100,14 @@ BodyFile read_body_file(const std::filesystem::path& path, const BodyFileOptions
                       "output of a network, not linear in the pose, and are not read");
     }
     if (!archive_schema(npz).empty() && options.metres_per_unit != 1) {
-      throw DataError(path.string(), "array 'unit'", "'m'",
-                      "metres_per_unit = 1: an archive says its unit");
+      throw UnknownValue(path.string(), "metres_per_unit", short_number(options.metres_per_unit),
+                         "1: an archive says its unit");
     }
     SmplOptions smpl;
     smpl.metres_per_unit = options.metres_per_unit;
     SmplBody body = archive_schema(npz).empty() ? read_smpl(npz, smpl, limits)
                                                 : SmplBody{body_of_arrays(npz, limits), {}};
-    check_body_size(body.model, path.string());
+    check_size_as_said(body.model, path.string(), options.metres_per_unit);
     return {std::move(body.model), std::move(body.findings)};
   }
   for (const Refusal& refusal : kRefusals) {

@@ -8,6 +8,7 @@
 #include "bodymodel/formats/gltf_skeleton.h"
 #include "bodymodel/formats/skin_weights.h"
 #include "bodymodel/kinematics.h"
+#include "bodymodel/missing_frames.h"
 #include "bodymodel/rotation.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"
@@ -354,7 +355,7 @@ GltfScene gltf_motion(const MotionClip& clip) {
   const JointFrames rest = forward_kinematics(clip.skeleton, rest_pose(clip.skeleton));
   scene.skins.push_back(skin_of_joints(rest.positions, rest.rotations));
   scene.skins.back().name = clip.name;
-  scene.animations.push_back(animation_of(clip.skeleton, clip.motion));
+  scene.animations.push_back(animation_of(clip.skeleton, without_gaps(clip.motion)));
   return scene;
 }
 

@@ -29,8 +29,9 @@ GltfBody read_gltf_body(const GltfScene& scene, const std::string& file = "");
 GltfBody read_gltf_body(const std::filesystem::path& path, const Limits& limits = {});
 
 /// Samples an animation of a scene (glTF or, from a path, FBX) at `options.fps`, if 0 at the rate
-/// of its keys where these are even (30 where they are not), on the skeleton of its first skin or,
-/// in a scene without skins, of the nodes that it moves (gltf_skeleton.h). `options.animation` is a
+/// of its keys where these are even (30 where they are not), on the skeleton of the skin that it
+/// moves (gltf_people.h; `options.skin` takes another) or, in a scene without skins, of the nodes
+/// that it moves (gltf_skeleton.h). `options.animation` is a
 /// name or a number from 1; without it the first animation that moves a joint is taken, and where
 /// there are others they are named ("motion-animations"). Step, linear (rotations the short way)
 /// and cubic spline keys. A skeleton has fixed bones: what animated translations and scales move

@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "bodymodel/formats/gltf_body.h"
+#include "bodymodel/formats/gltf_people.h"
 #include "bodymodel/formats/gltf_skeleton.h"
 #include "bodymodel/formats/path_joint.h"
 #include "bodymodel/odd_frame_rate.h"
@@ -93,16 +95,6 @@ double rate_of_even(const std::vector<double>& times) {
   return frame_rate((times.back() - times.front()) / static_cast<double>(times.size() - 1));
 }
 
-// The skin of the first mesh that has one.
-int first_worn_skin(const GltfScene& scene) {
-  for (const GltfNode& node : scene.nodes) {
-    if (node.mesh >= 0 && node.skin >= 0) {
-      return node.skin;
-    }
-  }
-  return 0;
-}
-
 // From the first key to the last of all channels.
 struct GltfTimeSpan {
   double first = 0, last = 0;  // s
@@ -123,8 +115,10 @@ GltfTimeSpan time_span(const GltfAnimation& animation, const GltfSkeleton& tree,
         moves || std::find(tree.nodes.begin(), tree.nodes.end(), channel.node) != tree.nodes.end();
   }
   if (!moves) {
-    throw DataError(file, "animation " + animation.name, "no channel that moves a joint",
-                    "rotations of the skin's joints");
+    throw DataError(
+        file, "animation " + animation.name,
+        "no channel that moves a joint of the skeleton of " + tree.skeleton.names[0].substr(0, 40),
+        "rotations of the skin's joints");
   }
   return span;
 }
@@ -232,7 +226,12 @@ GltfPose pose_of_nodes(const GltfSkeleton& tree, const std::vector<Eigen::Matrix
   return posed;
 }
 
-bool moves_a_joint(const GltfScene& scene, const GltfAnimation& animation) {
+// Whether it moves a joint of the skin that is asked for, or of any.
+bool moves_a_joint(const GltfScene& scene, const GltfAnimation& animation,
+                   const std::optional<std::size_t>& wanted) {
+  if (wanted) {
+    return moves_joint_of(scene, animation, *wanted);
+  }
   std::vector<char> joint(scene.nodes.size(), static_cast<char>(scene.skins.empty()));
   for (const GltfSkin& skin : scene.skins) {
     for (const int node : skin.joints) {
@@ -246,8 +245,9 @@ bool moves_a_joint(const GltfScene& scene, const GltfAnimation& animation) {
 }
 
 // The animation that is asked for, or the first that moves a joint; others are named.
-std::size_t chosen_animation(const GltfScene& scene, const std::string& wanted,
+std::size_t chosen_animation(const GltfScene& scene, const MotionOptions& options,
                              const std::string& file, std::vector<Finding>& findings) {
+  const std::string& wanted = options.animation;
   const std::size_t count = scene.animations.size();
   if (count == 0) {
     throw DataError(file, "animations", "none", "a motion");
@@ -272,8 +272,12 @@ std::size_t chosen_animation(const GltfScene& scene, const std::string& wanted,
     }
     throw UnknownValue(file, "animation", wanted, listed + did_you_mean(wanted, names));
   }
+  std::optional<std::size_t> skin;
+  if (!options.skin.empty() && !scene.skins.empty()) {
+    skin = named_skin(scene, options.skin, file);
+  }
   std::size_t first = 0;
-  while (first + 1 < count && !moves_a_joint(scene, scene.animations[first])) {
+  while (first + 1 < count && !moves_a_joint(scene, scene.animations[first], skin)) {
     ++first;
   }
   if (count > 1) {
@@ -291,7 +295,7 @@ MotionClip read_gltf_motion(const GltfScene& scene, const std::string& file,
                             const MotionOptions& options, const Limits& limits) {
   MotionClip clip;
   const GltfAnimation& animation =
-      scene.animations[chosen_animation(scene, options.animation, file, clip.findings)];
+      scene.animations[chosen_animation(scene, options, file, clip.findings)];
   GltfScene posed;
   posed.nodes = scene.nodes;
   posed.roots = scene.roots;
@@ -299,17 +303,15 @@ MotionClip read_gltf_motion(const GltfScene& scene, const std::string& file,
     node.mesh = node.skin = -1;
     node.weights.clear();
   }
-  posed.skins = scene.skins;
-  int skin = first_worn_skin(scene);
-  if (scene.skins.empty()) {
-    posed.skins = {skin_of_animation(scene, animation, file)};
-    skin = 0;
-    if (std::cmp_greater(posed.skins[0].joints.size(), limits.joints)) {
-      throw DataError(file, "animation " + animation.name,
-                      std::to_string(posed.skins[0].joints.size()) + " nodes below it",
-                      "at most " + std::to_string(limits.joints) + " joints");
-    }
+  posed.skins = scene.skins.empty() ? skins_of_animation(scene, animation, file) : scene.skins;
+  const std::size_t moving = moving_skin(scene.skins.empty() ? posed : scene, animation,
+                                         options.skin, file, clip.findings);
+  if (scene.skins.empty() && std::cmp_greater(posed.skins[moving].joints.size(), limits.joints)) {
+    throw DataError(file, "animation " + animation.name,
+                    std::to_string(posed.skins[moving].joints.size()) + " nodes below it",
+                    "at most " + std::to_string(limits.joints) + " joints");
   }
+  const int skin = static_cast<int>(moving);
   const std::vector<double> keys = even_keys(animation);
   if (keys.size() >= kManyKeys) {
     if (const auto odd = odd_frame_rate(rate_of_even(keys), RateStated::Keys, file)) {

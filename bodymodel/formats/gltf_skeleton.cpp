@@ -5,6 +5,7 @@
 #include <cmath>
 #include <set>
 
+#include "bodymodel/humanoid.h"
 #include "bodymodel/rotation.h"
 #include "core/error.h"
 
@@ -53,51 +54,56 @@ std::vector<int> parents_first(const GltfScene& scene) {
   return order;
 }
 
-}  // namespace
+// What an animation moves of a scene.
+struct MovedNodes {
+  std::vector<int> order;      // of nodes, parents first
+  std::vector<char> keyed;     // [nodes] by a channel of its own
+  std::vector<int> below;      // [nodes] of the keyed ones, at and below each
+  std::vector<char> has_mesh;  // [nodes] at or below it
+  int all = 0;                 // keyed ones
+  int top = -1;                // the lowest node that all of them are at or below; -1: none
+};
 
-GltfSkin skin_of_animation(const GltfScene& scene, const GltfAnimation& animation,
-                           const std::string& file) {
-  const std::vector<int> order = parents_first(scene);
-  std::vector<int> moved(scene.nodes.size(), 0);  // at and below each node
-  std::vector<char> mesh(scene.nodes.size(), 0);
+MovedNodes moved_nodes(const GltfScene& scene, const GltfAnimation& animation) {
+  MovedNodes moved;
+  moved.order = parents_first(scene);
+  moved.keyed.resize(scene.nodes.size(), 0);
+  moved.has_mesh.resize(scene.nodes.size(), 0);
   for (const GltfChannel& channel : animation.channels) {
     if (channel.node >= 0 && !channel.times.empty() &&
         (channel.path == GltfPath::Rotation || channel.path == GltfPath::Translation)) {
-      moved[static_cast<std::size_t>(channel.node)] = 1;
+      moved.keyed[static_cast<std::size_t>(channel.node)] = 1;
     }
   }
-  int all = 0;
-  for (const int n : moved) {
-    all += n;
+  moved.below.assign(moved.keyed.begin(), moved.keyed.end());
+  for (const char n : moved.keyed) {
+    moved.all += n;
   }
-  if (all == 0) {
-    throw DataError(file, "animation " + animation.name, "no channel that turns or shifts a node",
-                    "a motion of a skeleton");
-  }
-  int top = -1;
-  for (auto at = order.rbegin(); at != order.rend(); ++at) {
+  for (auto at = moved.order.rbegin(); at != moved.order.rend(); ++at) {
     const auto n = static_cast<std::size_t>(*at);
     const int parent = scene.nodes[n].parent;
-    mesh[n] = static_cast<char>(mesh[n] != 0 || scene.nodes[n].mesh >= 0);
-    top = top < 0 && moved[n] == all ? *at : top;
+    moved.has_mesh[n] = static_cast<char>(moved.has_mesh[n] != 0 || scene.nodes[n].mesh >= 0);
+    moved.top = moved.top < 0 && moved.below[n] == moved.all ? *at : moved.top;
     if (parent >= 0) {
-      moved[static_cast<std::size_t>(parent)] += moved[n];
-      mesh[static_cast<std::size_t>(parent)] |= mesh[n];
+      moved.below[static_cast<std::size_t>(parent)] += moved.below[n];
+      moved.has_mesh[static_cast<std::size_t>(parent)] |= moved.has_mesh[n];
     }
   }
-  if (top < 0) {
-    throw DataError(file, "animation " + animation.name, "moved nodes that hang on no common node",
-                    "one skeleton");
-  }
-  const std::vector<Eigen::Matrix4d> world = world_from_nodes(scene);
+  return moved;
+}
+
+// The skin of what is moved at and below `top`.
+GltfSkin skin_below(int top, const MovedNodes& moved, const GltfScene& scene,
+                    const std::vector<Eigen::Matrix4d>& world) {
   std::vector<char> joint(scene.nodes.size(), 0);
   joint[static_cast<std::size_t>(top)] = 1;
   GltfSkin skin;
-  for (const int node : order) {
+  skin.name = scene.nodes[static_cast<std::size_t>(top)].name;
+  for (const int node : moved.order) {
     const auto n = static_cast<std::size_t>(node);
     const int parent = scene.nodes[n].parent;
     if (node != top && parent >= 0 && joint[static_cast<std::size_t>(parent)] != 0) {
-      joint[n] = static_cast<char>(moved[n] > 0 || mesh[n] == 0);
+      joint[n] = static_cast<char>(moved.below[n] > 0 || moved.has_mesh[n] == 0);
     }
     if (joint[n] != 0) {
       skin.joints.push_back(node);
@@ -105,6 +111,51 @@ GltfSkin skin_of_animation(const GltfScene& scene, const GltfAnimation& animatio
     }
   }
   return skin;
+}
+
+// The subtrees below a node that stays, or below none, of which each is a person.
+std::vector<GltfSkin> people_of_animation(const MovedNodes& moved, const GltfScene& scene,
+                                          const std::vector<Eigen::Matrix4d>& world,
+                                          const std::string& file) {
+  constexpr int kFewestMoved = 6;  // of a person's nodes
+  std::vector<GltfSkin> people;
+  if (moved.top >= 0 && moved.keyed[static_cast<std::size_t>(moved.top)] != 0) {
+    return people;
+  }
+  GltfScene alone;
+  alone.nodes = scene.nodes;
+  for (const int node : moved.order) {
+    if (scene.nodes[static_cast<std::size_t>(node)].parent != moved.top ||
+        moved.below[static_cast<std::size_t>(node)] < kFewestMoved) {
+      continue;
+    }
+    alone.skins = {skin_below(node, moved, scene, world)};
+    if (find_humanoid(gltf_skeleton(alone, 0, file).skeleton)) {
+      people.push_back(std::move(alone.skins[0]));
+    }
+  }
+  return people;
+}
+
+}  // namespace
+
+std::vector<GltfSkin> skins_of_animation(const GltfScene& scene, const GltfAnimation& animation,
+                                         const std::string& file) {
+  const MovedNodes moved = moved_nodes(scene, animation);
+  if (moved.all == 0) {
+    throw DataError(file, "animation " + animation.name, "no channel that turns or shifts a node",
+                    "a motion of a skeleton");
+  }
+  const std::vector<Eigen::Matrix4d> world = world_from_nodes(scene);
+  std::vector<GltfSkin> people = people_of_animation(moved, scene, world, file);
+  if (people.size() > 1) {
+    return people;
+  }
+  if (moved.top < 0) {
+    throw DataError(file, "animation " + animation.name, "moved nodes that hang on no common node",
+                    "one skeleton");
+  }
+  return {skin_below(moved.top, moved, scene, world)};
 }
 
 GltfSkeleton gltf_skeleton(const GltfScene& scene, int skin_index, const std::string& file) {

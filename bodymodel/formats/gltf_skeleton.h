@@ -25,11 +25,12 @@ struct GltfSkeleton {
 /// Throws as read_gltf_body says.
 GltfSkeleton gltf_skeleton(const GltfScene& scene, int skin, const std::string& file);
 
-/// A skin of a scene without one: the nodes that an animation turns or shifts, those between them,
-/// the nearest node above all of them, and those below without a mesh (ends of limbs), bound as
-/// they stand; parents first. Throws DataError where no node is moved, or moved nodes hang on
-/// nothing in common.
-GltfSkin skin_of_animation(const GltfScene& scene, const GltfAnimation& animation,
-                           const std::string& file);
+/// The skin of a scene without one: the nodes that an animation turns or shifts, those between
+/// them, the nearest node above all of them, and those below without a mesh (ends of limbs), bound
+/// as they stand; parents first. Where several people hang on a node that the animation leaves
+/// alone, or on none, a skin for each, named as the topmost node is. Throws DataError where no node
+/// is moved, or moved nodes hang on nothing in common and are not several people.
+std::vector<GltfSkin> skins_of_animation(const GltfScene& scene, const GltfAnimation& animation,
+                                         const std::string& file);
 
 }  // namespace atelier

@@ -25,9 +25,9 @@ struct MarkerClip {
 std::string marker_subject(const std::string& marker);
 
 /// Takes for unseen what stands at exactly (0, 0, 0), with a finding ("motion-markers-zero"), as
-/// many programs write markers that they lost: a marker that is elsewhere in another frame, and all
-/// of several that are there at once. One marker that is always the origin is left: keypoints may
-/// be relative to it.
+/// many programs write markers that they lost: a marker that is elsewhere in another frame, all of
+/// several that are there at once, and one that is there throughout while the others are not around
+/// it. One that the others are always around is left: keypoints may be relative to it.
 void lose_markers_at_origin(MarkerClip& clip);
 
 }  // namespace atelier

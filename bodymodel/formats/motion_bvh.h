@@ -40,8 +40,9 @@ struct BvhWriteOptions {
 /// BVH text: the root with six channels and OFFSET 0 (readers add it to the positions or do not),
 /// other joints with three, Y up. Rest rotations are written into the poses, since BVH has none:
 /// offsets become world-axes offsets and the motion is the same. Characters of joint names other
-/// than ASCII letters, digits, '_', '-' and '.' become '_'; every end site has a length. Throws
-/// DataError if the clip is not valid, LogicError for an unknown order.
+/// than ASCII letters, digits, '_', '-' and '.' become '_'; every end site has a length. Frames
+/// that are missing are filled (missing_frames.h), since BVH has no frame numbers. Throws DataError
+/// if the clip is not valid, LogicError for an unknown order.
 std::string bvh_text(const MotionClip& clip, const BvhWriteOptions& options = {});
 void write_bvh(const std::filesystem::path& path, const MotionClip& clip,
                const BvhWriteOptions& options = {});

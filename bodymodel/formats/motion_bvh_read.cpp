@@ -226,7 +226,16 @@ void make_unique(std::vector<std::string>& names, const std::string& file,
 // The values of all frames, [frames, channels].
 Eigen::MatrixXd read_frames(Words& words, TextScanner& scanner, Index channels,
                             const Limits& limits, double& seconds_per_frame) {
-  words.expect("MOTION");
+  const std::string_view begin = words.next("MOTION");
+  if (equal_words(begin, "ROOT")) {
+    scanner.fail(
+        "a second ROOT, " + in_quotes(words.name()),
+        "one skeleton: export each person of the scene alone, or leave the other roots and "
+        "their values out");
+  }
+  if (!equal_words(begin, "MOTION")) {
+    scanner.fail(in_quotes(begin), "'MOTION'");
+  }
   words.expect("Frames:");
   const std::int64_t frames = words.integer("the number of frames");
   if (frames < 1 || frames > limits.frames) {

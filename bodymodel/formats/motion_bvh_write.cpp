@@ -5,6 +5,7 @@
 #include "bodymodel/formats/motion_bvh.h"
 #include "bodymodel/formats/portable_names.h"
 #include "bodymodel/kinematics.h"
+#include "bodymodel/missing_frames.h"
 #include "bodymodel/rotation.h"
 #include "core/atomic_file.h"
 #include "core/error.h"
@@ -141,7 +142,9 @@ std::string bvh_text(const MotionClip& clip, const BvhWriteOptions& options) {
   check_motion_clip(clip);
   ATELIER_CHECK(options.metres_per_unit > 0, "metres per unit is positive");
   euler_angles(options.order, Eigen::Matrix3d::Identity());  // refuses an unknown order
-  return Writer(clip, options).text();
+  MotionClip whole = clip;
+  whole.motion = without_gaps(clip.motion);
+  return Writer(whole, options).text();
 }
 
 void write_bvh(const std::filesystem::path& path, const MotionClip& clip,

@@ -196,6 +196,18 @@ C3dLayout layout_of(const C3dFile& file, std::uint64_t held, const MarkerClip& c
   return layout;
 }
 
+// Programs read one or the other.
+void compare_rates_of(const C3dFile& file, MarkerClip& clip) {
+  constexpr double kOff = 0.01;
+  const double header = file.header().fps;
+  if (header > 0 && std::isfinite(header) && std::abs(header / clip.fps - 1) > kOff) {
+    clip.findings.push_back({Severity::Warning, "motion-rate", clip.name,
+                             "the header says " + short_number(header) +
+                                 " frames a second, POINT:RATE says " + short_number(clip.fps),
+                             "POINT:RATE is taken; --motion.fps sets another"});
+  }
+}
+
 // Places may be there all the same, which nothing but the residuals says to be invalid.
 void note_nothing_seen(MarkerClip& clip) {
   const bool any = std::any_of(clip.seen.begin(), clip.seen.end(), [](const auto& seen) {
@@ -353,6 +365,7 @@ MarkerClip read_c3d(std::span<const std::byte> bytes, const std::string& name,
   if (!(clip.fps > 0) || !std::isfinite(clip.fps)) {
     throw DataError(name, "POINT:RATE", short_number(clip.fps), "more than 0");
   }
+  compare_rates_of(file, clip);
   const std::vector<std::string> units = file.texts("POINT:UNITS");
   const std::string unit = units.empty() || units[0].empty() ? "mm" : units[0];
   clip.metres_per_unit = metres_of_unit(unit);

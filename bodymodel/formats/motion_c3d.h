@@ -15,7 +15,8 @@ namespace atelier {
 /// and so are points that are no places, since POINT:ANGLES, FORCES, MOMENTS, POWERS, SCALARS or
 /// REACTIONS name them. A residual below 0 and coordinates that are not finite are a marker that
 /// was not seen, and so is 0, 0, 0 as lose_markers_at_origin says. Analog channels, events and
-/// force plates are passed over. The unit is POINT:UNITS, millimetres where there is none.
+/// force plates are passed over. The unit is POINT:UNITS, millimetres where there is none. The rate
+/// is POINT:RATE; a header that has another is said ("motion-rate").
 ///
 /// A file without points whose group ROTATION holds segments as 4 x 4 matrices (Theia3D; c3d.org,
 /// "The ROTATION group") gives two points for each: its origin under the segment's name, a joint's

@@ -4,6 +4,7 @@
 #include <array>
 #include <cctype>
 #include <optional>
+#include <utility>
 
 #include "bodymodel/check_motion.h"
 #include "bodymodel/formats/body_archive.h"
@@ -13,7 +14,10 @@
 #include "bodymodel/formats/motion_bvh.h"
 #include "bodymodel/formats/motion_c3d.h"
 #include "bodymodel/formats/motion_trc.h"
+#include "bodymodel/formats/path_joint.h"
 #include "bodymodel/humanoid.h"
+#include "bodymodel/kinematics.h"
+#include "bodymodel/missing_frames.h"
 #include "bodymodel/odd_frame_rate.h"
 #include "bodymodel/skinning.h"
 #include "core/error.h"
@@ -93,11 +97,24 @@ bool holds_one_motion(const std::string& extension) {
   return std::find(kFormats.begin(), kFormats.end(), extension) != kFormats.end();
 }
 
-/// Refuses another animation than the one that a format without any has: its motion, number 1.
-void require_only_animation(const std::filesystem::path& path, const std::string& wanted) {
-  if (!wanted.empty() && wanted != "1") {
-    throw UnknownValue(path.string(), "animation", wanted,
-                       "1: a file of " + extension_of(path) + " holds one motion");
+/// Refuses another animation or skin than those that a format without any has: its motion, number
+/// 1.
+void require_only_motion(const std::filesystem::path& path, const MotionOptions& options) {
+  for (const auto& [option, wanted] :
+       {std::pair{"animation", options.animation}, std::pair{"skin", options.skin}}) {
+    if (!wanted.empty() && wanted != "1") {
+      throw UnknownValue(path.string(), option, wanted,
+                         "1: a file of " + extension_of(path) + " holds one motion");
+    }
+  }
+}
+
+/// The person's path times `scale`: of the joint that both legs hang on, by the root.
+void scale_path(MotionClip& clip, double scale) {
+  const int path = path_joint(clip.skeleton);
+  for (Pose& pose : clip.motion.poses) {
+    const Eigen::Vector3d place = forward_kinematics(clip.skeleton, pose).positions.row(path);
+    pose.root_translation += (scale - 1) * place;
   }
 }
 
@@ -105,7 +122,7 @@ MotionClip read_by_extension(const std::filesystem::path& path, const MotionFile
                              const Limits& limits) {
   const std::string extension = extension_of(path);
   if (holds_one_motion(extension)) {
-    require_only_animation(path, options.motion.animation);
+    require_only_motion(path, options.motion);
   }
   if (extension == ".bvh") {
     return read_bvh(path, options.motion, limits);
@@ -140,13 +157,20 @@ MotionClip read_by_extension(const std::filesystem::path& path, const MotionFile
 MotionClip read_motion_file(const std::filesystem::path& path, const MotionFileOptions& options,
                             const Limits& limits) {
   MotionClip clip = read_by_extension(path, options, limits);
-  const RateStated stated = extension_of(path) == ".bvh" ? RateStated::Time : RateStated::Rate;
   const bool sampled = has_scene_extension(path);  // at a rate of the reader's or of `options`
+  const RateStated stated = extension_of(path) == ".bvh" ? RateStated::Time : RateStated::Rate;
   const std::optional<Finding> odd = options.motion.fps > 0 || sampled
                                          ? std::nullopt
                                          : odd_frame_rate(clip.motion.fps, stated, path.string());
   if (odd) {
     clip.findings.push_back(*odd);
+  }
+  if (extension_of(path) != ".npz") {  // frame ids of ours are those of a capture
+    fill_missing_frames(clip, path.string());
+    clip.motion.fps = options.motion.fps > 0 && !sampled ? options.motion.fps : clip.motion.fps;
+  }
+  if (options.motion.path_scale != 1) {
+    scale_path(clip, options.motion.path_scale);
   }
   check_on_stage(clip, path.string());
   const std::vector<Finding> doubts = check_motion(clip);

@@ -29,7 +29,9 @@ inline MotionFileOptions of_body(const BodyModel& body) {
 /// Reads a motion of any format, told by extension and content: .bvh; .npz of ours or of AMASS;
 /// .glb, .gltf and .fbx; .trc and .c3d, by fitting a person to their markers (marker_fit.h); .amc.
 /// Frame rates that no person is recorded at are findings or refused (odd_frame_rate), unless
-/// `options` set another; leaps and bones of no person are findings (check_motion). Throws
+/// `options` set another; leaps and bones of no person are findings (check_motion). Frames whose
+/// numbers are missing are filled (missing_frames.h), but of npz, which names frames of a capture.
+/// Throws
 /// DataError for another extension, an .amc whose skeleton is not found, and what is beyond a stage
 /// (check_on_stage).
 ///

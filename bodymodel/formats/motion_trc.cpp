@@ -4,6 +4,7 @@
 #include <cctype>
 #include <cmath>
 #include <cstdio>
+#include <numeric>
 #include <set>
 #include <utility>
 
@@ -13,6 +14,7 @@
 #include "core/io/file_bytes.h"
 #include "core/io/polygon_mesh.h"
 #include "core/io/text_scanner.h"
+#include "core/median.h"
 #include "core/quantity_text.h"
 #include "core/saturating_cast.h"
 
@@ -282,6 +284,70 @@ void add_row(const Cells& cells, const TrcHeader& header, const Lines& lines, Ma
   clip.seen.push_back(std::move(seen));
 }
 
+// Whether rows are mostly that far apart.
+bool is_near_rate(const std::vector<double>& times, double rate) {
+  constexpr double kNear = 0.1;
+  std::vector<double> steps;
+  for (std::size_t i = 1; i < times.size(); ++i) {
+    steps.push_back(times[i] - times[i - 1]);
+  }
+  return !steps.empty() && std::abs(median(std::move(steps)) * rate - 1) < kNear;
+}
+
+// Frame numbers that all go on by the same step are rows at the rate divided by it, unless the
+// times say that rows are at the rate itself. Frames then go on by 1.
+void settle_step(const std::vector<double>& times, MarkerClip& clip) {
+  constexpr std::size_t kFewest = 4;  // rows
+  int step = 0;
+  for (std::size_t i = 1; i < clip.frame_ids.size(); ++i) {
+    step = std::gcd(step, clip.frame_ids[i] - clip.frame_ids[i - 1]);
+  }
+  if (step < 2 || clip.frame_ids.size() < kFewest) {
+    return;
+  }
+  const bool rows_at_rate = !times.empty() && clip.fps > 0 && is_near_rate(times, clip.fps) &&
+                            !is_near_rate(times, clip.fps / step);
+  for (int& id : clip.frame_ids) {
+    id = clip.frame_ids.front() + (id - clip.frame_ids.front()) / step;
+  }
+  if (!rows_at_rate && clip.fps > 0) {
+    clip.fps /= step;
+    clip.findings.push_back(
+        {Severity::Note, "motion-rate", clip.name, "frame numbers go on by " + std::to_string(step),
+         "rows are taken at " + short_number(clip.fps) + " a second; --motion.fps sets another"});
+  }
+}
+
+// Rows that are left out where frame numbers go on by 1 all the same: the times then jump by whole
+// frames, and with these the rows take as long as the rate says.
+void number_by_times(const std::vector<double>& times, MarkerClip& clip) {
+  constexpr double kJump = 1.75;   // frames; rounded times make steps of 1.5
+  constexpr double kAgree = 0.02;  // of the duration
+  if (times.empty() || !(clip.fps > 0) || !is_near_rate(times, clip.fps) ||
+      clip.frame_ids.back() - clip.frame_ids.front() + 1 != std::ssize(clip.frame_ids)) {
+    return;
+  }
+  std::vector<double> frames = {0};
+  bool jumps = false;
+  for (std::size_t i = 1; i < times.size(); ++i) {
+    const double passed = (times[i] - times[i - 1]) * clip.fps;
+    jumps = jumps || passed > kJump;
+    frames.push_back(frames.back() + (passed > kJump ? std::round(passed) : 1));
+  }
+  const double whole = (times.back() - times.front()) * clip.fps;
+  constexpr double kMost = 2e9;
+  if (!jumps || std::abs(frames.back() - whole) > 0.5 + kAgree * whole ||
+      clip.frame_ids.front() + frames.back() > kMost) {
+    return;
+  }
+  clip.findings.push_back({Severity::Note, "motion-rate", clip.name,
+                           "the column Time leaves out frames that the frame numbers do not",
+                           "the times are taken"});
+  for (std::size_t i = 1; i < frames.size(); ++i) {
+    clip.frame_ids[i] = clip.frame_ids.front() + saturating_cast<int>(frames[i]);
+  }
+}
+
 // Times that go on at another rate than the header's, by more than rounding makes of them; where
 // the header's is 0 (OpenSim writes that where it was told none) they are the rate.
 void compare_rates(const std::vector<double>& times, const Lines& lines, MarkerClip& clip) {
@@ -360,6 +426,8 @@ MarkerClip read_trc(std::span<const std::byte> bytes, const std::string& name,
   if (std::cmp_not_equal(times.size(), rows)) {
     times.clear();
   }
+  settle_step(times, clip);
+  number_by_times(times, clip);
   compare_rates(times, lines, clip);
   name_subjects(clip);
   lose_markers_at_origin(clip);

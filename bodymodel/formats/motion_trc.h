@@ -16,7 +16,10 @@ namespace atelier {
 /// words nan, NaN, NA, null or none are markers that were not seen, and so is 0, 0, 0 as
 /// lose_markers_at_origin says. Values of the header may be lined up by more than one tab. Units m,
 /// cm, mm, in as the header says, in any spelling (metres_of_unit). A Time column that is of
-/// another rate than DataRate is said ("motion-rate"); where DataRate is 0 it is the rate.
+/// another rate than DataRate is said ("motion-rate"); where DataRate is 0 it is the rate. Frame
+/// numbers that all go on by the same step are rows at DataRate over that step, unless Time says
+/// otherwise, and become numbers that go on by 1; where Time jumps by whole frames and the numbers
+/// do not, the numbers follow it. Numbers that are missing stay so.
 ///
 /// Throws DataError, with the line, for a header that is not TRC's, a unit or rate that is none,
 /// names that are missing or repeated, NumMarkers that is not the number of names and columns, a

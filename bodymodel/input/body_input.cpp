@@ -10,6 +10,7 @@
 #include "bodymodel/formats/skin_weights.h"
 #include "bodymodel/formats/tailor_measurements.h"
 #include "bodymodel/human/default_human.h"
+#include "core/error.h"
 #include "core/io/lower_extension.h"
 #include "core/io/mesh_gltf.h"
 #include "core/io/npz.h"
@@ -24,9 +25,18 @@ struct Assignment {
   std::string name;
   std::string text;
   double value = 0;
+
+  std::string given() const { return name + "=" + text; }
 };
 
-Assignment assignment(const std::string& text, const char* form) {
+constexpr const char* kShape = "--shape";
+constexpr const char* kTarget = "--target";
+
+[[noreturn]] void refuse(const char* flag, const std::string& given, const std::string& why) {
+  throw UsageError(std::string(flag) + " cannot be '" + given.substr(0, 80) + "': " + why);
+}
+
+Assignment assignment(const std::string& text, const char* flag, const char* form) {
   const std::size_t equals = text.rfind('=');
   std::size_t used = 0;
   double value = 0;
@@ -36,19 +46,20 @@ Assignment assignment(const std::string& text, const char* form) {
     used = 0;
   }
   if (equals == std::string::npos || used == 0 || equals + 1 + used != text.size()) {
-    throw UsageError("'" + text.substr(0, 80) + "' is no " + form);
+    refuse(flag, text, std::string("it takes ") + form);
   }
   return {text.substr(0, equals), text.substr(equals + 1), value};
 }
 
 // All that are given; each name once.
-std::vector<Assignment> assignments(const std::vector<std::string>& texts, const char* form) {
+std::vector<Assignment> assignments(const std::vector<std::string>& texts, const char* flag,
+                                    const char* form) {
   std::vector<Assignment> all;
   std::set<std::string> names;
   for (const std::string& text : texts) {
-    all.push_back(assignment(text, form));
+    all.push_back(assignment(text, flag, form));
     if (!names.insert(all.back().name).second) {
-      throw UsageError(all.back().name.substr(0, 80) + " is given twice");
+      throw UsageError(std::string(flag) + " " + all.back().name.substr(0, 80) + " is given twice");
     }
   }
   return all;
@@ -57,7 +68,7 @@ std::vector<Assignment> assignments(const std::vector<std::string>& texts, const
 std::vector<Assignment> shape_assignments(const BodySource& source) {
   std::vector<std::string> texts = source.shape;
   std::erase_if(texts, has_measurements_extension);
-  return assignments(texts, "NAME=NUMBER");
+  return assignments(texts, kShape, "NAME=NUMBER");
 }
 
 /// The default human with the measurements of those files that --shape names.
@@ -91,41 +102,59 @@ BodyModel generated_body(const BodySource& source, const TellFindings& tell) {
       }
     }
     if (!found) {
-      throw UsageError("the body has no shape parameter '" + one.name.substr(0, 80) + "'; it has " +
-                       known);
+      refuse(kShape, one.given(),
+             "the body has no shape parameter '" + one.name.substr(0, 80) + "'; it has " + known);
     }
     if (!std::isfinite(one.value)) {
-      throw UsageError(set_option(table, one.name, one.text));
+      refuse(kShape, one.given(), set_option(table, one.name, one.text));
     }
     for (const OptionField& field : table.fields) {
       if (field.name == one.name) {
-        *std::get<double*>(field.target) = one.value;  // human_options_problem says the range
+        *std::get<double*>(field.target) = one.value;
       }
     }
+    if (const std::string problem = human_options_problem(human); !problem.empty()) {
+      refuse(kShape, one.given(), problem);
+    }
   }
-  const std::string problem = human_options_problem(human);
-  if (!problem.empty()) {
+  if (const std::string problem = human_options_problem(human); !problem.empty()) {
     throw UsageError(problem);
   }
-  return default_human(human);
+  try {
+    return default_human(human);
+  } catch (const DataError& error) {  // measures that nobody has together
+    const std::vector<Assignment> given = shape_assignments(source);
+    const bool from_file = given.size() < source.shape.size();
+    if (given.empty() || from_file || !error.file.empty()) {
+      throw;
+    }
+    std::string all;
+    for (const Assignment& one : given) {
+      all += (all.empty() ? "" : ",") + one.given();
+    }
+    refuse(kShape, all, error.what());
+  }
 }
 
-void set_shape(const BodyModel& model, const std::string& name, double value,
-               Eigen::VectorXd& shape) {
+void set_shape(const BodyModel& model, const std::string& name, const Assignment& one,
+               const char* flag, Eigen::VectorXd& shape) {
+  const double value = one.value;
   const int index = find_shape(model, name);
   if (index < 0) {
     std::string known;
     for (const ShapeParameter& parameter : model.shape) {
       known += (known.empty() ? "" : ", ") + parameter.name;
     }
-    throw UsageError("the body has no shape parameter '" + name.substr(0, 80) + "'; it has " +
-                     (known.empty() ? "none" : known));
+    refuse(flag, one.given(),
+           "the body has no shape parameter '" + name.substr(0, 80) + "'; it has " +
+               (known.empty() ? "none" : known));
   }
   const ShapeParameter& parameter = model.shape[static_cast<std::size_t>(index)];
   if (!(value >= parameter.min && value <= parameter.max)) {
-    throw UsageError(name + " cannot be " + short_number(value) + ": it is in [" +
-                     short_number(parameter.min) + ", " + short_number(parameter.max) + "]" +
-                     (parameter.unit.empty() ? "" : " " + parameter.unit));
+    refuse(flag, one.given(),
+           name + " cannot be " + short_number(value) + ": it is in [" +
+               short_number(parameter.min) + ", " + short_number(parameter.max) + "]" +
+               (parameter.unit.empty() ? "" : " " + parameter.unit));
   }
   shape[index] = value;
 }
@@ -211,7 +240,7 @@ bool holds_body(const std::string& file) {
 ShapedInput read_body_input(const BodySource& source, const BodyInputOptions& options,
                             const TellFindings& tell) {
   BodyFileOptions files = file_options(options);
-  const std::vector<Assignment> targets = assignments(source.target, "FILE=WEIGHT");
+  const std::vector<Assignment> targets = assignments(source.target, kTarget, "FILE=WEIGHT");
   for (const Assignment& target : targets) {
     files.targets.emplace_back(target.name);
   }
@@ -230,7 +259,7 @@ ShapedInput read_body_input(const BodySource& source, const BodyInputOptions& op
     return input;  // made with the measures asked for
   }
   for (const Assignment& target : targets) {
-    set_shape(input.model, std::filesystem::path(target.name).stem().string(), target.value,
+    set_shape(input.model, std::filesystem::path(target.name).stem().string(), target, kTarget,
               input.shape);
   }
   for (const std::string& text : source.shape) {
@@ -240,7 +269,7 @@ ShapedInput read_body_input(const BodySource& source, const BodyInputOptions& op
     }
   }
   for (const Assignment& one : shape_assignments(source)) {
-    set_shape(input.model, one.name, one.value, input.shape);
+    set_shape(input.model, one.name, one, kShape, input.shape);
   }
   return input;
 }

@@ -1,15 +1,9 @@
 #pragma once
 
+#include "bodymodel/interpolated_pose.h"
 #include "core/pose.h"
 
 namespace atelier {
-
-/// The rotation `share` of the way from a to b (rotation vectors), the short way round.
-Eigen::Vector3d interpolated_rotation(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
-                                      double share);
-
-/// The pose `share` of the way from a to b. Throws LogicError for different numbers of joints.
-Pose interpolated_pose(const Pose& a, const Pose& b, double share);
 
 /// The pose at a time from the first frame on: through every frame, along curves whose speed does
 /// not jump (Catmull and Rom 1974, of root translations and, component by component and then

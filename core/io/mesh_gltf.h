@@ -93,9 +93,10 @@ struct GltfScene {
   std::vector<GltfMaterial> materials;  ///< of those that primitives name; others are white
   std::vector<GltfSkin> skins;
   std::vector<GltfAnimation> animations;
-  /// Whom it shows and what for, "" where nobody says: asset.copyright, asset.extras.consent. Not
-  /// read.
+  /// Whom it shows and what for, "" where nobody says: asset.extras.consent, and behind "Consent: "
+  /// in asset.copyright.
   std::string consent;
+  std::string copyright;  ///< asset.copyright, without what is written of `consent`; "": none
   std::vector<Finding> findings;  ///< what was skipped; of one that was made: what is not exact
 };
 

@@ -6,6 +6,7 @@
 
 #include "core/error.h"
 #include "core/io/file_bytes.h"
+#include "core/io/gltf_asset.h"
 #include "core/io/gltf_buffers.h"
 #include "core/io/json.h"
 #include "core/io/json_place.h"
@@ -85,6 +86,7 @@ void check_asset(const JsonPlace& root) {
 }
 
 GltfScene GltfReader::read() {
+  read_gltf_asset(root_.at("asset"), scene_);
   read_meshes();
   read_nodes();
   read_scene();

@@ -8,6 +8,7 @@
 
 #include "core/atomic_file.h"
 #include "core/error.h"
+#include "core/io/gltf_asset.h"
 #include "core/io/lower_extension.h"
 #include "core/io/mesh_gltf.h"
 #include "core/io/to_float.h"
@@ -22,8 +23,8 @@ class GltfWriter {
     check_gltf(scene);
     model_.asset.version = "2.0";
     model_.asset.generator = "Atelier";
+    model_.asset.copyright = gltf_copyright(scene.copyright, scene.consent);
     if (!scene.consent.empty()) {
-      model_.asset.copyright = "Consent: " + scene.consent;
       model_.asset.extras =
           tinygltf::Value(tinygltf::Value::Object{{"consent", tinygltf::Value(scene.consent)}});
     }

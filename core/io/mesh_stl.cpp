@@ -92,17 +92,32 @@ class StlSurface {
   std::unordered_map<StlCorner, int, CornerHash> index_;
 };
 
+/// Whether the last bytes are line ends, blanks or zeros, as transfers and editors leave them.
+bool ends_empty(ByteReader in, std::size_t bytes) {
+  in.skip(in.remaining() - bytes, "triangles");
+  bool empty = true;
+  while (in.remaining() > 0) {
+    const auto byte = in.little<std::uint8_t>("a byte");
+    empty = empty && (byte == 0 || byte == '\n' || byte == '\r' || byte == ' ' || byte == 0x1A);
+  }
+  return empty;
+}
+
 PolygonMesh read_binary_stl(ByteReader in, const std::string& name, const Limits& limits) {
   in.seek(kStlHeader, "the header");
   const auto count = in.little<std::uint32_t>("the number of triangles");
   in.paid(count, kStlTriangle, "triangles");
   const std::size_t held = in.remaining() / kStlTriangle;
-  if (held * kStlTriangle != in.remaining()) {
+  const std::size_t over = in.remaining() - held * kStlTriangle;
+  if (over > 0 && (held != count || !ends_empty(in, over))) {
     in.fail(std::to_string(in.remaining()) + " bytes behind the header",
             std::to_string(std::uint64_t{count} * kStlTriangle) + " for " +
                 counted(count, "triangle") + ", or a text that begins with 'solid'");
   }
   StlSurface surface(name, limits);
+  if (over > 0) {
+    surface.warn(counted(over, "byte") + " of no triangle at the end: line ends or zeros");
+  }
   if (held != count) {  // VTK writes strips that it does not count
     surface.warn("the header counts " + counted(count, "triangle") + ", the file has " +
                  std::to_string(held));
@@ -179,14 +194,14 @@ PolygonMesh read_stl(std::span<const std::byte> bytes, const std::string& name,
   const std::string_view text = as_text(bytes);
   const std::size_t begin = std::min(text.find_first_not_of(" \t\r\n"), text.size());
   const bool solid = is_stl_word(text.substr(begin, 5), "solid");
-  bool whole = false;
+  bool pays = false;  // of text no four letters are so small a count
   if (bytes.size() >= kStlHeader + 4) {
     ByteReader counter(bytes, name);
     counter.seek(kStlHeader, "the header");
     const std::uint64_t count = counter.little<std::uint32_t>("the number of triangles");
-    whole = count * kStlTriangle == counter.remaining();
+    pays = count > 0 && count * kStlTriangle <= counter.remaining();
   }
-  return solid && !whole ? read_text_stl(text, name, limits) : read_binary_stl(in, name, limits);
+  return solid && !pays ? read_text_stl(text, name, limits) : read_binary_stl(in, name, limits);
 }
 
 PolygonMesh read_stl(const std::filesystem::path& path, const Limits& limits) {

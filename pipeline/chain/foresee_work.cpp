@@ -2,7 +2,9 @@
 
 #include "core/error.h"
 #include "core/store/digest_meter.h"
+#include "core/store/input_errors.h"
 #include "core/store/output_place.h"
+#include "core/store/result.h"
 #include "pipeline/chain/time_left.h"
 #include "pipeline/stages/stages.h"
 
@@ -33,13 +35,31 @@ ForeseenStage unplanned_stage(const Chain& chain, std::string_view needed) {
   return {"would run", {"after " + std::string(needed)}, true};
 }
 
+/// What the current result of a stage says against its input; "" where it cannot be read.
+std::string errors_of_result(const Chain& chain, const Stage& stage) {
+  const std::filesystem::path folder = chain.request.places.workspace / stage.name;
+  const auto current = current_name(folder);
+  try {
+    return current ? input_errors_text(stage, read_manifest(folder / *current, stage.name)) : "";
+  } catch (const DataError&) {
+    return "";
+  }
+}
+
 /// Of a stage that finds its inputs.
 ForeseenStage planned_stage(const Chain& chain, std::size_t i, bool earlier,
                             const PlanOfStage& plan_of) {
   const StagePlan plan = plan_of(run_steps()[i]->stage, chain_request(chain, i, false));
   if (plan.state == StagePlan::State::Done) {
-    return {
-        "would do nothing", {earlier ? "unless an earlier stage's result changes" : ""}, earlier};
+    const std::string errors = errors_of_result(chain, run_steps()[i]->stage);
+    std::vector<std::string> why;
+    if (!errors.empty()) {
+      why.push_back("its result says that the capture has errors, or shows too little: " + errors);
+    }
+    if (earlier || why.empty()) {
+      why.emplace_back(earlier ? "unless an earlier stage's result changes" : "");
+    }
+    return {"would do nothing", why, earlier};
   }
   return {plan.state == StagePlan::State::Resume ? "would go on" : "would run", plan.reasons, true};
 }

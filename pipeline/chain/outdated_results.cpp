@@ -5,6 +5,7 @@
 
 #include "core/store/made_of.h"
 #include "core/store/result.h"
+#include "pipeline/chain/run_chain.h"
 #include "pipeline/stages/stages.h"
 
 namespace atelier {
@@ -60,6 +61,51 @@ fs::path own_input(const StageStatus& own, const fs::path& workspace, const fs::
   return capture;
 }
 
+/// Results by which a stage is made: as its manifest says, or of one without a result all that its
+/// row reads.
+std::vector<std::string> made_by(const StageStatus& status, const fs::path& workspace) {
+  std::vector<std::string> makers;
+  if (status.manifest) {
+    for (const ManifestInput& input : status.manifest->inputs) {
+      makers.push_back(input.stage);
+      for (const ResultName& made_of : results_behind(workspace, input.path)) {
+        makers.push_back(made_of.stage);
+      }
+    }
+    return makers;
+  }
+  const StageRow* row = find_row(status.stage);
+  if (row != nullptr && row->chain) {
+    CaptureFacts facts;
+    facts.clothed_frames = 1;
+    const std::vector<std::string_view> needed = needed_stages(*row, facts);
+    makers.assign(needed.begin(), needed.end());
+  }
+  return makers;
+}
+
+/// A stage and those behind it whose results are outdated or, of stages that `run` can make, not
+/// there; the last first.
+std::vector<const StageStatus*> stale_behind(const std::vector<StageStatus>& all,
+                                             const std::string& stage, const fs::path& workspace) {
+  std::vector<std::string> needed = {stage};
+  std::vector<const StageStatus*> stale;
+  for (auto one = all.rbegin(); one != all.rend(); ++one) {
+    if (std::find(needed.begin(), needed.end(), one->stage) == needed.end()) {
+      continue;
+    }
+    const bool missing = !one->manifest && in_chain(one->stage) != InChain::No;
+    if (one->state == StageStatus::State::Outdated || missing) {
+      stale.push_back(&*one);
+    }
+    if (one->manifest || missing) {
+      const std::vector<std::string> makers = made_by(*one, workspace);
+      needed.insert(needed.end(), makers.begin(), makers.end());
+    }
+  }
+  return stale;
+}
+
 /// Advice about an INPUT that is made of a result that another one has replaced.
 std::string replaced_input(const Stage& stage, const StageRequest& request,
                            const ResultName& made_of) {
@@ -69,37 +115,25 @@ std::string replaced_input(const Stage& stage, const StageRequest& request,
   if (in_chain(name) != InChain::OfResults) {
     return what + "give " + (request.workspace / made_of.stage / "current").string();
   }
-  const fs::path capture = capture_of(workspace_status(all_stages(), request.workspace));
-  return what + "run 'atelier run " + capture.string() + " " + request.workspace.string() +
-         " --from " + name + " --to " + name + "' to recompute it";
+  const std::vector<StageStatus> all = workspace_status(all_stages(), request.workspace);
+  const std::vector<const StageStatus*> stale = stale_behind(all, name, request.workspace);
+  const std::string from = stale.empty() ? name : stale.back()->stage;
+  return what + "run 'atelier run " + capture_of(all).string() + " " + request.workspace.string() +
+         " --from " + from + " --to " + name + "' to recompute it";
 }
 
 }  // namespace
 
 std::string mending_command(const std::vector<StageStatus>& all, const StageStatus& own,
                             const fs::path& workspace, const fs::path& capture) {
-  std::vector<std::string> needed = {own.stage};  // and what that was made of
-  std::vector<const StageStatus*> outdated;       // the last first
-  for (auto one = all.rbegin(); one != all.rend(); ++one) {
-    if (one->manifest && std::find(needed.begin(), needed.end(), one->stage) != needed.end()) {
-      if (one->state == StageStatus::State::Outdated) {
-        outdated.push_back(&*one);
-      }
-      for (const ManifestInput& input : one->manifest->inputs) {
-        needed.push_back(input.stage);
-        for (const ResultName& made_of : results_behind(workspace, input.path)) {
-          needed.push_back(made_of.stage);
-        }
-      }
-    }
-  }
+  const std::vector<const StageStatus*> outdated = stale_behind(all, own.stage, workspace);
   const std::string places = capture.string() + " " + workspace.string();
   const fs::path input = own_input(own, workspace, capture);
   const std::string alone =
       "'atelier " + own.stage + " " + input.string() + " " + workspace.string() + "'";
   const auto chain = [&](const StageStatus& to) {
-    return "'atelier run " + places + " --from " + outdated.back()->stage + " --to " + to.stage +
-           "'";
+    const std::string from = outdated.empty() ? to.stage : outdated.back()->stage;
+    return "'atelier run " + places + " --from " + from + " --to " + to.stage + "'";
   };
   const InChain how = in_chain(own.stage);
   if (how == InChain::No) {  // `run` leaves it out

@@ -10,7 +10,8 @@
 
 namespace atelier {
 
-/// The command that recomputes a stage's result, from the first stage behind it that is outdated.
+/// The command that recomputes a stage's result, from the first stage behind it that is outdated or
+/// whose result is not there (set aside by `run --replace`).
 /// @param own      one of `all`, outdated
 /// @param capture  that the workspace is of
 std::string mending_command(const std::vector<StageStatus>& all, const StageStatus& own,

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "core/printable.h"
+#include "core/store/input_errors.h"
 #include "pipeline/pictures/report_page.h"
 
 namespace atelier {
@@ -14,6 +15,13 @@ constexpr std::size_t kWorst = 3;  // and as not good
 
 std::string sentence(const char* lead, const std::string& text) {
   return std::string("<p><b>") + lead + ":</b> " + html_text(text) + ".</p>\n";
+}
+
+/// A result that is as it was made, and that says nothing against what it was made of.
+bool is_sound(const StageStatus& status) {
+  return status.state == StageStatus::State::Done &&
+         (!status.manifest || status.row == nullptr ||
+          input_errors_text(*status.row, *status.manifest).empty());
 }
 
 /// "distance of the body from the true one, 8 mm (at most 6)".
@@ -71,6 +79,9 @@ std::string bad_sentence(const SummaryFacts& facts) {
   for (const StageStatus& status : facts.stages) {
     if (status.state != StageStatus::State::Done && status.state != StageStatus::State::None) {
       unsound.push_back(status.stage + " is " + state_name(status.state));
+    } else if (!is_sound(status) && status.state == StageStatus::State::Done) {
+      unsound.push_back(status.stage + " ended with errors of what it was given, " +
+                        input_errors_text(*status.row, *status.manifest));
     }
   }
   if (!unsound.empty()) {
@@ -117,9 +128,9 @@ std::string some_of(const std::vector<std::string>& names, std::size_t most) {
 }
 
 std::string report_summary(const SummaryFacts& facts) {
-  const auto sound = static_cast<std::size_t>(std::count_if(
-      facts.stages.begin(), facts.stages.end(),
-      [](const StageStatus& status) { return status.state == StageStatus::State::Done; }));
+  const auto sound = static_cast<std::size_t>(
+      std::count_if(facts.stages.begin(), facts.stages.end(),
+                    [](const StageStatus& status) { return is_sound(status); }));
   return "<div class=\"summary\">\n" + sentence("Good", good_sentence(facts, sound)) +
          sentence("Not good", bad_sentence(facts)) +
          sentence("Not known", unknown_sentence(facts)) + "</div>\n";

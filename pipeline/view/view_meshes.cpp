@@ -92,6 +92,36 @@ std::vector<SequenceOf> parts_of(const fs::path& place) {
   return parts([&](const char* name) { return contents.datasets.contains(name); });
 }
 
+/// Of files that always say their unit and axis, and are read as they say.
+constexpr MeshConvention kSays{.metres_per_unit = 1, .up = 'y'};
+
+/// That a unit or an axis which somebody set does nothing, since the file says its own.
+void note_what_is_said(const std::string& name, const MeshConvention& said,
+                       const MeshConvention& set, std::vector<std::string>& notes) {
+  if (set.up != '\0' && said.up != '\0') {
+    notes.push_back(name + " says which axis is up: --input.up does nothing");
+  }
+  if (set.metres_per_unit > 0 && said.metres_per_unit > 0) {
+    notes.push_back(name + " says its unit: --input.unit does nothing");
+  }
+}
+
+/// What the first mesh of a folder says.
+MeshConvention said_by_first(const fs::path& folder, const MeshConvention& otherwise) {
+  std::vector<fs::path> meshes;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (is_mesh_file(entry.path())) {
+      meshes.push_back(entry.path());
+    }
+  }
+  MeshConvention said;
+  if (!meshes.empty()) {
+    const fs::path& first = *std::min_element(meshes.begin(), meshes.end());
+    (void)problem_of([&] { said = read_mesh_file(first, otherwise).said; });
+  }
+  return said;
+}
+
 /// Frames of arrays that say neither unit nor axis.
 void place_frames(Sequence& sequence, const MeshConvention& otherwise) {
   sequence.load = [load = std::move(sequence.load), otherwise](Index i) {
@@ -177,7 +207,8 @@ Sequence scans_in(const fs::path& folder, double fps) {
   return scans;
 }
 
-ViewScene view_of_mesh(const fs::path& file, const MeshConvention& otherwise) {
+ViewScene view_of_mesh(const fs::path& file, const MeshConvention& otherwise,
+                       const MeshConvention& set) {
   const std::string name = file.filename().string();
   bool moves = false;
   MeshFile read;
@@ -188,6 +219,7 @@ ViewScene view_of_mesh(const fs::path& file, const MeshConvention& otherwise) {
   } else {
     read = read_mesh_file(file, otherwise);
   }
+  const MeshConvention said = read.said;
   const std::optional<Finding> unit = unit_finding(read, name);
   const std::vector<Finding> findings = std::move(read.findings);
   ViewScene scene = scene_of_one_mesh(file, std::move(read.mesh));
@@ -196,6 +228,7 @@ ViewScene view_of_mesh(const fs::path& file, const MeshConvention& otherwise) {
       scene.notes.push_back(name + ": " + finding.what);
     }
   }
+  note_what_is_said(name, said, set, scene.notes);
   if (unit) {
     scene.notes.push_back(name + ": " + unit->what + "; --input.unit says in what it is");
   }
@@ -207,14 +240,17 @@ ViewScene view_of_mesh(const fs::path& file, const MeshConvention& otherwise) {
   return scene;
 }
 
-ViewScene view_of_mesh_frames(const fs::path& place, const MeshConvention& otherwise) {
+ViewScene view_of_mesh_frames(const fs::path& place, const MeshConvention& otherwise,
+                              const MeshConvention& set) {
   const fs::path name = last_name(place);
   const std::string extension = lower_extension(place);
   std::string schema;  // of an archive of ours
   if (has_usd_extension(place) && !fs::is_directory(place)) {
     UsdMesh usd = read_usd_mesh(place);
     if (usd.frames.empty()) {
-      return scene_of_one_mesh(place, std::move(usd.mesh));
+      ViewScene scene = scene_of_one_mesh(place, std::move(usd.mesh));
+      note_what_is_said(name.string(), kSays, set, scene.notes);
+      return scene;
     }
   } else if (extension == ".h5" && !fs::is_directory(place)) {
     // Of other programs there is none, and the reader of sequences says what else is wrong.
@@ -247,6 +283,11 @@ ViewScene view_of_mesh_frames(const fs::path& place, const MeshConvention& other
     layers.push_back(std::move(layer));
   }
   ViewScene scene = scene_of_layers(name.string(), "Sequence", std::move(layers));
+  if (fs::is_directory(place)) {
+    note_what_is_said(name.string(), said_by_first(place, otherwise), set, scene.notes);
+  } else if (!schema.empty() || has_usd_extension(place)) {
+    note_what_is_said(name.string(), kSays, set, scene.notes);
+  }
   if (is_guessed) {
     scene.notes.push_back(name.string() +
                           " does not say its frames per second; they are played at 24");

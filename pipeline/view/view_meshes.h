@@ -21,12 +21,16 @@ Sequence scans_in(const std::filesystem::path& folder, double fps);
 
 /// A mesh of a file. What of it is not shown is a note. Throws DataError.
 /// @param otherwise  unit and up axis of a file that does not say
-ViewScene view_of_mesh(const std::filesystem::path& file, const MeshConvention& otherwise);
+/// @param set        of these what somebody asked for: a note says where the file has its own
+ViewScene view_of_mesh(const std::filesystem::path& file, const MeshConvention& otherwise,
+                       const MeshConvention& set = {});
 
 /// Meshes over time of a file or a folder for which holds_mesh_frames holds, as one layer; a file
 /// of one mesh is that mesh. Frames may differ in topology. Throws DataError, also for a folder
 /// with a mesh whose name does not end in its frame's number.
 /// @param otherwise  unit and up axis of files that do not say
-ViewScene view_of_mesh_frames(const std::filesystem::path& place, const MeshConvention& otherwise);
+/// @param set        as above
+ViewScene view_of_mesh_frames(const std::filesystem::path& place, const MeshConvention& otherwise,
+                              const MeshConvention& set = {});
 
 }  // namespace atelier

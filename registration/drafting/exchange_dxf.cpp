@@ -125,6 +125,7 @@ std::string exchange_dxf(const PatternLayout& layout, const std::string& title,
   DxfText dxf;
   dxf.pair(0, "SECTION");
   dxf.pair(2, "HEADER");
+  dxf.units();
   dxf.pair(0, "ENDSEC");
   std::set<std::string> taken;
   std::vector<std::string> names;

@@ -36,6 +36,14 @@ class DxfText {
     number(code + 10, metres.y() * 1000);
     number(code + 20, 0);
   }
+  /// Header variables that say millimetres. R12 has neither; its readers skip variables that they
+  /// do not know, and later programs scale by $INSUNITS.
+  void units() {
+    pair(9, "$MEASUREMENT");  // metric: hatch and line types
+    integer(70, 1);
+    pair(9, "$INSUNITS");
+    integer(70, 4);
+  }
   void entity(const char* type, const char* layer) {
     pair(0, type);
     pair(8, layer);

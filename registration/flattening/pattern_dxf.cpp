@@ -45,10 +45,7 @@ void header(DxfText& dxf, const PatternLayout& layout) {
   dxf.pair(2, "HEADER");
   dxf.pair(9, "$ACADVER");
   dxf.pair(1, "AC1009");
-  dxf.pair(9, "$MEASUREMENT");  // metric: hatch and line types of R12 readers
-  dxf.integer(70, 1);
-  dxf.pair(9, "$INSUNITS");  // millimetres, for readers of later versions
-  dxf.integer(70, 4);
+  dxf.units();
   dxf.pair(9, "$EXTMIN");
   dxf.point(10, box.row(0).transpose());
   dxf.pair(9, "$EXTMAX");

@@ -454,7 +454,7 @@ void tell_whole(GarmentTemplate& made) {
   if (!made.whole) {
     made.findings.push_back({Severity::Warning, "not-whole", made.garment.name,
                              "the template is not the whole garment: " + lacks,
-                             "look at template.png; another --template.frame, cameras and labels "
+                             "look at template.png; another --frame, cameras and labels "
                              "that show all of it, or an imported template"});
   }
 }

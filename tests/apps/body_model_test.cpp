@@ -7,6 +7,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "bodymodel/formats/body_file.h"
+#include "bodymodel/formats/gltf_body.h"
 #include "bodymodel/formats/motion_file.h"
 #include "bodymodel/formats/motion_trc.h"
 #include "core/io/mesh_fbx.h"
@@ -19,6 +21,7 @@
 namespace atelier::fixtures {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 
 class BodyModelCommand : public ::testing::Test {
@@ -321,7 +324,9 @@ TEST_F(BodyModelCommand, WrongArguments_AreRefused) {
   refused({"show", "female", "--out", "a.png", "--width", "nan"}, 2, "width cannot be 'nan'");
   refused({"measure", "female", "--shape", "stature"}, 2, "NAME=NUMBER");
   refused({"measure", "female", "--shape", "stature=nan"}, 2, "stature cannot be 'nan'");
-  refused({"measure", "female", "--shape", "wings=1"}, 2, "no shape parameter 'wings'");
+  refused(
+      {"measure", "female", "--shape", "wings=1"}, 2,
+      "--shape cannot be 'wings=1': the body has no shape parameter 'wings'; it has male, stature");
   refused({"pose", "female", "a.bvh", "--motion.up", "x", "--out", "a.png"}, 2, "auto, y, z");
   refused({"convert", still_bvh(), "--out", "a.obj"}, 2, "a motion becomes .bvh, .trc, .npz, .glb");
   refused({"convert", "default", "--out", "a.bvh"}, 2, "default is a body: it becomes .npz");
@@ -331,7 +336,49 @@ TEST_F(BodyModelCommand, WrongArguments_AreRefused) {
   refused({"measure", "female", "--shape", "stature=1.2"}, 2,
           "stature cannot be 1.2: it is in [1.4, 2.15] m");
   refused({"measure", "female", "--shape", "stature=180"}, 2,
-          "stature cannot be 180: it is in [1.4, 2.15] m");
+          "--shape cannot be 'stature=180': stature cannot be 180: it is in [1.4, 2.15] m");
+  refused({"measure", "female", "--shape", "stature=1.9,mass=40"}, 2,
+          "--shape cannot be 'stature=1.9,mass=40': mass");
+}
+
+TEST_F(BodyModelCommand, CopyrightAndConsentOfFiles_GoWithWhatIsMadeOfThem) {
+  GltfScene scene = gltf_body(read_body_file("female").model);
+  scene.copyright = "2026 Ada";
+  scene.consent = "Ada: research until 2030-01-01";
+  const std::string body = (folder_ / "ada.glb").string();
+  write_gltf(body, scene);
+  const std::string again = (folder_ / "again.glb").string();
+  const std::string posed = (folder_ / "posed.glb").string();
+  const std::string mesh = (folder_ / "mesh.glb").string();
+  ASSERT_EQ(run({"convert", body, "--out", again}).exit_code, 0);
+  ASSERT_EQ(run({"pose", body, still_bvh(), "--out", posed}).exit_code, 0);
+  ASSERT_EQ(run_child({program_path(), "convert", body, mesh}).exit_code, 0);
+  for (const std::string& file : {again, posed, mesh}) {
+    const GltfScene back = read_gltf(file);
+    EXPECT_EQ(back.copyright, "2026 Ada") << file;
+    EXPECT_EQ(back.consent, "Ada: research until 2030-01-01") << file;
+  }
+  // A motion beside a consent file.
+  const std::filesystem::path capture = folder_ / "capture";
+  std::filesystem::create_directories(capture);
+  std::filesystem::copy_file(still_bvh(), capture / "walk.bvh");
+  std::ofstream(capture / "consent.toml")
+      << "[[consent]]\nwho = \"Ben\"\nscope = \"research\"\nuntil = \"2030-01-01\"\n";
+  ASSERT_EQ(run({"pose", body, (capture / "walk.bvh").string(), "--out", posed}).exit_code, 0);
+  EXPECT_THAT(read_gltf(posed).consent, AllOf(HasSubstr("Ada"), HasSubstr("Ben")));
+}
+
+TEST_F(BodyModelCommand, UnitOfABodyThatMakesNoPerson_NamesTheFlagAsTyped) {
+  const std::string npz = (folder_ / "female.npz").string();
+  const std::string glb = (folder_ / "female.glb").string();
+  ASSERT_EQ(run({"convert", "female", "--out", npz}).exit_code, 0);
+  ASSERT_EQ(run({"convert", "female", "--out", glb}).exit_code, 0);
+  refused(
+      {"measure", npz, "--metres-per-unit", "0.01"}, 2,
+      ("--metres-per-unit cannot be '0.01': of " + npz + " it takes 1: an archive says its unit")
+          .c_str());
+  refused({"measure", glb, "--metres_per_unit", "5"}, 2, "--metres_per_unit cannot be '5'");
+  refused({"measure", glb, "--metres-per-unit", "0"}, 2, "--metres-per-unit cannot be '0'");
 }
 
 TEST_F(BodyModelCommand, FlagsWithoutEffect_AreRefused) {
@@ -399,11 +446,12 @@ TEST_F(BodyModelCommand, FourLeggedMotion_IsWarnedOf) {
 }
 
 TEST_F(BodyModelCommand, MeasuresOfNoAdult_AreRefused) {
-  refused({"measure", "female", "--shape", "mass=90,waist_girth=0.5"}, 3,
+  refused({"measure", "female", "--shape", "mass=90,waist_girth=0.5"}, 2,
           "0.5 m at a stature of 1.63 m and a mass of 90 kg");
-  refused({"measure", "female", "--shape", "stature=2.1,mass=35"}, 3, "a body mass index of 7.94");
+  refused({"measure", "female", "--shape", "stature=2.1,mass=35"}, 2, "a body mass index of 7.94");
   const ChildResult legs = run({"measure", "female", "--shape", "stature=1.8,leg_length=1.05"});
-  EXPECT_EQ(legs.exit_code, 3);
+  EXPECT_EQ(legs.exit_code, 2);
+  EXPECT_THAT(legs.err, HasSubstr("--shape cannot be 'stature=1.8,leg_length=1.05': "));
   EXPECT_THAT(legs.err, HasSubstr("together with"));
   EXPECT_THAT(legs.err, ::testing::Not(HasSubstr("girths that are given")));
 }

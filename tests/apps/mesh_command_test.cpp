@@ -115,6 +115,8 @@ TEST_F(MeshCommand, UnknownUnit_IsReported) {
                    "--input.unit does nothing: IN says its unit");
     expect_refusal(run({"convert", says, unwritten, "--input.up", "z"}), kExitUsage,
                    "--input.up does nothing: IN says which axis is up");
+    expect_refusal(run({"render", says, "--input.up", "z", "--out", (root_ / "a.png").string()}),
+                   kExitUsage, "--input.up does nothing: MESH says which axis is up");
   }
   EXPECT_FALSE(std::filesystem::exists(unwritten));
   EXPECT_THAT(run({"inspect", ply}).out, HasSubstr("as the file says, here in metres"));

@@ -13,6 +13,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "capture/capture_info.h"
+#include "core/atomic_file.h"
 #include "core/io/file_bytes.h"
 #include "core/io/image_file.h"
 #include "core/store/file_lock.h"
@@ -65,10 +67,40 @@ TEST_F(Run, CaptureWithoutImagesAndKeypoints_IsNoSuccess) {
   for (const std::vector<std::string>& more : {std::vector<std::string>{"--dry-run"}, {}}) {
     const ChildResult result = run(more);
     EXPECT_EQ(result.exit_code, 3) << result.out;
-    EXPECT_THAT(result.err,
-                HasSubstr(more.empty() ? "there is no image and no detection"
-                                       : capture_.string() + ": every stage is skipped: "));
+    EXPECT_THAT(
+        result.err,
+        HasSubstr(more.empty() ? "there is no image and no detection"
+                               : capture_.string() + ": every stage but validate is skipped: "));
   }
+}
+
+TEST_F(Run, DryRunOfImagesAlone_ContradictsItselfNowhere) {
+  for (const char* kind : {"keypoints2d", "labels", "masks"}) {
+    fs::remove_all(capture_ / kind);
+  }
+  const ChildResult plan = run({"--from", "reconstruct", "--to", "reconstruct", "--dry-run"});
+  EXPECT_EQ(plan.exit_code, 3);
+  EXPECT_THAT(plan.out, HasSubstr("run: no stage is to run"));
+  EXPECT_THAT(plan.out, Not(HasSubstr("is there")));
+  EXPECT_THAT(plan.err, HasSubstr(": every stage is skipped: "));
+}
+
+TEST_F(Run, ErrorsOfTheCapture_AreSeenInStatusExportAndDryRun) {
+  for (const char* kind : {"keypoints2d", "labels", "masks"}) {
+    fs::remove_all(capture_ / kind);
+  }
+  CaptureInfo info = read_capture_info(capture_);
+  info.held_out_frames = info.sequences.at(0).frame_ids;  // an error
+  write_file_atomically(capture_ / "capture.toml", capture_toml(info));
+  run({"--to", "validate", "--no-report"});
+  const ChildResult status = run_child({program_path(), "status", workspace_.string()});
+  EXPECT_THAT(status.out, HasSubstr("done, with errors"));
+  const ChildResult exported =
+      run_child({program_path(), "export", workspace_.string(), (root_ / "exported").string()});
+  EXPECT_EQ(exported.exit_code, 0) << exported.err;
+  EXPECT_THAT(exported.out, HasSubstr("warning: validate ended with errors"));
+  const ChildResult plan = run({"--to", "validate", "--dry-run"});
+  EXPECT_THAT(plan.out, HasSubstr("would do nothing: its result says that the capture has errors"));
 }
 
 TEST_F(Run, WorkspaceOfAnotherCapture_IsReplacedOnlyWhenAsked) {

@@ -32,6 +32,7 @@ struct C3dWriteOptions {
   std::vector<std::string> segments;
   std::vector<std::vector<double>> matrices;
   int ratio = 1;
+  double header_rate = 0;  ///< frames a second; 0: the clip's
 };
 
 /// A C3D file, written after the format's user guide and not after any library. The header's last
@@ -79,7 +80,8 @@ class C3dWriter {
     std::string header("\2\120", 2);
     header += word(static_cast<double>(points)) + word(0) + word(clip.frame_ids.front()) +
               word(clip.frame_ids.back() % 65'536) + word(0) + real(options_.real ? -0.1 : 0.1) +
-              word(static_cast<double>(blocks + 2)) + word(0) + real(clip.fps);
+              word(static_cast<double>(blocks + 2)) + word(0) +
+              real(options_.header_rate > 0 ? options_.header_rate : clip.fps);
     padded(header);
     std::string data;
     for (std::size_t f = 0; f < clip.positions.size(); ++f) {

@@ -22,6 +22,7 @@
 namespace atelier {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
 using ::testing::ThrowsMessage;
 
@@ -256,6 +257,131 @@ TEST(GltfMotion, AnimatedNodesWithoutASkin_AreASkeleton) {
   scene.animations[0].channels.clear();
   EXPECT_THAT([&] { read_gltf_motion(scene, "a.glb"); },
               ThrowsMessage<DataError>(HasSubstr("no channel that turns or shifts a node")));
+}
+
+// A person beside those of `scene`, moved by the same animation: `motion` shifted by two metres.
+void add_person(GltfScene& scene, const std::string& name, MotionClip clip) {
+  clip.skeleton.offsets(0, 0) += 2;
+  const GltfScene other = gltf_motion(clip);
+  const int nodes = static_cast<int>(scene.nodes.size());
+  for (GltfNode node : other.nodes) {
+    node.parent = node.parent < 0 ? -1 : node.parent + nodes;
+    scene.nodes.push_back(node);
+  }
+  for (const int root : other.roots) {
+    scene.roots.push_back(root + nodes);
+  }
+  GltfSkin skin = other.skins.at(0);
+  skin.name = name;
+  for (int& joint : skin.joints) {
+    joint += nodes;
+  }
+  scene.skins.push_back(skin);
+  for (GltfChannel channel : other.animations.at(0).channels) {
+    channel.node += nodes;
+    scene.animations.at(0).channels.push_back(channel);
+  }
+}
+
+GltfScene two_people() {
+  GltfScene scene = gltf_motion(fixtures::person_clip());
+  scene.skins[0].name = "Ada";
+  add_person(scene, "Ben", fixtures::person_clip());
+  return scene;
+}
+
+double root_x(const MotionClip& clip) {
+  return clip.skeleton.offsets(0, 0) + clip.motion.poses[0].root_translation.x();
+}
+
+TEST(GltfMotion, TwoPeopleWhoMove_AreNamedAndChosen) {
+  const GltfScene scene = two_people();
+  const MotionClip first = read_gltf_motion(scene, "a.glb");
+  ASSERT_TRUE(found_in(first.findings, "motion-skins"));
+  EXPECT_THAT(first.findings[0].what, HasSubstr("2 skeletons, of the skins 1 'Ada', 2 'Ben'"));
+  EXPECT_THAT(first.findings[0].advice, HasSubstr("--motion.skin NAME"));
+  EXPECT_NEAR(root_x(first), 0, 1e-9);
+  for (const char* wanted : {"Ben", "2"}) {
+    MotionOptions options;
+    options.skin = wanted;
+    const MotionClip ben = read_gltf_motion(scene, "a.glb", options);
+    EXPECT_NEAR(root_x(ben), 2, 1e-9) << wanted;
+    EXPECT_FALSE(found_in(ben.findings, "motion-skins"));
+  }
+  MotionOptions options;
+  options.skin = "Cy";
+  EXPECT_THAT([&] { read_gltf_motion(scene, "a.glb", options); },
+              ThrowsMessage<UnknownValue>(AllOf(HasSubstr("skin: 'Cy'"), HasSubstr("2 'Ben'"))));
+}
+
+TEST(GltfMotion, AnimationOfTheSecondSkinAlone_IsThatPersons) {
+  GltfScene scene = two_people();
+  std::erase_if(scene.animations[0].channels, [&](const GltfChannel& channel) {
+    const std::vector<int>& ada = scene.skins[0].joints;
+    return std::find(ada.begin(), ada.end(), channel.node) != ada.end();
+  });
+  const MotionClip ben = read_gltf_motion(scene, "a.glb");
+  EXPECT_NEAR(root_x(ben), 2, 1e-9);
+  EXPECT_FALSE(found_in(ben.findings, "motion-skins"));
+  MotionOptions options;
+  options.skin = "Ada";
+  EXPECT_THAT([&] { read_gltf_motion(scene, "a.glb", options); },
+              ThrowsMessage<DataError>(HasSubstr("no channel that moves a joint of the skeleton")));
+}
+
+TEST(GltfMotion, AnimationForEachSkin_IsChosenWithIt) {
+  GltfScene scene = two_people();
+  GltfAnimation second = scene.animations[0];
+  second.name = "of Ben";
+  const std::size_t half = second.channels.size() / 2;
+  second.channels.erase(second.channels.begin(),
+                        second.channels.begin() + static_cast<std::ptrdiff_t>(half));
+  scene.animations[0].channels.resize(half);
+  scene.animations.push_back(second);
+  MotionOptions options;
+  options.skin = "Ben";
+  const MotionClip ben = read_gltf_motion(scene, "a.glb", options);
+  EXPECT_EQ(ben.name, "of Ben");
+  EXPECT_NEAR(root_x(ben), 2, 1e-9);
+  options = {};
+  options.animation = "of Ben";
+  EXPECT_NEAR(root_x(read_gltf_motion(scene, "a.glb", options)), 2, 1e-9);
+}
+
+// Programs write a skin for each garment, with the joints that it needs.
+TEST(GltfMotion, SkinsOfOneSkeleton_AreOnePersonWithAllJoints) {
+  const MotionClip clip = fixtures::person_clip();
+  GltfScene scene = gltf_motion(clip);
+  GltfSkin shoes = scene.skins[0];
+  shoes.joints.resize(5);
+  shoes.inverse_binds.resize(5);
+  scene.skins.insert(scene.skins.begin(), shoes);
+  const MotionClip back = read_gltf_motion(scene, "a.glb");
+  EXPECT_EQ(back.skeleton.names, clip.skeleton.names);
+  EXPECT_FALSE(found_in(back.findings, "motion-skins"));
+}
+
+TEST(GltfMotion, TwoPeopleWithoutSkins_AreNamedAndChosen) {
+  for (const bool below_a_root : {false, true}) {
+    GltfScene scene = two_people();
+    scene.skins.clear();
+    if (below_a_root) {
+      GltfNode root;
+      root.name = "Scene";
+      const int node = static_cast<int>(scene.nodes.size());
+      for (const int person : scene.roots) {
+        scene.nodes[static_cast<std::size_t>(person)].parent = node;
+      }
+      scene.nodes.push_back(root);
+      scene.roots = {node};
+    }
+    const MotionClip first = read_gltf_motion(scene, "a.glb");
+    EXPECT_TRUE(found_in(first.findings, "motion-skins"));
+    EXPECT_NEAR(root_x(first), 0, 1e-9);
+    MotionOptions options;
+    options.skin = "2";
+    EXPECT_NEAR(root_x(read_gltf_motion(scene, "a.glb", options)), 2, 1e-9);
+  }
 }
 
 // Many rigs have a root that stays, below which Hips goes where the person goes.

@@ -323,7 +323,7 @@ INSTANTIATE_TEST_SUITE_P(
         {"TooManyChannels", replaced(good_arm(), "3 Zrotation", "7 Zrotation"), "7 channels",
          "0 to 6"},
         {"TwoRoots", replaced(good_arm(), "MOTION", "ROOT second\n{\nOFFSET 0 0 0\n}\nMOTION"),
-         "'ROOT'", "MOTION"},
+         "a second ROOT, 'second'", "export each person of the scene alone"},
         {"NoChannelsAtAll",
          "HIERARCHY\nROOT a\n{\nOFFSET 0 0 0\n}\nMOTION\nFrames: 1\nFrame Time: 1\n\n",
          "no channels", "a joint that moves"},

@@ -320,6 +320,40 @@ TEST(C3d, MarkerAtExactlyZero_IsUnseenWhereItIsElsewhereLater) {
   EXPECT_EQ(written_c3d(clip).seen, (std::vector<std::vector<bool>>{{true}, {true}, {true}}));
 }
 
+bool has_finding(const MarkerClip& clip, const std::string& code) {
+  return std::any_of(clip.findings.begin(), clip.findings.end(),
+                     [&](const Finding& finding) { return finding.code == code; });
+}
+
+TEST(C3d, MarkerAtZeroThroughout_IsUnseenUnlessTheOthersAreAroundIt) {
+  MarkerClip clip = fixtures::marked_person(fixtures::plug_in_gait_names()).clip;
+  for (Points& positions : clip.positions) {
+    positions.row(3).setZero();
+  }
+  const MarkerClip back = written_c3d(clip);
+  EXPECT_TRUE(has_finding(back, "motion-markers-zero"));
+  for (std::size_t frame = 0; frame < back.seen.size(); ++frame) {
+    EXPECT_FALSE(back.seen[frame][3]);
+    EXPECT_TRUE(back.seen[frame][4]);
+  }
+  MarkerClip relative = fixtures::marked_person(fixtures::joint_centre_names()).clip;
+  for (Points& positions : relative.positions) {  // keypoints relative to a hip
+    const Eigen::RowVector3d hip = positions.row(0);
+    positions.rowwise() -= hip;
+  }
+  EXPECT_EQ(written_c3d(relative).seen, relative.seen);
+}
+
+TEST(C3d, RatesThatDiffer_AreSaid) {
+  const MarkerClip clip = long_trial(3);
+  EXPECT_FALSE(has_finding(written_c3d(clip), "motion-rate"));
+  fixtures::C3dWriteOptions options;
+  options.header_rate = 2 * clip.fps;
+  const MarkerClip back = written_c3d(clip, options);
+  EXPECT_TRUE(has_finding(back, "motion-rate"));
+  EXPECT_NEAR(back.fps, clip.fps, 1e-6);
+}
+
 TEST(C3d, MoreFramesThan16BitsHold_AreAllRead) {
   const MarkerClip clip = long_trial(70'000);
   using Numbers = fixtures::C3dWriteOptions::Numbers;

@@ -152,6 +152,39 @@ TEST(MaskAdvice, InvertedMasks_FitOnceTheAdviceIsFollowed) {
       of_code(judged_with(folder.path(), {{"masks", "cam3=inverted"}}), "mask-inverted").empty());
 }
 
+TEST(MaskAdvice, MasksThatAreAllInverted_AreOneFindingThatNamesNoHeldOutCamera) {
+  const TemporaryDirectory folder;
+  SeededCapture capture = capture_with_masks();
+  capture.labels.clear();
+  capture.info.held_out_cameras = {"cam1", "cam5"};
+  for (std::vector<ByteImage>& masks : capture.masks) {
+    std::for_each(masks.begin(), masks.end(), invert_mask_values);
+  }
+  write_seeded(capture, folder.path());
+  FrameReader reader(without_held_out_pictures(open_dataset(folder.path())));
+  const std::vector<Finding> inverted = of_code(validate(reader).findings, "mask-inverted");
+  ASSERT_EQ(inverted.size(), 1U);
+  EXPECT_EQ(inverted[0].place, "all 6 cameras that are not held out");
+  EXPECT_EQ(inverted[0].setting, "--capture.masks all=inverted");
+}
+
+TEST(MaskAdvice, MasksThatAreSetEverywhere_AreNotCalledInverted) {
+  const TemporaryDirectory folder;
+  SeededCapture capture = capture_with_masks();
+  for (std::vector<ByteImage>& masks : capture.masks) {
+    for (ByteImage& mask : masks) {
+      std::fill(mask.data.begin(), mask.data.end(), std::uint8_t{255});
+    }
+  }
+  write_seeded(capture, folder.path());
+  const std::vector<Finding> findings = judged_with(folder.path(), {});
+  EXPECT_TRUE(of_code(findings, "mask-inverted").empty());
+  EXPECT_EQ(of_code(findings, "mask-full").size(), 1U);
+  const std::vector<Finding> then = judged_with(folder.path(), {{"masks", "all=inverted"}});
+  EXPECT_EQ(of_code(then, "mask-empty").size(), 1U);
+  EXPECT_TRUE(of_code(then, "mask-disagrees").empty()) << "said once";
+}
+
 TEST(IdleCorrections, WhatChangesNothing_IsSaid) {
   const TemporaryDirectory folder;
   SmallCapture small;  // labels and no masks

@@ -115,10 +115,8 @@ std::vector<SeededDefect> picture_defects() {
        [](Spoiled& s) {
          std::for_each(s.capture.masks[3].begin(), s.capture.masks[3].end(), invert_mask);
        }},
-      {"masks of every camera inverted", "mask-inverted", "cam1",
-       "--capture.masks "
-       "cam0=inverted,cam1=inverted,cam2=inverted,cam3=inverted,cam4=inverted,cam5=inverted",
-       1,
+      {"masks of every camera inverted", "mask-inverted", "all 6 cameras",
+       "--capture.masks all=inverted", 1,
        [](Spoiled& s) {
          for (auto& frames : s.capture.masks) {
            std::for_each(frames.begin(), frames.end(), invert_mask);

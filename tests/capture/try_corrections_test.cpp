@@ -9,6 +9,9 @@
 
 #include "capture/layouts/open_dataset.h"
 #include "capture/validate.h"
+#include "core/io/image_file.h"
+#include "tests/capture/followed_advice.h"
+#include "tests/capture/oriented_jpeg.h"
 #include "tests/capture/seeded_defects.h"
 #include "tests/support/temporary_directory.h"
 
@@ -148,6 +151,91 @@ TEST(TryCorrections, CaptureWithoutDetections_IsJudgedByItsCameras) {
   EXPECT_THAT(wrong_in(judged(folder.path(), {{"extrinsics", "all=inverse"}})),
               HasSubstr(" with it, without it none"));
   EXPECT_EQ(wrong_in(judged(folder.path(), {{"distortion", "all=none"}})), "");
+}
+
+SeededRig rig_of_lenses() {
+  SeededRig rig = rig_of_detections();
+  rig.circle = {.count = 6, .width = 800, .height = 600, .focal = 700};
+  rig.distortion = {-0.2, 0.06, 0, 0, 0};
+  return rig;
+}
+
+// One lens that is broken is not answered by taking all others away.
+TEST(LensAdvice, OneBrokenLens_IsAdvisedForThatCameraAlone) {
+  const TemporaryDirectory folder;
+  SeededCapture capture = seeded_capture(rig_of_lenses());
+  capture.cameras[2].distortion[0] = 1e9;
+  write_seeded(capture, folder.path());
+  const Followed followed = follow(folder.path());
+  const auto set = followed.corrections.find("distortion");
+  ASSERT_NE(set, followed.corrections.end()) << all_lines(followed.findings);
+  EXPECT_EQ(set->second, capture.cameras[2].id + "=none");
+  for (const Finding& finding : followed.findings) {
+    EXPECT_NE(finding.severity, Severity::Error) << to_string(finding);
+  }
+}
+
+TEST(LensAdvice, TwoBrokenLenses_AreAdvisedTogether) {
+  const TemporaryDirectory folder;
+  SeededCapture capture = seeded_capture(rig_of_lenses());
+  capture.cameras[1].distortion[0] = 1e9;
+  capture.cameras[4].distortion[1] = -1e6;
+  write_seeded(capture, folder.path());
+  const Followed followed = follow(folder.path());
+  const auto set = followed.corrections.find("distortion");
+  ASSERT_NE(set, followed.corrections.end()) << all_lines(followed.findings);
+  EXPECT_THAT(set->second, ::testing::AnyOf("cam1=none,cam4=none", "cam4=none,cam1=none"));
+}
+
+TEST(LensAdvice, ReadingOfAllLenses_StaysThatOfAll) {
+  const TemporaryDirectory folder;
+  SeededCapture capture = seeded_capture(rig_of_lenses());
+  for (Camera& camera : capture.cameras) {
+    camera.distortion[0] *= 64;
+    camera.distortion[1] *= 64;
+  }
+  write_seeded(capture, folder.path());
+  const Followed followed = follow(folder.path());
+  const auto set = followed.corrections.find("distortion");
+  ASSERT_NE(set, followed.corrections.end()) << all_lines(followed.findings);
+  EXPECT_THAT(set->second, ::testing::StartsWith("all="));
+}
+
+/// The seeded capture with images of an EXIF orientation.
+void write_with_orientation(const SeededCapture& capture, char orientation,
+                            const fs::path& folder) {
+  write_seeded(capture, folder);
+  std::vector<fs::path> images;
+  for (const auto& entry : fs::recursive_directory_iterator(folder / "images")) {
+    if (entry.is_regular_file()) {
+      images.push_back(entry.path());
+    }
+  }
+  for (const fs::path& image : images) {
+    const ByteImage stored = read_byte_image(image);
+    fs::remove(image);
+    write_oriented(fs::path(image).replace_extension(".jpg"), stored, orientation);
+  }
+}
+
+// Programs that turn pixels upright and keep the EXIF leave such images.
+TEST(ExifAdvice, OrientationOfImagesThatAreUpright_IsAnsweredByNoTurn) {
+  SeededCapture capture = seeded_capture(seeded_rigs()[0]);
+  capture.labels.clear();
+  for (const bool masks : {true, false}) {
+    SCOPED_TRACE(masks);
+    const TemporaryDirectory folder;
+    if (!masks) {
+      capture.masks.clear();
+    }
+    write_with_orientation(capture, 3, folder.path());
+    const Followed followed = follow(folder.path());
+    EXPECT_EQ(followed.corrections, (CorrectionSet{{"turned", "all=0"}}))
+        << all_lines(followed.findings);
+    for (const Finding& finding : followed.findings) {
+      EXPECT_NE(finding.severity, Severity::Error) << to_string(finding);
+    }
+  }
 }
 
 }  // namespace

@@ -172,6 +172,32 @@ TEST_F(SmallRig, CaptureWithoutImageAndDetection_IsAnError) {
   EXPECT_EQ(finding->severity, Severity::Error);
 }
 
+TEST_F(SmallRig, ImagesAlone_AreToldWithWhatFindsPeople) {
+  write();
+  EXPECT_EQ(finding_named(validated(capture()), "images-alone"), nullptr);
+  for (const char* kind : {"keypoints2d", "masks"}) {
+    fs::remove_all(capture() / kind);
+  }
+  EXPECT_EQ(finding_named(validated(capture()), "images-alone"), nullptr) << "labels are left";
+  // Labels of one camera alone are no masks of two.
+  SmallCapture small;
+  for (std::size_t c = 1; c < small.cameras.size(); ++c) {
+    fs::remove_all(capture() / "labels" / small.cameras[c].id);
+  }
+  std::vector<Finding> findings = validated(capture());
+  ASSERT_NE(finding_named(findings, "images-alone"), nullptr);
+  EXPECT_THAT(finding_named(findings, "images-alone")->what,
+              HasSubstr("no frame has masks or labels of two cameras"));
+  fs::remove_all(capture() / "labels");
+  findings = validated(capture());
+  const Finding* finding = finding_named(findings, "images-alone");
+  ASSERT_NE(finding, nullptr);
+  EXPECT_EQ(finding->severity, Severity::Warning);
+  EXPECT_THAT(finding->what, HasSubstr("every stage but validate is skipped"));
+  EXPECT_THAT(finding->advice, HasSubstr("atelier detect"));
+  EXPECT_THAT(finding->advice, HasSubstr("atelier masks"));
+}
+
 TEST_F(SmallRig, CorrectionOfACameraThatIsNotThere_NamesTheFlagAsTyped) {
   write();
   DatasetOptions options;

@@ -42,6 +42,30 @@ TEST(Stl, MoreTrianglesThanCounted_AreReadAndSaid) {
   EXPECT_EQ(mesh.findings[0].code, "stl-count");
 }
 
+// As transfers in text mode and editors leave it.
+TEST(Stl, BinaryWithLineEndsBehindIt_IsReadAndSaid) {
+  for (const char* name : {"small.stl", "solid_binary.stl"}) {
+    for (const char* end : {"\n", "\r\n"}) {
+      std::vector<std::byte> bytes = read_file_bytes(stl_corpus(name), 1000);
+      for (const char* c = end; *c != '\0'; ++c) {
+        bytes.push_back(static_cast<std::byte>(*c));
+      }
+      const PolygonMesh mesh = read_stl(bytes, "a.stl");
+      EXPECT_EQ(polygon_count(mesh), 2);
+      EXPECT_EQ(mesh.findings[0].code, "stl-count");
+      EXPECT_THAT(mesh.findings[0].what, ::testing::HasSubstr("of no triangle at the end"));
+    }
+  }
+}
+
+TEST(Stl, BinaryThatBeginsWithSolid_IsJudgedAsBinary) {
+  std::vector<std::byte> bytes = read_file_bytes(stl_corpus("solid_binary.stl"), 1000);
+  bytes.push_back(std::byte{'x'});
+  EXPECT_THAT(
+      [&] { read_stl(bytes, "a.stl"); },
+      ::testing::ThrowsMessage<DataError>(::testing::HasSubstr("101 bytes behind the header")));
+}
+
 TEST(Stl, LimitsOfMeshes_AreKept) {
   Limits few;
   few.mesh_faces = 1;

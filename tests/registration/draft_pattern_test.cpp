@@ -205,6 +205,17 @@ TEST(LayOutPieces, Hem_HasItsOwnAllowance) {
   }
 }
 
+TEST(ExchangeDxf, BothDialects_SayMillimetres) {
+  const TwoPanels skirt;
+  const PatternLayout layout = lay_out_pieces(draft_pattern(skirt.flat, skirt.names));
+  for (const DxfDialect dialect : {DxfDialect::Astm, DxfDialect::Aama}) {
+    const std::string text = exchange_dxf(layout, "skirt", dialect);
+    EXPECT_NE(text.find("  9\r\n$INSUNITS\r\n 70\r\n     4\r\n"), std::string::npos);
+    EXPECT_NE(text.find("UNITS: METRIC"), std::string::npos);
+    EXPECT_NE(text.find("CONTROL_SQUARE"), std::string::npos);
+  }
+}
+
 TEST(ExchangeDxf, BothDialects_AreReadByEzdxfAtTrueSize) {
   if (std::system("/usr/bin/python3 -c 'import ezdxf' 2>/dev/null") != 0) {
     GTEST_SKIP() << "no ezdxf (package python3-ezdxf)";
@@ -217,6 +228,7 @@ TEST(ExchangeDxf, BothDialects_AreReadByEzdxfAtTrueSize) {
     std::ofstream(folder / "judge.py") << R"(import sys, ezdxf
 drawing = ezdxf.readfile(sys.argv[1])
 assert drawing.dxfversion == 'AC1009' and not drawing.audit().errors
+assert drawing.header['$INSUNITS'] == 4
 inserts = list(drawing.modelspace().query('INSERT'))
 assert len(inserts) == 3, inserts
 assert any(t.dxf.text == 'UNITS: METRIC' for t in drawing.modelspace().query('TEXT'))

@@ -175,6 +175,21 @@ TEST_F(ViewMeshes, UnitAndUpAxisThatFilesDoNotSay_AreThoseOfTheOptions) {
   EXPECT_THAT(refused.err, HasSubstr("--input.up does nothing"));
 }
 
+TEST_F(ViewMeshes, UpAxisThatAFileSays_IsKeptAndTheOptionIsNoted) {
+  fs::create_directory(at("says"));
+  for (const char* name : {"says.obj", "says/000001.obj", "says/000002.obj"}) {
+    std::ofstream(at(name)) << "# up: y\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+  }
+  for (const std::string name : {"says.obj", "says"}) {
+    const fs::path out = at("page that " + name);
+    const ChildResult result =
+        view({at(name).string(), "--input.up", "z", "--input.unit", "m", "--out", out.string()});
+    ASSERT_EQ(result.exit_code, 0) << name << result.err;
+    EXPECT_THAT(result.out, HasSubstr("says which axis is up: --input.up does nothing"));
+    EXPECT_THAT(result.out, Not(HasSubstr("--input.unit does nothing")));
+  }
+}
+
 TEST_F(ViewMeshes, WordsOfOtherPrograms_AreNotedAndTheMeshIsShown) {
   std::ofstream(at("cloth.obj")) << "v 0 0 0\nvv 0 0 0\nv 1 0 0\nvv 0 0 0\nv 0 1 0\nf 1 2 3\n";
   EXPECT_EQ(timeline_of(at("cloth.obj"))["layers"][0]["name"], "cloth");
