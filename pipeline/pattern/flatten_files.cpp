@@ -34,7 +34,7 @@ std::vector<FlattenFile> flatten_files(const FlattenedGarment& flat, const std::
   }
   if (pictures && flat.sewn) {
     add("sewn.png", image_bytes(sewn_picture(flat.sewn->mesh, flat.sewn->captured, flat.sewn->body,
-                                             flat.sewn->off, flat.facing),
+                                             flat.sewn->off, flat.sewn->turn * flat.facing),
                                 ImageFormat::Png));
   }
   return files;

@@ -1,5 +1,6 @@
 #include "pipeline/pattern/sew_check.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -104,6 +105,12 @@ std::optional<Points> draped(const Garment& sewn, const WornGarment& worn,
   return solver->state().positions;
 }
 
+/// The rotation that brings points nearest to others, by least squares (Umeyama 1991).
+Eigen::Matrix3d turn_between(const Points& from, const Points& to) {
+  return Eigen::umeyama(Eigen::Matrix3Xd(from.transpose()), Eigen::Matrix3Xd(to.transpose()), false)
+      .topLeftCorner<3, 3>();
+}
+
 /// Distance of each vertex from a surface, m.
 Eigen::VectorXd distances_from(const Mesh& surface, const Points& points) {
   const std::vector<ClosestPoint> nearest =
@@ -202,6 +209,7 @@ std::optional<SewnPattern> sew_anew(const WrittenPattern& written, const WornGar
   result.mesh.vertices = *hung;
   result.captured = worn.cloth;
   result.body = worn.body;
+  result.turn = turn_between(written.surface.vertices, worn.cloth.vertices);
   result.acceleration = worn.acceleration;
   measure_distance(result);
   return result;

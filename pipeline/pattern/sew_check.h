@@ -56,6 +56,7 @@ struct SewnPattern {
   Mesh mesh;      ///< the draped garment
   Mesh captured;  ///< what it is held against
   Mesh body;
+  Eigen::Matrix3d turn;      ///< of the surface into the captured frame, as its wearer turned
   Eigen::VectorXd off;       ///< [V] m, of each of its vertices from the captured surface
   double mean = 0;           ///< m, distance of both surfaces from each other, by area
   double p95 = 0;            ///< m

@@ -20,6 +20,10 @@ using Vector2 = Eigen::Vector2d;
 
 constexpr double kSpacing = 0.005;  // m between points that are measured
 
+/// Points of an outline or of an edge, at most: of a panel 10 m around, or an edge of 8 m. One that
+/// is larger, of a mesh whose unit was mistaken, is measured more coarsely, not for minutes.
+constexpr int kMostPoints = 2000;
+
 /// A closed outline in evenly spaced points.
 Points2 evenly(const Points2& outline, double spacing = kSpacing) {
   const Index count = outline.rows();
@@ -27,7 +31,8 @@ Points2 evenly(const Points2& outline, double spacing = kSpacing) {
   for (Index i = 0; i < count; ++i) {
     at.push_back(at.back() + (outline.row((i + 1) % count) - outline.row(i)).norm());
   }
-  const auto points = std::clamp<Index>(saturating_cast<Index>(at.back() / spacing), 8, 4000);
+  const auto points =
+      std::clamp<Index>(saturating_cast<Index>(at.back() / spacing), 8, kMostPoints);
   Points2 even(points, 2);
   Index segment = 0;
   for (Index i = 0; i < points; ++i) {
@@ -353,12 +358,11 @@ Points2 panel_outline(const Panel& panel, double spacing) {
   for (std::size_t e = 0; e < panel.edges.size(); ++e) {
     const int edge = static_cast<int>(e);
     constexpr int kLeast = 4;
-    constexpr int kMost = 10000;  // of a mesh that is taken for kilometres, too
     const int steps =
         is_straight(panel.edges[e])
             ? 1
             : std::clamp(saturating_cast<int>(std::ceil(edge_length(panel, edge) / spacing)),
-                         kLeast, kMost);
+                         kLeast, kMostPoints);
     const Points2 samples = sample_edge(panel, edge, steps);
     for (Index i = 0; i + 1 < samples.rows(); ++i) {
       points.emplace_back(samples.row(i).transpose());

@@ -52,7 +52,8 @@ MirrorMatch mirror_match(const Points2& moving, const Points2& fixed);
 /// mean length.
 double seam_mismatch(const SewingPattern& pattern);
 
-/// A panel's outline as points: corners, and on curves every `spacing` metres at most.
+/// A panel's outline as points: corners, and on curves every `spacing` metres at most (an edge has
+/// 2,000 points at most).
 Points2 panel_outline(const Panel& panel, double spacing = 0.004);
 
 /// The line about which an outline is its own mirror image.

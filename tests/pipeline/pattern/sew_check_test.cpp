@@ -3,6 +3,7 @@
 
 #include "pipeline/pattern/sew_check.h"
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <utility>
 
@@ -110,6 +111,21 @@ TEST(SewAnew, WrittenSkirt_HangsWhereItWasCaptured) {
   EXPECT_EQ(sewn.off.size(), sewn.mesh.vertices.rows());
   const Topology topology = topology_of(sewn.mesh.faces, sewn.mesh.vertices.rows());
   EXPECT_EQ(boundary_loops(topology).size(), 2U) << "waist and hem: its seams are closed";
+}
+
+TEST(SewAnew, WearerWhoTurned_IsSeenFromTheFront) {
+  const WrittenSkirt skirt;
+  const Eigen::Matrix3d half = Eigen::AngleAxisd(M_PI, Eigen::Vector3d::UnitY()).matrix();
+  WornGarment worn{skirt.mesh, trunk()};
+  worn.cloth.vertices *= half.transpose();
+  worn.body.vertices *= half.transpose();
+  SewCheckOptions options;
+  options.edge_length = 0.03;
+  options.seconds = 0.05;
+  const SewnPattern sewn =
+      *sew_anew({skirt.text, skirt.names.panels, skirt.flat, skirt.mesh, skirt.mesh}, worn, options,
+                [] { return false; });
+  EXPECT_LT((sewn.turn - half).norm(), 1e-9);
 }
 
 TEST(SewAnew, PatternOfAShorterSkirt_IsFarther) {
