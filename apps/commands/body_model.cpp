@@ -2,12 +2,10 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <set>
 #include <utility>
 
 #include "apps/console/arguments.h"
 #include "apps/console/command.h"
-#include "apps/console/keep_rights.h"
 #include "apps/console/option_flags.h"
 #include "apps/console/standard_streams.h"
 #include "bodymodel/body_pieces.h"
@@ -36,6 +34,7 @@
 #include "core/render/studio.h"
 #include "core/render/tone.h"
 #include "core/render/video.h"
+#include "core/store/keep_rights.h"
 #include "core/usage_error.h"
 #include "core/writable_place.h"
 #include "pipeline/pictures/picture_names.h"
@@ -224,18 +223,6 @@ void say_what_gltf_lacks(const BodyModel& model, const std::string& file) {
                   "the body is written at its shape, without them; .npz holds all"}});
 }
 
-// glTF has one texture coordinate a vertex.
-Index vertices_split_at_seams(const Mesh& mesh) {
-  if (mesh.uv_faces.rows() == 0) {
-    return mesh.vertices.rows();
-  }
-  std::set<std::pair<int, int>> written;
-  for (Index i = 0; i < mesh.faces.size(); ++i) {
-    written.emplace(mesh.faces.data()[i], mesh.uv_faces.data()[i]);
-  }
-  return static_cast<Index>(written.size());
-}
-
 int convert_body(const BodyArguments& arguments, const BodyOptions& options) {
   const std::string extension = lower_extension(arguments.out);
   if (extension == ".bvh" || extension == ".trc") {
@@ -266,7 +253,7 @@ int convert_body(const BodyArguments& arguments, const BodyOptions& options) {
     write_mesh(arguments.out, mesh);
   }
   std::cout << printable(arguments.out) << ": "
-            << (is_gltf(extension) ? vertices_split_at_seams(model.mesh) : vertex_count(model))
+            << (is_gltf(extension) ? gltf_vertex_count(model.mesh) : vertex_count(model))
             << " vertices, ";
   if (extension == ".obj" || extension == ".ply") {
     std::cout << model.mesh.faces.rows() << " triangles\n";

@@ -23,7 +23,7 @@
 #include "core/store/output_place.h"
 #include "core/usage_error.h"
 #include "core/writable_place.h"
-#include "pipeline/capture/reconstruct_stage.h"
+#include "pipeline/capture/sampled_colors.h"
 
 namespace atelier {
 namespace {
@@ -74,39 +74,9 @@ int run(const CalibrateColorArguments& arguments, const CalibrateColorOptions& o
     throw DataError(arguments.capture, "", "cameras without calibration",
                     "calibrated ones; atelier calibrate estimates them");
   }
-  const std::vector<int> all = frames_with_masks(dataset);
-  if (all.empty()) {
-    throw DataError(arguments.capture, "", "no masks and no labels",
-                    "some; atelier masks creates them");
-  }
-  std::vector<ColorSample> samples;
-  const auto wanted = std::min<std::size_t>(all.size(), static_cast<std::size_t>(options.frames));
-  int first_point = 0;
-  std::size_t used = 0;
-  for (std::size_t i = 0; i < wanted; ++i) {
-    const int frame = all[i * all.size() / wanted];
-    const std::vector<InstantView> views = instant_of(dataset, frame);
-    std::vector<ColorSample> found;
-    try {
-      found = color_samples(views, options.reconstruct, options.samples);
-    } catch (const DataError& error) {
-      if (!error.file.empty() || (used == 0 && i + 1 == wanted)) {
-        throw;
-      }
-      standard_error() << "frame " << frame << " is left out: " << printable(error.what()) << "\n";
-      continue;
-    }
-    ++used;
-    int last_point = 0;
-    for (ColorSample sample : found) {
-      last_point = std::max(last_point, sample.point + 1);
-      sample.point += first_point;
-      sample.camera = static_cast<int>(
-          camera_index(dataset, views[static_cast<std::size_t>(sample.camera)].camera.id));
-      samples.push_back(sample);
-    }
-    first_point += last_point;
-  }
+  const auto [samples, used] = sample_colors(
+      dataset, arguments.capture, options.frames, options.reconstruct, options.samples,
+      [](const std::string& line) { standard_error() << printable(line) << "\n"; });
   const ColorGains gains =
       color_gains(static_cast<int>(dataset.cameras.size()), samples, options.gains);
   std::vector<Camera> cameras = dataset.cameras;

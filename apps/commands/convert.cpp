@@ -4,13 +4,13 @@
 
 #include "apps/console/arguments.h"
 #include "apps/console/command.h"
-#include "apps/console/keep_rights.h"
 #include "apps/console/option_flags.h"
 #include "core/exit_code.h"
 #include "core/io/lower_extension.h"
 #include "core/io/mesh_file.h"
 #include "core/io/mesh_gltf.h"
 #include "core/printable.h"
+#include "core/store/keep_rights.h"
 #include "core/usage_error.h"
 #include "core/writable_place.h"
 

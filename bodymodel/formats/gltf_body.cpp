@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <cmath>
+#include <set>
 #include <utility>
 
 #include "bodymodel/formats/body_seams.h"
@@ -357,6 +358,17 @@ GltfScene gltf_motion(const MotionClip& clip) {
   scene.skins.back().name = clip.name;
   scene.animations.push_back(animation_of(clip.skeleton, without_gaps(clip.motion)));
   return scene;
+}
+
+Index gltf_vertex_count(const Mesh& mesh) {
+  if (mesh.uv_faces.rows() == 0) {
+    return mesh.vertices.rows();
+  }
+  std::set<std::pair<int, int>> written;
+  for (Index i = 0; i < mesh.faces.size(); ++i) {
+    written.emplace(mesh.faces.data()[i], mesh.uv_faces.data()[i]);
+  }
+  return static_cast<Index>(written.size());
 }
 
 }  // namespace atelier

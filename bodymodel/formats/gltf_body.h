@@ -56,4 +56,8 @@ GltfScene gltf_body(const BodyModel& model, const Eigen::VectorXd& shape = {},
 /// Throws DataError for what check_motion_clip refuses.
 GltfScene gltf_motion(const MotionClip& clip);
 
+/// Vertices that a mesh has in glTF, which has one texture coordinate a vertex: those on seams
+/// count for each.
+Index gltf_vertex_count(const Mesh& mesh);
+
 }  // namespace atelier

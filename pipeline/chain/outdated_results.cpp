@@ -1,6 +1,7 @@
 #include "pipeline/chain/outdated_results.h"
 
 #include <algorithm>
+#include <set>
 #include <system_error>
 
 #include "core/store/made_of.h"
@@ -84,23 +85,26 @@ std::vector<std::string> made_by(const StageStatus& status, const fs::path& work
   return makers;
 }
 
-/// A stage and those behind it whose results are outdated or, of stages that `run` can make, not
+/// A stage and those behind it whose results are outdated or, of what these are to be made of, not
 /// there; the last first.
 std::vector<const StageStatus*> stale_behind(const std::vector<StageStatus>& all,
                                              const std::string& stage, const fs::path& workspace) {
-  std::vector<std::string> needed = {stage};
+  std::set<std::string> behind = {stage};  // of which an outdated one is made anew
+  std::set<std::string> read = {stage};    // by one that is made anew: it has to be there
   std::vector<const StageStatus*> stale;
   for (auto one = all.rbegin(); one != all.rend(); ++one) {
-    if (std::find(needed.begin(), needed.end(), one->stage) == needed.end()) {
-      continue;
-    }
-    const bool missing = !one->manifest && in_chain(one->stage) != InChain::No;
-    if (one->state == StageStatus::State::Outdated || missing) {
+    const bool missing =
+        !one->manifest && read.contains(one->stage) && in_chain(one->stage) != InChain::No;
+    const bool outdated = behind.contains(one->stage) && one->state == StageStatus::State::Outdated;
+    const std::vector<std::string> makers = made_by(*one, workspace);
+    if (missing || outdated) {
       stale.push_back(&*one);
     }
-    if (one->manifest || missing) {
-      const std::vector<std::string> makers = made_by(*one, workspace);
-      needed.insert(needed.end(), makers.begin(), makers.end());
+    if (missing || outdated || one->stage == stage) {
+      read.insert(makers.begin(), makers.end());
+    }
+    if (missing || (one->manifest && behind.contains(one->stage))) {
+      behind.insert(makers.begin(), makers.end());
     }
   }
   return stale;

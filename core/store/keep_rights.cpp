@@ -1,4 +1,4 @@
-#include "apps/console/keep_rights.h"
+#include "core/store/keep_rights.h"
 
 #include <filesystem>
 
