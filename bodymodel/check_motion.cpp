@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
+#include <utility>
 
 #include "bodymodel/humanoid.h"
 #include "bodymodel/kinematics.h"
@@ -60,10 +62,11 @@ std::optional<Finding> doubt_bones(const MotionClip& clip, const Humanoid& perso
 
 // How a person goes, from frames that are spread over the clip.
 struct Gait {
-  std::vector<double> heights;           // m, of the hips, ascending
+  std::vector<double> path;              // m, height of the root's path
+  std::vector<double> above;             // m, of the hips above it, in the same frames
   double leg = 0;                        // m, hips above the lowest joint, median
-  std::vector<Eigen::Vector3d> steps;    // m, of the hips in a tenth of a second
-  std::vector<Eigen::Vector3d> feet[2];  // m, of each ankle against the hips, beside each step
+  std::vector<Eigen::Vector3d> steps;    // m, of the path in a tenth of a second
+  std::vector<Eigen::Vector3d> feet[2];  // m, of each ankle against it, beside each step
 };
 
 Gait gait_of(const MotionClip& clip, const Humanoid& person) {
@@ -75,6 +78,9 @@ Gait gait_of(const MotionClip& clip, const Humanoid& person) {
   const auto joints = [&](std::size_t frame) {
     return forward_kinematics(clip.skeleton, clip.motion.poses[frame]).positions;
   };
+  const auto path = [&](std::size_t frame) -> Eigen::Vector3d {
+    return clip.motion.poses[frame].root_translation;
+  };
   const auto hips = [&](const Points& places) -> Eigen::Vector3d {
     return (places.row(person.legs[0].hip) + places.row(person.legs[1].hip)).transpose() / 2;
   };
@@ -82,11 +88,13 @@ Gait gait_of(const MotionClip& clip, const Humanoid& person) {
   std::vector<double> legs;
   for (std::size_t frame = 0; frame < frames; frame += 1 + frames / kSteps) {
     const Points now = joints(frame);
-    gait.heights.push_back(hips(now).y());
+    const Eigen::Vector3d root = path(frame);
+    gait.path.push_back(root.y());
+    gait.above.push_back(hips(now).y() - root.y());
     legs.push_back(hips(now).y() - now.col(1).minCoeff());
     if (frame + ahead < frames) {
       const Points then = joints(frame + ahead);
-      gait.steps.emplace_back(hips(then) - hips(now));
+      gait.steps.emplace_back(path(frame + ahead) - root);
       for (std::size_t side = 0; side < 2; ++side) {
         const int ankle = person.legs[side].ankle;
         gait.feet[side].emplace_back((then.row(ankle) - now.row(ankle)).transpose() -
@@ -94,7 +102,6 @@ Gait gait_of(const MotionClip& clip, const Humanoid& person) {
       }
     }
   }
-  std::sort(gait.heights.begin(), gait.heights.end());
   gait.leg = median(legs);
   return gait;
 }
@@ -110,43 +117,65 @@ double sliding(const Gait& gait, double scale) {
   return gait.steps.empty() ? 0 : sum / static_cast<double>(gait.steps.size());
 }
 
+// Heights of the hips, m, ascending, if the path were `scale` times as long.
+std::vector<double> hip_heights(const Gait& gait, double scale) {
+  std::vector<double> heights(gait.path.size());
+  std::transform(gait.path.begin(), gait.path.end(), gait.above.begin(), heights.begin(),
+                 [&](double path, double above) { return scale * path + above; });
+  std::sort(heights.begin(), heights.end());
+  return heights;
+}
+
 // Whether hips stand where legs put them above a floor at 0, in nearly all frames.
 bool stands_on_floor(const Gait& gait, double scale) {
-  const std::size_t few = gait.heights.size() / 20;
-  const double low = scale * gait.heights[few];
-  const double high = scale * gait.heights[gait.heights.size() - 1 - few];
+  const std::vector<double> heights = hip_heights(gait, scale);
+  const std::size_t few = heights.size() / 20;
+  const double low = heights[few];
+  const double high = heights[heights.size() - 1 - few];
   return low > 0.3 * gait.leg && high < 1.7 * gait.leg && high > 0.8 * gait.leg;
 }
 
-// A path in another unit than the bones: the hips stand at a tenth, a hundredth or a thousandth of
-// a leg's height, or at ten times it and more, and the feet slide less where that is mended; or the
-// feet alone say it, of a path that is too short for its steps.
+// A path in another unit than the bones. One that is too short leaves the hips too low for their
+// legs, or the feet slide on the spot; one that is too long has the hips too high and the feet
+// slide along. Of several units the one in which they slide least.
 std::optional<Finding> doubt_path_unit(const MotionClip& clip, const Humanoid& person) {
   constexpr double kStill = 2e-3;   // m in a tenth of a second: a person who stays
   constexpr double kStands = 0.35;  // of the sliding that a wrong unit makes
   const Gait gait = gait_of(clip, person);
-  if (!(gait.leg > 0) || gait.heights.empty()) {
+  if (!(gait.leg > 0) || gait.path.empty()) {
     return std::nullopt;
   }
   const double slides = sliding(gait, 1);
+  const bool stands = stands_on_floor(gait, 1);
+  double best = 1;
+  bool by_height = false;
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  std::pair<bool, double> least = {true, kNone};  // whether the hips do not stand, sliding
   for (const double scale : {100.0, 1000.0, 10.0, 0.01, 0.001, 0.1}) {
     const double mended = sliding(gait, scale);
-    const bool by_height =
-        !stands_on_floor(gait, 1) && stands_on_floor(gait, scale) && mended <= slides + kStill;
-    const bool by_feet = scale > 1 && slides > 5 * kStill && mended < kStands * slides;
-    if (by_height || by_feet) {
-      return Finding{
-          Severity::Warning, "motion-path-unit", clip.name,
-          "the path through the world is in another unit than the bones: " +
-              std::string(by_height
-                              ? "the hips are " + short_number(median(gait.heights)) +
-                                    " m above the floor on legs of " + short_number(gait.leg) + " m"
-                              : "the feet slide as if the person walked on the spot"),
-          "--motion.path-scale " + short_number(scale) +
-              " mends it; 1 if the person is meant to be there"};
+    const bool raised =
+        scale > 1 && !stands && stands_on_floor(gait, scale) && mended <= slides + kStill;
+    const bool steadied =
+        (scale > 1 || !stands) && slides > 5 * kStill && mended < kStands * slides;
+    const std::pair<bool, double> left = {!stands_on_floor(gait, scale), mended};
+    if ((raised || steadied) && left < least) {
+      best = scale;
+      by_height = !stands;
+      least = left;
     }
   }
-  return std::nullopt;
+  if (best == 1) {
+    return std::nullopt;
+  }
+  return Finding{
+      Severity::Warning, "motion-path-unit", clip.name,
+      "the path through the world is in another unit than the bones: " +
+          std::string(by_height
+                          ? "the hips are " + short_number(median(hip_heights(gait, 1))) +
+                                " m above the floor on legs of " + short_number(gait.leg) + " m"
+                          : "the feet slide as if the person walked on the spot"),
+      "--motion.path-scale " + short_number(best) +
+          " mends it; 1 if the person is meant to be there"};
 }
 
 }  // namespace

@@ -85,17 +85,21 @@ std::vector<std::string> made_by(const StageStatus& status, const fs::path& work
   return makers;
 }
 
-/// A stage and those behind it whose results are outdated or, of what these are to be made of, not
-/// there; the last first.
+enum class Stale { Missing, MissingOrOutdated };
+
+/// A stage and those behind it whose results are outdated, where these count, or, of what is made
+/// anew, not there; the last first.
 std::vector<const StageStatus*> stale_behind(const std::vector<StageStatus>& all,
-                                             const std::string& stage, const fs::path& workspace) {
+                                             const std::string& stage, const fs::path& workspace,
+                                             Stale what) {
   std::set<std::string> behind = {stage};  // of which an outdated one is made anew
   std::set<std::string> read = {stage};    // by one that is made anew: it has to be there
   std::vector<const StageStatus*> stale;
   for (auto one = all.rbegin(); one != all.rend(); ++one) {
     const bool missing =
         !one->manifest && read.contains(one->stage) && in_chain(one->stage) != InChain::No;
-    const bool outdated = behind.contains(one->stage) && one->state == StageStatus::State::Outdated;
+    const bool outdated = what == Stale::MissingOrOutdated && behind.contains(one->stage) &&
+                          one->state == StageStatus::State::Outdated;
     const std::vector<std::string> makers = made_by(*one, workspace);
     if (missing || outdated) {
       stale.push_back(&*one);
@@ -120,7 +124,8 @@ std::string replaced_input(const Stage& stage, const StageRequest& request,
     return what + "give " + (request.workspace / made_of.stage / "current").string();
   }
   const std::vector<StageStatus> all = workspace_status(all_stages(), request.workspace);
-  const std::vector<const StageStatus*> stale = stale_behind(all, name, request.workspace);
+  const std::vector<const StageStatus*> stale =
+      stale_behind(all, name, request.workspace, Stale::Missing);
   const std::string from = stale.empty() ? name : stale.back()->stage;
   return what + "run 'atelier run " + capture_of(all).string() + " " + request.workspace.string() +
          " --from " + from + " --to " + name + "' to recompute it";
@@ -130,7 +135,8 @@ std::string replaced_input(const Stage& stage, const StageRequest& request,
 
 std::string mending_command(const std::vector<StageStatus>& all, const StageStatus& own,
                             const fs::path& workspace, const fs::path& capture) {
-  const std::vector<const StageStatus*> outdated = stale_behind(all, own.stage, workspace);
+  const std::vector<const StageStatus*> outdated =
+      stale_behind(all, own.stage, workspace, Stale::MissingOrOutdated);
   const std::string places = capture.string() + " " + workspace.string();
   const fs::path input = own_input(own, workspace, capture);
   const std::string alone =

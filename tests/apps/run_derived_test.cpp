@@ -52,15 +52,15 @@ void write_patch(const fs::path& file, double width) {
 /// Commits what `write` puts into a folder as the result of a stage, of somebody who agreed to
 /// something.
 fs::path make_result(const fs::path& workspace, const std::string& stage,
-                     const std::function<void(const fs::path&)>& write) {
+                     const std::function<void(const fs::path&)>& write, int version = 1) {
   const fs::path staging = workspace / stage / ".staging-0";
   fs::create_directories(staging);
   write(staging);
   Manifest manifest;
   manifest.stage = stage;
-  manifest.stage_version = 1;
+  manifest.stage_version = version;
   manifest.canonical_options = "{}";
-  manifest.key = stage_key(stage, 1, "", "{}", {});
+  manifest.key = stage_key(stage, version, "", "{}", {});
   manifest.started = manifest.finished = "2026-01-01T00:00:00Z";
   manifest.consent = {{"P. Doe", "research", "2999-12-31"}};
   for (const auto& entry : fs::recursive_directory_iterator(staging)) {
@@ -78,11 +78,14 @@ fs::path make_result(const fs::path& workspace, const std::string& stage,
 }
 
 /// A result of `template`: a patch of cloth.
-fs::path make_template(const fs::path& workspace) {
-  return make_result(workspace, "template", [](const fs::path& folder) {
-    fs::create_directory(folder / "garments");
-    write_patch(folder / "garments" / "upper.obj", 0.05);
-  });
+fs::path make_template(const fs::path& workspace, int version = 1) {
+  return make_result(
+      workspace, "template",
+      [](const fs::path& folder) {
+        fs::create_directory(folder / "garments");
+        write_patch(folder / "garments" / "upper.obj", 0.05);
+      },
+      version);
 }
 
 TEST_F(Run, Consent_IsCarriedIntoDerivedResults) {
@@ -211,11 +214,7 @@ TEST_F(Run, SurfacesOfAnEarlierTemplate_AreWarnedOf) {
   };
   EXPECT_THAT(flatten({"--dry-run"}), Not(HasSubstr("no longer the current one")));
   // Another result takes its place, as where a template is recomputed.
-  const std::string other = std::string(16, '0');
-  const fs::path made = workspace_ / "template" / fs::read_symlink(workspace_ / "template/current");
-  fs::copy(made, workspace_ / "template" / other, fs::copy_options::recursive);
-  fs::remove(workspace_ / "template" / "current");
-  fs::create_directory_symlink(other, workspace_ / "template" / "current");
+  make_template(workspace_, 2);
   for (const std::string& said : {flatten({"--dry-run"}), flatten({})}) {
     EXPECT_THAT(said,
                 HasSubstr("surfaces is made from a result of 'template' that is no longer the "

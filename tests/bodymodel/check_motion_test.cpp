@@ -12,6 +12,7 @@
 
 #include "bodymodel/formats/motion_bvh.h"
 #include "bodymodel/formats/motion_file.h"
+#include "core/quantity_text.h"
 #include "tests/bodymodel/synthetic_person.h"
 #include "tests/support/temporary_directory.h"
 #include "tests/support/test_data.h"
@@ -162,6 +163,35 @@ TEST(DoubtMotion, RealMotions_HaveOneUnit) {
       EXPECT_FALSE(has(read_motion_file(file.path()).findings, "motion-path-unit")) << file.path();
     }
   }
+}
+
+TEST(DoubtMotion, RealMotionsWithAPathInAnotherUnit_AreDoubted) {
+  const std::filesystem::path root = fixtures::test_data_root() / "mocap_bvh";
+  if (!std::filesystem::is_directory(root)) {
+    GTEST_SKIP() << "no test data at " << root;
+  }
+  int tried = 0;
+  int right = 0;
+  for (const auto& file : std::filesystem::recursive_directory_iterator(root)) {
+    if (file.path().extension() != ".bvh") {
+      continue;
+    }
+    const MotionClip truth = read_motion_file(file.path());
+    for (const double factor : {0.001, 0.01, 100.0}) {
+      MotionClip clip = truth;
+      for (Pose& pose : clip.motion.poses) {
+        pose.root_translation *= factor;
+      }
+      ++tried;
+      for (const Finding& finding : check_motion(clip)) {
+        right += finding.code == "motion-path-unit" &&
+                 finding.advice.find("--motion.path-scale " + short_number(1 / factor) + " ") !=
+                     std::string::npos;
+      }
+    }
+  }
+  // Some stand as high by their offsets alone, or hardly go anywhere.
+  EXPECT_GE(5 * right, 4 * tried) << right << " of " << tried;
 }
 
 TEST(DoubtMotion, BvhInRadians_IsDoubted) {
