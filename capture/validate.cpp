@@ -127,7 +127,7 @@ std::vector<Finding> check_evidence(const Dataset& dataset) {
              "but validate is skipped"
            : "no frame has masks or labels of two cameras, and there are no 2D keypoints: every "
              "stage but validate is skipped",
-       "atelier detect finds keypoints (with --masks masks as well), atelier masks tells people "
+       "atelier detect finds keypoints (and masks, with --masks), atelier masks tells people "
        "from the background"}};
 }
 

@@ -178,7 +178,7 @@ std::size_t moving_skin(const GltfScene& scene, const GltfAnimation& animation,
                         "the animation moves " + std::to_string(people.size()) +
                             " skeletons, of the skins " + listed_skins(scene, people),
                         std::to_string(people[0] + 1) +
-                            " is taken; --motion.skin NAME of body-model takes another"});
+                            " is taken; --motion.skin NAME or NUMBER of body-model takes another"});
   }
   return people[0];
 }
