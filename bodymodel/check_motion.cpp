@@ -137,7 +137,8 @@ bool stands_on_floor(const Gait& gait, double scale) {
 
 // A path in another unit than the bones. One that is too short leaves the hips too low for their
 // legs, or the feet slide on the spot; one that is too long has the hips too high and the feet
-// slide along. Of several units the one in which they slide least.
+// slide along. Of several units one in which the hips stand on their legs, and of these the one in
+// which the feet slide least.
 std::optional<Finding> doubt_path_unit(const MotionClip& clip, const Humanoid& person) {
   constexpr double kStill = 2e-3;   // m in a tenth of a second: a person who stays
   constexpr double kStands = 0.35;  // of the sliding that a wrong unit makes
@@ -174,8 +175,8 @@ std::optional<Finding> doubt_path_unit(const MotionClip& clip, const Humanoid& p
                           ? "the hips are " + short_number(median(hip_heights(gait, 1))) +
                                 " m above the floor on legs of " + short_number(gait.leg) + " m"
                           : "the feet slide as if the person walked on the spot"),
-      "--motion.path-scale " + short_number(best) +
-          " mends it; 1 if the person is meant to be there"};
+      "atelier body-model convert MOTION --motion.path-scale " + short_number(best) +
+          " --out MENDED mends it, if the person is not meant to be there"};
 }
 
 }  // namespace
